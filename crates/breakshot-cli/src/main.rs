@@ -1,0 +1,3 @@
+//! The breakshot command line.
+
+fn main() {}

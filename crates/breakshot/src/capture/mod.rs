@@ -1,0 +1,106 @@
+//! What did the camera see, and from where?
+//!
+//! A video or a folder of pictures becomes [`Footage`]: grey frames with their presentation times.  The tags on the
+//! table tell the [`Camera`]: lens, pose, and the way from a pixel to a place at any height above the table and back.
+
+use crate::cell::Cell;
+use crate::error::Result;
+use crate::geometry::{Pixel, Point};
+use serde::{Deserialize, Serialize};
+use std::path::Path;
+
+/// A grey picture, row by row, 0 is black.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct GreyImage {
+    /// Width (px).
+    pub width: usize,
+    /// Height (px).
+    pub height: usize,
+    /// `width * height` grey levels.
+    pub pixels: Vec<u8>,
+}
+
+/// One picture and when it was shown.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Frame {
+    /// Presentation time (s); the clip's first frame is at 0.
+    pub time_s: f64,
+    /// The luma plane.
+    pub image: GreyImage,
+}
+
+/// A video or a folder of pictures, read frame by frame: memory does not grow with its length.
+pub struct Footage {
+    name: String,
+    size_px: [usize; 2],
+    frame_count: Option<usize>,
+    warnings: Vec<String>,
+    frames: Box<dyn Iterator<Item = Result<Frame>> + Send>,
+}
+
+impl Footage {
+    /// The file's name, as messages call it.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// Width and height (px).
+    pub fn size_px(&self) -> [usize; 2] {
+        self.size_px
+    }
+
+    /// How many frames will come, where the file says so.
+    pub fn frame_count(&self) -> Option<usize> {
+        self.frame_count
+    }
+
+    /// What the user should know about the film: dropped or repeated frames, an odd time base.
+    pub fn warnings(&self) -> &[String] {
+        &self.warnings
+    }
+}
+
+impl Iterator for Footage {
+    type Item = Result<Frame>;
+    fn next(&mut self) -> Option<Self::Item> {
+        self.frames.next()
+    }
+}
+
+/// Where the camera stands and what its lens does.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Camera {
+    /// Root mean square distance between where the tags' corners were seen and where this camera sees them (px).
+    pub reprojection_rms_px: f64,
+    /// The numbers of the tags that were found.
+    pub tags_found: Vec<u32>,
+}
+
+impl Camera {
+    /// Where a place `height_m` above the table appears in the picture.
+    pub fn pixel_from_table(&self, _place: Point, _height_m: f64) -> Pixel {
+        todo!()
+    }
+
+    /// The place `height_m` above the table that a pixel shows: the ray is cut at that height.
+    pub fn table_from_pixel(&self, _pixel: Pixel, _height_m: f64) -> Point {
+        todo!()
+    }
+}
+
+/// A film and the camera that took it.
+pub struct Capture {
+    /// The frames, from the first one on.
+    pub footage: Footage,
+    /// The camera, found from the film's own first frames.
+    pub camera: Camera,
+}
+
+/// Opens a film (MP4, Y4M, a PNG or a folder of them) and finds the camera in it.
+///
+/// # Errors
+/// No film, a film that cannot be decoded, too few tags in view; each names the file, what was found and what is
+/// needed.
+pub fn capture(_path: &Path, _cell: &Cell) -> Result<Capture> {
+    todo!()
+}

@@ -1,0 +1,276 @@
+//! The robot cell: camera, tags on the table, workspace, striker, robot (`cell.toml`).
+
+use crate::error::{Error, Result};
+use crate::geometry::{Pixel, Point};
+use crate::object::{Shape, positive};
+use serde::{Deserialize, Serialize};
+use std::path::PathBuf;
+
+/// Everything that stays the same from strike to strike.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Cell {
+    /// The file format's version.
+    #[serde(default = "one")]
+    pub version: u32,
+    /// The lens and the sensor.
+    pub camera: CameraSpec,
+    /// AprilTags lying on the table.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub tags: Vec<Tag>,
+    /// Points of the table whose pixels the user read off, for a cell without tags.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub points: Vec<ReferencePoint>,
+    /// The scale of a camera that looks straight down (px per m), for a cell with neither tags nor points.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub scale_px_per_m: Option<f64>,
+    /// Where objects may lie.
+    pub workspace: Workspace,
+    /// The table's edge.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub table: Option<Table>,
+    /// What strikes.
+    pub striker: Striker,
+    /// The arm that moves it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub robot: Option<RobotSpec>,
+}
+
+/// The lens and the sensor, in OpenCV's conventions.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct CameraSpec {
+    /// Width and height of the picture (px).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub image_size_px: Option<[u32; 2]>,
+    /// Focal lengths fx and fy (px).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub focal_px: Option<[f64; 2]>,
+    /// The principal point cx and cy (px).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub center_px: Option<[f64; 2]>,
+    /// k1 k2 p1 p2 k3; missing ones are zero.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub distortion: Option<Vec<f64>>,
+    /// A ROS `CameraInfo` YAML file instead of the keys above.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub camera_info: Option<PathBuf>,
+    /// The scale of a camera that looks straight down; may stand here or at the top (px per m).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub scale_px_per_m: Option<f64>,
+    /// How long a rolling shutter takes from the first to the last row (s).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub readout_s: Option<f64>,
+    /// How long the shutter stays open (s).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub exposure_s: Option<f64>,
+}
+
+/// An AprilTag lying flat on the table.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Tag {
+    /// The family; `36h11` is the one that is read.
+    #[serde(default = "family_36h11")]
+    pub family: String,
+    /// Its number.
+    pub id: u32,
+    /// The side of its black square (m).
+    pub size_m: f64,
+    /// The centre of its black square.
+    pub center_m: Point,
+    /// How its top edge is turned (rad); at 0 the tag reads upright for someone who sees x to the right and y up.
+    #[serde(default)]
+    pub yaw_rad: f64,
+}
+
+/// A point of the table whose pixel is known.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ReferencePoint {
+    /// In the picture.
+    pub image_px: Pixel,
+    /// On the table.
+    pub table_m: Point,
+}
+
+/// A rectangle along the table's axes.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Workspace {
+    /// Its lower left corner.
+    pub min_m: Point,
+    /// Its upper right corner.
+    pub max_m: Point,
+}
+
+impl Workspace {
+    /// Whether a point lies inside or on the edge.
+    pub fn contains(&self, point: Point) -> bool {
+        (self.min_m.x..=self.max_m.x).contains(&point.x) && (self.min_m.y..=self.max_m.y).contains(&point.y)
+    }
+}
+
+/// The table top; an object whose centre passes its outline has fallen.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Table {
+    /// Corner points, counter-clockwise (m).
+    pub outline_m: Vec<Point>,
+}
+
+/// What strikes: a convex body that the robot moves along a line.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Striker {
+    /// Its outline from above; the x axis points along the strike.
+    pub shape: Shape,
+    /// Its height (m).
+    pub height_m: f64,
+    /// The slowest and the fastest strike (m/s).
+    pub speed_range_m_s: [f64; 2],
+    /// How fast it draws back after the strike (m/s).
+    #[serde(default = "retract_speed_m_s")]
+    pub retract_speed_m_s: f64,
+}
+
+/// The arm and where it stands.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct RobotSpec {
+    /// `indy7`, or a URDF file.
+    pub arm: String,
+    /// Where the table's frame lies in the robot's base frame.
+    pub base_from_table: Transform,
+    /// From the flange to the striker's tip, in the flange's frame (m).
+    #[serde(default)]
+    pub tool_offset_m: [f64; 3],
+    /// How high above the table the striker's tip runs (m).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub strike_height_m: Option<f64>,
+}
+
+/// A rigid motion in space: first turned about the fixed axes x, y, z, then moved.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Transform {
+    /// The move (m).
+    pub position_m: [f64; 3],
+    /// Roll, pitch, yaw (rad).
+    #[serde(default)]
+    pub rpy_rad: [f64; 3],
+}
+
+fn one() -> u32 {
+    1
+}
+
+fn family_36h11() -> String {
+    "36h11".into()
+}
+
+fn retract_speed_m_s() -> f64 {
+    0.15
+}
+
+impl Cell {
+    /// The scale of a camera that looks straight down, wherever the file gave it (px per m).
+    pub fn scale_px_per_m(&self) -> Option<f64> {
+        self.scale_px_per_m.or(self.camera.scale_px_per_m)
+    }
+
+    /// An error that names the key unless every number is possible.
+    ///
+    /// # Errors
+    /// The first key of `file` (the cell's name in messages) that cannot be, with what was found and what is needed.
+    pub fn check(&mut self, file: &str) -> Result<()> {
+        self.check_camera(file)?;
+        self.check_tags(file)?;
+        let Workspace { min_m, max_m } = self.workspace;
+        let ordered = min_m.is_finite() && max_m.is_finite() && min_m.x < max_m.x && min_m.y < max_m.y;
+        if !ordered {
+            let found = format!("from ({}, {}) to ({}, {})", min_m.x, min_m.y, max_m.x, max_m.y);
+            return Err(Error::invalid(file, "workspace", found, "min_m below max_m in both axes"));
+        }
+        if let Some(table) = &self.table {
+            let mut outline = Shape::Polygon { points_m: table.outline_m.clone() };
+            outline.check_and_centre(&format!("{file}: table.outline_m"))?;
+        }
+        self.check_striker(file)
+    }
+
+    fn check_camera(&self, file: &str) -> Result<()> {
+        let camera = &self.camera;
+        for (what, pair) in [("camera.focal_px", camera.focal_px), ("camera.center_px", camera.center_px)] {
+            for value in pair.into_iter().flatten() {
+                positive(file, what, value)?;
+            }
+        }
+        for (what, value) in [
+            ("scale_px_per_m", self.scale_px_per_m()),
+            ("camera.exposure_s", camera.exposure_s),
+        ] {
+            if let Some(value) = value {
+                positive(file, what, value)?;
+            }
+        }
+        if let Some(readout_s) = camera.readout_s
+            && !(readout_s >= 0.0 && readout_s.is_finite())
+        {
+            return Err(Error::invalid(file, "camera.readout_s", readout_s, "zero or more seconds"));
+        }
+        if let Some(distortion) = &camera.distortion
+            && (distortion.len() > 5 || distortion.iter().any(|k| !k.is_finite()))
+        {
+            let found = format!("{distortion:?}");
+            return Err(Error::invalid(file, "camera.distortion", found, "up to five numbers k1 k2 p1 p2 k3"));
+        }
+        if let Some([width, height]) = camera.image_size_px
+            && (width == 0 || height == 0)
+        {
+            let found = format!("{width} x {height}");
+            return Err(Error::invalid(file, "camera.image_size_px", found, "a picture with pixels"));
+        }
+        if self.tags.is_empty() && self.points.is_empty() && self.scale_px_per_m().is_none() {
+            let needed = "[[tags]], four or more [[points]], or scale_px_per_m";
+            return Err(Error::invalid(file, "camera pose", "nothing that tells it", needed));
+        }
+        if self.tags.is_empty() && !self.points.is_empty() && self.points.len() < 4 {
+            let found = format!("{} [[points]]", self.points.len());
+            return Err(Error::invalid(file, "camera pose", found, "four or more [[points]]"));
+        }
+        Ok(())
+    }
+
+    fn check_tags(&self, file: &str) -> Result<()> {
+        for (k, tag) in self.tags.iter().enumerate() {
+            let owner = format!("{file}: tag {}", tag.id);
+            if tag.family.trim_start_matches("tag") != "36h11" {
+                return Err(Error::invalid(owner, "family", format!("`{}`", tag.family), "`36h11`"));
+            }
+            positive(&owner, "size_m", tag.size_m)?;
+            if !tag.center_m.is_finite() || !tag.yaw_rad.is_finite() {
+                return Err(Error::invalid(owner, "center_m or yaw_rad", "not a number", "numbers"));
+            }
+            if self.tags[..k].iter().any(|other| other.id == tag.id) {
+                return Err(Error::invalid(owner, "id", "given twice", "every tag once"));
+            }
+        }
+        Ok(())
+    }
+
+    fn check_striker(&mut self, file: &str) -> Result<()> {
+        let owner = format!("{file}: striker");
+        self.striker.shape.check_and_centre(&owner)?;
+        positive(&owner, "height_m", self.striker.height_m)?;
+        positive(&owner, "retract_speed_m_s", self.striker.retract_speed_m_s)?;
+        let [slowest, fastest] = self.striker.speed_range_m_s;
+        positive(&owner, "speed_range_m_s[0]", slowest)?;
+        positive(&owner, "speed_range_m_s[1]", fastest)?;
+        if slowest > fastest {
+            let found = format!("[{slowest}, {fastest}]");
+            return Err(Error::invalid(owner, "speed_range_m_s", found, "the slower speed first"));
+        }
+        Ok(())
+    }
+}

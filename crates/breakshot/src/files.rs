@@ -1,0 +1,321 @@
+//! The formats on disk: TOML that people write, JSON that programs exchange.
+//!
+//! Everything is checked while it is loaded: an unknown key names its nearest known one, an impossible number
+//! names its object.  Results are written whole or not at all.
+
+use crate::campaign::{Campaign, Clip};
+use crate::cell::Cell;
+use crate::error::{Error, Result};
+use crate::object::Object;
+use crate::properties::Properties;
+use crate::scene::{Goal, KeepOut, Placed, Scene, Strike, Wall};
+use serde::de::DeserializeOwned;
+use serde::{Deserialize, Serialize};
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+/// A value from a file, and what the user should be told about how it was read.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Loaded<T> {
+    /// The value.
+    pub value: T,
+    /// What was changed while reading, such as a polygon's origin moved to its centroid.
+    pub notes: Vec<String>,
+}
+
+/// The file's name as messages call it.
+fn label(path: &Path) -> String {
+    path.display().to_string()
+}
+
+fn text(path: &Path) -> Result<String> {
+    std::fs::read_to_string(path).map_err(|source| Error::Read { path: path.into(), source })
+}
+
+/// A TOML file as `T`.
+///
+/// # Errors
+/// Unreadable, not TOML, unknown keys, values of the wrong kind.
+pub fn read_toml<T: DeserializeOwned>(path: &Path) -> Result<T> {
+    let text = text(path)?;
+    toml::from_str(&text).map_err(|e| {
+        let line = e.span().map(|span| 1 + text[..span.start.min(text.len())].matches('\n').count());
+        syntax_error(path, e.message(), line)
+    })
+}
+
+/// A JSON file as `T`.
+///
+/// # Errors
+/// Unreadable, not JSON, unknown keys, values of the wrong kind.
+pub fn read_json<T: DeserializeOwned>(path: &Path) -> Result<T> {
+    serde_json::from_str(&text(path)?).map_err(|e| {
+        let message = e.to_string();
+        let cut = message.find(" at line ").unwrap_or(message.len());
+        syntax_error(path, &message[..cut], Some(e.line()))
+    })
+}
+
+/// Turns a parser's message into ours: an unknown key becomes [`Error::UnknownKey`] with the nearest known one.
+fn syntax_error(path: &Path, message: &str, line: Option<usize>) -> Error {
+    let at = line.map_or(String::new(), |line| format!(" (line {line})"));
+    let first = message.lines().next().unwrap_or_default();
+    let quoted: Vec<&str> = first.split('`').skip(1).step_by(2).collect();
+    let unknown = first.starts_with("unknown field") || first.starts_with("unknown variant");
+    match quoted.split_first() {
+        Some((key, known)) if unknown => Error::UnknownKey {
+            path: path.into(),
+            key: (*key).into(),
+            at,
+            hint: nearest_hint(key, known),
+        },
+        _ => Error::Syntax { path: path.into(), problem: format!("{}{at}", message.trim().replace('\n', "; ")) },
+    }
+}
+
+fn nearest_hint(key: &str, known: &[&str]) -> String {
+    let nearest = known.iter().min_by_key(|candidate| strsim::damerau_levenshtein(key, candidate));
+    match nearest {
+        Some(nearest) => format!("the nearest known key is `{nearest}`"),
+        None => "needed: no key here".into(),
+    }
+}
+
+/// Writes a file whole or not at all: to a temporary file beside it, then renamed.
+///
+/// # Errors
+/// The folder is missing or not writable.
+pub fn write_whole(path: &Path, bytes: &[u8]) -> Result<()> {
+    let failed = |source| Error::Write { path: path.into(), source };
+    let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let mut file = tempfile::NamedTempFile::new_in(folder).map_err(failed)?;
+    file.write_all(bytes).map_err(failed)?;
+    share(&file).map_err(failed)?;
+    file.persist(path).map_err(|e| failed(e.error))?;
+    Ok(())
+}
+
+/// Temporary files are private to their maker; a result is readable as any other file.
+#[cfg(unix)]
+fn share(file: &tempfile::NamedTempFile) -> std::io::Result<()> {
+    use std::os::unix::fs::PermissionsExt;
+    file.as_file().set_permissions(std::fs::Permissions::from_mode(0o644))
+}
+
+#[cfg(not(unix))]
+fn share(_file: &tempfile::NamedTempFile) -> std::io::Result<()> {
+    Ok(())
+}
+
+/// Writes a value as indented JSON, whole or not at all.
+///
+/// # Errors
+/// The folder is missing or not writable.
+pub fn write_json<T: Serialize>(path: &Path, value: &T) -> Result<()> {
+    let mut bytes = serde_json::to_vec_pretty(value)
+        .map_err(|e| Error::Write { path: path.into(), source: std::io::Error::other(e) })?;
+    bytes.push(b'\n');
+    write_whole(path, &bytes)
+}
+
+/// `cell.toml`; the path of its `camera_info` is made relative to where the program runs.
+///
+/// # Errors
+/// See [`read_toml`] and [`Cell::check`].
+pub fn load_cell(path: &Path) -> Result<Cell> {
+    let mut cell: Cell = read_toml(path)?;
+    check_version(path, cell.version)?;
+    cell.check(&label(path))?;
+    if let Some(info) = &mut cell.camera.camera_info {
+        *info = beside(path, info);
+    }
+    Ok(cell)
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct ObjectsFile {
+    #[serde(default = "one")]
+    version: u32,
+    #[serde(default)]
+    objects: Vec<Object>,
+}
+
+/// `objects.toml`.
+///
+/// # Errors
+/// See [`read_toml`] and [`Object::check`]; also a name given twice.
+pub fn load_objects(path: &Path) -> Result<Loaded<Vec<Object>>> {
+    let file: ObjectsFile = read_toml(path)?;
+    check_version(path, file.version)?;
+    let mut objects = file.objects;
+    if objects.is_empty() {
+        return Err(Error::invalid(label(path), "objects", "none", "at least one [[objects]] entry"));
+    }
+    let mut notes = Vec::new();
+    for k in 0..objects.len() {
+        notes.extend(objects[k].check().map_err(|e| in_file(path, e))?);
+        if objects[..k].iter().any(|o| o.name == objects[k].name) {
+            let owner = format!("{}: object `{}`", label(path), objects[k].name);
+            return Err(Error::invalid(owner, "name", "given twice", "every kind of object once"));
+        }
+    }
+    Ok(Loaded { value: objects, notes })
+}
+
+/// The same error, its message led by the file's name.
+fn in_file(path: &Path, error: Error) -> Error {
+    match error {
+        Error::Invalid { name, what, found, needed } => {
+            Error::Invalid { name: format!("{}: {name}", label(path)), what, found, needed }
+        }
+        other => other,
+    }
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct CampaignFile {
+    #[serde(default = "one")]
+    version: u32,
+    cell: PathBuf,
+    objects: PathBuf,
+    #[serde(default)]
+    clips: Vec<ClipEntry>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct ClipEntry {
+    video: PathBuf,
+    objects: Vec<String>,
+    strike: Strike,
+    scene: Option<PathBuf>,
+}
+
+/// `campaign.toml` with the cell, the objects and the scenes that it names.
+///
+/// # Errors
+/// See [`read_toml`], [`Campaign::check`] and the loaders of the named files.
+pub fn load_campaign(path: &Path) -> Result<Loaded<Campaign>> {
+    let file: CampaignFile = read_toml(path)?;
+    check_version(path, file.version)?;
+    let cell = load_cell(&beside(path, &file.cell))?;
+    let objects = load_objects(&beside(path, &file.objects))?;
+    let clips = file.clips.into_iter().map(|entry| load_clip(path, entry)).collect::<Result<_>>()?;
+    let campaign = Campaign { cell, objects: objects.value, clips };
+    campaign.check(&label(path))?;
+    Ok(Loaded { value: campaign, notes: objects.notes })
+}
+
+fn load_clip(campaign: &Path, entry: ClipEntry) -> Result<Clip> {
+    let placed = match &entry.scene {
+        Some(scene) => Some(load_scene(&beside(campaign, scene))?.value.placed),
+        None => None,
+    };
+    Ok(Clip {
+        video: beside(campaign, &entry.video),
+        objects: entry.objects,
+        strike: entry.strike,
+        placed,
+    })
+}
+
+/// What `scene.toml` holds.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SceneFile {
+    /// The file format's version.
+    #[serde(default = "one")]
+    pub version: u32,
+    /// The cell file.
+    pub cell: PathBuf,
+    /// The objects file.
+    pub objects: PathBuf,
+    /// When it was looked at (s since 1970).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub observed_unix_s: Option<f64>,
+    /// What lies where.
+    #[serde(default)]
+    pub placed: Vec<Placed>,
+    /// Straight walls.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub walls: Vec<Wall>,
+    /// Areas that must stay free.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub keep_out: Vec<KeepOut>,
+    /// What is wanted.
+    #[serde(default)]
+    pub goal: Goal,
+}
+
+/// `scene.toml` with the cell and the objects that it names.
+///
+/// # Errors
+/// See [`read_toml`], [`Scene::check`] and the loaders of the named files.
+pub fn load_scene(path: &Path) -> Result<Loaded<Scene>> {
+    let file: SceneFile = read_toml(path)?;
+    check_version(path, file.version)?;
+    let objects = load_objects(&beside(path, &file.objects))?;
+    let scene = Scene {
+        cell: load_cell(&beside(path, &file.cell))?,
+        objects: objects.value,
+        observed_unix_s: file.observed_unix_s,
+        placed: file.placed,
+        walls: file.walls,
+        keep_out: file.keep_out,
+        goal: file.goal,
+    };
+    scene.check(&label(path))?;
+    Ok(Loaded { value: scene, notes: objects.notes })
+}
+
+/// The part of `plan.json` that says what to do; the rest is for people.
+#[derive(Deserialize)]
+struct PlanFile {
+    strike: Option<Strike>,
+}
+
+/// A strike: from a `plan.json`, or from a file with just the strike.
+///
+/// # Errors
+/// See [`read_json`] and [`Strike::check`]; also a plan that found no strike.
+pub fn load_strike(path: &Path) -> Result<Strike> {
+    let value: serde_json::Value = read_json(path)?;
+    let strike = if value.get("strike").is_some() {
+        read_json::<PlanFile>(path)?.strike.ok_or_else(|| {
+            Error::invalid(label(path), "strike", "null (the plan found none)", "a plan with a strike")
+        })?
+    } else {
+        read_json(path)?
+    };
+    strike.check(&label(path))?;
+    Ok(strike)
+}
+
+/// `properties.json`.
+///
+/// # Errors
+/// See [`read_json`] and [`Properties::check`].
+pub fn load_properties(path: &Path) -> Result<Properties> {
+    let properties: Properties = read_json(path)?;
+    check_version(path, properties.version)?;
+    properties.check(&label(path))?;
+    Ok(properties)
+}
+
+fn check_version(path: &Path, version: u32) -> Result<()> {
+    if version == 1 {
+        return Ok(());
+    }
+    Err(Error::invalid(label(path), "version", version, "1"))
+}
+
+/// A path written in a file, relative to that file.
+fn beside(file: &Path, named: &Path) -> PathBuf {
+    file.parent().unwrap_or(Path::new("")).join(named)
+}
+
+fn one() -> u32 {
+    1
+}

@@ -1,0 +1,367 @@
+//! What a ruler can tell about the objects: outline, height, marker.
+
+use crate::error::{Error, Result};
+use crate::geometry::{Point, Vec2};
+use serde::{Deserialize, Serialize};
+
+/// An outline seen from above, in the object's own frame; its origin is the centroid.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
+pub enum Shape {
+    /// A disc.
+    Disc {
+        /// Its radius (m).
+        radius_m: f64,
+    },
+    /// A rectangle, its sides along x and y.
+    Rectangle {
+        /// Full side lengths along x and y (m).
+        size_m: [f64; 2],
+    },
+    /// A simple polygon, counter-clockwise; may be concave.
+    Polygon {
+        /// The corner points (m).
+        points_m: Vec<Point>,
+    },
+}
+
+impl Shape {
+    /// The corner points, counter-clockwise; none for a disc.
+    pub fn corners(&self) -> Vec<Point> {
+        match self {
+            Self::Disc { .. } => Vec::new(),
+            Self::Rectangle { size_m: [x, y] } => [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)]
+                .map(|(sx, sy)| Point::new(sx * x / 2.0, sy * y / 2.0))
+                .to_vec(),
+            Self::Polygon { points_m } => points_m.clone(),
+        }
+    }
+
+    /// The area (m2).
+    pub fn area_m2(&self) -> f64 {
+        match self {
+            Self::Disc { radius_m } => std::f64::consts::PI * radius_m * radius_m,
+            Self::Rectangle { size_m } => size_m[0] * size_m[1],
+            Self::Polygon { points_m } => polygon_area_m2(points_m),
+        }
+    }
+
+    /// The radius of the smallest circle about the centroid that holds the outline (m).
+    pub fn outer_radius_m(&self) -> f64 {
+        match self {
+            Self::Disc { radius_m } => *radius_m,
+            _ => self.corners().iter().map(|p| p.to_vec().length()).fold(0.0, f64::max),
+        }
+    }
+
+    /// The radius of gyration of a uniform plate about its centroid (m): moment of inertia = mass x square of it.
+    pub fn radius_of_gyration_m(&self) -> f64 {
+        match self {
+            Self::Disc { radius_m } => radius_m / std::f64::consts::SQRT_2,
+            Self::Rectangle { size_m: [x, y] } => ((x * x + y * y) / 12.0).sqrt(),
+            Self::Polygon { points_m } => polygon_radius_of_gyration_m(points_m),
+        }
+    }
+
+    /// How far the outline reaches from the centroid along a direction given in the object's frame (m).
+    pub fn reach_m(&self, direction: Vec2) -> f64 {
+        match self {
+            Self::Disc { radius_m } => *radius_m,
+            _ => self
+                .corners()
+                .iter()
+                .map(|p| p.to_vec().dot(direction))
+                .fold(f64::NEG_INFINITY, f64::max),
+        }
+    }
+
+    /// Whether turning it by some angle below pi about its centroid gives the same outline, and that angle (rad).
+    ///
+    /// A disc gives 0: every angle does.  `None`: only a full turn does.
+    pub fn rotation_symmetry_rad(&self) -> Option<f64> {
+        let corners = self.corners();
+        if corners.is_empty() {
+            return Some(0.0);
+        }
+        let tolerance = SYMMETRY_TOLERANCE * self.outer_radius_m();
+        let n = corners.len();
+        (1..n).find_map(|step| {
+            let angle = (corners[step].to_vec().heading_rad() - corners[0].to_vec().heading_rad())
+                .rem_euclid(std::f64::consts::TAU);
+            let same = (0..n).all(|k| {
+                let turned = corners[k].to_vec().rotated(angle);
+                (turned - corners[(k + step) % n].to_vec()).length() < tolerance
+            });
+            same.then_some(angle)
+        })
+    }
+
+    /// An error that names `owner` unless the shape can exist; a polygon is moved to have its centroid at the origin.
+    ///
+    /// Gives how far the origin had to be moved (m), zero when it was right.
+    ///
+    /// # Errors
+    /// Lengths that are not positive numbers, polygons that are clockwise, self-crossing or without area.
+    pub fn check_and_centre(&mut self, owner: &str) -> Result<Vec2> {
+        match self {
+            Self::Disc { radius_m } => positive(owner, "radius_m", *radius_m)?,
+            Self::Rectangle { size_m } => {
+                positive(owner, "size_m[0]", size_m[0])?;
+                positive(owner, "size_m[1]", size_m[1])?;
+            }
+            Self::Polygon { points_m } => {
+                check_polygon(owner, points_m)?;
+                let shift = polygon_centroid(points_m).to_vec();
+                if shift.length() > CENTROID_TOLERANCE_M {
+                    for p in points_m {
+                        *p = *p - shift;
+                    }
+                    return Ok(shift);
+                }
+            }
+        }
+        Ok(Vec2::ZERO)
+    }
+}
+
+/// Corner points agree under a symmetry if they differ by less than this part of the outer radius: drawn by
+/// hand in millimetres, a regular polygon is regular to about 1 %.
+const SYMMETRY_TOLERANCE: f64 = 0.01;
+/// Below a tenth of a millimetre the origin of a polygon counts as its centroid: a ruler reads no finer.
+const CENTROID_TOLERANCE_M: f64 = 1e-4;
+
+/// A marker on top of an object, darker or lighter than the surface around it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Marker {
+    /// Its outline.
+    pub shape: Shape,
+    /// Its centre in the object's frame (m).
+    #[serde(default)]
+    pub at_m: Point,
+}
+
+/// One kind of object.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Object {
+    /// Its name, without `/`, `,` and `#`.
+    pub name: String,
+    /// Its outline from above; the origin is the centroid.
+    pub shape: Shape,
+    /// How high its top is above the table (m); the marker is there.
+    pub height_m: f64,
+    /// The marker on top.
+    pub marker: Marker,
+    /// What a scale said (kg); estimation never uses it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub mass_kg: Option<f64>,
+}
+
+/// The kind of an object on the table: `a#2`, the second copy, is an `a`.
+pub fn kind(name: &str) -> &str {
+    name.split('#').next().unwrap_or(name)
+}
+
+/// The key of a pair of objects in the properties: kinds in alphabetical order, `a/b`.
+pub fn pair_key(one: &str, other: &str) -> String {
+    let (one, other) = (kind(one), kind(other));
+    if one <= other { format!("{one}/{other}") } else { format!("{other}/{one}") }
+}
+
+/// The object of that kind.
+///
+/// # Errors
+/// No such object, with the names there are.
+pub fn find<'a>(objects: &'a [Object], name: &str, asked_by: &str) -> Result<&'a Object> {
+    objects.iter().find(|o| o.name == kind(name)).ok_or_else(|| {
+        let known: Vec<_> = objects.iter().map(|o| o.name.as_str()).collect();
+        Error::invalid(asked_by, "object", format!("`{name}`"), format!("one of {}", known.join(", ")))
+    })
+}
+
+impl Object {
+    /// An error that names the object unless it can exist; gives a note if the polygon's origin had to be moved.
+    ///
+    /// # Errors
+    /// See [`Shape::check_and_centre`]; also names with reserved characters, heights and masses not above zero.
+    pub fn check(&mut self) -> Result<Option<String>> {
+        let owner = format!("object `{}`", self.name);
+        check_name(&self.name)?;
+        positive(&owner, "height_m", self.height_m)?;
+        if let Some(mass_kg) = self.mass_kg {
+            positive(&owner, "mass_kg", mass_kg)?;
+        }
+        let shift = self.shape.check_and_centre(&owner)?;
+        self.marker.at_m = self.marker.at_m - shift;
+        let marker_shift = self.marker.shape.check_and_centre(&format!("{owner}, marker"))?;
+        self.marker.at_m += marker_shift;
+        if !self.marker.at_m.is_finite() {
+            return Err(Error::invalid(owner, "marker.at_m", "not a number", "two numbers in m"));
+        }
+        let moved = shift.length() > 0.0;
+        Ok(moved.then(|| {
+            format!(
+                "{owner}: the polygon's origin was moved by ({:.2}, {:.2}) mm to its centroid",
+                shift.x * 1e3,
+                shift.y * 1e3
+            )
+        }))
+    }
+}
+
+fn check_name(name: &str) -> Result<()> {
+    if name.is_empty() || name.contains(['/', ',', '#']) {
+        return Err(Error::invalid(
+            "objects",
+            "name",
+            format!("`{name}`"),
+            "a name without `/`, `,` and `#`",
+        ));
+    }
+    Ok(())
+}
+
+/// An error unless `value` is a positive number.
+///
+/// # Errors
+/// NaN, infinity, zero or less.
+pub fn positive(owner: &str, what: &str, value: f64) -> Result<()> {
+    if value.is_finite() && value > 0.0 {
+        return Ok(());
+    }
+    Err(Error::invalid(owner, what, value, "a positive number"))
+}
+
+fn check_polygon(owner: &str, points: &[Point]) -> Result<()> {
+    let n = points.len();
+    if n < 3 {
+        return Err(Error::invalid(owner, "points_m", format!("{n} points"), "at least 3 corner points"));
+    }
+    if let Some(k) = points.iter().position(|p| !p.is_finite()) {
+        return Err(Error::invalid(owner, format!("points_m[{k}]"), "not a number", "two numbers in m"));
+    }
+    if let Some((i, k)) = crossing_edges(points) {
+        return Err(Error::invalid(
+            owner,
+            "points_m",
+            format!("a self-crossing polygon (edges {i} and {k} meet)"),
+            "a simple polygon",
+        ));
+    }
+    let area_m2 = polygon_area_m2(points);
+    if area_m2.abs() < SMALLEST_AREA_M2 {
+        return Err(Error::invalid(owner, "points_m", format!("an area of {area_m2} m2"), "a polygon with area"));
+    }
+    if area_m2 < 0.0 {
+        return Err(Error::invalid(owner, "points_m", "clockwise", "corner points counter-clockwise"));
+    }
+    Ok(())
+}
+
+/// A square millimetre hundredth: nothing this small is struck.
+const SMALLEST_AREA_M2: f64 = 1e-8;
+
+/// The first two edges that meet other than at a shared corner.
+fn crossing_edges(points: &[Point]) -> Option<(usize, usize)> {
+    let n = points.len();
+    let edge = |i: usize| (points[i], points[(i + 1) % n]);
+    for i in 0..n {
+        for k in i + 1..n {
+            let neighbours = k == i + 1 || (i == 0 && k == n - 1);
+            let (p, q) = (edge(i), edge(k));
+            if neighbours {
+                // Neighbours share a corner; they cross only by folding back onto each other.
+                let (one, other) = if k == i + 1 { (p.0 - p.1, q.1 - q.0) } else { (q.0 - q.1, p.1 - p.0) };
+                if one.cross(other) == 0.0 && one.dot(other) > 0.0 {
+                    return Some((i, k));
+                }
+            } else if segments_meet(p, q) {
+                return Some((i, k));
+            }
+        }
+    }
+    None
+}
+
+fn segments_meet((a, b): (Point, Point), (c, d): (Point, Point)) -> bool {
+    let side = |p: Point, q: Point, r: Point| (q - p).cross(r - p);
+    let within = |p: Point, q: Point, r: Point| (r - p).dot(r - q) <= 0.0;
+    let (s1, s2, s3, s4) = (side(a, b, c), side(a, b, d), side(c, d, a), side(c, d, b));
+    (s1 * s2 < 0.0 && s3 * s4 < 0.0)
+        || (s1 == 0.0 && within(a, b, c))
+        || (s2 == 0.0 && within(a, b, d))
+        || (s3 == 0.0 && within(c, d, a))
+        || (s4 == 0.0 && within(c, d, b))
+}
+
+fn edges(points: &[Point]) -> impl Iterator<Item = (Vec2, Vec2)> + '_ {
+    (0..points.len()).map(|i| (points[i].to_vec(), points[(i + 1) % points.len()].to_vec()))
+}
+
+/// The area inside a simple polygon (m2), negative if its corners run clockwise.
+pub fn polygon_area_m2(points: &[Point]) -> f64 {
+    edges(points).map(|(p, q)| p.cross(q)).sum::<f64>() / 2.0
+}
+
+/// The centroid of the area inside a simple polygon.
+pub fn polygon_centroid(points: &[Point]) -> Point {
+    let sum = edges(points).fold(Vec2::ZERO, |sum, (p, q)| sum + (p + q) * p.cross(q));
+    Point::ORIGIN + sum / (6.0 * polygon_area_m2(points))
+}
+
+/// The radius of gyration of the area inside a simple polygon, about the origin (Green's theorem).
+fn polygon_radius_of_gyration_m(points: &[Point]) -> f64 {
+    let polar = edges(points).map(|(p, q)| p.cross(q) * (p.dot(p) + p.dot(q) + q.dot(q))).sum::<f64>() / 12.0;
+    (polar / polygon_area_m2(points)).sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn polygon(points: &[[f64; 2]]) -> Shape {
+        Shape::Polygon { points_m: points.iter().map(|&p| p.into()).collect() }
+    }
+
+    #[test]
+    fn a_rectangle_written_as_a_polygon_has_the_same_inertia() {
+        let rectangle = Shape::Rectangle { size_m: [0.06, 0.02] };
+        let same = polygon(&[[-0.03, -0.01], [0.03, -0.01], [0.03, 0.01], [-0.03, 0.01]]);
+        assert!((rectangle.radius_of_gyration_m() - same.radius_of_gyration_m()).abs() < 1e-15);
+        assert!((rectangle.area_m2() - same.area_m2()).abs() < 1e-15);
+    }
+
+    #[test]
+    fn the_origin_moves_to_the_centroid() {
+        let mut shape = polygon(&[[0.0, 0.0], [0.06, 0.0], [0.0, 0.03]]);
+        let shift = shape.check_and_centre("object `t`").expect("a triangle");
+        assert!((shift - Vec2::new(0.02, 0.01)).length() < 1e-12, "{shift:?}");
+        assert!(polygon_centroid(&shape.corners()).to_vec().length() < 1e-12);
+    }
+
+    #[test]
+    fn impossible_outlines_are_refused_by_name() {
+        for (mut shape, word) in [
+            (polygon(&[[0.0, 0.0], [0.1, 0.1], [0.1, 0.0], [0.0, 0.1]]), "self-crossing"),
+            (polygon(&[[0.0, 0.0], [0.0, 0.1], [0.1, 0.0]]), "clockwise"),
+            (polygon(&[[0.0, 0.0], [0.1, 0.0], [0.2, 0.0]]), "self-crossing"),
+            (polygon(&[[0.0, 0.0], [f64::NAN, 0.0], [0.2, 0.1]]), "not a number"),
+            (Shape::Disc { radius_m: -0.01 }, "-0.01"),
+            (Shape::Rectangle { size_m: [0.1, f64::NAN] }, "NaN"),
+        ] {
+            let message = shape.check_and_centre("object `x`").expect_err("must be refused").to_string();
+            assert!(message.contains("object `x`") && message.contains(word), "{message}");
+        }
+    }
+
+    #[test]
+    fn symmetry_knows_squares_from_triangles_from_discs() {
+        let square = Shape::Rectangle { size_m: [0.04, 0.04] };
+        assert!((square.rotation_symmetry_rad().expect("a square") - std::f64::consts::FRAC_PI_2).abs() < 1e-9);
+        let triangle = polygon(&[[-0.0275, -0.015877], [0.0275, -0.015877], [0.0, 0.031754]]);
+        let third = std::f64::consts::TAU / 3.0;
+        assert!((triangle.rotation_symmetry_rad().expect("equilateral") - third).abs() < 1e-3);
+        assert_eq!(polygon(&[[0.0, 0.0], [0.06, 0.0], [0.0, 0.03]]).rotation_symmetry_rad(), None);
+    }
+}

@@ -1,0 +1,150 @@
+//! What the videos told about the objects: friction, restitution, mass ratios (`properties.json`).
+
+use crate::error::{Error, Result};
+use crate::object::{kind, pair_key};
+use crate::uncertain::Estimate;
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+
+/// The physical properties of every object and pair that was filmed.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Properties {
+    /// The file format's version.
+    pub version: u32,
+    /// The object whose mass is the unit of mass.
+    pub reference: String,
+    /// Friction against the table, by object.
+    pub friction: BTreeMap<String, Estimate>,
+    /// Restitution against the striker, by object.
+    pub striker_restitution: BTreeMap<String, Estimate>,
+    /// Restitution of a pair, by [`pair_key`].
+    pub restitution: BTreeMap<String, Estimate>,
+    /// Mass over the reference object's mass, by object, all clips jointly.
+    pub mass_ratio: BTreeMap<String, Estimate>,
+    /// `a/b`: mass of a over mass of b, from the clips of that pair alone (Table 1).
+    pub pair_mass_ratio: BTreeMap<String, Estimate>,
+    /// Friction where objects touch each other or the striker.
+    pub contact_friction: ContactFriction,
+    /// How the errors of the values above go together.
+    #[serde(default)]
+    pub covariance: Covariance,
+    /// What the data did not support, and what looked wrong.
+    #[serde(default)]
+    pub warnings: Vec<String>,
+}
+
+/// Coulomb friction of impacts.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ContactFriction {
+    /// Between objects.
+    #[serde(default)]
+    pub objects: Option<Estimate>,
+    /// Between an object and the striker.
+    #[serde(default)]
+    pub striker: Option<Estimate>,
+}
+
+/// A covariance matrix with names.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Covariance {
+    /// What each row and column is, such as `friction/a`, `striker_restitution/a`, `restitution/a/b`, `log_mass_ratio/b`.
+    pub names: Vec<String>,
+    /// The matrix, row by row.
+    pub matrix: Vec<Vec<f64>>,
+}
+
+impl Properties {
+    /// Friction of an object against the table.
+    ///
+    /// # Errors
+    /// It was never measured.
+    pub fn friction(&self, object: &str) -> Result<&Estimate> {
+        self.friction.get(kind(object)).ok_or_else(|| Error::NotMeasured {
+            name: object.into(),
+            quantity: "friction",
+            needed: format!("a clip in which `{}` slides, or an entry in `friction`", kind(object)),
+        })
+    }
+
+    /// Mass of an object over the reference object's mass.
+    ///
+    /// # Errors
+    /// It was never measured.
+    pub fn mass_ratio(&self, object: &str) -> Result<&Estimate> {
+        self.mass_ratio.get(kind(object)).ok_or_else(|| Error::NotMeasured {
+            name: object.into(),
+            quantity: "mass ratio",
+            needed: format!(
+                "clips of impacts that connect `{}` with `{}`, or an entry in `mass_ratio`",
+                kind(object),
+                self.reference
+            ),
+        })
+    }
+
+    /// Restitution of an object against the striker.
+    ///
+    /// # Errors
+    /// It was never measured.
+    pub fn striker_restitution(&self, object: &str) -> Result<&Estimate> {
+        self.striker_restitution.get(kind(object)).ok_or_else(|| Error::NotMeasured {
+            name: object.into(),
+            quantity: "striker restitution",
+            needed: format!(
+                "a clip in which the robot strikes `{}`, or an entry in `striker_restitution`",
+                kind(object)
+            ),
+        })
+    }
+
+    /// Restitution of a pair of objects.
+    ///
+    /// # Errors
+    /// It was never measured.
+    pub fn restitution(&self, one: &str, other: &str) -> Result<&Estimate> {
+        let key = pair_key(one, other);
+        self.restitution.get(&key).ok_or_else(|| Error::NotMeasured {
+            quantity: "restitution",
+            needed: format!("a clip of the pair, or an entry `{key}` in `restitution`"),
+            name: key,
+        })
+    }
+
+    /// An error that names the entry unless every value is physically possible.
+    ///
+    /// # Errors
+    /// Restitution outside 0..1, negative friction, masses not above zero, numbers that are none.
+    pub fn check(&self, file: &str) -> Result<()> {
+        let in_unit = |v: f64| (0.0..=1.0).contains(&v);
+        let positive = |v: f64| v > 0.0 && v.is_finite();
+        let groups: [(&str, &BTreeMap<String, Estimate>, &dyn Fn(f64) -> bool, &str); 5] = [
+            ("friction", &self.friction, &positive, "a positive number"),
+            ("striker_restitution", &self.striker_restitution, &in_unit, "a number from 0 to 1"),
+            ("restitution", &self.restitution, &in_unit, "a number from 0 to 1"),
+            ("mass_ratio", &self.mass_ratio, &positive, "a positive number"),
+            ("pair_mass_ratio", &self.pair_mass_ratio, &positive, "a positive number"),
+        ];
+        for (group, values, possible, needed) in groups {
+            for (name, estimate) in values {
+                if !possible(estimate.mean) {
+                    let owner = format!("{file}: {group} of `{name}`");
+                    return Err(Error::invalid(owner, "mean", estimate.mean, needed));
+                }
+            }
+        }
+        for (name, estimate) in
+            [("objects", self.contact_friction.objects), ("striker", self.contact_friction.striker)]
+        {
+            if let Some(estimate) = estimate
+                && !(estimate.mean >= 0.0 && estimate.mean.is_finite())
+            {
+                let owner = format!("{file}: contact_friction of {name}");
+                return Err(Error::invalid(owner, "mean", estimate.mean, "zero or more"));
+            }
+        }
+        Ok(())
+    }
+}

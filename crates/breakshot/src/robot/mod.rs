@@ -1,0 +1,1 @@
+//! How does the arm carry out the strike?

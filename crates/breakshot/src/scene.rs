@@ -1,0 +1,193 @@
+//! What lies on the table, what is wanted, and the strike (`scene.toml`, `strike.json`).
+
+use crate::cell::Cell;
+use crate::error::{Error, Result};
+use crate::geometry::{Point, Pose};
+use crate::object::{self, Object};
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeSet;
+
+/// A pile on the table of a cell: all that a simulation or a plan needs besides the properties.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Scene {
+    /// The robot cell.
+    pub cell: Cell,
+    /// The kinds of objects there are.
+    pub objects: Vec<Object>,
+    /// When it was looked at (s since 1970), if known.
+    pub observed_unix_s: Option<f64>,
+    /// What lies where.
+    pub placed: Vec<Placed>,
+    /// Straight walls.
+    pub walls: Vec<Wall>,
+    /// Areas that neither striker nor objects may enter.
+    pub keep_out: Vec<KeepOut>,
+    /// What is wanted after the strike.
+    pub goal: Goal,
+}
+
+/// One object on the table.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Placed {
+    /// Its name; `a#2` for the second copy of `a`.
+    pub object: String,
+    /// Where its centroid lies.
+    pub position_m: Point,
+    /// How it is turned (rad).
+    #[serde(default)]
+    pub yaw_rad: f64,
+}
+
+impl Placed {
+    /// Position and yaw together.
+    pub fn pose(&self) -> Pose {
+        Pose { position: self.position_m, yaw_rad: self.yaw_rad }
+    }
+}
+
+/// A straight wall that objects bounce off.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Wall {
+    /// One end.
+    pub from_m: Point,
+    /// The other end.
+    pub to_m: Point,
+    /// Restitution of an impact with it.
+    pub restitution: f64,
+}
+
+/// An area that must stay free.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct KeepOut {
+    /// Its corner points, counter-clockwise (m).
+    pub points_m: Vec<Point>,
+}
+
+/// What counts as singulated (Eq. 35 and 36).
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Goal {
+    /// Least distance between any two centres (m, Eq. 36).
+    pub min_distance_m: f64,
+    /// Bounds of the mean distance over all pairs (m, Eq. 35): lower inclusive, upper exclusive.
+    pub mean_distance_m: [f64; 2],
+    /// Least gap between any two outlines (m).
+    pub min_gap_m: f64,
+    /// Whether every centre must end inside the workspace.
+    pub inside_workspace: bool,
+}
+
+impl Default for Goal {
+    /// The paper's experiment (section 5): 90 mm between any two, 150 to 900 mm on average.
+    fn default() -> Self {
+        Self { min_distance_m: 0.09, mean_distance_m: [0.15, 0.90], min_gap_m: 0.0, inside_workspace: true }
+    }
+}
+
+/// What the robot does: the striker starts at rest at `start_m`, runs `travel_m` along `heading_rad`, stops and
+/// draws back.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Strike {
+    /// The object it is meant for; in a campaign it is the first of the clip's `objects`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub object: Option<String>,
+    /// Where the striker's centre starts.
+    pub start_m: Point,
+    /// Its direction (rad).
+    pub heading_rad: f64,
+    /// Its speed (m/s).
+    pub speed_m_s: f64,
+    /// How far it runs (m).
+    pub travel_m: f64,
+}
+
+impl Strike {
+    /// An error that names `owner` unless it can be carried out.
+    ///
+    /// # Errors
+    /// Numbers that are none, a speed or travel that is not positive.
+    pub fn check(&self, owner: &str) -> Result<()> {
+        object::positive(owner, "speed_m_s", self.speed_m_s)?;
+        object::positive(owner, "travel_m", self.travel_m)?;
+        if !self.start_m.is_finite() || !self.heading_rad.is_finite() {
+            return Err(Error::invalid(owner, "start_m or heading_rad", "not a number", "numbers"));
+        }
+        Ok(())
+    }
+}
+
+impl Scene {
+    /// The kind of object placed under that name.
+    ///
+    /// # Errors
+    /// No such kind.
+    pub fn object(&self, name: &str) -> Result<&Object> {
+        object::find(&self.objects, name, "scene")
+    }
+
+    /// An error that names the entry unless the scene can exist.  Overlaps are found by the simulator.
+    ///
+    /// # Errors
+    /// Unknown or repeated names, numbers that are none, goals that contradict themselves.
+    pub fn check(&self, file: &str) -> Result<()> {
+        let mut seen = BTreeSet::new();
+        for placed in &self.placed {
+            object::find(&self.objects, &placed.object, file)?;
+            let owner = format!("{file}: placed `{}`", placed.object);
+            if !seen.insert(&placed.object) {
+                let needed = format!("every copy once; a second one is `{}#2`", object::kind(&placed.object));
+                return Err(Error::invalid(owner, "name", "given twice", needed));
+            }
+            if !placed.position_m.is_finite() || !placed.yaw_rad.is_finite() {
+                return Err(Error::invalid(owner, "position_m or yaw_rad", "not a number", "numbers"));
+            }
+        }
+        for (k, wall) in self.walls.iter().enumerate() {
+            let owner = format!("{file}: walls[{k}]");
+            if !(0.0..=1.0).contains(&wall.restitution) {
+                return Err(Error::invalid(owner, "restitution", wall.restitution, "a number from 0 to 1"));
+            }
+            let length_m = wall.from_m.distance(wall.to_m);
+            object::positive(&owner, "length", length_m)?;
+        }
+        for (k, area) in self.keep_out.iter().enumerate() {
+            let mut outline = object::Shape::Polygon { points_m: area.points_m.clone() };
+            outline.check_and_centre(&format!("{file}: keep_out[{k}]"))?;
+        }
+        self.goal.check(file)
+    }
+}
+
+impl Goal {
+    /// An error unless some scene could fulfil it.
+    ///
+    /// # Errors
+    /// Negative or non-numeric distances, a mean interval that is empty.
+    pub fn check(&self, file: &str) -> Result<()> {
+        let owner = format!("{file}: goal");
+        for (what, value) in [
+            ("min_distance_m", self.min_distance_m),
+            ("min_gap_m", self.min_gap_m),
+            ("mean_distance_m[0]", self.mean_distance_m[0]),
+        ] {
+            if !(value >= 0.0 && value.is_finite()) {
+                return Err(Error::invalid(owner, what, value, "zero or more metres"));
+            }
+        }
+        let [least, most] = self.mean_distance_m;
+        if most.is_nan() || most <= least {
+            let found = format!("[{least}, {most}]");
+            return Err(Error::invalid(owner, "mean_distance_m", found, "a lower bound below the upper one"));
+        }
+        if self.min_distance_m >= most {
+            let found = format!("{} with a mean below {most}", self.min_distance_m);
+            let needed = "a least distance below the largest mean";
+            return Err(Error::invalid(owner, "min_distance_m", found, needed));
+        }
+        Ok(())
+    }
+}
