@@ -206,10 +206,9 @@ impl Cell {
                 positive(file, what, value)?;
             }
         }
-        for (what, value) in [
-            ("scale_px_per_m", self.scale_px_per_m()),
-            ("camera.exposure_s", camera.exposure_s),
-        ] {
+        for (what, value) in
+            [("scale_px_per_m", self.scale_px_per_m()), ("camera.exposure_s", camera.exposure_s)]
+        {
             if let Some(value) = value {
                 positive(file, what, value)?;
             }
@@ -223,7 +222,12 @@ impl Cell {
             && (distortion.len() > 5 || distortion.iter().any(|k| !k.is_finite()))
         {
             let found = format!("{distortion:?}");
-            return Err(Error::invalid(file, "camera.distortion", found, "up to five numbers k1 k2 p1 p2 k3"));
+            return Err(Error::invalid(
+                file,
+                "camera.distortion",
+                found,
+                "up to five numbers k1 k2 p1 p2 k3",
+            ));
         }
         if let Some([width, height]) = camera.image_size_px
             && (width == 0 || height == 0)

@@ -63,13 +63,13 @@ fn syntax_error(path: &Path, message: &str, line: Option<usize>) -> Error {
     let quoted: Vec<&str> = first.split('`').skip(1).step_by(2).collect();
     let unknown = first.starts_with("unknown field") || first.starts_with("unknown variant");
     match quoted.split_first() {
-        Some((key, known)) if unknown => Error::UnknownKey {
+        Some((key, known)) if unknown => {
+            Error::UnknownKey { path: path.into(), key: (*key).into(), at, hint: nearest_hint(key, known) }
+        }
+        _ => Error::Syntax {
             path: path.into(),
-            key: (*key).into(),
-            at,
-            hint: nearest_hint(key, known),
+            problem: format!("{}{at}", message.trim().replace('\n', "; ")),
         },
-        _ => Error::Syntax { path: path.into(), problem: format!("{}{at}", message.trim().replace('\n', "; ")) },
     }
 }
 
@@ -213,12 +213,7 @@ fn load_clip(campaign: &Path, entry: ClipEntry) -> Result<Clip> {
         Some(scene) => Some(load_scene(&beside(campaign, scene))?.value.placed),
         None => None,
     };
-    Ok(Clip {
-        video: beside(campaign, &entry.video),
-        objects: entry.objects,
-        strike: entry.strike,
-        placed,
-    })
+    Ok(Clip { video: beside(campaign, &entry.video), objects: entry.objects, strike: entry.strike, placed })
 }
 
 /// What `scene.toml` holds.

@@ -24,11 +24,13 @@ pub mod estimate;
 pub mod files;
 pub mod geometry;
 pub mod object;
+pub mod outline;
 pub mod physics;
 pub mod plan;
 pub mod properties;
 pub mod robot;
 pub mod scene;
+pub mod singulation;
 pub mod uncertain;
 pub mod verify;
 

@@ -67,11 +67,7 @@ impl Shape {
     pub fn reach_m(&self, direction: Vec2) -> f64 {
         match self {
             Self::Disc { radius_m } => *radius_m,
-            _ => self
-                .corners()
-                .iter()
-                .map(|p| p.to_vec().dot(direction))
-                .fold(f64::NEG_INFINITY, f64::max),
+            _ => self.corners().iter().map(|p| p.to_vec().dot(direction)).fold(f64::NEG_INFINITY, f64::max),
         }
     }
 
@@ -251,7 +247,12 @@ fn check_polygon(owner: &str, points: &[Point]) -> Result<()> {
     }
     let area_m2 = polygon_area_m2(points);
     if area_m2.abs() < SMALLEST_AREA_M2 {
-        return Err(Error::invalid(owner, "points_m", format!("an area of {area_m2} m2"), "a polygon with area"));
+        return Err(Error::invalid(
+            owner,
+            "points_m",
+            format!("an area of {area_m2} m2"),
+            "a polygon with area",
+        ));
     }
     if area_m2 < 0.0 {
         return Err(Error::invalid(owner, "points_m", "clockwise", "corner points counter-clockwise"));
@@ -358,7 +359,9 @@ mod tests {
     #[test]
     fn symmetry_knows_squares_from_triangles_from_discs() {
         let square = Shape::Rectangle { size_m: [0.04, 0.04] };
-        assert!((square.rotation_symmetry_rad().expect("a square") - std::f64::consts::FRAC_PI_2).abs() < 1e-9);
+        assert!(
+            (square.rotation_symmetry_rad().expect("a square") - std::f64::consts::FRAC_PI_2).abs() < 1e-9
+        );
         let triangle = polygon(&[[-0.0275, -0.015877], [0.0275, -0.015877], [0.0, 0.031754]]);
         let third = std::f64::consts::TAU / 3.0;
         assert!((triangle.rotation_symmetry_rad().expect("equilateral") - third).abs() < 1e-3);
