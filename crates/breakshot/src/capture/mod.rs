@@ -7,7 +7,10 @@ use crate::cell::Cell;
 use crate::error::Result;
 use crate::geometry::{Pixel, Point};
 use serde::{Deserialize, Serialize};
+use source::Repeats;
 use std::path::Path;
+
+mod source;
 
 /// A grey picture, row by row, 0 is black.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -30,15 +33,51 @@ pub struct Frame {
 }
 
 /// A video or a folder of pictures, read frame by frame: memory does not grow with its length.
+///
+/// Frames come in the order in which they are shown.  After an error, which is the last item, nothing comes.
 pub struct Footage {
     name: String,
     size_px: [usize; 2],
     frame_count: Option<usize>,
     warnings: Vec<String>,
     frames: Box<dyn Iterator<Item = Result<Frame>> + Send>,
+    repeats: Option<Repeats>,
 }
 
 impl Footage {
+    /// Opens an H.264 MP4 or MOV, a Y4M, a PNG, or a folder of PNGs with a `timing.toml` that holds
+    /// `frame_rate_hz = 60.0` or `times_s = [0.0, ...]`; what it is, its content tells.
+    ///
+    /// Presentation times, edit lists and the rotation written in the file are applied.
+    ///
+    /// # Errors
+    /// A file of another kind or coding, one that breaks off, one whose times go back: [`Error::Video`](crate::Error)
+    /// names the file, what was found and what is needed.
+    pub fn open(path: &Path) -> Result<Self> {
+        let opened = source::open(path)?;
+        Ok(Self {
+            name: path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned(),
+            size_px: opened.size_px,
+            frame_count: opened.frame_count,
+            warnings: opened.warnings,
+            frames: opened.frames,
+            repeats: Some(Repeats::default()),
+        })
+    }
+
+    /// Frames made elsewhere, all of one size.
+    pub fn from_frames(name: &str, frames: Vec<Frame>) -> Self {
+        let size_px = frames.first().map_or([0, 0], |frame| [frame.image.width, frame.image.height]);
+        Self {
+            name: name.into(),
+            size_px,
+            frame_count: Some(frames.len()),
+            warnings: Vec::new(),
+            frames: Box::new(frames.into_iter().map(Ok)),
+            repeats: Some(Repeats::default()),
+        }
+    }
+
     /// The file's name, as messages call it.
     pub fn name(&self) -> &str {
         &self.name
@@ -54,7 +93,8 @@ impl Footage {
         self.frame_count
     }
 
-    /// What the user should know about the film: dropped or repeated frames, an odd time base.
+    /// What the user should know about the film: missing frames, a varying rate and, once the last frame has come,
+    /// repeated pictures.
     pub fn warnings(&self) -> &[String] {
         &self.warnings
     }
@@ -62,8 +102,22 @@ impl Footage {
 
 impl Iterator for Footage {
     type Item = Result<Frame>;
+
     fn next(&mut self) -> Option<Self::Item> {
-        self.frames.next()
+        let next = self.frames.next();
+        match &next {
+            Some(Ok(frame)) => {
+                if let Some(repeats) = &mut self.repeats {
+                    repeats.see(frame);
+                }
+            }
+            Some(Err(_)) => {
+                self.frames = Box::new(std::iter::empty());
+                self.repeats = None;
+            }
+            None => self.warnings.extend(self.repeats.take().and_then(|repeats| repeats.warning())),
+        }
+        next
     }
 }
 

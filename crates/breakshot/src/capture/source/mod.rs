@@ -1,0 +1,62 @@
+//! Which pictures does a film hold, and when was each of them shown?
+//!
+//! What a file is, is read from its first bytes, never from its name.  Whatever cannot be read, or breaks off, is
+//! refused with the reason, as soon as it is known; no film is shortened silently.
+
+mod boxes;
+mod guard;
+mod h264;
+mod kind;
+mod movie;
+mod mp4;
+mod orientation;
+mod pictures;
+mod refusal;
+mod repeats;
+mod samples;
+mod timeline;
+mod y4m;
+
+pub(super) use repeats::Repeats;
+
+use super::Frame;
+use crate::error::Result;
+use kind::Kind;
+use std::path::Path;
+
+/// No side of a picture is longer: a header that says more lies, or asks for more memory than is sane.
+const MAX_SIDE_PX: u64 = 16_384;
+/// No picture is larger (an 8K picture has 33 million pixels).
+const MAX_PIXELS: u64 = 40_000_000;
+/// No film is longer: two hours at 240 frames a second.
+const MAX_FRAMES: u64 = 2_000_000;
+
+/// A film whose header is read and whose frames are ready to come.
+pub(super) struct Opened {
+    pub size_px: [usize; 2],
+    pub frame_count: Option<usize>,
+    pub warnings: Vec<String>,
+    pub frames: Box<dyn Iterator<Item = Result<Frame>> + Send>,
+}
+
+/// Opens whatever film lies at `path`.
+pub(super) fn open(path: &Path) -> Result<Opened> {
+    match kind::of(path)? {
+        Kind::Mp4(file) => movie::open(path, file),
+        Kind::Y4m(file) => y4m::open(path, file),
+        Kind::Png => pictures::open_one(path),
+        Kind::Folder => pictures::open_folder(path),
+    }
+}
+
+/// An error unless a picture of this size can be worked on.
+fn check_size(width: u64, height: u64) -> std::result::Result<(), refusal::Refusal> {
+    let sane = 1..=MAX_SIDE_PX;
+    if sane.contains(&width) && sane.contains(&height) && width * height <= MAX_PIXELS {
+        return Ok(());
+    }
+    Err(refusal::Refusal {
+        found: format!("pictures of {width} x {height} px"),
+        needed: format!("1 to {MAX_SIDE_PX} px a side and at most {} million pixels", MAX_PIXELS / 1_000_000),
+    })
+}

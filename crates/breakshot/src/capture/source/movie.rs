@@ -1,0 +1,134 @@
+//! The frames of an MP4, in the order in which they are shown.
+
+use super::h264::{Order, Stream};
+use super::mp4::{self, Track};
+use super::refusal::Refusal;
+use super::samples::Sample;
+use super::timeline::{self, NEEDED_TIMES, Timeline};
+use super::{Opened, boxes, orientation::Orientation};
+use crate::capture::{Frame, GreyImage};
+use crate::error::{Error, Result};
+use std::collections::BTreeMap;
+use std::fs::File;
+use std::path::{Path, PathBuf};
+
+/// Opens an MP4 and checks all that can be checked without decoding it.
+pub(super) fn open(path: &Path, mut file: File) -> Result<Opened> {
+    let length = file.metadata().map_err(|source| Error::Read { path: path.into(), source })?.len();
+    let track = mp4::read(&mut file, length).map_err(|refusal| refusal.of(path))?;
+    let (opened, movie) = Movie::of(path, file, track).map_err(|refusal| refusal.of(path))?;
+    Ok(Opened { frames: Box::new(movie), ..opened })
+}
+
+/// A film that is being decoded.
+struct Movie {
+    path: PathBuf,
+    file: File,
+    samples: Vec<Sample>,
+    timeline: Timeline,
+    orientation: Orientation,
+    stream: Stream,
+    coded: Vec<u8>,
+    /// How many samples are decoded, and how many frames are shown.
+    decoded: usize,
+    shown: u32,
+    /// Pictures that wait for their turn, by their place; each with its number in decoding order.
+    waiting: BTreeMap<u32, (GreyImage, Order, usize)>,
+    last: Option<(Order, usize)>,
+}
+
+impl Movie {
+    fn of(path: &Path, mut file: File, track: Track) -> std::result::Result<(Opened, Self), Refusal> {
+        let ticks: Vec<i64> = track.samples.iter().map(|sample| sample.shown).collect();
+        let timeline = Timeline::of(&ticks, &track.edits, track.timescale)?;
+        let first = track.samples[0];
+        let coded = boxes::read_at(&mut file, first.offset, u64::from(first.size))?;
+        let stream = Stream::new(&track.coding, &coded)?;
+        let mut warnings = track.warnings;
+        warnings.extend(timeline::warnings(&timeline.times_s, 1.0 / f64::from(track.timescale)));
+        let opened = Opened {
+            size_px: Orientation::size(stream.size_px()?, track.orientation),
+            frame_count: Some(timeline.times_s.len()),
+            warnings,
+            frames: Box::new(std::iter::empty()),
+        };
+        let movie = Self {
+            path: path.into(),
+            file,
+            samples: track.samples,
+            timeline,
+            orientation: track.orientation,
+            stream,
+            coded,
+            decoded: 0,
+            shown: 0,
+            waiting: BTreeMap::new(),
+            last: None,
+        };
+        Ok((opened, movie))
+    }
+
+    /// Decodes until the next frame in the order of showing is there; nothing after the last one.
+    fn advance(&mut self) -> std::result::Result<Option<Frame>, Refusal> {
+        let Some(&time_s) = self.timeline.times_s.get(self.shown as usize) else {
+            return Ok(None);
+        };
+        while !self.waiting.contains_key(&self.shown) {
+            self.decode_next()?;
+        }
+        let Some((image, order, number)) = self.waiting.remove(&self.shown) else {
+            return Ok(None);
+        };
+        self.check_order(time_s, order, number)?;
+        self.shown += 1;
+        Ok(Some(Frame { time_s, image: self.orientation.upright(image) }))
+    }
+
+    fn decode_next(&mut self) -> std::result::Result<(), Refusal> {
+        let number = self.decoded;
+        let (Some(&sample), Some(&place)) = (self.samples.get(number), self.timeline.places.get(number))
+        else {
+            return Err(Refusal::damaged("fewer pictures than time stamps"));
+        };
+        self.decoded += 1;
+        self.coded.resize(sample.size as usize, 0);
+        let coded = &mut self.coded;
+        let picture =
+            boxes::read_into(&mut self.file, sample.offset, coded).and_then(|()| self.stream.picture(coded));
+        let picture = picture.map_err(|refusal| {
+            let when = match place {
+                Some(place) => format!("shown at {:.4} s", self.timeline.times_s[place as usize]),
+                None => "not shown".into(),
+            };
+            let found = format!("frame {} of {} ({when}): {}", number + 1, self.samples.len(), refusal.found);
+            Refusal { found, needed: refusal.needed }
+        })?;
+        if let Some(place) = place {
+            self.waiting.insert(place, (picture.image, picture.order, number));
+        }
+        Ok(())
+    }
+
+    /// An error where the file's time stamps contradict the order that the coded pictures themselves tell.
+    fn check_order(&mut self, time_s: f64, order: Order, number: usize) -> std::result::Result<(), Refusal> {
+        let contradicted = self.last.is_some_and(|(last_order, last_number)| {
+            order < last_order || (order == last_order && number < last_number)
+        });
+        if contradicted {
+            let found = format!(
+                "time stamps that go back: the frame shown at {time_s:.4} s belongs before the last one"
+            );
+            return Err(Refusal { found, needed: NEEDED_TIMES.into() });
+        }
+        self.last = Some((order, number));
+        Ok(())
+    }
+}
+
+impl Iterator for Movie {
+    type Item = Result<Frame>;
+
+    fn next(&mut self) -> Option<Self::Item> {
+        self.advance().map_err(|refusal| refusal.of(&self.path)).transpose()
+    }
+}

@@ -1,0 +1,38 @@
+//! Why a film cannot be used, before its name is put to it.
+
+use crate::error::Error;
+use std::path::Path;
+
+/// What can be read.
+const READABLE: &str = "an MP4 or MOV with progressive 8-bit 4:2:0 H.264, a Y4M, a PNG or a folder of PNGs";
+
+/// What was found and what is needed instead.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) struct Refusal {
+    pub found: String,
+    pub needed: String,
+}
+
+impl Refusal {
+    /// The file is not whole, or contradicts itself.
+    pub(super) fn damaged(found: impl Into<String>) -> Self {
+        Self { found: found.into(), needed: "a complete, undamaged file".into() }
+    }
+
+    /// A file of a kind that is not read.
+    pub(super) fn foreign(found: impl Into<String>) -> Self {
+        Self { found: found.into(), needed: READABLE.into() }
+    }
+
+    /// A film that a converter can turn into one that is read.
+    pub(super) fn convertible(found: impl Into<String>) -> Self {
+        let needed =
+            format!("{READABLE}; `ffmpeg -i FILM -c:v libx264 -crf 12 -pix_fmt yuv420p NEW.mp4` converts it");
+        Self { found: found.into(), needed }
+    }
+
+    /// The error for the film at `path`.
+    pub(super) fn of(self, path: &Path) -> Error {
+        Error::video(path, self.found, self.needed)
+    }
+}
