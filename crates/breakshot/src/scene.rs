@@ -89,7 +89,7 @@ impl Default for Goal {
 
 /// What the robot does: the striker starts at rest at `start_m`, runs `travel_m` along `heading_rad`, stops and
 /// draws back.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Strike {
     /// The object it is meant for; in a campaign it is the first of the clip's `objects`.

@@ -60,7 +60,7 @@ pub struct Plan {
 }
 
 /// What a strike is expected to do.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Prediction {
     /// Where every object comes to rest.
     #[serde(rename = "final")]
@@ -74,7 +74,7 @@ pub struct Prediction {
 }
 
 /// One step of the search.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Iteration {
     /// The strike tried.
     pub strike: Strike,

@@ -1,0 +1,134 @@
+//! Estimates with their 95 % intervals, one row each, and the values of the single clips as small dots (Figs. 7 to 9).
+
+use super::WIDTH_PX;
+use super::axis::{Axis, Scale};
+use super::labels::width_px;
+use super::svg::{Anchor, Svg};
+use crate::uncertain::Estimate;
+
+/// One estimate.
+pub(in crate::verify) struct IntervalRow {
+    /// What it is the estimate of.
+    pub name: String,
+    /// The class that sets its colour.
+    pub class: String,
+    /// The estimate.
+    pub estimate: Estimate,
+    /// What the single clips say, with the clips' names.
+    pub clips: Vec<(String, f64)>,
+    /// The value that was measured otherwise, such as with a scale.
+    pub known: Option<f64>,
+}
+
+/// How to draw them.
+pub(in crate::verify) struct Intervals<'a> {
+    /// The quantity and its unit.
+    pub label: &'a str,
+    /// The axis.
+    pub scale: Scale,
+    /// What the known values are, such as `weighed`.
+    pub known: &'a str,
+}
+
+const ROW_PX: f64 = 26.0;
+const TOP_PX: f64 = 26.0;
+const BELOW_PX: f64 = 42.0;
+const VALUE_PX: f64 = 158.0;
+
+/// One row for each estimate: interval, mean, the clips' values, and the numbers at the right.
+pub(in crate::verify) fn intervals(rows: &[IntervalRow], how: &Intervals, label: &str) -> String {
+    let names_px = rows.iter().map(|row| width_px(&row.name)).fold(24.0, f64::max);
+    let (left_px, right_px) = (names_px + 14.0, WIDTH_PX - VALUE_PX);
+    let bottom_px = TOP_PX + rows.len() as f64 * ROW_PX;
+    let axis = Axis::new(&extent(rows), [left_px + 8.0, right_px - 8.0], 6, how.scale);
+    let mut svg = Svg::new(WIDTH_PX, bottom_px + BELOW_PX);
+    draw_key(&mut svg, rows, how, left_px);
+    svg.text("small", [WIDTH_PX - 4.0, 14.0], Anchor::End, "mean \u{b1} 95 % (clips)");
+    for &tick in &axis.ticks {
+        let x = axis.px(tick);
+        svg.line("grid", [x, TOP_PX], [x, bottom_px]);
+        svg.text("tick", [x, bottom_px + 16.0], Anchor::Middle, &axis.tick_text(tick));
+    }
+    svg.text("label", [f64::midpoint(left_px, right_px), bottom_px + 35.0], Anchor::Middle, how.label);
+    for (k, row) in rows.iter().enumerate() {
+        let y = TOP_PX + (k as f64 + 0.5) * ROW_PX;
+        svg.text("label", [left_px - 6.0, y + 4.0], Anchor::End, &row.name);
+        draw_row(&mut svg, row, how, y, |value| axis.px(value).clamp(left_px, right_px));
+        svg.text("number", [WIDTH_PX - 4.0, y + 4.0], Anchor::End, &numbers(&row.estimate));
+    }
+    svg.finish(label)
+}
+
+fn draw_row(svg: &mut Svg, row: &IntervalRow, how: &Intervals, y: f64, px: impl Fn(f64) -> f64) {
+    let class = &row.class;
+    // Repeats lie beside each other, not on each other.
+    let lanes = [0.0, -4.5, 4.5, -9.0, 9.0];
+    for (k, (clip, value)) in row.clips.iter().enumerate() {
+        let hint = format!("{clip}: {value:.4}");
+        svg.circle(&format!("clip {class}"), [px(*value), y + lanes[k % lanes.len()]], 2.2, &hint);
+    }
+    let [low, high] = row.estimate.interval_95;
+    if low.is_finite() && high.is_finite() && high > low {
+        let low = if how.scale == Scale::Logarithmic { low.max(f64::MIN_POSITIVE) } else { low };
+        svg.line(&format!("interval {class}"), [px(low), y], [px(high), y]);
+    }
+    svg.circle(&format!("mean {class}"), [px(row.estimate.mean), y], 4.5, &numbers(&row.estimate));
+    if let Some(known) = row.known {
+        let x = px(known);
+        svg.line("known", [x, y - 9.0], [x, y + 9.0]);
+    }
+}
+
+fn draw_key(svg: &mut Svg, rows: &[IntervalRow], how: &Intervals, left_px: f64) {
+    let mut x = left_px + 8.0;
+    let mut entry = |svg: &mut Svg, text: &str, draw: &dyn Fn(&mut Svg, f64)| {
+        draw(svg, x);
+        svg.text("small", [x + 22.0, 14.0], Anchor::Start, text);
+        x += 22.0 + width_px(text) + 16.0;
+    };
+    entry(svg, "mean and 95 % interval", &|svg, x| {
+        svg.line("interval grey", [x, 10.0], [x + 16.0, 10.0]);
+        svg.circle("mean grey", [x + 8.0, 10.0], 4.5, "");
+    });
+    if rows.iter().any(|row| !row.clips.is_empty()) {
+        entry(svg, "single clips", &|svg, x| svg.circle("clip grey", [x + 8.0, 10.0], 2.2, ""));
+    }
+    if rows.iter().any(|row| row.known.is_some()) {
+        entry(svg, how.known, &|svg, x| svg.line("known", [x + 8.0, 2.0], [x + 8.0, 18.0]));
+    }
+}
+
+/// All values that the axis has to hold; an interval far wider than what was seen is cut.
+fn extent(rows: &[IntervalRow]) -> Vec<f64> {
+    let seen: Vec<f64> = rows
+        .iter()
+        .flat_map(|row| row.clips.iter().map(|c| c.1).chain([row.estimate.mean]).chain(row.known))
+        .filter(|v| v.is_finite())
+        .collect();
+    let low = seen.iter().copied().fold(f64::INFINITY, f64::min);
+    let high = seen.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    let room = MOST_ROOM * (high - low);
+    let mut extent = seen;
+    for row in rows {
+        let [from, to] = row.estimate.interval_95;
+        extent.extend([from.max(low - room), to.min(high + room)].into_iter().filter(|v| v.is_finite()));
+    }
+    extent
+}
+
+/// With two clips a 95 % interval is 13 standard errors wide: it may take this part of the seen range on either side,
+/// or it would press all others together.
+const MOST_ROOM: f64 = 0.35;
+
+/// Mean, half the interval and the number of clips; the interval has two digits that count.
+fn numbers(estimate: &Estimate) -> String {
+    let half = (estimate.interval_95[1] - estimate.interval_95[0]) / 2.0;
+    if estimate.n == 0 && half == 0.0 {
+        return format!("{} (unit)", estimate.mean);
+    }
+    if !half.is_finite() {
+        return format!("{:.3} ({})", estimate.mean, estimate.n);
+    }
+    let decimals = (1.0 - half.max(1e-9).log10().floor()).clamp(1.0, 5.0) as usize;
+    format!("{:.decimals$} \u{b1} {half:.decimals$} ({})", estimate.mean, estimate.n)
+}

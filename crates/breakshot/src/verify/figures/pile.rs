@@ -1,0 +1,310 @@
+//! The table from above, true to scale: objects before and after, their paths, the striker and what is in the way.
+
+use super::labels::{Labels, width_px};
+use super::svg::{Anchor, Svg};
+use crate::geometry::{Point, Pose, Vec2};
+use crate::object::Shape;
+use crate::scene::{Scene, Strike};
+
+/// How an object is drawn.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(in crate::verify) enum Layer {
+    /// Where it lay: a pale outline.
+    Before,
+    /// Where it lies: filled.
+    Here,
+    /// Where it is expected: a dashed outline.
+    Expected,
+}
+
+impl Layer {
+    fn class(self) -> &'static str {
+        match self {
+            Self::Before => "before",
+            Self::Here => "here",
+            Self::Expected => "expected",
+        }
+    }
+}
+
+/// One object in the drawing.
+pub(in crate::verify) struct Lay<'a> {
+    /// Its name.
+    pub name: &'a str,
+    /// The class that sets its colour.
+    pub class: String,
+    /// Its outline.
+    pub shape: &'a Shape,
+    /// Where it lies.
+    pub pose: Pose,
+    /// How it is drawn.
+    pub layer: Layer,
+}
+
+/// What is drawn.
+pub(in crate::verify) struct Pile<'a> {
+    /// The table, its walls and keep-out areas, the striker.
+    pub scene: &'a Scene,
+    /// The objects, the first ones below.
+    pub lays: Vec<Lay<'a>>,
+    /// Ways of centres and the class that sets their colour.
+    pub paths: Vec<(String, Vec<Point>)>,
+    /// The strike.
+    pub strike: Option<&'a Strike>,
+}
+
+/// The part of the table that is shown.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(in crate::verify) struct View {
+    min: Point,
+    max: Point,
+}
+
+/// Free space around what is shown (m).
+const MARGIN_M: f64 = 0.02;
+/// A drawing is at least so wide for its height.
+const LEAST_WIDTH_TO_HEIGHT: f64 = 1.2;
+/// And shows at least so much of the table (m): objects of a few centimetres need no larger scale.
+const LEAST_WIDTH_M: f64 = 0.3;
+
+impl View {
+    const NOTHING: Self = Self {
+        min: Point::new(f64::INFINITY, f64::INFINITY),
+        max: Point::new(f64::NEG_INFINITY, f64::NEG_INFINITY),
+    };
+
+    /// Holds everything that happens in these drawings, and their whole workspace if that is at most
+    /// `workspace_factor` times as wide.
+    pub(in crate::verify) fn of(piles: &[&Pile], workspace_factor: f64) -> Self {
+        let mut view = Self::NOTHING;
+        for pile in piles {
+            view.hold_lays(&pile.lays);
+            for point in pile.paths.iter().flat_map(|p| &p.1) {
+                view.hold(*point, 0.0);
+            }
+            if let Some(strike) = pile.strike {
+                let radius_m = pile.scene.cell.striker.shape.outer_radius_m();
+                view.hold(strike.start_m, radius_m);
+                view.hold(end_of(strike), radius_m);
+            }
+        }
+        if let Some(pile) = piles.first() {
+            let workspace = pile.scene.cell.workspace;
+            let (width_m, whole_m) = (view.max.x - view.min.x, workspace.max_m.x - workspace.min_m.x);
+            if width_m < 0.0 || whole_m <= workspace_factor * width_m {
+                view.hold(workspace.min_m, 0.0);
+                view.hold(workspace.max_m, 0.0);
+            }
+        }
+        view.grown()
+    }
+
+    /// Holds the objects only.
+    pub(in crate::verify) fn close(pile: &Pile) -> Self {
+        let mut view = Self::NOTHING;
+        view.hold_lays(&pile.lays);
+        view.grown()
+    }
+
+    fn hold_lays(&mut self, lays: &[Lay]) {
+        for lay in lays {
+            self.hold(lay.pose.position, lay.shape.outer_radius_m());
+        }
+    }
+
+    fn hold(&mut self, point: Point, radius_m: f64) {
+        if point.is_finite() {
+            self.min = Point::new(self.min.x.min(point.x - radius_m), self.min.y.min(point.y - radius_m));
+            self.max = Point::new(self.max.x.max(point.x + radius_m), self.max.y.max(point.y + radius_m));
+        }
+    }
+
+    fn grown(mut self) -> Self {
+        if self.min.x > self.max.x {
+            (self.min, self.max) = (Point::ORIGIN, Point::ORIGIN);
+        }
+        let margin = Vec2::new(MARGIN_M, MARGIN_M);
+        self.min = self.min - margin;
+        self.max += margin;
+        let size = self.max - self.min;
+        let missing = (LEAST_WIDTH_TO_HEIGHT * size.y).max(LEAST_WIDTH_M).max(size.x) - size.x;
+        self.min = self.min - Vec2::new(missing / 2.0, 0.0);
+        self.max += Vec2::new(missing / 2.0, 0.0);
+        self
+    }
+}
+
+fn end_of(strike: &Strike) -> Point {
+    strike.start_m + Vec2::from_heading(strike.heading_rad) * strike.travel_m
+}
+
+/// Room below the table for the scale bar (px).
+const FOOT_PX: f64 = 26.0;
+
+/// A drawing in progress: SVG and the way from the table to it.
+struct Canvas {
+    svg: Svg,
+    labels: Labels,
+    view: View,
+    px_per_m: f64,
+}
+
+impl Canvas {
+    fn px(&self, point: Point) -> [f64; 2] {
+        [(point.x - self.view.min.x) * self.px_per_m, (self.view.max.y - point.y) * self.px_per_m]
+    }
+
+    fn outline(&mut self, class: &str, shape: &Shape, pose: Pose, hint: &str) {
+        if let Shape::Disc { radius_m } = shape {
+            let center = self.px(pose.position);
+            self.svg.circle(class, center, radius_m * self.px_per_m, hint);
+        } else {
+            let corners: Vec<_> =
+                shape.corners().into_iter().map(|c| self.px(pose.table_from_body(c))).collect();
+            self.svg.path(class, &corners, true);
+        }
+    }
+
+    fn polygon(&mut self, class: &str, points: &[Point], closed: bool) {
+        let points: Vec<_> = points.iter().map(|&p| self.px(p)).collect();
+        self.svg.path(class, &points, closed);
+    }
+}
+
+/// The table from above, `width_px` wide.
+pub(in crate::verify) fn pile(pile: &Pile, view: View, width_px: f64, label: &str) -> String {
+    let size = view.max - view.min;
+    let px_per_m = width_px / size.x;
+    let height_px = size.y * px_per_m;
+    let svg = Svg::new(width_px, height_px + FOOT_PX);
+    let mut canvas = Canvas { svg, labels: Labels::default(), view, px_per_m };
+    canvas.labels.keep_free([f64::NEG_INFINITY, height_px, f64::INFINITY, f64::INFINITY]);
+    canvas.svg.begin_window(width_px, height_px);
+    draw_table(&mut canvas, pile.scene);
+    for lay in &pile.lays {
+        let hint = format!(
+            "{} at ({:.1}, {:.1}) mm",
+            lay.name,
+            lay.pose.position.x * 1e3,
+            lay.pose.position.y * 1e3
+        );
+        canvas.outline(&format!("{} {}", lay.layer.class(), lay.class), lay.shape, lay.pose, &hint);
+    }
+    for (class, path) in &pile.paths {
+        canvas.polygon(&format!("way {class}"), path, false);
+    }
+    if let Some(strike) = pile.strike {
+        draw_strike(&mut canvas, pile.scene, strike);
+    }
+    draw_names(&mut canvas, &pile.lays);
+    canvas.svg.end_window();
+    draw_scale_bar(&mut canvas, height_px);
+    canvas.svg.finish(label)
+}
+
+fn draw_table(canvas: &mut Canvas, scene: &Scene) {
+    if let Some(table) = &scene.cell.table {
+        canvas.polygon("table", &table.outline_m, true);
+    }
+    let workspace = scene.cell.workspace;
+    let (low, high) = (workspace.min_m, workspace.max_m);
+    let corners = [low, Point::new(high.x, low.y), high, Point::new(low.x, high.y)];
+    canvas.polygon("workspace", &corners, true);
+    let [x, y] = canvas.px(Point::new(low.x, high.y));
+    let text = "workspace";
+    let (x, y) = (x.max(0.0) + 6.0 + width_px(text) / 2.0, y.max(0.0) + 12.0);
+    if let Some([x, y]) = canvas.labels.place(text, &[[x, y]]) {
+        canvas.svg.text("small muted", [x, y + 3.0], Anchor::Middle, text);
+    }
+    for area in &scene.keep_out {
+        canvas.polygon("keep-out", &area.points_m, true);
+        let middle =
+            area.points_m.iter().fold(Vec2::ZERO, |sum, p| sum + p.to_vec()) / area.points_m.len() as f64;
+        let center = canvas.px(Point::ORIGIN + middle);
+        if let Some([x, y]) = canvas.labels.place("keep out", &[center]) {
+            canvas.svg.text("small", [x, y + 4.0], Anchor::Middle, "keep out");
+        }
+    }
+    for wall in &scene.walls {
+        canvas.polygon("wall", &[wall.from_m, wall.to_m], false);
+    }
+}
+
+/// The striker where it starts and where it stops, and an arrow between.
+fn draw_strike(canvas: &mut Canvas, scene: &Scene, strike: &Strike) {
+    let shape = &scene.cell.striker.shape;
+    let at = |position| Pose { position, yaw_rad: strike.heading_rad };
+    canvas.outline("striker-end", shape, at(end_of(strike)), "");
+    canvas.outline("striker", shape, at(strike.start_m), "striker at its start");
+    let (from, to) = (canvas.px(strike.start_m), canvas.px(end_of(strike)));
+    canvas.svg.line("strike", from, to);
+    let along = Vec2::new(to[0] - from[0], to[1] - from[1]).direction().unwrap_or(Vec2::ZERO);
+    let tip = Vec2::new(to[0], to[1]);
+    let wing = |side: f64| tip - along * ARROW_PX + along.perpendicular() * (side * 0.45 * ARROW_PX);
+    let head = [tip, wing(1.0), wing(-1.0)].map(|v| [v.x, v.y]);
+    canvas.svg.path("strike-head", &head, true);
+    for [x, y] in [from, to, [f64::midpoint(from[0], to[0]), f64::midpoint(from[1], to[1])]] {
+        canvas.labels.keep_free([x - 6.0, y - 6.0, x + 6.0, y + 6.0]);
+    }
+    let text = format!("{:.2} m/s", strike.speed_m_s);
+    let reach_px = shape.outer_radius_m() * canvas.px_per_m + 10.0;
+    let half_px = width_px(&text) / 2.0 + 4.0;
+    let [x, y] = from;
+    let centres = [
+        [x - along.x * reach_px * 1.4, y - along.y * reach_px * 1.4],
+        [x, y + reach_px],
+        [x, y - reach_px],
+        [x - reach_px - half_px, y],
+        [x + reach_px + half_px, y],
+    ];
+    let inside = |c: &[f64; 2]| {
+        c[0] > half_px
+            && c[1] > 8.0
+            && c[0] + half_px < (canvas.view.max.x - canvas.view.min.x) * canvas.px_per_m
+    };
+    let centres: Vec<_> = centres.into_iter().filter(inside).collect();
+    if let Some([x, y]) = canvas.labels.place(&text, &centres) {
+        canvas.svg.text("label halo", [x, y + 4.0], Anchor::Middle, &text);
+    }
+}
+
+/// The length of an arrow's head (px).
+const ARROW_PX: f64 = 11.0;
+
+/// Each name once on every layer, where it lies on no other; first where the objects are now, then where they were.
+fn draw_names(canvas: &mut Canvas, lays: &[Lay]) {
+    for layer in [Layer::Here, Layer::Expected, Layer::Before] {
+        for lay in lays.iter().filter(|lay| lay.layer == layer) {
+            let named = lays.iter().any(|l| l.layer == Layer::Here && l.name == lay.name);
+            if layer == Layer::Expected && named {
+                continue;
+            }
+            let [x, y] = canvas.px(lay.pose.position);
+            let beside = lay.shape.outer_radius_m() * canvas.px_per_m + 8.0;
+            let half = width_px(lay.name) / 2.0;
+            let fits = 2.0 * half <= 2.0 * (beside - 8.0);
+            let around = [[x, y - beside], [x, y + beside], [x + beside + half, y], [x - beside - half, y]];
+            let centres: Vec<_> = fits.then_some([x, y]).into_iter().chain(around).collect();
+            // What is only a trace is named if its middle is free, else it is clear enough.
+            let centres = if layer == Layer::Before { &centres[..1] } else { &centres[..] };
+            if let Some([x, y]) = canvas.labels.place(lay.name, centres) {
+                let class = if layer == Layer::Before { "name muted" } else { "name halo" };
+                canvas.svg.text(class, [x, y + 4.5], Anchor::Middle, lay.name);
+            }
+        }
+    }
+}
+
+fn draw_scale_bar(canvas: &mut Canvas, height_px: f64) {
+    let lengths_mm = [1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 200.0, 500.0, 1000.0, 2000.0];
+    let px_per_mm = canvas.px_per_m / 1e3;
+    let length_mm = lengths_mm.into_iter().rfind(|l| l * px_per_mm <= SCALE_BAR_PX).unwrap_or(1.0);
+    let (y, end) = (height_px + 14.0, 2.0 + length_mm * px_per_mm);
+    canvas.svg.line("scale", [2.0, y], [end, y]);
+    canvas.svg.line("scale", [2.0, y - 4.0], [2.0, y + 4.0]);
+    canvas.svg.line("scale", [end, y - 4.0], [end, y + 4.0]);
+    canvas.svg.text("small", [end + 6.0, y + 4.0], Anchor::Start, &format!("{length_mm} mm"));
+}
+
+/// The scale bar is the longest round length below this (px).
+const SCALE_BAR_PX: f64 = 160.0;

@@ -1,0 +1,208 @@
+//! The page as a whole: well-formed, complete, and honest about what is missing.
+
+use super::*;
+use crate::cell::Cell;
+use crate::detect::{Sample, Track};
+use crate::geometry::{Point, Pose};
+use crate::object::{Marker, Shape};
+use crate::plan::{Iteration, Method, Outcome, Prediction};
+use crate::scene::{Goal, KeepOut, Placed, Wall};
+use crate::uncertain::Estimate;
+use crate::verify::{Observed, comparison, html};
+use std::collections::BTreeMap;
+
+fn object(name: &str, shape: Shape, mass_kg: Option<f64>) -> Object {
+    let marker = Marker { shape: Shape::Rectangle { size_m: [0.018, 0.009] }, at_m: Point::ORIGIN };
+    Object { name: name.into(), shape, height_m: 0.03, marker, mass_kg }
+}
+
+fn objects() -> Vec<Object> {
+    vec![
+        object("a", Shape::Disc { radius_m: 0.04 }, Some(0.143)),
+        object("b & <co>", Shape::Rectangle { size_m: [0.04, 0.05] }, Some(0.008)),
+    ]
+}
+
+fn scene() -> Scene {
+    let cell = "[camera]\nscale_px_per_m = 1000.0\n[workspace]\nmin_m = [-0.3, -0.2]\nmax_m = [0.3, 0.2]\n\
+                [table]\noutline_m = [[-0.5, -0.4], [0.5, -0.4], [0.5, 0.4], [-0.5, 0.4]]\n\
+                [striker]\nshape = { disc = { radius_m = 0.015 } }\nheight_m = 0.08\nspeed_range_m_s = [0.05, 1.0]";
+    let cell: Cell = toml::from_str(cell).expect("a cell");
+    let placed =
+        |object: &str, x: f64| Placed { object: object.into(), position_m: Point::new(x, 0.0), yaw_rad: 0.3 };
+    Scene {
+        cell,
+        objects: objects(),
+        observed_unix_s: None,
+        placed: vec![placed("a", -0.1), placed("b & <co>", -0.03), placed("a#2", 0.05)],
+        walls: vec![Wall { from_m: Point::new(0.0, 0.2), to_m: Point::new(0.2, 0.2), restitution: 0.4 }],
+        keep_out: vec![KeepOut {
+            points_m: [[0.1, -0.2], [0.2, -0.2], [0.2, -0.1]].map(Point::from).to_vec(),
+        }],
+        goal: Goal::default(),
+    }
+}
+
+fn strike() -> Strike {
+    Strike {
+        object: Some("a".into()),
+        start_m: Point::new(-0.25, 0.0),
+        heading_rad: 0.0,
+        speed_m_s: 0.5,
+        travel_m: 0.11,
+    }
+}
+
+/// Objects that jump from the scene's places to those shifted by `way_m`.
+fn tracks(scene: &Scene, way_m: f64) -> Tracks {
+    let sample = |placed: &Placed, k: usize| Sample {
+        time_s: k as f64 / 60.0,
+        x_m: placed.position_m.x + if k < 10 { 0.0 } else { way_m },
+        y_m: placed.position_m.y,
+        yaw_rad: Some(placed.yaw_rad),
+        vx_m_s: (k > 0).then_some(if k == 10 { 0.4 } else { 0.0 }),
+        vy_m_s: (k > 0).then_some(0.0),
+        yaw_rate_rad_s: None,
+        ax_m_s2: None,
+        ay_m_s2: None,
+        std_m: 2e-5,
+        doubtful: k == 10,
+    };
+    let track = |placed: &Placed| Track {
+        object: placed.object.clone(),
+        samples: (0..30).map(|k| sample(placed, k)).collect(),
+    };
+    Tracks {
+        version: 1,
+        video: "x <1>.mp4".into(),
+        tracks: scene.placed.iter().map(track).collect(),
+        ..Tracks::default()
+    }
+}
+
+fn predicted(scene: &Scene, way_m: f64) -> BTreeMap<String, Pose> {
+    let moved = |p: &Placed| Pose::new(p.position_m.x + way_m, p.position_m.y, p.yaw_rad + 0.1);
+    scene.placed.iter().map(|p| (p.object.clone(), moved(p))).collect()
+}
+
+fn properties() -> Properties {
+    let estimate = |values: &[f64]| Estimate::from_repeats(values, f64::NAN).expect("values");
+    let one = |name: &str, values: &[f64]| [(name.to_owned(), estimate(values))].into_iter().collect();
+    Properties {
+        version: 1,
+        reference: "a".into(),
+        friction: one("a", &[0.2, 0.21, 0.22]),
+        striker_restitution: one("b & <co>", &[0.6]),
+        restitution: one("a/b & <co>", &[0.5, 0.55]),
+        mass_ratio: [
+            ("a".to_owned(), Estimate::exact(1.0)),
+            ("b & <co>".to_owned(), estimate(&[0.05, 0.06])),
+        ]
+        .into(),
+        pair_mass_ratio: one("a/b & <co>", &[18.0, 17.0]),
+        warnings: vec!["`a/a` was never filmed".into()],
+        ..Properties::default()
+    }
+}
+
+fn plan(scene: &Scene) -> Plan {
+    let step = |k: u32| Iteration {
+        strike: Strike { speed_m_s: 0.1 * f64::from(k), ..strike() },
+        fulfilled: k == 3,
+        ..Iteration::default()
+    };
+    Plan {
+        version: 1,
+        method: Method::Paper,
+        outcome: Outcome::Found,
+        reason: "because".into(),
+        scene: scene.clone(),
+        strike: Some(strike()),
+        prediction: Some(Prediction { final_poses: predicted(scene, 0.1), ..Prediction::default() }),
+        iterations: (1..4).map(step).collect(),
+    }
+}
+
+/// Every tag closed in order, no stray `&`, no number that is none.
+fn assert_well_formed(page: &str) {
+    let mut open: Vec<&str> = Vec::new();
+    let body = page.strip_prefix("<!DOCTYPE html>\n").expect("a doctype");
+    for (k, piece) in body.split('<').enumerate() {
+        let Some((tag, text)) = piece.split_once('>') else {
+            assert!(k == 0 && piece.is_empty(), "a `<` without `>`: {piece:.60}");
+            continue;
+        };
+        for entity in text.split('&').skip(1) {
+            let known = ["amp;", "lt;", "gt;", "quot;"].iter().any(|e| entity.starts_with(e));
+            assert!(known, "a stray `&`: {entity:.40}");
+        }
+        assert_eq!(tag.matches('"').count() % 2, 0, "an open quote: {tag}");
+        let name = tag.trim_start_matches('/').split([' ', '/']).next().unwrap_or_default();
+        if let Some(closed) = tag.strip_prefix('/') {
+            assert_eq!(open.pop(), Some(closed), "closed out of order after {open:?}");
+        } else if !tag.ends_with('/') {
+            open.push(name);
+        }
+    }
+    assert!(open.is_empty(), "never closed: {open:?}");
+    for word in ["NaN", "inf\"", "inf ", "-0\""] {
+        assert!(!page.contains(word), "the page holds `{word}`");
+    }
+}
+
+#[test]
+fn the_whole_story_makes_a_well_formed_page_of_one_file() {
+    let scene = scene();
+    let (tracks, predicted) = (tracks(&scene, 0.12), predicted(&scene, 0.1));
+    let report = comparison(&scene, &predicted, &Observed::from_tracks(&tracks)).expect("a report");
+    let (properties, plan, objects, strike) = (properties(), plan(&scene), objects(), strike());
+    let impacts = [Impact { time_s: 0.16, what: "a hits b".into() }];
+    let values = [ClipValue { property: "friction/a".into(), clip: "one.mp4".into(), value: 0.2 }];
+    let filmed =
+        Filmed { scene: &scene, strike: &strike, tracks: Some(&tracks), trajectory: None, report: &report };
+    let page = html(&Story {
+        title: "A & B",
+        objects: &objects,
+        clips: 3,
+        motion: Some(Motion { tracks: &tracks, impacts: &impacts }),
+        properties: Some(&properties),
+        clip_values: &values,
+        plan: Some(&plan),
+        simulated: None,
+        filmed: &[filmed],
+        warnings: &["one <more>".to_owned()],
+    });
+    assert_well_formed(&page);
+    for word in
+        ["Real against virtual", "Table 1", "one &lt;more&gt;", "was never filmed", "The search", "a hits b"]
+    {
+        assert!(page.contains(word), "`{word}` is not told");
+    }
+    for outside in ["http://", "https://", "src=", "@import", "<script"] {
+        let page = page.replace("http://www.w3.org/", "");
+        assert!(!page.contains(outside), "the page needs something outside itself: `{outside}`");
+    }
+}
+
+#[test]
+fn an_empty_story_is_still_a_page_and_every_chapter_stands_alone() {
+    assert_well_formed(&html(&Story::default()));
+    let properties = Properties::default();
+    assert_well_formed(&html(&Story { properties: Some(&properties), ..Story::default() }));
+    let mut unreachable = plan(&scene());
+    (unreachable.strike, unreachable.prediction, unreachable.iterations) = (None, None, Vec::new());
+    unreachable.scene.placed.clear();
+    assert_well_formed(&html(&Story { plan: Some(&unreachable), ..Story::default() }));
+    let empty = Tracks::default();
+    assert_well_formed(&html(&Story {
+        motion: Some(Motion { tracks: &empty, impacts: &[] }),
+        ..Story::default()
+    }));
+}
+
+#[test]
+fn the_same_story_makes_the_same_bytes() {
+    let plan = plan(&scene());
+    let story = Story { plan: Some(&plan), ..Story::default() };
+    assert_eq!(html(&story), html(&story));
+}
