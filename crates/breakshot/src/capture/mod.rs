@@ -3,14 +3,22 @@
 //! A video or a folder of pictures becomes [`Footage`]: grey frames with their presentation times.  The tags on the
 //! table tell the [`Camera`]: lens, pose, and the way from a pixel to a place at any height above the table and back.
 
+mod camera;
+mod image;
+mod layout;
+mod lens;
+mod pose;
+mod source;
+mod tags;
+
+pub use camera::{Camera, TagFit};
+pub use layout::camera;
+pub use lens::Lens;
+
 use crate::cell::Cell;
 use crate::error::Result;
-use crate::geometry::{Pixel, Point};
-use serde::{Deserialize, Serialize};
 use source::Repeats;
 use std::path::Path;
-
-mod source;
 
 /// A grey picture, row by row, 0 is black.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -121,33 +129,31 @@ impl Iterator for Footage {
     }
 }
 
-/// Where the camera stands and what its lens does.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Camera {
-    /// Root mean square distance between where the tags' corners were seen and where this camera sees them (px).
-    pub reprojection_rms_px: f64,
-    /// The numbers of the tags that were found.
-    pub tags_found: Vec<u32>,
-}
-
-impl Camera {
-    /// Where a place `height_m` above the table appears in the picture.
-    pub fn pixel_from_table(&self, _place: Point, _height_m: f64) -> Pixel {
-        todo!()
-    }
-
-    /// The place `height_m` above the table that a pixel shows: the ray is cut at that height.
-    pub fn table_from_pixel(&self, _pixel: Pixel, _height_m: f64) -> Point {
-        todo!()
-    }
-}
-
 /// A film and the camera that took it.
 pub struct Capture {
     /// The frames, from the first one on.
     pub footage: Footage,
     /// The camera, found from the film's own first frames.
     pub camera: Camera,
+    /// The cell it was filmed in.
+    pub cell: Cell,
+}
+
+/// A still scene's corners are averaged over this many first frames: more hardly lowers their noise.
+const FRAMES_FOR_THE_POSE: usize = 5;
+
+impl Capture {
+    /// Finds the camera in a film's first frames, which stay in the film.
+    ///
+    /// # Errors
+    /// As [`capture`].
+    pub fn of(mut footage: Footage, cell: &Cell) -> Result<Self> {
+        let first: Vec<Frame> = footage.frames.by_ref().take(FRAMES_FOR_THE_POSE).collect::<Result<_>>()?;
+        let pictures: Vec<&GreyImage> = first.iter().map(|frame| &frame.image).collect();
+        let camera = camera(&footage.name, &pictures, cell)?;
+        footage.frames = Box::new(first.into_iter().map(Ok).chain(footage.frames));
+        Ok(Self { footage, camera, cell: cell.clone() })
+    }
 }
 
 /// Opens a film (MP4, Y4M, a PNG or a folder of them) and finds the camera in it.
@@ -155,6 +161,6 @@ pub struct Capture {
 /// # Errors
 /// No film, a film that cannot be decoded, too few tags in view; each names the file, what was found and what is
 /// needed.
-pub fn capture(_path: &Path, _cell: &Cell) -> Result<Capture> {
-    todo!()
+pub fn capture(path: &Path, cell: &Cell) -> Result<Capture> {
+    Capture::of(Footage::open(path)?, cell)
 }
