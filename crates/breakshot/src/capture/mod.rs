@@ -140,7 +140,7 @@ pub struct Capture {
 }
 
 /// A still scene's corners are averaged over this many first frames: more hardly lowers their noise.
-const FRAMES_FOR_THE_POSE: usize = 5;
+const FRAMES_FOR_THE_POSE: usize = 3;
 
 impl Capture {
     /// Finds the camera in a film's first frames, which stay in the film.

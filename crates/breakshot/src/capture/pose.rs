@@ -298,7 +298,8 @@ mod tests {
 
     fn tilted(roll_rad: f64, yaw_rad: f64, distortion: [f64; 5]) -> Camera {
         let lens = Lens::new([1400.0, 1395.0], [650.0, 350.0], distortion);
-        let position_m = [0.02, -1.2 * roll_rad.sin(), 1.2 * roll_rad.cos()];
+        let back_m = 1.2 * roll_rad.sin();
+        let position_m = [0.02 + back_m * yaw_rad.sin(), -back_m * yaw_rad.cos(), 1.2 * roll_rad.cos()];
         Camera::new(SIZE, lens, Transform { position_m, rpy_rad: [roll_rad, 0.02, yaw_rad] })
     }
 

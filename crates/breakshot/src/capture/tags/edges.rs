@@ -30,12 +30,14 @@ const BAND_BITS: f64 = 0.85;
 const BAND_MOST_PX: f64 = 6.0;
 /// Nor less far: a step needs pixels on both sides.
 const BAND_LEAST_PX: f64 = 1.2;
+/// Once the width of a step is known, this many of it show all of its rise.
+const BAND_WIDTHS: f64 = 4.0;
 /// Longer sides are sampled at this many places.
-const MOST_COLUMNS: usize = 200;
+const MOST_COLUMNS: usize = 128;
 /// Steps lower than this many grey levels to either side of their middle tell nothing.
 const LEAST_STEP: f64 = 4.0;
-/// Between two fits the corners must settle to this (px), far below any noise.
-const SETTLED_PX: f64 = 2e-3;
+/// A fit that moves the corners by less than this (px) is the last: what the next would add is of second order.
+const SETTLED_PX: f64 = 0.02;
 /// Fits until they settle.
 const MOST_FITS: usize = 8;
 
@@ -47,16 +49,18 @@ pub(super) fn fitted(image: &GreyImage, straight: &Straight, near_px: [Pixel; 4]
         *ideal = straight.straightened(near)?;
     }
     let start = corners;
-    let mut blur_px = [None; 4];
+    let mut steps: [Option<Step>; 4] = [None; 4];
     for _ in 0..MOST_FITS {
         let mut sides = [Side::between(corners[0], corners[1]); 4];
         let bands = bands_px(&corners)?;
         for k in 0..4 {
             let side = Side::between(corners[k], corners[(k + 1) % 4]);
-            let samples = side.samples(image, straight, bands[k], blur_px[k])?;
-            let step = Step::fitted(&samples, bands[k])?;
-            blur_px[k] = Some(step.width_px);
+            let width_px = steps[k].map(|step| step.width_px());
+            let band_px = width_px.map_or(bands[k], |width| bands[k].min(BAND_WIDTHS * width + BAND_LEAST_PX));
+            let samples = side.samples(image, straight, band_px, width_px)?;
+            let step = Step::fitted(&samples, band_px, steps[k])?;
             sides[k] = side.moved(&step);
+            steps[k] = Some(step);
         }
         let mut moved_px: f64 = 0.0;
         for k in 0..4 {
@@ -69,7 +73,7 @@ pub(super) fn fitted(image: &GreyImage, straight: &Straight, near_px: [Pixel; 4]
             return None;
         }
         if moved_px < SETTLED_PX {
-            return Some(corners);
+            break;
         }
     }
     // Noise may keep the last digits moving; what is left is far below a pixel.
@@ -157,7 +161,8 @@ impl Side {
     }
 
     fn moved(&self, step: &Step) -> Self {
-        Self::between(self.at(0.0, step.offset_px - step.slant_px / 2.0), self.at(1.0, step.offset_px + step.slant_px / 2.0))
+        let [offset_px, slant_px, ..] = step.numbers;
+        Self::between(self.at(0.0, offset_px - slant_px / 2.0), self.at(1.0, offset_px + slant_px / 2.0))
     }
 
     /// Where two sides' lines meet.
@@ -172,79 +177,123 @@ impl Side {
 /// Neighbouring sides closer to parallel than this (rad) do not meet in a corner.
 const PARALLEL: f64 = 0.15;
 
-/// A step from black to white: grey = middle + height tanh((across - offset - slant along) / width).
+/// A step from black to white: grey = middle + height tanh((across - offset - slant along) / width), where middle and
+/// height change evenly along the side.
+///
+/// Its numbers: offset, slant, width (px), middle, height, and how much the last two change along the side.
+#[derive(Clone, Copy)]
 struct Step {
-    offset_px: f64,
-    slant_px: f64,
-    width_px: f64,
+    numbers: [f64; STEP_NUMBERS],
+    /// The standard deviation of what it does not explain (grey levels).
+    typical: f64,
 }
 
-/// Gauss-Newton's steps until it settles.
-const MOST_STEPS: usize = 25;
+const STEP_NUMBERS: usize = 7;
+/// A side worth fitting gives several pixels for each number.
+const FEWEST_SAMPLES: usize = 20;
+/// Gauss-Newton's steps until it settles...
+const MOST_STEPS: usize = 20;
+/// ... to this (px) ...
+const STEP_SETTLED_PX: f64 = 1e-3;
+/// ... of which the first find out how large a residual is typical.
+const WEIGHING_STEPS: usize = 4;
 /// A residual beyond this many times the typical one is dirt, and counts less.
 const TYPICAL_RESIDUALS: f64 = 3.0;
-/// The widest and the narrowest step, as a part of the band and in px.
-const WIDTHS: (f64, f64) = (0.35, 1.0);
+/// The standard deviation of normal noise over its median size.
+const STD_OVER_MEDIAN: f64 = 1.4826;
+/// No step is narrower than a pixel's own width allows (px).
+const NARROWEST_PX: f64 = 0.35;
 
 impl Step {
     /// The step that fits best; `None` if there is none from dark to light, or not within the band.
-    fn fitted(samples: &[Sample], band_px: f64) -> Option<Self> {
+    fn fitted(samples: &[Sample], band_px: f64, before: Option<Self>) -> Option<Self> {
         if samples.len() < FEWEST_SAMPLES {
             return None;
         }
-        let mean = |outside: bool| {
-            let side = samples.iter().filter(|s| (s.across_px > 0.0) == outside);
-            let (sum, n) = side.fold((0.0, 0.0), |(sum, n), s| (sum + s.grey, n + 1.0));
-            (n > 0.0).then(|| sum / n)
-        };
-        let (black, white) = (mean(false)?, mean(true)?);
-        // offset, slant, width, middle, height, and how the last two change along the side.
-        let width_px = (band_px / 3.0).max(WIDTHS.0);
-        let mut p = SVector::<f64, 7>::from([0.0, 0.0, width_px, f64::midpoint(black, white), (white - black) / 2.0, 0.0, 0.0]);
-        let mut typical = f64::INFINITY;
-        for _ in 0..MOST_STEPS {
-            let (normal, right, residuals) = normal_equations(samples, &p, typical);
-            typical = median(residuals).max(1.0) * 1.4826;
+        let Self { numbers: mut p, mut typical } =
+            before.map_or_else(|| Self::guessed(samples, band_px), Self::recentred);
+        let weighing = if before.is_some() { 0 } else { WEIGHING_STEPS };
+        for k in 0..MOST_STEPS {
+            let (normal, right) = normal_equations(samples, &p, typical);
             let change = normal.cholesky()?.solve(&right);
-            p += change;
-            p[2] = p[2].clamp(WIDTHS.0, WIDTHS.1 * band_px);
+            for (p, change) in p.iter_mut().zip(change.iter()) {
+                *p += change;
+            }
             p[0] = p[0].clamp(-band_px, band_px);
             p[1] = p[1].clamp(-band_px, band_px);
-            if change[0].abs() + change[1].abs() < SETTLED_PX / 4.0 {
+            p[2] = p[2].clamp(NARROWEST_PX, band_px);
+            if k < weighing {
+                typical = (median(samples.iter().map(|s| residual(s, &p).abs()).collect()) * STD_OVER_MEDIAN).max(1.0);
+            } else if change[0].abs() + change[1].abs() < STEP_SETTLED_PX {
                 break;
             }
         }
         let rises = p[4] > LEAST_STEP && p[4] > typical / 2.0;
         let inside = p[0].abs() + p[1].abs() / 2.0 < band_px;
-        (rises && inside).then(|| Self { offset_px: p[0], slant_px: p[1], width_px: p[2] })
+        (rises && inside).then_some(Self { numbers: p, typical })
+    }
+
+    fn guessed(samples: &[Sample], band_px: f64) -> Self {
+        let mean = |outside: bool| {
+            let side = samples.iter().filter(|s| (s.across_px > 0.0) == outside);
+            let (sum, n) = side.fold((0.0, f64::MIN_POSITIVE), |(sum, n), s| (sum + s.grey, n + 1.0));
+            sum / n
+        };
+        let (black, white) = (mean(false), mean(true));
+        let middle = f64::midpoint(black, white);
+        let width_px = (band_px / 3.0).max(NARROWEST_PX);
+        let numbers = [0.0, 0.0, width_px, middle, (white - black) / 2.0, 0.0, 0.0];
+        Self { numbers, typical: f64::INFINITY }
+    }
+
+    /// The same step as seen from the side that was moved onto it.
+    fn recentred(mut self) -> Self {
+        (self.numbers[0], self.numbers[1]) = (0.0, 0.0);
+        self
+    }
+
+    fn width_px(&self) -> f64 {
+        self.numbers[2]
     }
 }
 
-/// A step has seven numbers; a side worth fitting gives several pixels for each.
-const FEWEST_SAMPLES: usize = 20;
+/// The hyperbolic tangent; an ulp or two is given away for half the time.
+fn tanh(z: f64) -> f64 {
+    1.0 - 2.0 / ((2.0 * z).exp() + 1.0)
+}
 
-type Normal = SMatrix<f64, 7, 7>;
+fn residual(s: &Sample, p: &[f64; STEP_NUMBERS]) -> f64 {
+    let rise = tanh((s.across_px - p[0] - p[1] * s.along) / p[2]);
+    s.grey - (p[3] + p[5] * s.along + (p[4] + p[6] * s.along) * rise)
+}
 
-fn normal_equations(samples: &[Sample], p: &SVector<f64, 7>, typical: f64) -> (Normal, SVector<f64, 7>, Vec<f64>) {
-    let (mut normal, mut right) = (Normal::identity() * 1e-9, SVector::<f64, 7>::zeros());
-    let mut residuals = Vec::with_capacity(samples.len());
+type Normal = (SMatrix<f64, STEP_NUMBERS, STEP_NUMBERS>, SVector<f64, STEP_NUMBERS>);
+
+fn normal_equations(samples: &[Sample], p: &[f64; STEP_NUMBERS], typical: f64) -> Normal {
+    let mut normal = SMatrix::identity() * SINGULAR;
+    let mut right = SVector::zeros();
     for s in samples {
         let z = (s.across_px - p[0] - p[1] * s.along) / p[2];
-        let rise = z.tanh();
+        let rise = tanh(z);
         let height = p[4] + p[6] * s.along;
         let residual = s.grey - (p[3] + p[5] * s.along + height * rise);
         let slope = -height * (1.0 - rise * rise) / p[2];
-        let row = SVector::<f64, 7>::from([
-            slope, slope * s.along, slope * z, 1.0, rise, s.along, s.along * rise,
-        ]);
+        let row = [slope, slope * s.along, slope * z, 1.0, rise, s.along, s.along * rise];
         let far = residual / (TYPICAL_RESIDUALS * typical);
         let weight = 1.0 / (1.0 + far * far);
-        normal += row * row.transpose() * weight;
-        right += row * (residual * weight);
-        residuals.push(residual.abs());
+        for i in 0..STEP_NUMBERS {
+            let weighed = weight * row[i];
+            right[i] += weighed * residual;
+            for k in 0..=i {
+                normal[(i, k)] += weighed * row[k];
+            }
+        }
     }
-    (normal, right, residuals)
+    (normal, right)
 }
+
+/// Keeps the equations solvable where a number has no say, such as the width of a step between two pixels.
+const SINGULAR: f64 = 1e-9;
 
 fn median(mut values: Vec<f64>) -> f64 {
     let middle = values.len() / 2;

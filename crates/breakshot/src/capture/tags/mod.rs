@@ -117,5 +117,3 @@ pub(super) fn again(image: &GreyImage, lens: Option<&Lens>, tag: &SeenTag) -> Op
     Some(SeenTag { id: tag.id, corners_px })
 }
 
-#[cfg(test)]
-mod tests;
