@@ -201,7 +201,8 @@ impl Camera {
     /// How a place at that height moves with its pixel: the derivatives of (x, y) by the pixel's x and y (m / px),
     /// row by row.
     pub fn table_per_pixel_m(&self, pixel: Pixel, height_m: f64) -> [[f64; 2]; 2] {
-        let place = |dx: f64, dy: f64| self.table_from_pixel(Pixel::new(pixel.x + dx, pixel.y + dy), height_m);
+        let place =
+            |dx: f64, dy: f64| self.table_from_pixel(Pixel::new(pixel.x + dx, pixel.y + dy), height_m);
         let by_x = place(HALF_PIXEL, 0.0) - place(-HALF_PIXEL, 0.0);
         let by_y = place(0.0, HALF_PIXEL) - place(0.0, -HALF_PIXEL);
         [[by_x.x, by_y.x], [by_x.y, by_y.y]]
@@ -291,8 +292,13 @@ mod tests {
     #[test]
     fn what_cannot_be_seen_is_not_a_number() {
         let camera = camera([0.0, 1.3, 0.0]);
-        let sky = [Pixel::new(0.0, 360.0), Pixel::new(1279.0, 360.0)].map(|p| camera.table_from_pixel(p, 0.0));
-        assert_eq!(sky.iter().filter(|p| p.is_finite()).count(), 1, "one side of the picture is sky: {sky:?}");
+        let sky =
+            [Pixel::new(0.0, 360.0), Pixel::new(1279.0, 360.0)].map(|p| camera.table_from_pixel(p, 0.0));
+        assert_eq!(
+            sky.iter().filter(|p| p.is_finite()).count(),
+            1,
+            "one side of the picture is sky: {sky:?}"
+        );
         let behind = camera.pixel_from_table(Point::new(0.05, -0.1), 2.0);
         assert!(behind.x.is_nan() || !camera.shows(behind), "{behind:?}");
     }

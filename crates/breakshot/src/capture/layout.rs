@@ -114,7 +114,11 @@ fn check_size(name: &str, [width, height]: [usize; 2], spec: &CameraSpec) -> Res
 impl Question<'_> {
     fn from_scale(&mut self) -> Result<Camera> {
         let scale_px_per_m = self.cell.scale_px_per_m().ok_or_else(|| {
-            failure(self.name, "a cell without tags, points and scale", "[[tags]], [[points]] or scale_px_per_m")
+            failure(
+                self.name,
+                "a cell without tags, points and scale",
+                "[[tags]], [[points]] or scale_px_per_m",
+            )
         })?;
         let Some(lens) = &self.lens else {
             self.warnings.push(heights_warning());
@@ -131,7 +135,11 @@ impl Question<'_> {
         let outside = pairs.iter().position(|(_, p)| !Camera::flat(self.size_px, 1.0, None).shows(*p));
         if let Some(k) = outside {
             let found = format!("points[{k}].image_px at ({}, {})", pairs[k].1.x, pairs[k].1.y);
-            return Err(failure(self.name, found, format!("inside {} x {} px", self.size_px[0], self.size_px[1])));
+            return Err(failure(
+                self.name,
+                found,
+                format!("inside {} x {} px", self.size_px[0], self.size_px[1]),
+            ));
         }
         let fit = match &self.lens {
             Some(lens) => pose::pose(lens, &pairs, Unknown::Pose, CLICK_NOISE_PX),
@@ -225,7 +233,8 @@ impl Question<'_> {
                 format!("tag {}, none of the cell's tags {}", list(&ids), list(&looked_for))
             }
         };
-        let needed = "one of them or better four, whole and flat in view, each side 20 px or longer, white around it";
+        let needed =
+            "one of them or better four, whole and flat in view, each side 20 px or longer, white around it";
         Err(failure(self.name, found, needed))
     }
 
@@ -251,7 +260,8 @@ impl Question<'_> {
         let distorted = used.len() >= 4;
         self.unknown_focal(&pairs, distorted, CORNER_NOISE_PX).ok_or_else(|| {
             let found = format!("no focal_px, and tag {} seen too straight on to tell it", list(&ids(used)));
-            let needed = "camera.focal_px or camera_info (a camera tilted by 20 degrees or more tells it by itself)";
+            let needed =
+                "camera.focal_px or camera_info (a camera tilted by 20 degrees or more tells it by itself)";
             failure(self.name, found, needed)
         })
     }
@@ -272,7 +282,10 @@ impl Question<'_> {
             if let Some(used) = agreeing(self, &turned) {
                 let yaw_deg = 90 * turns;
                 let told = "the tags lie turned against cell.toml; taken as they lie: each yaw_rad should be";
-                self.warnings.push(format!("{told} {:.4} less ({yaw_deg} degrees)", f64::from(yaw_deg as u32).to_radians()));
+                self.warnings.push(format!(
+                    "{told} {:.4} less ({yaw_deg} degrees)",
+                    f64::from(yaw_deg as u32).to_radians()
+                ));
                 seen.clone_from_slice(&turned);
                 return Ok(used);
             }
@@ -283,7 +296,8 @@ impl Question<'_> {
             format!(" ({})", told.join(", "))
         });
         let found = format!("tags that do not lie to each other as in cell.toml{distances}");
-        let needed = "center_m, size_m (the black square's side) and yaw_rad as measured on the table, within 2 mm";
+        let needed =
+            "center_m, size_m (the black square's side) and yaw_rad as measured on the table, within 2 mm";
         Err(failure(self.name, found, needed))
     }
 
@@ -315,7 +329,8 @@ impl Question<'_> {
             // The pose of two tags reaches far less well than that of all that agree with it.
             self.rough(&close).map(|camera| self.close_to(&camera, seen))
         });
-        let largest = agreements.fold(Vec::new(), |best, next| if next.len() > best.len() { next } else { best });
+        let largest =
+            agreements.fold(Vec::new(), |best, next| if next.len() > best.len() { next } else { best });
         (largest.len() >= 3 && 2 * largest.len() > n).then_some(largest)
     }
 
@@ -344,7 +359,9 @@ impl Question<'_> {
         camera.place_std_m = corners.map(|corner| fit.place_std_m(corner)).into_iter().fold(0.0, f64::max);
         let off_mm = camera.reprojection_rms_m * 1e3;
         if camera.reprojection_rms_m > DOUBTFUL_M && camera.reprojection_rms_px > STILL_PX / 2.0 {
-            self.warnings.push(format!("on average the table's marks lie {off_mm:.2} mm from where cell.toml has them"));
+            self.warnings.push(format!(
+                "on average the table's marks lie {off_mm:.2} mm from where cell.toml has them"
+            ));
         }
         if camera.place_std_m > UNCERTAIN_M {
             let marks = match camera.tags_found.len() {
@@ -353,7 +370,8 @@ impl Question<'_> {
                 n => format!("{n} tags"),
             };
             let std_mm = camera.place_std_m * 1e3;
-            self.warnings.push(format!("{marks} tell places at the workspace's corners to {std_mm:.2} mm only"));
+            self.warnings
+                .push(format!("{marks} tell places at the workspace's corners to {std_mm:.2} mm only"));
         }
     }
 }
@@ -374,7 +392,8 @@ fn list(ids: &[u32]) -> String {
 
 /// The tags seen once, and the numbers seen more often.
 fn once(seen: Vec<SeenTag>) -> (Vec<SeenTag>, Vec<u32>) {
-    let mut twice: Vec<u32> = seen.windows(2).filter(|pair| pair[0].id == pair[1].id).map(|pair| pair[0].id).collect();
+    let mut twice: Vec<u32> =
+        seen.windows(2).filter(|pair| pair[0].id == pair[1].id).map(|pair| pair[0].id).collect();
     twice.dedup();
     (seen.into_iter().filter(|tag| !twice.contains(&tag.id)).collect(), twice)
 }

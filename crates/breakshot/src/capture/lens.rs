@@ -145,7 +145,8 @@ impl Lens {
                     "{:?}, which folds the picture over at pixel ({}, {})",
                     self.distortion, pixel.x, pixel.y
                 );
-                let needed = "k1 k2 p1 p2 k3 that hold up to the picture's corners (calibrate with corners covered)";
+                let needed =
+                    "k1 k2 p1 p2 k3 that hold up to the picture's corners (calibrate with corners covered)";
                 return Err(Error::invalid(name, "camera.distortion", found, needed));
             }
         }
@@ -335,7 +336,8 @@ mod tests {
         let zero = ROS.replace("MODEL", "rational_polynomial").replace("MORE", ", 0, 0, 0");
         assert_eq!(read(&zero).expect("reduces to plumb bob").distortion.map(|d| d.len()), Some(5));
         for (model, more) in [("rational_polynomial", ", 0.3, 0, 0"), ("equidistant", "")] {
-            let message = read(&ROS.replace("MODEL", model).replace("MORE", more)).expect_err(model).to_string();
+            let message =
+                read(&ROS.replace("MODEL", model).replace("MORE", more)).expect_err(model).to_string();
             assert!(message.contains(model) && message.contains("plumb_bob"), "{message}");
         }
         let message = read("image_width: 640\nimage_height: [").expect_err("broken").to_string();

@@ -103,9 +103,9 @@ impl Unknown {
 /// Where the lens stands; of the two poses in which a small flat thing looks nearly the same, the one that fits
 /// better.  `noise_px` is the least standard deviation that a pixel's coordinates can have.
 pub(super) fn pose(lens: &Lens, pairs: &[Sighting], unknown: Unknown, noise_px: f64) -> Option<Fit> {
-    let rays = pairs.iter().map(|&(place, pixel)| {
-        lens.ray_from_pixel(pixel).map(|[x, y]| (place, Pixel::new(x, y)))
-    });
+    let rays = pairs
+        .iter()
+        .map(|&(place, pixel)| lens.ray_from_pixel(pixel).map(|[x, y]| (place, Pixel::new(x, y))));
     let rays: Vec<Sighting> = rays.collect::<Option<_>>()?;
     let first = extrinsics(&Homography::fitted(&rays)?)?;
     let starts = [Some(first), Some(flipped(&first, pairs))];

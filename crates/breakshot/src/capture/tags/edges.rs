@@ -56,7 +56,8 @@ pub(super) fn fitted(image: &GreyImage, straight: &Straight, near_px: [Pixel; 4]
         for k in 0..4 {
             let side = Side::between(corners[k], corners[(k + 1) % 4]);
             let width_px = steps[k].map(|step| step.width_px());
-            let band_px = width_px.map_or(bands[k], |width| bands[k].min(BAND_WIDTHS * width + BAND_LEAST_PX));
+            let band_px =
+                width_px.map_or(bands[k], |width| bands[k].min(BAND_WIDTHS * width + BAND_LEAST_PX));
             let samples = side.samples(image, straight, band_px, width_px)?;
             let step = Step::fitted(&samples, band_px, steps[k])?;
             sides[k] = side.moved(&step);
@@ -85,11 +86,18 @@ fn bands_px(corners: &[Pixel; 4]) -> Option<[f64; 4]> {
     let square = [(0.0, 0.0), (8.0, 0.0), (8.0, 8.0), (0.0, 8.0)];
     let pairs: Vec<_> = (0..4).map(|k| (Point::new(square[k].0, square[k].1), corners[k])).collect();
     let pixel_from_bits = Homography::fitted(&pairs)?;
-    let middles = [((4.0, 0.0), (0.0, -1.0)), ((8.0, 4.0), (1.0, 0.0)), ((4.0, 8.0), (0.0, 1.0)), ((0.0, 4.0), (-1.0, 0.0))];
+    let middles = [
+        ((4.0, 0.0), (0.0, -1.0)),
+        ((8.0, 4.0), (1.0, 0.0)),
+        ((4.0, 8.0), (0.0, 1.0)),
+        ((0.0, 4.0), (-1.0, 0.0)),
+    ];
     let mut bands = [0.0; 4];
     for (k, ((x, y), (dx, dy))) in middles.into_iter().enumerate() {
         let side = Side::between(corners[k], corners[(k + 1) % 4]);
-        let across = |bits: f64| pixel_from_bits.pixel(Point::new(x + bits * dx, y + bits * dy)).map(|p| side.across(p));
+        let across = |bits: f64| {
+            pixel_from_bits.pixel(Point::new(x + bits * dx, y + bits * dy)).map(|p| side.across(p))
+        };
         let bit_px = across(1.0)?.min(-across(-1.0)?);
         bands[k] = (BAND_BITS * bit_px).clamp(BAND_LEAST_PX, BAND_MOST_PX);
     }
@@ -131,7 +139,13 @@ impl Side {
     }
 
     /// The pixels within `band_px` of the side, those near its ends left out: there the next side blurs in.
-    fn samples(&self, image: &GreyImage, straight: &Straight, band_px: f64, blur_px: Option<f64>) -> Option<Vec<Sample>> {
+    fn samples(
+        &self,
+        image: &GreyImage,
+        straight: &Straight,
+        band_px: f64,
+        blur_px: Option<f64>,
+    ) -> Option<Vec<Sample>> {
         let ends_px = blur_px.map_or(2.0, |blur| 1.0 + 1.5 * blur).min(0.25 * self.length_px);
         let (first, last) = (straight.bent(self.from)?, straight.bent(self.to)?);
         let level = (last.x - first.x).abs() >= (last.y - first.y).abs();
@@ -223,7 +237,8 @@ impl Step {
             p[1] = p[1].clamp(-band_px, band_px);
             p[2] = p[2].clamp(NARROWEST_PX, band_px);
             if k < weighing {
-                typical = (median(samples.iter().map(|s| residual(s, &p).abs()).collect()) * STD_OVER_MEDIAN).max(1.0);
+                typical = (median(samples.iter().map(|s| residual(s, &p).abs()).collect()) * STD_OVER_MEDIAN)
+                    .max(1.0);
             } else if change[0].abs() + change[1].abs() < STEP_SETTLED_PX {
                 break;
             }

@@ -8,7 +8,6 @@ mod edges;
 mod family;
 mod quads;
 
-
 use super::lens::Lens;
 use super::{GreyImage, camera::UNSEEN};
 use crate::cell::Tag;
@@ -28,7 +27,8 @@ pub(super) struct SeenTag {
 
 impl SeenTag {
     pub(super) fn center_px(&self) -> Pixel {
-        let [x, y] = [|p: &Pixel| p.x, |p: &Pixel| p.y].map(|axis| self.corners_px.iter().map(axis).sum::<f64>());
+        let [x, y] =
+            [|p: &Pixel| p.x, |p: &Pixel| p.y].map(|axis| self.corners_px.iter().map(axis).sum::<f64>());
         Pixel::new(x / 4.0, y / 4.0)
     }
 
@@ -56,7 +56,11 @@ const THRESHOLDS: [f64; 3] = [0.5, 0.3, 0.7];
 ///
 /// A first look at full size finds them in good light; unless it finds `enough`, further looks try other thresholds
 /// and a picture of half the size, which forgives noise and blur.
-pub(super) fn seen(image: &GreyImage, lens: Option<&Lens>, enough: impl Fn(&[SeenTag]) -> bool) -> Vec<SeenTag> {
+pub(super) fn seen(
+    image: &GreyImage,
+    lens: Option<&Lens>,
+    enough: impl Fn(&[SeenTag]) -> bool,
+) -> Vec<SeenTag> {
     let straight = Straight { lens };
     let mut tags = Vec::new();
     let half = (image.width >= 2 * SMALLEST_HALVED_PX && image.height >= 2 * SMALLEST_HALVED_PX)
@@ -70,7 +74,8 @@ pub(super) fn seen(image: &GreyImage, lens: Option<&Lens>, enough: impl Fn(&[See
         if let Some(half) = &half {
             let half = half.get_or_init(|| image.halved());
             let double = |p: Pixel| Pixel::new(2.0 * p.x + 0.5, 2.0 * p.y + 0.5);
-            let coarse = quads::dark_quads(half, threshold).into_iter().map(|quad| quad.map(double)).collect();
+            let coarse =
+                quads::dark_quads(half, threshold).into_iter().map(|quad| quad.map(double)).collect();
             add(&mut tags, image, &straight, coarse);
             if enough(&tags) {
                 break;
@@ -104,7 +109,12 @@ fn read(image: &GreyImage, straight: &Straight, near_px: [Pixel; 4]) -> Option<S
 }
 
 /// The tag `id`, looked for where its corners should be; `None` if it does not lie there upright.
-pub(super) fn expected(image: &GreyImage, lens: Option<&Lens>, id: u32, near_px: [Pixel; 4]) -> Option<SeenTag> {
+pub(super) fn expected(
+    image: &GreyImage,
+    lens: Option<&Lens>,
+    id: u32,
+    near_px: [Pixel; 4],
+) -> Option<SeenTag> {
     let first = |tag: &SeenTag| tag.corners_px[0].distance_px(near_px[0]) < tag.side_px() / 2.0;
     read(image, &Straight { lens }, near_px).filter(|tag| tag.id == id && first(tag))
 }
@@ -116,4 +126,3 @@ pub(super) fn again(image: &GreyImage, lens: Option<&Lens>, tag: &SeenTag) -> Op
     let corners_px = ideal.map(|p| straight.bent(p).unwrap_or(UNSEEN));
     Some(SeenTag { id: tag.id, corners_px })
 }
-

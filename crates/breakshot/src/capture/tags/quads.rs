@@ -223,9 +223,8 @@ fn push_convex(side: &mut Vec<Pixel>, point: Pixel, turn: f64) {
 /// the one farthest outside the polygon so far.
 fn four_corners(hull: &[Pixel]) -> Option<[usize; 4]> {
     let n = hull.len();
-    let farthest = |from: Pixel| {
-        (0..n).max_by(|&a, &b| from.distance_px(hull[a]).total_cmp(&from.distance_px(hull[b])))
-    };
+    let farthest =
+        |from: Pixel| (0..n).max_by(|&a, &b| from.distance_px(hull[a]).total_cmp(&from.distance_px(hull[b])));
     let [x, y] = [|p: &Pixel| p.x, |p: &Pixel| p.y].map(|axis| hull.iter().map(axis).sum::<f64>() / n as f64);
     let first = farthest(Pixel::new(x, y))?;
     let mut corners = vec![first, farthest(hull[first])?];
