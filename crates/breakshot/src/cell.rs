@@ -140,11 +140,23 @@ pub struct Striker {
 pub struct RobotSpec {
     /// `indy7`, or a URDF file.
     pub arm: String,
+    /// The link of the URDF that the tool is screwed to, where that is not clear.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub flange: Option<String>,
     /// Where the table's frame lies in the robot's base frame.
     pub base_from_table: Transform,
     /// From the flange to the striker's tip, in the flange's frame (m).
     #[serde(default)]
     pub tool_offset_m: [f64; 3],
+    /// What the striker weighs (kg).
+    #[serde(default)]
+    pub tool_mass_kg: f64,
+    /// Each joint's rotor inertia as felt at the joint (kg m2), where known: the rotor's own times the gear ratio squared.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub armature_kg_m2: Option<Vec<f64>>,
+    /// The joint angles the arm waits at before a strike (rad).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub home_rad: Option<Vec<f64>>,
     /// How high above the table the striker's tip runs (m).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub strike_height_m: Option<f64>,

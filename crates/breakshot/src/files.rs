@@ -28,7 +28,8 @@ fn label(path: &Path) -> String {
     path.display().to_string()
 }
 
-fn text(path: &Path) -> Result<String> {
+/// A whole text file.
+pub(crate) fn text(path: &Path) -> Result<String> {
     std::fs::read_to_string(path).map_err(|source| Error::Read { path: path.into(), source })
 }
 
@@ -118,7 +119,7 @@ pub fn write_json<T: Serialize>(path: &Path, value: &T) -> Result<()> {
     write_whole(path, &bytes)
 }
 
-/// `cell.toml`; the path of its `camera_info` is made relative to where the program runs.
+/// `cell.toml`; the paths of its `camera_info` and its arm are made relative to where the program runs.
 ///
 /// # Errors
 /// See [`read_toml`] and [`Cell::check`].
@@ -128,6 +129,11 @@ pub fn load_cell(path: &Path) -> Result<Cell> {
     cell.check(&label(path))?;
     if let Some(info) = &mut cell.camera.camera_info {
         *info = beside(path, info);
+    }
+    if let Some(robot) = &mut cell.robot
+        && robot.arm.ends_with(".urdf")
+    {
+        robot.arm = beside(path, Path::new(&robot.arm)).display().to_string();
     }
     Ok(cell)
 }

@@ -1,0 +1,206 @@
+//! Which joint angles bring the tip to a given frame.
+//!
+//! Damped least squares (Levenberg-Marquardt) with a damping that goes with the error, so that the last steps converge
+//! quadratically (Sugihara, IEEE T-RO 2011), from one start pose after the other.
+
+use super::Frame;
+use super::kinematics::twist;
+use super::model::Arm;
+use crate::geometry::wrapped_rad;
+use nalgebra::{Matrix6, Vector6};
+use std::f64::consts::TAU;
+
+/// How well a pose must meet the target: metres and radians together.
+const TOLERANCE: f64 = 1e-10;
+/// A start from which this many steps do not arrive will not.
+const STEPS_PER_START: usize = 40;
+/// Starts tried before a target counts as out of reach.
+const STARTS: u32 = 60;
+/// The most a joint may turn in one step (rad): beyond, the linear model means nothing.
+const STEP_LIMIT_RAD: f64 = 0.6;
+/// Damping per squared error; small enough not to slow the last steps, large enough to pass singular poses.
+const DAMPING: f64 = 0.02;
+/// Damping that stays, against a Jacobian without inverse; it changes the last steps by less than the tolerance.
+const LEAST_DAMPING: f64 = 1e-14;
+/// Poses that differ by less in every joint are one (rad).
+const SAME_POSE_RAD: f64 = 1e-4;
+
+impl Arm {
+    /// The joint angles (rad) that bring the tip to `target`, near `start_rad` if there are any; `None` if no start
+    /// leads there within the joints' ranges.
+    pub fn inverse(&self, target: &Frame, start_rad: &[f64]) -> Option<Vec<f64>> {
+        self.descend(target, start_rad.to_vec())
+            .or_else(|| (0..STARTS).find_map(|k| self.descend(target, self.start_pose(k))))
+    }
+
+    /// The different ways to bring the tip to `target`: each branch once, in a fixed order; for seven joints
+    /// some of endlessly many.
+    pub fn branches(&self, target: &Frame) -> Vec<Vec<f64>> {
+        let mut found: Vec<Vec<f64>> = Vec::new();
+        for k in 0..STARTS {
+            let Some(angles) = self.descend(target, self.start_pose(k)) else { continue };
+            let is_known = |known: &Vec<f64>| {
+                known.iter().zip(&angles).all(|(a, b)| wrapped_rad(a - b).abs() < SAME_POSE_RAD)
+            };
+            if !found.iter().any(is_known) {
+                found.push(angles);
+            }
+        }
+        found
+    }
+
+    /// Walks from a start pose to the target, or gives up.
+    fn descend(&self, target: &Frame, mut angles: Vec<f64>) -> Option<Vec<f64>> {
+        for _ in 0..STEPS_PER_START {
+            let frames = self.link_frames(&angles);
+            let tip = self.tip_of(&frames);
+            let error = twist(&tip, target);
+            if error.norm() < TOLERANCE {
+                return self.within_ranges(angles);
+            }
+            let jacobian = self.jacobian_at(&frames, &tip.translation.vector, frames.len());
+            let damping = DAMPING * error.norm_squared() + LEAST_DAMPING;
+            let mut normal = Matrix6::identity() * damping;
+            for column in jacobian.column_iter() {
+                normal += column * column.transpose();
+            }
+            let pull = normal.cholesky()?.solve(&error);
+            let step = jacobian.tr_mul(&pull);
+            let scale = (STEP_LIMIT_RAD / step.amax()).min(1.0);
+            for (k, angle) in angles.iter_mut().enumerate() {
+                let [low, high] = self.links[k].joint.range_rad;
+                *angle += scale * step[k];
+                // A joint that cannot make a full turn is held at its stop; others are brought back at the end.
+                if high - low < TAU * 0.9 {
+                    *angle = angle.clamp(low, high);
+                }
+            }
+        }
+        None
+    }
+
+    /// The same pose with every joint inside its range, if full turns can do that.
+    fn within_ranges(&self, mut angles: Vec<f64>) -> Option<Vec<f64>> {
+        for (angle, link) in angles.iter_mut().zip(&self.links) {
+            *angle = wrapped_rad(*angle);
+            let [low, high] = link.joint.range_rad;
+            if *angle < low {
+                *angle += TAU;
+            } else if *angle > high {
+                *angle -= TAU;
+            }
+            if !(low..=high).contains(angle) {
+                return None;
+            }
+        }
+        Some(angles)
+    }
+
+    /// The `k`-th of a sequence of poses that fill the joints' ranges evenly (Roberts' R sequence).
+    fn start_pose(&self, k: u32) -> Vec<f64> {
+        let ratio = roberts_ratio(self.links.len());
+        let mut step = 1.0;
+        let poses = self.links.iter().map(|link| {
+            step /= ratio;
+            let part = (0.5 + step * f64::from(k)).fract();
+            let [low, high] = link.joint.range_rad;
+            let (low, high) = (low.max(-TAU / 2.0), high.min(TAU / 2.0));
+            low + part * (high - low)
+        });
+        poses.collect()
+    }
+
+    /// The joint speeds and accelerations (rad/s, rad/s2) with which the tip has a given velocity and acceleration.
+    ///
+    /// `still` names a joint of a seven-joint arm that stands still meanwhile.  `None` at a singular pose.
+    pub fn joint_rates(
+        &self,
+        angles_rad: &[f64],
+        velocity: &Vector6<f64>,
+        acceleration: &Vector6<f64>,
+        still: Option<usize>,
+    ) -> Option<(Vec<f64>, Vec<f64>)> {
+        let jacobian = self.jacobian(angles_rad);
+        let moving: Vec<usize> = (0..self.joint_count()).filter(|&k| Some(k) != still).collect();
+        let square = Matrix6::from_fn(|i, j| jacobian[(i, moving[j])]);
+        let factor = square.lu();
+        let spread = |values: &Vector6<f64>| {
+            let mut all = vec![0.0; self.joint_count()];
+            moving.iter().zip(values.iter()).for_each(|(&k, &value)| all[k] = value);
+            all
+        };
+        let speeds = spread(&factor.solve(velocity)?);
+        let rest = acceleration - self.velocity_product(angles_rad, &speeds);
+        let accelerations = spread(&factor.solve(&rest)?);
+        Some((speeds, accelerations))
+    }
+}
+
+/// The number whose powers fill `dimensions` evenly: the root of x^(d+1) = x + 1.
+fn roberts_ratio(dimensions: usize) -> f64 {
+    let power = 1.0 / (dimensions as f64 + 1.0);
+    (0..30).fold(1.5, |x: f64, _| (1.0 + x).powf(power))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::DVector;
+    use proptest::prelude::*;
+
+    fn pose() -> impl Strategy<Value = Vec<f64>> {
+        proptest::collection::vec(-1.0..1.0_f64, 6)
+    }
+
+    proptest! {
+        #[test]
+        fn the_tip_goes_where_some_pose_had_it(parts in pose()) {
+            let arm = Arm::built_in("indy7").expect("built in");
+            let angles: Vec<f64> = parts.iter().zip(&arm.links).map(|(x, link)| x * link.joint.range_rad[1]).collect();
+            let target = arm.tip(&angles);
+            let found = arm.inverse(&target, &[0.0; 6]);
+            prop_assert!(found.is_some(), "{:?} rad was not found again", angles);
+            let found = found.expect("just checked");
+            let error = twist(&arm.tip(&found), &target).norm();
+            prop_assert!(error < 1e-9, "the tip is off by {error}");
+            for (angle, link) in found.iter().zip(&arm.links) {
+                let [low, high] = link.joint.range_rad;
+                prop_assert!((low..=high).contains(angle), "{} stands at {angle} rad", link.joint.name);
+            }
+        }
+    }
+
+    #[test]
+    fn every_branch_meets_the_target_and_differs_from_the_others() {
+        let arm = Arm::built_in("indy7").expect("built in");
+        let target = arm.tip(&[0.1, -0.7, -1.9, 0.2, -0.6, 0.3]);
+        let branches = arm.branches(&target);
+        assert!(branches.len() >= 4, "{} branches", branches.len());
+        for angles in &branches {
+            let error = twist(&arm.tip(angles), &target).norm();
+            assert!(error < 1e-9, "the tip is off by {error}");
+        }
+    }
+
+    #[test]
+    fn a_target_out_of_reach_is_not_found() {
+        let arm = Arm::built_in("indy7").expect("built in");
+        assert_eq!(arm.inverse(&Frame::translation(3.0, 0.0, 0.5), &[0.0; 6]), None);
+    }
+
+    #[test]
+    fn joint_rates_give_back_the_tips_motion() {
+        let arm = Arm::built_in("indy7").expect("built in");
+        let angles = [0.4, -0.7, -1.1, 0.3, 0.9, -1.4];
+        let velocity = Vector6::new(0.3, -0.2, 0.1, 0.4, 0.0, -0.5);
+        let acceleration = Vector6::new(1.0, 2.0, -3.0, 0.5, 0.7, -0.1);
+        let (speeds, accelerations) =
+            arm.joint_rates(&angles, &velocity, &acceleration, None).expect("regular");
+        let jacobian = arm.jacobian(&angles);
+        let error = (&jacobian * DVector::from_row_slice(&speeds) - velocity).amax();
+        assert!(error < 1e-12, "velocity off by {error}");
+        let back =
+            &jacobian * DVector::from_row_slice(&accelerations) + arm.velocity_product(&angles, &speeds);
+        assert!((back - acceleration).amax() < 1e-12, "acceleration off by {}", (back - acceleration).amax());
+    }
+}

@@ -1,0 +1,99 @@
+use super::*;
+
+fn read(text: &str) -> Result<Arm> {
+    arm(text, Path::new("arm.urdf"), None)
+}
+
+/// A chain of `joints` turning joints with a gripper behind it.
+fn text(joints: usize) -> String {
+    let mut text = String::from("<robot name=\"made_up\"><link name=\"world\"/><link name=\"l0\"/>");
+    text.push_str("<joint name=\"w\" type=\"fixed\"><parent link=\"world\"/><child link=\"l0\"/></joint>");
+    for k in 0..joints {
+        let inertial = "<inertial><origin xyz=\"0 0 0.1\"/><mass value=\"2\"/><inertia ixx=\"0.01\" ixy=\"0\" ixz=\"0\" \
+                        iyy=\"0.01\" iyz=\"0\" izz=\"0.002\"/></inertial>";
+        let _ = write!(
+            text,
+            "<link name=\"l{}\">{inertial}</link><joint name=\"j{k}\" type=\"revolute\"><parent link=\"l{k}\"/>\
+             <child link=\"l{}\"/><origin xyz=\"0 0 0.2\" rpy=\"{} 0 0\"/><axis xyz=\"0 0 1\"/>\
+             <limit lower=\"-2\" upper=\"2\" effort=\"50\" velocity=\"2\"/></joint>",
+            k + 1,
+            k + 1,
+            if k % 2 == 0 { 1.5 } else { -1.5 }
+        );
+    }
+    let _ = write!(
+        text,
+        "<link name=\"hand\"><inertial><mass value=\"0.5\"/><inertia ixx=\"0.001\" ixy=\"0\" ixz=\"0\" iyy=\"0.001\" \
+         iyz=\"0\" izz=\"0.001\"/></inertial><collision><geometry><box size=\"0.2 0.06 0.08\"/></geometry></collision>\
+         </link><joint name=\"h\" type=\"fixed\"><parent link=\"l{joints}\"/><child link=\"hand\"/>\
+         <origin xyz=\"0 0 0.1\"/></joint><link name=\"finger\"/><joint name=\"f\" type=\"prismatic\">\
+         <parent link=\"hand\"/><child link=\"finger\"/></joint></robot>"
+    );
+    text
+}
+
+#[test]
+fn a_hand_is_part_of_the_last_link_and_its_finger_stays_at_zero() {
+    let arm = read(&text(6)).expect("a good file");
+    assert_eq!(arm.joint_count(), 6);
+    assert_eq!(arm.flange, "hand");
+    let last = &arm.links[5];
+    assert!((last.body.mass_kg - 2.5).abs() < 1e-12, "{} kg", last.body.mass_kg);
+    assert!((last.capsules[0].radius_m - 0.05).abs() < 1e-12, "the box is 0.1 m across its diagonal");
+    assert!(arm.warnings.iter().any(|w| w.contains("`f`")), "{:?}", arm.warnings);
+}
+
+#[test]
+fn an_arm_written_and_read_again_is_the_same() {
+    let tool = Tool { offset_m: Vector3::new(0.0, 0.01, 0.2), mass_kg: 0.3 };
+    for arm in [Arm::built_in("indy7").expect("built in"), read(&text(7)).expect("a good file")] {
+        let arm = arm.with_tool(tool).expect("a tool");
+        let again =
+            super::arm(&arm.urdf(), Path::new("again.urdf"), Some("tip")).expect("what was just written");
+        let angles = [0.3, -0.5, 0.9, -1.2, 0.4, 0.8, 1.1];
+        let apart = (arm.tip(&angles).to_homogeneous() - again.tip(&angles).to_homogeneous()).amax();
+        assert!(apart < 1e-12, "tips {apart} m apart");
+        let mass = (arm.mass_matrix(&angles) - again.mass_matrix(&angles)).amax();
+        assert!(mass < 1e-12, "mass matrices {mass} kg m2 apart");
+    }
+}
+
+#[test]
+fn five_and_eight_joints_are_refused_with_their_number() {
+    for joints in [5, 8] {
+        let message = read(&text(joints)).expect_err("no arm").to_string();
+        assert!(
+            message.contains(&format!("{joints} turning joints")) && message.contains("six or seven"),
+            "{message}"
+        );
+    }
+}
+
+#[test]
+fn what_is_wrong_is_named() {
+    let good = text(6);
+    for (from, to, expected) in [
+        ("velocity=\"2\"", "velocity=\"0\"", "joint `j0`"),
+        ("effort=\"50\"", "", "limit effort is missing"),
+        ("lower=\"-2\"", "lower=\"3\"", "from 3 to 2 rad"),
+        ("<axis xyz=\"0 0 1\"/>", "<axis xyz=\"0 0 0\"/>", "its axis"),
+        ("<mass value=\"2\"/>", "<mass value=\"heavy\"/>", "`heavy`"),
+        ("<parent link=\"l0\"/>", "<parent link=\"nobody\"/>", "no link of the file"),
+        ("</robot>", "", "close"),
+        ("<robot name", "<robot xmlns:xacro=\"http://www.ros.org/wiki/xacro\" name", ""),
+        ("<link name=\"world\"/>", "<link name=\"world\"/><link name=\"stray\"/>", "needed: one root"),
+    ] {
+        let result = read(&good.replacen(from, to, 1));
+        match result {
+            Err(e) => assert!(!expected.is_empty() && e.to_string().contains(expected), "{expected}: {e}"),
+            Ok(_) => assert!(expected.is_empty(), "`{to}` was taken"),
+        }
+    }
+}
+
+#[test]
+fn a_xacro_file_is_told_to_be_expanded() {
+    let text = "<robot xmlns:xacro=\"http://www.ros.org/wiki/xacro\" name=\"a\"><xacro:property name=\"b\"/></robot>";
+    let message = read(text).expect_err("xacro").to_string();
+    assert!(message.contains("xacro arm.xacro"), "{message}");
+}
