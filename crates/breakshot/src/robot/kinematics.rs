@@ -30,16 +30,12 @@ impl Arm {
 
     /// The flange in the base's frame.
     pub fn flange_frame(&self, angles_rad: &[f64]) -> Frame {
-        self.last(&self.link_frames(angles_rad)) * self.last_from_flange
+        last(&self.link_frames(angles_rad)) * self.last_from_flange
     }
 
     /// The tip, given the links' frames.
     pub(super) fn tip_of(&self, frames: &[Frame]) -> Frame {
-        self.last(frames) * self.last_from_tip()
-    }
-
-    fn last(&self, frames: &[Frame]) -> Frame {
-        frames.last().copied().unwrap_or_else(Frame::identity)
+        last(frames) * self.last_from_tip()
     }
 
     /// The Jacobian of the tool's tip.
@@ -92,10 +88,14 @@ impl Arm {
         let frames = self.link_frames(angles_rad);
         let mut points = vec![Vector3::zeros()];
         points.extend(frames.iter().map(|frame| frame.translation.vector));
-        points.push((self.last(&frames) * self.last_from_flange).translation.vector);
+        points.push((last(&frames) * self.last_from_flange).translation.vector);
         points.push(self.tip_of(&frames).translation.vector);
         points.into_iter().map(Into::into).collect()
     }
+}
+
+fn last(frames: &[Frame]) -> Frame {
+    frames.last().copied().unwrap_or_else(Frame::identity)
 }
 
 /// See [`Arm::condition_number`]; infinite where the tip cannot move in some direction.
@@ -143,6 +143,7 @@ pub(super) fn rotation_vector(turn: &Rotation3<f64>) -> Vector3<f64> {
 mod tests {
     use super::*;
     use crate::robot::model::Tool;
+    use std::f64::consts::{FRAC_PI_2, PI};
 
     /// Reported by an Indy 7's controller in the example notebook of neuromeka-package: joint angles (deg), then
     /// position (mm) and roll, pitch, yaw (deg) of the flange.
@@ -199,7 +200,7 @@ mod tests {
     #[test]
     fn a_rotation_vector_is_found_again_from_its_rotation() {
         let axis = Vector3::new(0.36, -0.48, 0.8);
-        for angle in [0.0, 1e-12, 1e-7, 0.3, 1.5707, 1.571, 3.0, 3.141_592, std::f64::consts::PI] {
+        for angle in [0.0, 1e-12, 1e-7, 0.3, FRAC_PI_2 - 1e-4, FRAC_PI_2 + 1e-4, 3.0, PI - 1e-6, PI] {
             let error = (rotation_vector(&Rotation3::new(axis * angle)) - axis * angle).amax();
             assert!(error < 1e-12, "{angle} rad: off by {error} rad");
         }

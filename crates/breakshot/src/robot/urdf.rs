@@ -183,10 +183,10 @@ impl<'a, 'input> Tree<'a, 'input> {
             gravity_m_s2: Vector3::new(0.0, 0.0, -GRAVITY_M_S2),
             warnings: Vec::new(),
         };
-        let mut carried = Carried { body: Body::none(), capsules: Vec::new() };
+        let mut carried = Carried { body: Body::none(), capsules: Vec::new(), notes: Vec::new() };
         let mut link = self.root;
         for joint in chain {
-            self.carry(link, arm.last_from_flange, Some(joint.child), &mut carried, &mut arm.warnings)?;
+            self.carry(link, arm.last_from_flange, Some(joint.child), &mut carried)?;
             let here = arm.last_from_flange * origin(self.path, joint.node)?;
             if joint.motion == Motion::Turning {
                 carried.hand_to(&mut arm, &here);
@@ -197,9 +197,10 @@ impl<'a, 'input> Tree<'a, 'input> {
             }
             link = joint.child;
         }
-        self.carry(link, arm.last_from_flange, None, &mut carried, &mut arm.warnings)?;
+        self.carry(link, arm.last_from_flange, None, &mut carried)?;
         let last_from_flange = arm.last_from_flange;
         carried.hand_to(&mut arm, &last_from_flange);
+        arm.warnings = carried.notes;
         if !(6..=7).contains(&arm.links.len()) {
             let found =
                 format!("{} turning joints from `{}` to `{}`", arm.links.len(), self.root, arm.flange);
@@ -249,14 +250,7 @@ impl<'a, 'input> Tree<'a, 'input> {
     }
 
     /// Adds a link and all that hangs from it, but for the branch to `onward`, to what a moving link carries.
-    fn carry(
-        &self,
-        link: &str,
-        at: Frame,
-        onward: Option<&str>,
-        carried: &mut Carried,
-        warnings: &mut Vec<String>,
-    ) -> Result<()> {
+    fn carry(&self, link: &str, at: Frame, onward: Option<&str>, carried: &mut Carried) -> Result<()> {
         let node = self.links[link];
         carried.body = carried.body.joined(&inertial(self.path, node, link)?.seen_from(&at));
         for collision in node.children().filter(|node| node.has_tag_name("collision")) {
@@ -265,9 +259,9 @@ impl<'a, 'input> Tree<'a, 'input> {
         }
         for joint in self.joints_of(link).iter().filter(|joint| Some(joint.child) != onward) {
             if joint.motion != Motion::Fixed {
-                warnings.push(format!("joint `{}` is no part of the arm and stays at zero", joint.name));
+                carried.notes.push(format!("joint `{}` is no part of the arm and stays at zero", joint.name));
             }
-            self.carry(joint.child, at * origin(self.path, joint.node)?, None, carried, warnings)?;
+            self.carry(joint.child, at * origin(self.path, joint.node)?, None, carried)?;
         }
         Ok(())
     }
@@ -277,6 +271,7 @@ impl<'a, 'input> Tree<'a, 'input> {
 struct Carried {
     body: Body,
     capsules: Vec<Capsule>,
+    notes: Vec<String>,
 }
 
 impl Carried {
@@ -287,9 +282,10 @@ impl Carried {
         if capsules.is_empty() {
             capsules = Arm::assumed_capsules(&body, next);
         }
-        match arm.links.last_mut() {
-            Some(link) => (link.body, link.capsules) = (body, capsules),
-            None => (arm.base.body, arm.base.capsules) = (body, capsules),
+        if let Some(link) = arm.links.last_mut() {
+            (link.body, link.capsules) = (body, capsules);
+        } else {
+            (arm.base.body, arm.base.capsules) = (body, capsules);
         }
     }
 }
