@@ -92,10 +92,10 @@ fn search(plan: &Plan) -> String {
     let panels = [
         panel("speed (m/s)", Vec::new(), &|k| step(k).strike.speed_m_s),
         panel("least distance (mm)", vec![mm_bound(goal.min_distance_m, "at least")], &|k| {
-            step(k).min_distance_m * 1e3
+            step(k).min_distance_m.unwrap_or(f64::NAN) * 1e3
         }),
         panel("mean distance (mm)", vec![mm_bound(goal.mean_distance_m[0], "at least")], &|k| {
-            step(k).mean_distance_m * 1e3
+            step(k).mean_distance_m.unwrap_or(f64::NAN) * 1e3
         }),
     ];
     let svg = lines("simulated strike", &panels, &[], "Speed and distances over the steps of the search");

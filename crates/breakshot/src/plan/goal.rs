@@ -1,0 +1,94 @@
+//! Which goals no strike can fulfil, told before any is simulated.
+
+use crate::scene::Scene;
+
+/// Why the goal cannot hold for so many objects in this workspace; `None` if nothing speaks against it.
+pub(super) fn impossible(scene: &Scene) -> Option<String> {
+    let goal = scene.goal;
+    let count = scene.placed.len();
+    if !goal.inside_workspace || count < 2 {
+        return None;
+    }
+    let size = scene.cell.workspace.max_m - scene.cell.workspace.min_m;
+    let workspace = format!("the workspace of {:.0} x {:.0} mm", size.x * 1e3, size.y * 1e3);
+    let most = most_points(size.x, size.y, goal.min_distance_m);
+    if (count as f64) > most {
+        return Some(format!(
+            "{count} centres at least {:.1} mm apart do not fit into {workspace}",
+            goal.min_distance_m * 1e3
+        ));
+    }
+    let most_m = greatest_mean_m(size.x, size.y, count);
+    (goal.mean_distance_m[0] > most_m).then(|| {
+        format!(
+            "a mean distance of {:.1} mm is wanted, but {count} centres in {workspace} are at most {:.1} mm apart on average",
+            goal.mean_distance_m[0] * 1e3,
+            most_m * 1e3
+        )
+    })
+}
+
+/// An upper bound on how many points at least `apart_m` from each other a rectangle holds.
+///
+/// Two points: the diagonal.  More: N. Oler's inequality (1961), area and perimeter measured in `apart_m`.
+fn most_points(width_m: f64, height_m: f64, apart_m: f64) -> f64 {
+    if apart_m > width_m.hypot(height_m) {
+        return 1.0;
+    }
+    if apart_m <= 0.0 {
+        return f64::INFINITY;
+    }
+    let (width, height) = (width_m / apart_m, height_m / apart_m);
+    (2.0 / 3f64.sqrt() * width * height + width + height + 1.0).floor()
+}
+
+/// The greatest mean distance that so many points in a rectangle can have.
+///
+/// The sum of distances is convex in every point, so some best arrangement has all points in corners.
+fn greatest_mean_m(width_m: f64, height_m: f64, count: usize) -> f64 {
+    let diagonal_m = width_m.hypot(height_m);
+    let mut greatest_m = 0f64;
+    for a in 0..=count {
+        for b in 0..=count - a {
+            for c in 0..=count - a - b {
+                // Corners in order around the rectangle.
+                let [a, b, c, d] = [a, b, c, count - a - b - c].map(|n| n as f64);
+                let sum_m =
+                    width_m * (a * b + c * d) + height_m * (b * c + a * d) + diagonal_m * (a * c + b * d);
+                greatest_m = greatest_m.max(sum_m);
+            }
+        }
+    }
+    greatest_m / (count * (count - 1) / 2) as f64
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn two_centres_fit_up_to_the_diagonal() {
+        assert!(most_points(0.3, 0.4, 0.5) >= 2.0);
+        assert!(most_points(0.3, 0.4, 0.500_001) < 2.0);
+        assert!((greatest_mean_m(0.3, 0.4, 2) - 0.5).abs() < 1e-15);
+    }
+
+    #[test]
+    fn the_bound_never_refuses_what_a_grid_or_a_triangular_lattice_shows_to_fit() {
+        for (columns, rows) in [(2_u32, 2_u32), (3, 4), (5, 2), (7, 7)] {
+            let (width_m, height_m) = (0.1 * f64::from(columns - 1), 0.1 * f64::from(rows - 1));
+            let most = most_points(width_m + 1e-9, height_m + 1e-9, 0.1);
+            assert!(most >= f64::from(columns * rows), "{columns} x {rows}: {most}");
+        }
+        // Seven points: the middle of a hexagon and its corners.
+        assert!(most_points(2.0, 3f64.sqrt() + 1e-9, 1.0) >= 7.0);
+    }
+
+    #[test]
+    fn four_points_are_farthest_apart_in_the_corners() {
+        let by_hand_m: f64 = (2.0 * 0.3 + 2.0 * 0.4 + 2.0 * 0.5) / 6.0;
+        let two_and_two_m = 4.0 * 0.5 / 6.0;
+        let greatest_m = greatest_mean_m(0.3, 0.4, 4);
+        assert!((greatest_m - by_hand_m.max(two_and_two_m)).abs() < 1e-15, "{greatest_m} m");
+    }
+}
