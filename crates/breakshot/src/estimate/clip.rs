@@ -1,0 +1,345 @@
+//! The model of one clip: bodies that rest, slide and hit each other, and what the camera sees of them.
+
+use super::least_squares::Residual;
+use super::slide::{GRAVITY_M_S2, Grip, Motion, Slide};
+use crate::geometry::{Point, Pose, Vec2};
+use crate::object::Shape;
+
+/// One body of a clip as it was seen.
+#[derive(Clone, Debug)]
+pub(super) struct Body {
+    pub(super) object: String,
+    pub(super) shape: Shape,
+    pub(super) patch_radius_m: f64,
+    pub(super) gyration_m: f64,
+    pub(super) sights: Vec<Sight>,
+    /// Whether its marker tells how it is turned.
+    pub(super) sees_yaw: bool,
+    /// Whether it moves before anything hits it.
+    pub(super) moves_at_start: bool,
+}
+
+/// One sight of a body.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Sight {
+    pub(super) time_s: f64,
+    pub(super) position: Point,
+    pub(super) yaw_rad: Option<f64>,
+    pub(super) std_m: f64,
+    /// Left out of the fit.
+    pub(super) ignored: bool,
+}
+
+/// What changes a motion.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Cause {
+    /// The striker hits the one member.
+    Striker,
+    /// The two members hit each other.
+    Contact,
+    /// Nothing that was filmed or told is near the one member.
+    Unknown,
+}
+
+/// An instant at which the members' velocities jump.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Event {
+    pub(super) cause: Cause,
+    pub(super) members: Vec<usize>,
+}
+
+/// A value that is expected from elsewhere, and how far off it may be.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Prior {
+    pub(super) mean: f64,
+    pub(super) std: f64,
+}
+
+/// Bodies, events, and how the camera looks.
+#[derive(Clone, Debug)]
+pub(super) struct Model {
+    pub(super) bodies: Vec<Body>,
+    pub(super) events: Vec<Event>,
+    pub(super) friction_priors: Vec<Prior>,
+    pub(super) exposure: Exposure,
+    /// Deviation of the yaw's noise (rad).
+    pub(super) yaw_std_rad: f64,
+    /// For every body and sight: the deviation that it enters the fit with (m).
+    pub(super) stds_m: Vec<Vec<f64>>,
+}
+
+/// How long the shutter is open.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Exposure {
+    /// A sight is the mean over this time (s).
+    Known(f64),
+    /// It may be up to this long (s): sights that near to an impact are worth less.
+    UpTo(f64),
+}
+
+/// Where each number stands in the list of parameters.
+#[derive(Clone, Debug)]
+pub(super) struct Layout {
+    pub(super) bodies: Vec<BodySlots>,
+    pub(super) events: Vec<EventSlots>,
+    /// The step of every parameter for numeric derivatives.
+    pub(super) steps: Vec<f64>,
+}
+
+/// Slots of a body.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct BodySlots {
+    /// x; y follows.
+    pub(super) position: usize,
+    pub(super) yaw: Option<usize>,
+    /// vx; vy and, where the yaw is seen, the spin follow.
+    pub(super) velocity: Option<usize>,
+    pub(super) friction: Option<usize>,
+}
+
+/// Slots of an event.
+#[derive(Clone, Debug)]
+pub(super) struct EventSlots {
+    pub(super) time: usize,
+    /// For each member: vx; vy and, where the yaw is seen, the spin follow.
+    pub(super) velocities: Vec<usize>,
+}
+
+/// Where a body is at any time.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Path {
+    first: Motion,
+    slides: Vec<(f64, Slide)>,
+}
+
+/// Rest counts as no more than this many independent sights: a codec repeats the same picture, noise and all.
+const SIGHTS_OF_A_REST: f64 = 4.0;
+/// Speeds, spins and frictions are within a few of these; times within a few of it of their first guess.
+const SPEED_SPAN_M_S: f64 = 10.0;
+const SPIN_SPAN_RAD_S: f64 = 300.0;
+
+impl Path {
+    /// The motion at a time; at the instant of an impact, the one after it.
+    pub(super) fn motion(&self, time_s: f64) -> Motion {
+        let next = self.slides.partition_point(|(start_s, _)| *start_s <= time_s);
+        self.motion_in(next, time_s)
+    }
+
+    /// As [`Path::motion`], at the instant of an impact the one before it.
+    pub(super) fn motion_before(&self, time_s: f64) -> Motion {
+        let next = self.slides.partition_point(|(start_s, _)| *start_s < time_s);
+        self.motion_in(next, time_s)
+    }
+
+    fn motion_in(&self, next: usize, time_s: f64) -> Motion {
+        if next == 0 { self.first } else { self.slides[next - 1].1.motion(time_s) }
+    }
+
+    /// When the last slide ends.
+    pub(super) fn stop_s(&self) -> f64 {
+        self.slides.last().map_or(f64::NEG_INFINITY, |(_, slide)| slide.stop_s())
+    }
+
+    /// When the body is first set in motion.
+    pub(super) fn onset_s(&self) -> f64 {
+        self.slides.first().map_or(f64::INFINITY, |(start_s, _)| *start_s)
+    }
+
+    /// The pose that a shutter open for `exposure_s` around a time sees: the mean.
+    fn mean_pose(&self, time_s: f64, exposure_s: f64) -> Pose {
+        let (open, shut) = (time_s - exposure_s / 2.0, time_s + exposure_s / 2.0);
+        let breaks = self.slides.iter().map(|(start_s, _)| *start_s).filter(|s| (open..shut).contains(s));
+        let mut mean = [0.0; 3];
+        let mut from = open;
+        for to in breaks.chain(std::iter::once(shut)) {
+            // Simpson's rule is exact for a slide.
+            let part = (to - from) / exposure_s / 6.0;
+            let nodes = [
+                (self.motion(from), 1.0),
+                (self.motion(f64::midpoint(from, to)), 4.0),
+                (self.motion_before(to), 1.0),
+            ];
+            for (motion, share) in nodes {
+                let pose: [f64; 3] = motion.pose.into();
+                for (sum, value) in mean.iter_mut().zip(pose) {
+                    *sum += part * share * value;
+                }
+            }
+            from = to;
+        }
+        mean.into()
+    }
+}
+
+impl Body {
+    /// How many numbers its velocity has.
+    fn velocity_len(&self) -> usize {
+        if self.sees_yaw { 3 } else { 2 }
+    }
+}
+
+impl Model {
+    pub(super) fn new(bodies: Vec<Body>, exposure: Exposure) -> Self {
+        let stds_m = bodies.iter().map(|b| b.sights.iter().map(|s| s.std_m).collect()).collect();
+        let friction_priors = vec![Prior { mean: 0.3, std: 3.0 }; bodies.len()];
+        Self { bodies, events: Vec::new(), friction_priors, exposure, yaw_std_rad: YAW_STD_RAD, stds_m }
+    }
+
+    /// Where each parameter stands.
+    pub(super) fn layout(&self) -> Layout {
+        let mut steps = Vec::new();
+        let mut take = |sizes: &[f64]| {
+            steps.extend_from_slice(sizes);
+            steps.len() - sizes.len()
+        };
+        let velocity_steps = |body: &Body| [1e-5, 1e-5, 1e-3][..body.velocity_len()].to_vec();
+        let bodies = (0..self.bodies.len())
+            .map(|k| {
+                let body = &self.bodies[k];
+                let moves = body.moves_at_start || self.events.iter().any(|e| e.members.contains(&k));
+                BodySlots {
+                    position: take(&[1e-6, 1e-6]),
+                    yaw: body.sees_yaw.then(|| take(&[1e-5])),
+                    velocity: body.moves_at_start.then(|| take(&velocity_steps(body))),
+                    friction: moves.then(|| take(&[1e-5])),
+                }
+            })
+            .collect();
+        let events = (self.events.iter())
+            .map(|event| EventSlots {
+                time: take(&[1e-6]),
+                velocities: event.members.iter().map(|&m| take(&velocity_steps(&self.bodies[m]))).collect(),
+            })
+            .collect();
+        Layout { bodies, events, steps }
+    }
+
+    /// The path of every body.
+    pub(super) fn paths(&self, layout: &Layout, parameters: &[f64]) -> Vec<Path> {
+        let velocity = |body: &Body, slot: usize| {
+            let spin = if body.sees_yaw { parameters[slot + 2] } else { 0.0 };
+            (Vec2::new(parameters[slot], parameters[slot + 1]), spin)
+        };
+        (0..self.bodies.len())
+            .map(|k| {
+                let (body, slots) = (&self.bodies[k], &layout.bodies[k]);
+                let grip = Grip {
+                    friction: slots.friction.map_or(0.0, |f| parameters[f]),
+                    patch_radius_m: body.patch_radius_m,
+                    gyration_m: body.gyration_m,
+                };
+                let yaw_rad = slots.yaw.map_or(0.0, |y| parameters[y]);
+                let pose = Pose::new(parameters[slots.position], parameters[slots.position + 1], yaw_rad);
+                let mut path = Path { first: Motion { pose, ..Motion::default() }, slides: Vec::new() };
+                if let Some(slot) = slots.velocity {
+                    let start_s = body.sights.first().map_or(0.0, |s| s.time_s);
+                    (path.first.velocity, path.first.spin_rad_s) = velocity(body, slot);
+                    path.slides.push((start_s, Slide::new(start_s, path.first, &grip)));
+                }
+                for (event, at) in self.events.iter().zip(&layout.events) {
+                    let Some(member) = event.members.iter().position(|&m| m == k) else { continue };
+                    let start_s = parameters[at.time];
+                    let mut start = path.slides.last().map_or(path.first, |(_, slide)| slide.motion(start_s));
+                    (start.velocity, start.spin_rad_s) = velocity(body, at.velocities[member]);
+                    path.slides.push((start_s, Slide::new(start_s, start, &grip)));
+                }
+                path
+            })
+            .collect()
+    }
+
+    /// What the sights and the priors say against these parameters.
+    pub(super) fn residuals(&self, layout: &Layout, parameters: &[f64]) -> Vec<Residual> {
+        let paths = self.paths(layout, parameters);
+        let mut all = Vec::new();
+        for ((body, path), stds) in self.bodies.iter().zip(&paths).zip(&self.stds_m) {
+            for (sight, std_m) in body.sights.iter().zip(stds) {
+                if sight.ignored {
+                    continue;
+                }
+                let seen = match self.exposure {
+                    Exposure::Known(exposure_s) => path.mean_pose(sight.time_s, exposure_s),
+                    Exposure::UpTo(_) => path.motion(sight.time_s).pose,
+                };
+                let off = (sight.position - seen.position) / *std_m;
+                all.push(Residual { value: off.into(), soft: true });
+                if let (true, Some(yaw_rad)) = (body.sees_yaw, sight.yaw_rad) {
+                    let std_rad = self.yaw_std_rad * std_m / sight.std_m;
+                    all.push(Residual { value: [(yaw_rad - seen.yaw_rad) / std_rad, 0.0], soft: true });
+                }
+            }
+        }
+        self.push_priors(layout, parameters, &mut all);
+        all
+    }
+
+    fn push_priors(&self, layout: &Layout, parameters: &[f64], all: &mut Vec<Residual>) {
+        let mut expect = |value: [f64; 2]| all.push(Residual { value, soft: false });
+        let mut expect_velocity = |body: &Body, slot: usize| {
+            expect([parameters[slot] / SPEED_SPAN_M_S, parameters[slot + 1] / SPEED_SPAN_M_S]);
+            if body.sees_yaw {
+                expect([parameters[slot + 2] / SPIN_SPAN_RAD_S, 0.0]);
+            }
+        };
+        for (body, slots) in self.bodies.iter().zip(&layout.bodies) {
+            if let Some(slot) = slots.velocity {
+                expect_velocity(body, slot);
+            }
+        }
+        for (event, at) in self.events.iter().zip(&layout.events) {
+            for (&member, &slot) in event.members.iter().zip(&at.velocities) {
+                expect_velocity(&self.bodies[member], slot);
+            }
+        }
+        for (slots, prior) in layout.bodies.iter().zip(&self.friction_priors) {
+            if let Some(slot) = slots.friction {
+                expect([(parameters[slot] - prior.mean) / prior.std, 0.0]);
+            }
+        }
+    }
+
+    /// Weighs the sights for the motion that these parameters tell: long rests and frames around impacts less.
+    pub(super) fn weigh(&mut self, layout: &Layout, parameters: &[f64]) {
+        let paths = self.paths(layout, parameters);
+        for ((body, path), stds) in self.bodies.iter().zip(&paths).zip(&mut self.stds_m) {
+            let (onset_s, stop_s) = (path.onset_s(), path.stop_s());
+            let before = body.sights.iter().filter(|s| s.time_s < onset_s).count() as f64;
+            let after = body.sights.iter().filter(|s| s.time_s > stop_s).count() as f64;
+            let rest = |count: f64| (count / SIGHTS_OF_A_REST).max(1.0).sqrt();
+            for (sight, std_m) in body.sights.iter().zip(stds) {
+                let repeated = match sight.time_s {
+                    t if t < onset_s => rest(before),
+                    t if t > stop_s => rest(after),
+                    _ => 1.0,
+                };
+                let blur_m = match self.exposure {
+                    Exposure::Known(_) => 0.0,
+                    Exposure::UpTo(exposure_s) => possible_blur_m(path, sight.time_s, exposure_s),
+                };
+                *std_m = (sight.std_m * repeated).hypot(blur_m);
+            }
+        }
+    }
+}
+
+/// Before the yaw's own noise is known.
+const YAW_STD_RAD: f64 = 0.01;
+
+/// By how much the mean position over an exposure differs from the one at its middle, if an impact falls into it (m).
+fn possible_blur_m(path: &Path, time_s: f64, exposure_s: f64) -> f64 {
+    (path.slides.iter())
+        .map(|(start_s, _)| {
+            let overlap_s = exposure_s / 2.0 - (time_s - start_s).abs();
+            if overlap_s <= 0.0 {
+                return 0.0;
+            }
+            let jump = path.motion(*start_s).velocity - path.motion_before(*start_s).velocity;
+            jump.length() * overlap_s * overlap_s / (2.0 * exposure_s)
+        })
+        .fold(0.0, f64::max)
+}
+
+/// The friction of a slide that covers `distance_m` and stops after `duration_s`.
+pub(super) fn friction_of_a_stop(distance_m: f64, duration_s: f64) -> f64 {
+    2.0 * distance_m / (duration_s * duration_s * GRAVITY_M_S2)
+}

@@ -1,0 +1,169 @@
+//! Nonlinear least squares with few parameters: Levenberg-Marquardt with a robust loss.
+
+use nalgebra::{DMatrix, DVector};
+
+/// One or two residuals, over their standard deviations, that are right or wrong together.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Residual {
+    pub(super) value: [f64; 2],
+    /// Whether the loss is soft: a measurement may be an outlier, a prior may not.
+    pub(super) soft: bool,
+}
+
+/// Where the loss is least.
+#[derive(Clone, Debug)]
+pub(super) struct Minimum {
+    pub(super) parameters: Vec<f64>,
+    pub(super) loss: f64,
+    pub(super) residuals: Vec<Residual>,
+    /// The weight that the loss gives to each residual.
+    pub(super) weights: Vec<f64>,
+    /// Derivatives of the residuals, two rows each.
+    pub(super) jacobian: DMatrix<f64>,
+    /// Of the parameters, if the residuals' deviations are what they claim.
+    pub(super) covariance: DMatrix<f64>,
+}
+
+/// Residuals beyond this many standard deviations count less than squared; it costs 2 % of efficiency.
+const SOFT_FROM: f64 = 3.0;
+const ITERATIONS: usize = 40;
+/// The loss counts as least when a step lowers it by less than this.
+const LOSS_CHANGE: f64 = 1e-6;
+
+impl Residual {
+    /// What it adds to the loss (soft-L1), and its weight against a plain square.
+    fn loss(&self) -> (f64, f64) {
+        let squared = self.value[0].powi(2) + self.value[1].powi(2);
+        if !self.soft {
+            return (squared, 1.0);
+        }
+        let scale = SOFT_FROM * SOFT_FROM;
+        let root = (1.0 + squared / scale).sqrt();
+        (2.0 * scale * (root - 1.0), 1.0 / root)
+    }
+}
+
+/// The least loss that Levenberg-Marquardt reaches from `start`; `steps` are the parameters' steps for derivatives.
+pub(super) fn minimum(
+    start: Vec<f64>,
+    steps: &[f64],
+    residuals: impl Fn(&[f64]) -> Vec<Residual>,
+) -> Minimum {
+    let total = |all: &[Residual]| all.iter().map(|r| r.loss().0).sum::<f64>();
+    let mut parameters = start;
+    let mut now = residuals(&parameters);
+    let mut loss = total(&now);
+    let mut damping = 1e-3;
+    for _ in 0..ITERATIONS {
+        let (normal, gradient, _) = normal_equations(&parameters, steps, &residuals, &now);
+        let mut improved = None;
+        while improved.is_none() && damping < 1e9 {
+            let mut damped = normal.clone();
+            for k in 0..damped.nrows() {
+                damped[(k, k)] *= 1.0 + damping;
+            }
+            let trial = damped.cholesky().map(|factor| {
+                let step = factor.solve(&gradient);
+                parameters.iter().zip(step.iter()).map(|(p, s)| p - s).collect::<Vec<_>>()
+            });
+            improved = trial.and_then(|trial| {
+                let there = residuals(&trial);
+                let trial_loss = total(&there);
+                (trial_loss < loss).then_some((trial, there, trial_loss))
+            });
+            damping *= if improved.is_some() { 0.2 } else { 5.0 };
+        }
+        let Some((trial, there, trial_loss)) = improved else { break };
+        let change = loss - trial_loss;
+        (parameters, now, loss) = (trial, there, trial_loss);
+        damping = damping.max(1e-9);
+        if change < LOSS_CHANGE {
+            break;
+        }
+    }
+    let (normal, _, jacobian) = normal_equations(&parameters, steps, &residuals, &now);
+    let size = normal.nrows();
+    let covariance = normal
+        .cholesky()
+        .map_or_else(|| DMatrix::from_element(size, size, f64::NAN), |factor| factor.inverse());
+    let weights = now.iter().map(|r| r.loss().1).collect();
+    Minimum { parameters, loss, residuals: now, weights, jacobian, covariance }
+}
+
+/// `JᵀWJ`, `JᵀWr` and `J` (central differences).
+fn normal_equations(
+    parameters: &[f64],
+    steps: &[f64],
+    residuals: &impl Fn(&[f64]) -> Vec<Residual>,
+    now: &[Residual],
+) -> (DMatrix<f64>, DVector<f64>, DMatrix<f64>) {
+    let jacobian = jacobian(parameters, steps, residuals, now.len());
+    let mut weighted = jacobian.clone();
+    let mut values = DVector::zeros(2 * now.len());
+    for (k, residual) in now.iter().enumerate() {
+        let weight = residual.loss().1;
+        for part in 0..2 {
+            values[2 * k + part] = residual.value[part];
+            weighted.row_mut(2 * k + part).scale_mut(weight);
+        }
+    }
+    (weighted.tr_mul(&jacobian), weighted.tr_mul(&values), jacobian)
+}
+
+fn jacobian(
+    parameters: &[f64],
+    steps: &[f64],
+    residuals: &impl Fn(&[f64]) -> Vec<Residual>,
+    count: usize,
+) -> DMatrix<f64> {
+    let mut jacobian = DMatrix::zeros(2 * count, parameters.len());
+    let mut moved = parameters.to_vec();
+    for (column, step) in steps.iter().enumerate() {
+        moved[column] = parameters[column] + step;
+        let ahead = residuals(&moved);
+        moved[column] = parameters[column] - step;
+        let behind = residuals(&moved);
+        moved[column] = parameters[column];
+        for (k, (plus, minus)) in ahead.iter().zip(&behind).enumerate() {
+            for part in 0..2 {
+                jacobian[(2 * k + part, column)] = (plus.value[part] - minus.value[part]) / (2.0 * step);
+            }
+        }
+    }
+    jacobian
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn line(data: &[(f64, f64)]) -> Minimum {
+        minimum(vec![0.0, 0.0], &[1e-6, 1e-6], |p| {
+            data.iter().map(|&(x, y)| Residual { value: [y - p[0] - p[1] * x, 0.0], soft: true }).collect()
+        })
+    }
+
+    #[test]
+    fn a_straight_line_is_fitted_exactly_with_the_textbook_covariance() {
+        let data: Vec<_> = (0..5).map(|k| (f64::from(k), 2.0 + 0.5 * f64::from(k))).collect();
+        let fit = line(&data);
+        assert!((fit.parameters[0] - 2.0).abs() < 1e-8 && (fit.parameters[1] - 0.5).abs() < 1e-8);
+        // Variance of the slope: 1 / sum (x - 2)^2 = 1 / 10.
+        assert!((fit.covariance[(1, 1)] - 0.1).abs() < 1e-6, "{}", fit.covariance[(1, 1)]);
+    }
+
+    #[test]
+    fn an_outlier_of_a_hundred_deviations_moves_a_line_by_less_than_two() {
+        let mut data: Vec<_> = (0..21).map(|k| (f64::from(k), 1.0)).collect();
+        data[10].1 += 100.0;
+        assert!((line(&data).parameters[0] - 1.0).abs() < 2.0);
+    }
+
+    #[test]
+    fn a_parameter_that_nothing_tells_about_gives_no_panic() {
+        let fit = minimum(vec![1.0, 1.0], &[1e-6, 1e-6], |p| {
+            vec![Residual { value: [p[0] - 3.0, 0.0], soft: false }]
+        });
+        assert!(fit.parameters.iter().all(|p| p.is_finite()));
+    }
+}

@@ -1,0 +1,372 @@
+//! How a body slides to rest under Coulomb friction, with or without spin.
+//!
+//! Without spin the deceleration is `mu g` against the velocity until the body stops (Eq. 26 and 30).  Spin lowers it:
+//! every point of the support slides in its own direction.  A compact support behaves like a uniform disc whose
+//! radius is 1.5 times its mean lever arm, for which force and torque are closed forms (Farkas, Bartels, Unger and
+//! Wolf, PRL 90, 248302, 2003); the path stays straight, and sliding and spinning stop together.
+
+use crate::geometry::{Point, Pose, Vec2};
+use crate::object::Shape;
+use std::f64::consts::PI;
+
+/// Standard gravity (m/s2).
+pub(super) const GRAVITY_M_S2: f64 = 9.81;
+
+/// Where a body is, and how it moves.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Motion {
+    /// Where it is.
+    pub pose: Pose,
+    /// The centroid's velocity (m/s).
+    pub velocity: Vec2,
+    /// The rate of turn (rad/s).
+    pub spin_rad_s: f64,
+}
+
+impl Motion {
+    /// The velocity of the body's point that is at `place` just now (Eq. 13).
+    pub fn velocity_at(&self, place: Point) -> Vec2 {
+        self.velocity + (place - self.pose.position).perpendicular() * self.spin_rad_s
+    }
+}
+
+/// How the table holds a body.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Grip {
+    /// The coefficient of friction.
+    pub(super) friction: f64,
+    /// The radius of the uniform disc that resists like the body's support (m).
+    pub(super) patch_radius_m: f64,
+    /// The body's radius of gyration (m).
+    pub(super) gyration_m: f64,
+}
+
+/// A slide from one impact to the next, or to rest.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Slide {
+    start_s: f64,
+    start: Motion,
+    course: Course,
+}
+
+#[derive(Clone, Debug, PartialEq)]
+enum Course {
+    /// No spin that matters: the speed falls evenly.
+    Straight { deceleration_m_s2: f64 },
+    /// Sliding and spinning, tabulated from start to rest.
+    Spinning(Vec<Knot>),
+}
+
+/// A moment of a spinning slide.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Knot {
+    time_s: f64,
+    distance_m: f64,
+    turn_rad: f64,
+    speed_m_s: f64,
+    spin_rad_s: f64,
+}
+
+/// Below this rim speed over speed, spin changes the deceleration by less than 1e-9.
+const SPIN_THAT_MATTERS: f64 = 1e-4;
+/// Steps of a spinning slide: 16 leave an error below 1e-4 of the range.
+const STEPS: usize = 16;
+
+impl Slide {
+    /// The slide that begins with this motion at `start_s`.
+    pub(super) fn new(start_s: f64, start: Motion, grip: &Grip) -> Self {
+        let deceleration_m_s2 = grip.friction * GRAVITY_M_S2;
+        let rim_m_s = start.spin_rad_s.abs() * grip.patch_radius_m;
+        let spinning = deceleration_m_s2 > 0.0 && rim_m_s > SPIN_THAT_MATTERS * start.velocity.length();
+        let course = if spinning {
+            Course::Spinning(knots(&start, grip))
+        } else {
+            Course::Straight { deceleration_m_s2 }
+        };
+        Self { start_s, start, course }
+    }
+
+    /// Where the body is and how it moves; before the start it moved evenly.
+    pub(super) fn motion(&self, time_s: f64) -> Motion {
+        let elapsed_s = time_s - self.start_s;
+        match &self.course {
+            Course::Straight { deceleration_m_s2 } => self.straight(elapsed_s, *deceleration_m_s2),
+            Course::Spinning(knots) => self.spinning(elapsed_s, knots),
+        }
+    }
+
+    /// When the body comes to rest; never, without friction.
+    pub(super) fn stop_s(&self) -> f64 {
+        match &self.course {
+            Course::Straight { deceleration_m_s2 } => {
+                self.start_s + stop_after_s(self.start.velocity.length(), *deceleration_m_s2)
+            }
+            Course::Spinning(knots) => self.start_s + knots.last().map_or(0.0, |k| k.time_s),
+        }
+    }
+
+    fn straight(&self, elapsed_s: f64, deceleration_m_s2: f64) -> Motion {
+        let speed = self.start.velocity.length();
+        if speed == 0.0 {
+            return self.start;
+        }
+        let t = elapsed_s.min(stop_after_s(speed, deceleration_m_s2));
+        let part = deceleration_m_s2 * t / speed;
+        // Before the start there is no friction to speak of: an impact that is tried too late must not gain speed.
+        let (distance, left) = if t < 0.0 { (t, 1.0) } else { (t * (1.0 - part / 2.0), 1.0 - part) };
+        let turn_rad = self.start.spin_rad_s * distance;
+        self.moved(self.start.velocity * distance, turn_rad, left)
+    }
+
+    fn spinning(&self, elapsed_s: f64, knots: &[Knot]) -> Motion {
+        let speed = self.start.velocity.length();
+        let along = self.start.velocity.direction().unwrap_or(Vec2::ZERO);
+        if elapsed_s <= 0.0 {
+            return self.moved(self.start.velocity * elapsed_s, self.start.spin_rad_s * elapsed_s, 1.0);
+        }
+        let next = knots.partition_point(|k| k.time_s <= elapsed_s);
+        let now = match (knots.get(next - 1), knots.get(next)) {
+            (Some(from), Some(to)) => from.towards(to, elapsed_s),
+            (Some(last), None) => *last,
+            (None, _) => return self.start,
+        };
+        let mut motion = self.moved(along * now.distance_m, now.turn_rad, 0.0);
+        motion.velocity = if speed > 0.0 { along * now.speed_m_s } else { Vec2::ZERO };
+        motion.spin_rad_s = now.spin_rad_s;
+        motion
+    }
+
+    fn moved(&self, way: Vec2, turn_rad: f64, left: f64) -> Motion {
+        let Motion { pose, velocity, spin_rad_s } = self.start;
+        Motion {
+            pose: Pose { position: pose.position + way, yaw_rad: pose.yaw_rad + turn_rad },
+            velocity: velocity * left,
+            spin_rad_s: spin_rad_s * left,
+        }
+    }
+}
+
+impl Knot {
+    /// The moment `time_s` between this one and the next, by the cubic that keeps both ends' speeds.
+    fn towards(&self, next: &Self, time_s: f64) -> Self {
+        let step_s = next.time_s - self.time_s;
+        let u = if step_s > 0.0 { (time_s - self.time_s) / step_s } else { 1.0 };
+        let cubic = |from: f64, to: f64, slope_from: f64, slope_to: f64| {
+            let (d0, d1) = (slope_from * step_s, slope_to * step_s);
+            let rise = to - from;
+            from + u * (d0 + u * (3.0 * rise - 2.0 * d0 - d1 + u * (d0 + d1 - 2.0 * rise)))
+        };
+        Self {
+            time_s,
+            distance_m: cubic(self.distance_m, next.distance_m, self.speed_m_s, next.speed_m_s),
+            turn_rad: cubic(self.turn_rad, next.turn_rad, self.spin_rad_s, next.spin_rad_s),
+            speed_m_s: self.speed_m_s + u * (next.speed_m_s - self.speed_m_s),
+            spin_rad_s: self.spin_rad_s + u * (next.spin_rad_s - self.spin_rad_s),
+        }
+    }
+}
+
+fn stop_after_s(speed_m_s: f64, deceleration_m_s2: f64) -> f64 {
+    if deceleration_m_s2 > 0.0 { speed_m_s / deceleration_m_s2 } else { f64::INFINITY }
+}
+
+/// A spinning slide from start to rest.
+///
+/// Let `u` be the length of (speed, rim speed) and `angle` its direction.  Both fall with the same clock, so
+/// `angle` depends on `ln u` alone; `u` falls evenly from knot to knot, and the time follows.
+fn knots(start: &Motion, grip: &Grip) -> Vec<Knot> {
+    let Grip { friction, patch_radius_m: radius, gyration_m } = *grip;
+    let inertia = (radius / gyration_m).powi(2);
+    let turning = start.spin_rad_s.signum();
+    let (speed, rim) = (start.velocity.length(), start.spin_rad_s.abs() * radius);
+    let u_start = speed.hypot(rim);
+    let deceleration = friction * GRAVITY_M_S2;
+    let mut angle = rim.atan2(speed);
+    let mut knot =
+        Knot { time_s: 0.0, distance_m: 0.0, turn_rad: 0.0, speed_m_s: speed, spin_rad_s: start.spin_rad_s };
+    let mut all = vec![knot];
+    for step in 0..STEPS {
+        let u = u_start * (1.0 - step as f64 / STEPS as f64);
+        let u_next = u_start * (1.0 - (step + 1) as f64 / STEPS as f64);
+        // The midpoint stands for the step; the last one ends at rest, where the angle no longer changes.
+        let (slowing, turning_rate) = resistance(angle, inertia);
+        let u_mid = f64::midpoint(u, u_next);
+        let mid = (angle + turning_rate / slowing * (u_mid / u).ln()).clamp(0.0, PI / 2.0);
+        let (slowing, turning_rate) = resistance(mid, inertia);
+        let dt = (u - u_next) / (deceleration * slowing);
+        knot.time_s += dt;
+        knot.distance_m += u_mid * mid.cos() * dt;
+        knot.turn_rad += turning * u_mid * mid.sin() / radius * dt;
+        if u_next > 0.0 {
+            angle = (angle + turning_rate / slowing * (u_next / u).ln()).clamp(0.0, PI / 2.0);
+        }
+        knot.speed_m_s = u_next * angle.cos();
+        knot.spin_rad_s = turning * u_next * angle.sin() / radius;
+        all.push(knot);
+    }
+    all
+}
+
+/// How fast `u` falls and `angle` turns, both over `mu g`; the latter times `u`.
+fn resistance(angle: f64, inertia: f64) -> (f64, f64) {
+    let (sin, cos) = angle.sin_cos();
+    let (force, torque) = disc_patch(cos, sin);
+    (force * cos + inertia * torque * sin, inertia * torque * cos - force * sin)
+}
+
+/// Force over `mu m g` and torque over `mu m g R` of a uniform disc that slides at `speed` while its rim turns at
+/// `rim` (both >= 0, any unit).
+pub(super) fn disc_patch(speed: f64, rim: f64) -> (f64, f64) {
+    // The closed forms cancel far from a ratio of one; there the series' next terms are below 1e-11.
+    const FAST: f64 = 100.0;
+    const SLOW: f64 = 1e-4;
+    if rim * FAST <= speed {
+        let a = if speed > 0.0 { rim / speed } else { 0.0 };
+        return (1.0 - a * a / 8.0 - a.powi(4) / 64.0, a / 4.0 + a.powi(3) / 48.0);
+    }
+    if speed <= SLOW * rim {
+        return (speed / rim, 2.0 / 3.0);
+    }
+    let ratio = speed / rim;
+    let squared = ratio * ratio;
+    if ratio <= 1.0 {
+        let (k, e) = elliptic(squared);
+        let force = 4.0 * ((squared + 1.0) * e - (1.0 - squared) * k) / (3.0 * PI * ratio);
+        (force, 4.0 * ((4.0 - 2.0 * squared) * e + (squared - 1.0) * k) / (9.0 * PI))
+    } else {
+        let (k, e) = elliptic(1.0 / squared);
+        let force = 4.0 * ((squared + 1.0) * e - (squared - 1.0) * k) / (3.0 * PI);
+        let bracket = (4.0 - 2.0 * squared) * e + (2.0 * squared - 5.0 + 3.0 / squared) * k;
+        (force, 4.0 * ratio * bracket / (9.0 * PI))
+    }
+}
+
+/// The complete elliptic integrals K and E of the parameter m < 1, by the arithmetic-geometric mean.
+fn elliptic(m: f64) -> (f64, f64) {
+    // At m = 1 K is infinite, but here it is always multiplied by a zero.
+    let m = m.min(1.0 - 1e-12);
+    let (mut a, mut b, mut c, mut power, mut sum) = (1.0, (1.0 - m).sqrt(), m.sqrt(), 0.5, m / 2.0);
+    while c > 1e-9 {
+        (a, b, c) = (f64::midpoint(a, b), f64::sqrt(a * b), (a - b) / 2.0);
+        power *= 2.0;
+        sum += power * c * c;
+    }
+    let k = PI / (2.0 * a);
+    (k, k * (1.0 - sum))
+}
+
+/// The radius of the uniform disc that resists like an outline resting on its whole area: 1.5 times the mean
+/// distance of the area from the centroid (m).
+pub(super) fn patch_radius_m(shape: &Shape) -> f64 {
+    if let Shape::Disc { radius_m } = shape {
+        return *radius_m;
+    }
+    let corners = shape.corners();
+    let n = corners.len();
+    let moment: f64 = (0..n).map(|k| lever_moment(corners[k].to_vec(), corners[(k + 1) % n].to_vec())).sum();
+    1.5 * moment / shape.area_m2()
+}
+
+/// The integral of the distance from the origin over the triangle (origin, p, q), signed as the triangle's area.
+///
+/// In polar form: `h^3/3` times the integral of `sec^3` between the ends' angles from the foot of the perpendicular.
+fn lever_moment(p: Vec2, q: Vec2) -> f64 {
+    let Some(along) = (q - p).direction() else { return 0.0 };
+    let height = p.cross(along);
+    if height.abs() < 1e-12 {
+        return 0.0;
+    }
+    let primitive = |foot: f64| {
+        let tan = foot / height.abs();
+        let sec = tan.hypot(1.0);
+        f64::midpoint(tan * sec, tan.asinh())
+    };
+    height.signum() * height.abs().powi(3) / 3.0 * (primitive(q.dot(along)) - primitive(p.dot(along)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn disc(friction: f64) -> Grip {
+        Grip { friction, patch_radius_m: 0.04, gyration_m: 0.04 / 2f64.sqrt() }
+    }
+
+    fn launched(speed_m_s: f64, rim_m_s: f64) -> Motion {
+        let velocity = Vec2::from_heading(0.7) * speed_m_s;
+        Motion { pose: Pose::new(0.1, 0.2, 0.3), velocity, spin_rad_s: rim_m_s / 0.04 }
+    }
+
+    #[test]
+    fn a_sliding_body_stops_and_never_turns_back() {
+        let slide = Slide::new(0.5, launched(0.6, 0.0), &disc(0.25));
+        let range_m = 0.36 / (2.0 * 0.25 * GRAVITY_M_S2);
+        for later_s in [0.3, 1.0, 100.0] {
+            let motion = slide.motion(0.5 + later_s);
+            let distance_m = motion.pose.position.distance(Point::new(0.1, 0.2));
+            assert!((distance_m - range_m).abs() < 1e-12, "{later_s} s: {distance_m} m, not {range_m} m");
+            assert_eq!(motion.velocity.length(), 0.0);
+        }
+    }
+
+    #[test]
+    fn a_spinning_disc_slides_as_far_as_the_published_table_says() {
+        // Speed over rim speed; range and time over those without spin; way of the rim over twice that range.
+        for (ratio, range, time, turn) in [
+            (0.5, 1.967, 1.903, 1.87),
+            (1.0, 1.275, 1.340, 0.724),
+            (2.0, 1.065, 1.122, 0.343),
+            (10.0, 1.0025, 1.009, 0.067),
+        ] {
+            let slide = Slide::new(0.0, launched(0.5, 0.5 / ratio), &disc(0.3));
+            let (range_m, time_s) = (0.25 / (0.6 * GRAVITY_M_S2), 0.5 / (0.3 * GRAVITY_M_S2));
+            let end = slide.motion(10.0);
+            let distance_m = end.pose.position.distance(Point::new(0.1, 0.2));
+            let turned = (end.pose.yaw_rad - 0.3) * 0.04 / (2.0 * range_m);
+            assert!(
+                (distance_m / range_m / range - 1.0).abs() < 2e-3,
+                "eps {ratio}: range {}",
+                distance_m / range_m
+            );
+            assert!(
+                (slide.stop_s() / time_s / time - 1.0).abs() < 2e-3,
+                "eps {ratio}: time {}",
+                slide.stop_s() / time_s
+            );
+            assert!((turned / turn - 1.0).abs() < 4e-3, "eps {ratio}: turn {turned}");
+        }
+    }
+
+    #[test]
+    fn the_patch_functions_meet_their_limits() {
+        let (force, torque) = disc_patch(1.0, 1.0);
+        assert!((force - 8.0 / (3.0 * PI)).abs() < 1e-6 && (torque - 8.0 / (9.0 * PI)).abs() < 1e-6);
+        // Either side of where the closed forms give way to the series.
+        for (near, far) in [((1.0, 0.01001), (1.0, 0.00999)), ((1.001e-4, 1.0), (0.999e-4, 1.0))] {
+            let (one, other) = (disc_patch(near.0, near.1), disc_patch(far.0, far.1));
+            assert!((one.0 - other.0).abs() < 1e-6 && (one.1 - other.1).abs() < 1e-5, "{one:?} {other:?}");
+        }
+    }
+
+    #[test]
+    fn a_square_resists_spin_like_a_disc_of_one_and_a_half_mean_lever_arms() {
+        // The mean distance of a unit square from its centre is 0.3826.
+        let square = Shape::Rectangle { size_m: [0.08, 0.08] };
+        assert!((patch_radius_m(&square) / (1.5 * 0.382_598 * 0.08) - 1.0).abs() < 1e-5);
+        let many: Vec<_> =
+            (0..400).map(|k| Point::ORIGIN + Vec2::from_heading(f64::from(k) * PI / 200.0) * 0.03).collect();
+        assert!((patch_radius_m(&Shape::Polygon { points_m: many }) / 0.03 - 1.0).abs() < 1e-4);
+    }
+
+    #[test]
+    fn position_and_velocity_of_a_spinning_slide_go_together() {
+        let slide = Slide::new(0.0, launched(0.4, 0.3), &disc(0.3));
+        for k in 1..20 {
+            let t = f64::from(k) * slide.stop_s() / 20.0;
+            let (before, after) = (slide.motion(t - 1e-5), slide.motion(t + 1e-5));
+            let numeric = (after.pose.position - before.pose.position) / 2e-5;
+            let error_m_s = (numeric - slide.motion(t).velocity).length();
+            assert!(error_m_s < 2e-3, "at {t} s: {error_m_s} m/s");
+        }
+    }
+}

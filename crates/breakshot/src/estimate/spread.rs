@@ -1,0 +1,192 @@
+//! The mean of repeated measurements that scatter more than their own noise says.
+//!
+//! Every clip's value has its own noise, and the quantity itself varies from clip to clip.  Groups of the same kind
+//! (the friction of every object, the restitution of every pair) vary alike: the typical spread of all groups
+//! steadies the spread of one group with few clips (an empirical Bayes estimate of the variance).
+
+use super::impact::Measured;
+use crate::uncertain::{Estimate, student_t_95};
+
+/// The typical spread of groups of one kind.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Spread {
+    /// One standard deviation from clip to clip, over the group's scale.
+    pub(super) relative: f64,
+    /// For how many clips this knowledge stands in a group of its own.
+    pub(super) freedom: f64,
+}
+
+/// Repeated measurements of one quantity.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Group {
+    pub(super) values: Vec<Measured>,
+    /// What a relative spread of 1 means for this quantity.
+    pub(super) scale: f64,
+}
+
+/// A group's mean.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Mean {
+    pub(super) value: f64,
+    pub(super) standard_error: f64,
+    pub(super) freedom: f64,
+    /// The share of each value; they sum to 1.
+    pub(super) shares: Vec<f64>,
+    /// By how much the values scatter more than spread and noise let expect (variance).
+    pub(super) dispersion: f64,
+}
+
+/// No kind of group is steadier than if this many clips had told its spread: groups do differ.
+const MOST_FREEDOM: f64 = 12.0;
+const LARGEST_SPREAD: f64 = 1.0;
+
+impl Group {
+    fn weights(&self, relative: f64) -> Vec<f64> {
+        let spread = relative * self.scale;
+        self.values.iter().map(|m| 1.0 / (m.std * m.std + spread * spread).max(f64::MIN_POSITIVE)).collect()
+    }
+
+    /// The weighted mean, and the weighted sum of squares about it.
+    fn moments(&self, relative: f64) -> (f64, f64) {
+        let weights = self.weights(relative);
+        let total: f64 = weights.iter().sum();
+        let mean = self.values.iter().zip(&weights).map(|(m, w)| m.value * w).sum::<f64>() / total;
+        (mean, self.values.iter().zip(&weights).map(|(m, w)| w * (m.value - mean).powi(2)).sum())
+    }
+
+    fn freedom(&self) -> f64 {
+        self.values.len().saturating_sub(1) as f64
+    }
+
+    /// The mean, weighted by noise and spread; `None` without values.
+    pub(super) fn mean(&self, spread: Spread) -> Option<Mean> {
+        if self.values.is_empty() {
+            return None;
+        }
+        let (value, squares) = self.moments(spread.relative);
+        let freedom = spread.freedom + self.freedom();
+        let dispersion = if freedom > 0.0 { (spread.freedom + squares) / freedom } else { 1.0 };
+        let weights = self.weights(spread.relative);
+        let total: f64 = weights.iter().sum();
+        let shares = weights.iter().map(|w| w / total).collect();
+        Some(Mean { value, standard_error: (dispersion / total).sqrt(), freedom, shares, dispersion })
+    }
+
+    /// The plain standard deviation of the values.
+    pub(super) fn std(&self) -> Option<f64> {
+        let n = self.values.len();
+        let mean = self.values.iter().map(|m| m.value).sum::<f64>() / n as f64;
+        let squares: f64 = self.values.iter().map(|m| (m.value - mean).powi(2)).sum();
+        (n > 1).then(|| (squares / (n - 1) as f64).sqrt())
+    }
+}
+
+impl Mean {
+    /// Half the width of the 95 % interval.
+    pub(super) fn half_width(&self) -> f64 {
+        quantile_95(self.freedom) * self.standard_error
+    }
+
+    /// As the outside sees it.
+    pub(super) fn estimate(&self, group: &Group) -> Estimate {
+        let half = self.half_width();
+        Estimate {
+            mean: self.value,
+            std: group.std(),
+            standard_error: self.standard_error,
+            interval_95: [self.value - half, self.value + half],
+            n: group.values.len(),
+        }
+    }
+}
+
+/// Student's quantile; a single value without any knowledge of spread is taken as normal.
+pub(super) fn quantile_95(freedom: f64) -> f64 {
+    const NORMAL: f64 = 1.96;
+    if freedom < 1.0 { NORMAL } else { student_t_95(freedom.floor() as usize) }
+}
+
+/// The typical spread of groups of one kind (Paule and Mandel's estimate over all groups), and how alike they are.
+pub(super) fn spread(groups: &[Group]) -> Spread {
+    let freedom: f64 = groups.iter().map(Group::freedom).sum();
+    if freedom == 0.0 {
+        return Spread { relative: 0.0, freedom: 0.0 };
+    }
+    let excess = |relative: f64| groups.iter().map(|g| g.moments_squares(relative)).sum::<f64>() - freedom;
+    // The sum of squares falls as the spread grows: bisection.
+    let (mut low, mut high) = (0.0, LARGEST_SPREAD);
+    if excess(low) <= 0.0 {
+        high = 0.0;
+    }
+    for _ in 0..60 {
+        let middle = f64::midpoint(low, high);
+        if excess(middle) > 0.0 { low = middle } else { high = middle }
+    }
+    Spread { relative: high, freedom: likeness(groups, high) }
+}
+
+impl Group {
+    fn moments_squares(&self, relative: f64) -> f64 {
+        if self.values.len() < 2 { 0.0 } else { self.moments(relative).1 }
+    }
+}
+
+/// How many clips the typical spread is worth: many if the groups' spreads differ no more than chance lets them.
+///
+/// A group's mean square over its expectation is a chi-square over its freedom, f; if the groups' own spreads vary,
+/// its variance exceeds 2/f by 2/d, and d is the answer.
+fn likeness(groups: &[Group], relative: f64) -> f64 {
+    let squares: Vec<(f64, f64)> = (groups.iter().filter(|g| g.values.len() > 1))
+        .map(|g| (g.moments(relative).1 / g.freedom(), g.freedom()))
+        .collect();
+    if squares.len() < 3 {
+        return 0.0;
+    }
+    let n = squares.len() as f64;
+    let excess = squares.iter().map(|(s, f)| (s - 1.0).powi(2) - 2.0 / f).sum::<f64>() / n;
+    if excess <= 2.0 / MOST_FREEDOM { MOST_FREEDOM } else { 2.0 / excess }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn group(values: &[(f64, f64)]) -> Group {
+        Group { values: values.iter().map(|&(value, std)| Measured { value, std }).collect(), scale: 1.0 }
+    }
+
+    #[test]
+    fn equal_noise_and_no_spread_give_the_plain_mean_and_students_interval() {
+        let group = group(&[(1.0, 0.1), (2.0, 0.1), (3.0, 0.1)]);
+        let mean = group.mean(Spread { relative: 1.0, freedom: 0.0 }).expect("three values");
+        let estimate = mean.estimate(&group);
+        assert!(
+            (estimate.mean - 2.0).abs() < 1e-12
+                && (estimate.standard_error - 1.0 / 3f64.sqrt()).abs() < 1e-12
+        );
+        assert!((estimate.interval_95[1] - 2.0 - 4.302_652_73 / 3f64.sqrt()).abs() < 1e-6);
+    }
+
+    #[test]
+    fn a_noisy_clip_counts_less() {
+        let mean =
+            group(&[(1.0, 0.01), (2.0, 1.0)]).mean(Spread { relative: 0.0, freedom: 0.0 }).expect("two");
+        assert!((mean.value - 1.0).abs() < 1e-3, "{}", mean.value);
+    }
+
+    #[test]
+    fn the_spread_of_all_groups_is_found() {
+        // Values at -1, 0, 1 times 0.2: a variance of 0.04.
+        let groups: Vec<_> =
+            (0..5).map(|k| group(&[-0.2, 0.0, 0.2].map(|d| (f64::from(k) + d, 1e-6)))).collect();
+        let found = spread(&groups);
+        assert!((found.relative - 0.2).abs() < 1e-6, "{}", found.relative);
+        assert_eq!(found.freedom, MOST_FREEDOM);
+    }
+
+    #[test]
+    fn values_that_agree_within_their_noise_have_no_spread() {
+        let groups = vec![group(&[(1.0, 0.1), (1.05, 0.1), (0.95, 0.1)])];
+        assert!(spread(&groups).relative < 1e-9);
+    }
+}
