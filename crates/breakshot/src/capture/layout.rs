@@ -50,11 +50,11 @@ pub fn camera(name: &str, pictures: &[&GreyImage], cell: &Cell) -> Result<Camera
     let size_px = [first.width, first.height];
     let mut question = question(name, size_px, cell)?;
     let mut camera = if !cell.tags.is_empty() {
-        question.from_tags(pictures)?
+        question.by_tags(pictures)?
     } else if !cell.points.is_empty() {
-        question.from_points()?
+        question.by_points()?
     } else {
-        question.from_scale()?
+        question.by_scale()?
     };
     camera.warnings = question.warnings;
     camera.readout_s = question.spec.readout_s.unwrap_or(0.0);
@@ -103,16 +103,17 @@ fn check_size(name: &str, [width, height]: [usize; 2], spec: &CameraSpec) -> Res
         let s = width as f64 / f64::from(w);
         let [cx, cy] = spec.center_px.unwrap_or(middle_px([w as usize, h as usize]));
         let [fx, fy, cx, cy] = [fx * s, fy * s, (cx + 0.5) * s - 0.5, (cy + 0.5) * s - 0.5];
-        needed += &format!(
+        let scaled = format!(
             "; if the film shows the whole sensor, write image_size_px = [{width}, {height}], \
              focal_px = [{fx:.4}, {fy:.4}], center_px = [{cx:.4}, {cy:.4}]"
         );
+        needed += &scaled;
     }
     Err(failure(name, format!("a picture of {width} x {height} px"), needed))
 }
 
 impl Question<'_> {
-    fn from_scale(&mut self) -> Result<Camera> {
+    fn by_scale(&mut self) -> Result<Camera> {
         let scale_px_per_m = self.cell.scale_px_per_m().ok_or_else(|| {
             failure(
                 self.name,
@@ -130,7 +131,7 @@ impl Question<'_> {
         Ok(Camera::seeing(self.size_px, Projection::Space { lens: lens.clone(), pose }))
     }
 
-    fn from_points(&mut self) -> Result<Camera> {
+    fn by_points(&mut self) -> Result<Camera> {
         let pairs: Vec<Sighting> = self.cell.points.iter().map(|p| (p.table_m, p.image_px)).collect();
         let outside = pairs.iter().position(|(_, p)| !Camera::flat(self.size_px, 1.0, None).shows(*p));
         if let Some(k) = outside {
@@ -178,7 +179,7 @@ impl Question<'_> {
         best.focal_std().is_some_and(|std| std < FOCAL_STD).then_some(best)
     }
 
-    fn from_tags(&mut self, pictures: &[&GreyImage]) -> Result<Camera> {
+    fn by_tags(&mut self, pictures: &[&GreyImage]) -> Result<Camera> {
         let seen = self.sighted(pictures)?;
         let (mut seen, twice) = once(seen);
         if seen.is_empty() {
@@ -278,7 +279,9 @@ impl Question<'_> {
         }
         for turns in 1..4 {
             let mut turned = seen.to_vec();
-            turned.iter_mut().for_each(|tag| tag.corners_px.rotate_left(turns));
+            for tag in &mut turned {
+                tag.corners_px.rotate_left(turns);
+            }
             if let Some(used) = agreeing(self, &turned) {
                 let yaw_deg = 90 * turns;
                 let told = "the tags lie turned against cell.toml; taken as they lie: each yaw_rad should be";

@@ -9,6 +9,7 @@ mod layout;
 mod lens;
 mod pose;
 mod source;
+pub mod synthetic;
 mod tags;
 
 pub use camera::{Camera, TagFit};

@@ -98,6 +98,7 @@ impl Plane {
 ///
 /// The pictures that the AprilTag project gives out are the same words turned by 180 degrees.
 #[rustfmt::skip]
+#[expect(clippy::unreadable_literal, reason = "36 bits of a picture, not a quantity")]
 pub(in crate::capture) const CODES: [u64; 587] = [
     0x21a146bab, 0x92d18fe9b, 0x7089014bb, 0x193979e27, 0x44153d3d7, 0x35cd5b8cf, 0xa10ba56a0, 0x2b874a608,
     0xb57fb8d44, 0x4e20b5a64, 0x61d897f2c, 0xab3469ffc, 0x594ca45c2, 0xfa1c2d2e2, 0x97c24b972, 0x75928624a,

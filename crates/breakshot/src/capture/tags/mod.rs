@@ -14,7 +14,7 @@ use crate::cell::Tag;
 use crate::geometry::{Pixel, Point, Pose};
 use edges::Straight;
 
-pub(super) use family::CODES;
+pub(super) use family::{CODES, is_white};
 
 /// A tag in a picture.
 #[derive(Clone, Debug, PartialEq)]
@@ -64,7 +64,7 @@ pub(super) fn seen(
     let straight = Straight { lens };
     let mut tags = Vec::new();
     let half = (image.width >= 2 * SMALLEST_HALVED_PX && image.height >= 2 * SMALLEST_HALVED_PX)
-        .then(|| std::cell::OnceCell::new());
+        .then(std::cell::OnceCell::new);
     for threshold in THRESHOLDS {
         let whole = quads::dark_quads(image, threshold);
         add(&mut tags, image, &straight, whole);
