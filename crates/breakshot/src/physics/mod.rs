@@ -1,35 +1,80 @@
 //! What does this strike do to this pile?
 //!
-//! An event-driven simulation in the plane: bodies slide under Coulomb friction in closed form (evolve), the instant of
-//! the next impact is a root (contact), an impact is resolved by Routh's method with Stronge's restitution (resolve).
+//! An event-driven simulation in the plane: bodies slide under Coulomb friction in closed form (`evolve`), the instant of
+//! the next impact is a root (`contact`), an impact is resolved by Routh's method with Stronge's restitution (`resolve`).
+//!
+//! [`trajectory`] tells everything about one strike; a [`World`] and a [`Simulator`] do many strikes quickly.
 
-use crate::error::Result;
-use crate::geometry::Pose;
+mod body;
+mod contact;
+mod curve;
+mod decompose;
+mod evolve;
+mod resolve;
+mod roots;
+mod rotation;
+mod shape;
+mod simulator;
+mod striker;
+mod support;
+mod trajectory;
+mod world;
+
+pub use evolve::Spin;
+pub use resolve::{ImpactLaw, RestitutionLaw};
+pub use simulator::{Outcome, Simulator};
+pub use striker::{AfterStrike, RETRACT_PAST_START_M};
+pub use trajectory::{Energy, Event, EventKind, Segment, Trajectory};
+pub use world::World;
+
+use crate::error::{Error, Result};
 use crate::properties::Properties;
 use crate::scene::{Scene, Strike};
-use serde::{Deserialize, Serialize};
-use std::collections::BTreeMap;
+use trajectory::Log;
+
+/// Standard gravity as the estimates use it (m/s2).
+pub const GRAVITY_M_S2: f64 = 9.81;
 
 /// How to simulate.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Options {}
-
-/// What happens: events, and the exact state at any time between them.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Trajectory {
-    /// The file format's version.
-    pub version: u32,
-    /// Where every object comes to rest.
-    #[serde(rename = "final")]
-    pub final_poses: BTreeMap<String, Pose>,
-    /// When everything is at rest (s after the striker starts).
-    pub duration_s: f64,
+pub struct Options {
+    /// When an impact ends.
+    pub impact: ImpactLaw,
+    /// How restitution depends on speed.
+    pub restitution: RestitutionLaw,
+    /// How contacts that close together are resolved.
+    pub touching: Touching,
+    /// Whether sliding and spinning act on each other.
+    pub spin: Spin,
+    /// What the striker does after it stops.
+    pub after_strike: AfterStrike,
+    /// The striker's effective mass in the direction of the strike (kg, Eq. 8); none: the arm does not give way.
+    pub striker_mass_kg: Option<f64>,
 }
 
-impl Trajectory {
-    /// Where an object is `time_s` after the striker starts; its final pose once it rests; `None` for an unknown name.
-    pub fn pose(&self, _object: &str, _time_s: f64) -> Option<Pose> {
-        todo!()
+/// How contacts that close together are resolved.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum Touching {
+    /// One after the other.
+    #[default]
+    Pairwise,
+}
+
+impl Options {
+    fn check(&self) -> Result<()> {
+        if let Some(mass_kg) = self.striker_mass_kg {
+            crate::object::positive("options", "striker_mass_kg", mass_kg)?;
+        }
+        let (speed, exponent) = match self.restitution {
+            RestitutionLaw::Constant => return Ok(()),
+            RestitutionLaw::Power { reference_speed_m_s, exponent } => (reference_speed_m_s, exponent),
+            RestitutionLaw::Viscoelastic { reference_speed_m_s } => (reference_speed_m_s, 0.2),
+        };
+        crate::object::positive("options", "restitution.reference_speed_m_s", speed)?;
+        if !(0.0..=1.0).contains(&exponent) {
+            return Err(Error::invalid("options", "restitution.exponent", exponent, "a number from 0 to 1"));
+        }
+        Ok(())
     }
 }
 
@@ -38,10 +83,13 @@ impl Trajectory {
 /// # Errors
 /// Objects that overlap, a striker that starts inside one, properties that were never measured.
 pub fn trajectory(
-    _scene: &Scene,
-    _properties: &Properties,
-    _strike: &Strike,
-    _options: &Options,
+    scene: &Scene,
+    properties: &Properties,
+    strike: &Strike,
+    options: &Options,
 ) -> Result<Trajectory> {
-    todo!()
+    let world = World::new(scene, properties, options)?;
+    let mut log = Log::default();
+    let outcome = Simulator::new().logged(&world, strike, Some(&mut log))?;
+    Ok(log.trajectory(&world, &outcome))
 }

@@ -1,0 +1,231 @@
+//! Runs files of small piles and prints how fast they are simulated.
+//!
+//! ```text
+//! scene KIND NUMBER
+//! striker RADIUS X Y SPEED TRAVEL E F           moves along +x, is lifted after TRAVEL
+//! disc MASS MU E F X Y YAW RADIUS C
+//! poly MASS MU E F X Y YAW C INERTIA N x1 y1 x2 y2 ...      corner points about the centroid
+//! end
+//! ```
+//!
+//! SI units; restitution of a pair is `E_i E_j`, contact friction `F_i F_j`, C the mean distance of the support from the
+//! centroid.  Objects are named by their line's number within the scene, from 0.
+//!
+//! `cargo run --release --example scenes -- FILE [--repeat N] [--final OUT.csv] [--impact stronge|newton|poisson]
+//! [--touching compliant|pairwise] [--spin coupled|decoupled]`
+//!
+//! Each repeat shifts the striker by a fresh offset of up to a micrometre, so that no answer can be remembered.
+
+use breakshot::cell::{CameraSpec, Cell, Striker, Workspace};
+use breakshot::geometry::{Point, Pose};
+use breakshot::object::{Marker, Object, Shape, pair_key};
+use breakshot::physics::{AfterStrike, ImpactLaw, Options, Simulator, Spin, Touching, World};
+use breakshot::properties::Properties;
+use breakshot::scene::{Goal, Placed, Scene, Strike};
+use breakshot::uncertain::Estimate;
+use std::error::Error;
+use std::fmt::Write;
+
+/// One scene of a file.
+struct Pile {
+    number: String,
+    scene: Scene,
+    properties: Properties,
+    strike: Strike,
+    /// Square roots of the contact frictions: striker, then objects.
+    roughness: Vec<f64>,
+    /// Square roots of the restitutions: striker, then objects.
+    bounce: Vec<f64>,
+}
+
+type Answer<T> = Result<T, Box<dyn Error>>;
+
+impl Pile {
+    fn new(number: &str) -> Self {
+        let cell = Cell {
+            version: 1,
+            camera: CameraSpec::default(),
+            tags: Vec::new(),
+            points: Vec::new(),
+            scale_px_per_m: Some(1000.0),
+            workspace: Workspace { min_m: Point::new(-10.0, -10.0), max_m: Point::new(10.0, 10.0) },
+            table: None,
+            striker: Striker {
+                shape: Shape::Disc { radius_m: 1.0 },
+                height_m: 0.1,
+                speed_range_m_s: [0.01, 10.0],
+                retract_speed_m_s: 0.15,
+            },
+            robot: None,
+        };
+        let (objects, placed, walls, keep_out) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+        let goal = Goal::default();
+        let scene = Scene { cell, objects, observed_unix_s: None, placed, walls, keep_out, goal };
+        let strike =
+            Strike { object: None, start_m: Point::ORIGIN, heading_rad: 0.0, speed_m_s: 1.0, travel_m: 1.0 };
+        let properties = Properties { version: 1, reference: "0".into(), ..Properties::default() };
+        Self { number: number.into(), scene, properties, strike, roughness: vec![0.0], bounce: vec![1.0] }
+    }
+
+    fn striker(&mut self, n: &[f64]) {
+        self.scene.cell.striker.shape = Shape::Disc { radius_m: n[0] };
+        self.strike = Strike {
+            start_m: Point::new(n[1], n[2]),
+            speed_m_s: n[3],
+            travel_m: n[4],
+            ..self.strike.clone()
+        };
+        (self.bounce[0], self.roughness[0]) = (n[5], n[6]);
+    }
+
+    fn object(&mut self, n: &[f64], shape: Shape) {
+        let name = self.scene.objects.len().to_string();
+        let p = &mut self.properties;
+        p.mass_ratio.insert(name.clone(), Estimate::exact(n[0]));
+        p.friction.insert(name.clone(), Estimate::exact(n[1]));
+        p.striker_restitution.insert(name.clone(), Estimate::exact(self.bounce[0] * n[2]));
+        for (k, bounce) in self.bounce[1..].iter().enumerate() {
+            p.restitution.insert(pair_key(&name, &k.to_string()), Estimate::exact(bounce * n[2]));
+        }
+        self.bounce.push(n[2]);
+        self.roughness.push(n[3]);
+        self.scene.placed.push(Placed {
+            object: name.clone(),
+            position_m: Point::new(n[4], n[5]),
+            yaw_rad: n[6],
+        });
+        let marker = Marker { shape: Shape::Disc { radius_m: 0.001 }, at_m: Point::ORIGIN };
+        self.scene.objects.push(Object { name, shape, height_m: 0.03, marker, mass_kg: None });
+    }
+
+    fn world(&self, options: &Options) -> Answer<World> {
+        let mut world = World::new(&self.scene, &self.properties, options)?;
+        for i in 0..self.scene.placed.len() {
+            world.set_striker_contact_friction(i, self.roughness[0] * self.roughness[1 + i]);
+            for k in 0..i {
+                world.set_contact_friction(i, k, self.roughness[1 + i] * self.roughness[1 + k]);
+            }
+        }
+        Ok(world)
+    }
+}
+
+fn piles(text: &str) -> Answer<Vec<Pile>> {
+    let mut piles: Vec<Pile> = Vec::new();
+    for (line, words) in
+        text.lines().enumerate().map(|(k, l)| (k + 1, l.split_whitespace().collect::<Vec<_>>()))
+    {
+        let Some((&what, rest)) = words.split_first() else { continue };
+        if what == "scene" {
+            piles.push(Pile::new(rest.get(1).ok_or("a scene without a number")?));
+            continue;
+        }
+        let n: Vec<f64> = rest.iter().map(|w| w.parse()).collect::<Result<_, _>>()?;
+        let pile = piles.last_mut().ok_or("the first line is not `scene`")?;
+        match what {
+            "striker" if n.len() == 7 => pile.striker(&n),
+            "disc" if n.len() == 9 => pile.object(&n, Shape::Disc { radius_m: n[7] }),
+            "poly" if n.len() > 9 && n.len() == 10 + 2 * n[9] as usize => {
+                let points_m = n[10..].chunks(2).map(|p| Point::new(p[0], p[1])).collect();
+                pile.object(&n, Shape::Polygon { points_m });
+            }
+            "end" => {}
+            _ => return Err(format!("line {line}: not a scene's line: {what}").into()),
+        }
+    }
+    Ok(piles)
+}
+
+struct Arguments {
+    file: String,
+    repeat: usize,
+    final_csv: Option<String>,
+    options: Options,
+}
+
+fn arguments() -> Answer<Arguments> {
+    let mut words = std::env::args().skip(1);
+    let mut found = Arguments {
+        file: String::new(),
+        repeat: 1,
+        final_csv: None,
+        options: Options { after_strike: AfterStrike::Lift, ..Options::default() },
+    };
+    while let Some(word) = words.next() {
+        let mut value = || words.next().ok_or_else(|| format!("{word} needs a value"));
+        match word.as_str() {
+            "--repeat" => found.repeat = value()?.parse()?,
+            "--final" => found.final_csv = Some(value()?),
+            "--impact" => {
+                found.options.impact = match value()?.as_str() {
+                    "stronge" => ImpactLaw::Stronge,
+                    "newton" => ImpactLaw::Newton,
+                    "poisson" => ImpactLaw::Poisson,
+                    "paper" => ImpactLaw::Paper,
+                    other => return Err(format!("no impact law {other}").into()),
+                }
+            }
+            "--touching" => {
+                found.options.touching = match value()?.as_str() {
+                    "compliant" => Touching::default(),
+                    "pairwise" => Touching::Pairwise,
+                    other => return Err(format!("no way of touching {other}").into()),
+                }
+            }
+            "--spin" => {
+                found.options.spin = match value()?.as_str() {
+                    "coupled" => Spin::Coupled,
+                    "decoupled" => Spin::Decoupled,
+                    other => return Err(format!("no spin law {other}").into()),
+                }
+            }
+            file => found.file = file.into(),
+        }
+    }
+    if found.file.is_empty() { Err("which scene file?".into()) } else { Ok(found) }
+}
+
+/// Time this thread has run (s); the wall clock where the system does not tell.
+#[allow(clippy::disallowed_types, clippy::disallowed_methods)]
+fn cpu_s() -> f64 {
+    static START: std::sync::OnceLock<std::time::Instant> = std::sync::OnceLock::new();
+    let wall_s = START.get_or_init(std::time::Instant::now).elapsed().as_secs_f64();
+    let on_cpu = std::fs::read_to_string("/proc/self/schedstat").ok();
+    let nanoseconds = on_cpu.and_then(|s| s.split_whitespace().next()?.parse::<f64>().ok());
+    nanoseconds.map_or(wall_s, |ns| ns * 1e-9)
+}
+
+/// Offsets that never repeat (m): the fractional parts of multiples of the golden ratio.
+fn offset_m(k: usize) -> f64 {
+    1e-6 * (2.0 * (k as f64 * 0.618_033_988_749_894_9).fract() - 1.0)
+}
+
+fn main() -> Answer<()> {
+    let arguments = arguments()?;
+    let piles = piles(&std::fs::read_to_string(&arguments.file)?)?;
+    let worlds: Vec<World> = piles.iter().map(|p| p.world(&arguments.options)).collect::<Result<_, _>>()?;
+    let mut simulator = Simulator::new();
+    if let Some(path) = &arguments.final_csv {
+        let mut csv = String::from("scene,object,x_m,y_m,yaw_rad\n");
+        for (pile, world) in piles.iter().zip(&worlds) {
+            for (k, Pose { position, yaw_rad }) in
+                simulator.run(world, &pile.strike)?.poses.iter().enumerate()
+            {
+                writeln!(csv, "{},{k},{},{},{yaw_rad}", pile.number, position.x, position.y)?;
+            }
+        }
+        std::fs::write(path, csv)?;
+    }
+    let (mut impacts, start_s) = (0, cpu_s());
+    for k in 0..arguments.repeat {
+        for (pile, world) in piles.iter().zip(&worlds) {
+            let mut strike = pile.strike.clone();
+            strike.start_m.y += offset_m(k * worlds.len() + impacts % 7);
+            impacts += simulator.run(world, &strike)?.impacts;
+        }
+    }
+    let rollouts = (arguments.repeat * piles.len()) as f64;
+    let (rate, mean) = (rollouts / (cpu_s() - start_s), impacts as f64 / rollouts);
+    println!("scenes={} rollouts_per_cpu_s={rate:.0} impacts_per_rollout={mean:.2}", piles.len());
+    Ok(())
+}

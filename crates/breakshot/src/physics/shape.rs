@@ -1,0 +1,118 @@
+//! Which outline does a body show to the others?
+//!
+//! A [`Plate`] is one or more convex parts, each a core of corners (one for a disc, two for a wall) thickened by a
+//! radius: every distance is then a distance between cores less the radii.
+
+use super::decompose::convex_parts;
+use super::rotation::Rotation;
+use crate::geometry::{Point, Vec2};
+use crate::object::Shape;
+
+/// A rigid outline in its own frame.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Plate {
+    /// The convex parts that make it up.
+    pub(crate) parts: Vec<Convex>,
+    /// The radius of the circle about the origin that holds it (m).
+    pub(crate) outer_radius_m: f64,
+}
+
+/// A convex core thickened by a radius, in the body's frame.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Convex {
+    /// The core's corners, counter-clockwise.
+    pub(crate) corners: Vec<Vec2>,
+    /// Edge k leads from corner k to the next; none for a single point, two for a segment.
+    pub(crate) edges: Vec<Edge>,
+    /// By how much the core is thickened (m).
+    pub(crate) radius_m: f64,
+    /// How far the core reaches from the body's origin (m).
+    pub(crate) reach_m: f64,
+}
+
+/// The straight line of an edge: `normal . x = offset_m`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Edge {
+    /// Unit normal, outwards.
+    pub(crate) normal: Vec2,
+    /// Distance of the line from the body's origin along the normal (m).
+    pub(crate) offset_m: f64,
+}
+
+impl Plate {
+    /// The plate of an object's shape.
+    pub(crate) fn new(shape: &Shape) -> Self {
+        match shape {
+            Shape::Disc { radius_m } => Self::from_parts(vec![Convex::new(vec![Vec2::ZERO], *radius_m)]),
+            _ => Self::polygon(&shape.corners()),
+        }
+    }
+
+    /// A simple polygon, cut into convex parts where it is concave.
+    pub(crate) fn polygon(corners: &[Point]) -> Self {
+        let parts = convex_parts(corners);
+        Self::from_parts(
+            parts
+                .into_iter()
+                .map(|part| Convex::new(part.into_iter().map(Point::to_vec).collect(), 0.0))
+                .collect(),
+        )
+    }
+
+    /// A wall between two points.
+    pub(crate) fn segment(from: Point, to: Point) -> Self {
+        Self::from_parts(vec![Convex::new(vec![from.to_vec(), to.to_vec()], 0.0)])
+    }
+
+    fn from_parts(parts: Vec<Convex>) -> Self {
+        let outer_radius_m = parts.iter().map(|p| p.reach_m + p.radius_m).fold(0.0, f64::max);
+        Self { parts, outer_radius_m }
+    }
+
+    /// The radius of a disc about the origin; none for anything else.
+    pub(crate) fn disc_radius_m(&self) -> Option<f64> {
+        match self.parts.as_slice() {
+            [only] if only.corners.len() == 1 && only.reach_m == 0.0 => Some(only.radius_m),
+            _ => None,
+        }
+    }
+}
+
+impl Convex {
+    fn new(corners: Vec<Vec2>, radius_m: f64) -> Self {
+        let n = corners.len();
+        let edges = if n > 1 {
+            (0..n).map(|k| Edge::new(corners[k], corners[(k + 1) % n])).collect()
+        } else {
+            Vec::new()
+        };
+        let reach_m = corners.iter().map(|c| c.length()).fold(0.0, f64::max);
+        Self { corners, edges, radius_m, reach_m }
+    }
+}
+
+impl Edge {
+    fn new(from: Vec2, to: Vec2) -> Self {
+        let along = to - from;
+        let normal = -along.perpendicular() / along.length();
+        Self { normal, offset_m: normal.dot(from) }
+    }
+}
+
+/// A convex part where its body lies now.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Laid<'a> {
+    /// The part.
+    pub(crate) part: &'a Convex,
+    /// The body's origin.
+    pub(crate) origin: Point,
+    /// How the body is turned.
+    pub(crate) rotation: Rotation,
+}
+
+impl Laid<'_> {
+    /// A corner on the table.
+    pub(crate) fn corner(&self, k: usize) -> Point {
+        self.origin + self.rotation.turned(self.part.corners[k])
+    }
+}

@@ -1,0 +1,299 @@
+//! What is on the table, ready to be simulated many times.
+//!
+//! A [`World`] holds everything that stays the same from strike to strike.  Bodies are kept in the order of their places
+//! (x, then y), so that the answer does not depend, to the last bit, on the order in which objects are listed.
+
+use super::body::Body;
+use super::contact::witness;
+use super::curve::SlideCurve;
+use super::rotation::Rotation;
+use super::shape::{Laid, Plate};
+use super::support::{PATCH_RADIUS_PER_ARM, mean_arm_m};
+use super::{GRAVITY_M_S2, Options};
+use crate::error::{Error, Result};
+use crate::geometry::Pose;
+use crate::object::{Shape, kind};
+use crate::properties::Properties;
+use crate::scene::{Scene, Strike};
+use std::sync::Arc;
+
+/// How two kinds of bodies hit each other.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Coefficients {
+    pub(crate) restitution: f64,
+    pub(crate) friction: f64,
+}
+
+/// A pile, its properties and the table, checked and ready.
+#[derive(Clone, Debug)]
+pub struct World {
+    pub(crate) names: Vec<String>,
+    /// The body of each object, in the order in which the scene places them.
+    pub(crate) body_of: Vec<usize>,
+    /// The striker first, then the objects in order of place, then the walls.
+    pub(crate) bodies: Vec<Body>,
+    /// How many bodies are objects.
+    pub(crate) objects: usize,
+    pub(crate) coefficients: Vec<Coefficients>,
+    pub(crate) kinds: usize,
+    pub(crate) retract_speed_m_s: f64,
+    pub(crate) options: Options,
+    pub(crate) notes: Vec<String>,
+}
+
+/// The striker's index among the bodies.
+pub(crate) const STRIKER: usize = 0;
+
+impl World {
+    /// The world of a scene whose objects have these properties.
+    ///
+    /// Masses are mass ratios times the reference object's weighed mass, or times one where nobody weighed it.
+    ///
+    /// # Errors
+    /// Scenes and properties that cannot be, objects that overlap, properties that were never measured.
+    pub fn new(scene: &Scene, properties: &Properties, options: &Options) -> Result<Self> {
+        scene.check("scene")?;
+        properties.check("properties")?;
+        options.check()?;
+        let mut notes = Vec::new();
+        let unit_kg = mass_unit_kg(scene, properties, &mut notes);
+        let mut shapes = Shapes::default();
+        let mut bodies = vec![fixed_body(&mut shapes, &scene.cell.striker.shape, Pose::default(), 0)];
+        if let Some(mass_kg) = options.striker_mass_kg {
+            bodies[STRIKER].inverse_mass = 1.0 / mass_kg;
+        }
+        let kinds = kinds_of(scene);
+        let mut order: Vec<usize> = (0..scene.placed.len()).collect();
+        order.sort_by(|&i, &k| by_place(&scene.placed[i].pose(), &scene.placed[k].pose()));
+        let mut body_of = vec![0; order.len()];
+        for &i in &order {
+            let placed = &scene.placed[i];
+            body_of[i] = bodies.len();
+            let mass = properties.mass_ratio(&placed.object)?.mean * unit_kg;
+            let friction = properties.friction(&placed.object)?.mean;
+            let kind = 1 + kinds.iter().position(|k| *k == kind(&placed.object)).unwrap_or(0);
+            let shape = &scene.object(&placed.object)?.shape;
+            bodies.push(shapes.body(shape, placed.pose(), (mass, friction), kind));
+        }
+        for (k, wall) in scene.walls.iter().enumerate() {
+            let plate = Plate::segment(wall.from_m, wall.to_m);
+            bodies.push(Body {
+                plate: Arc::new(plate),
+                kind: 1 + kinds.len() + k,
+                ..bodies[STRIKER].clone()
+            });
+            let last = bodies.len() - 1;
+            bodies[last].pose = Pose::default();
+            bodies[last].inverse_mass = 0.0;
+        }
+        let coefficients = coefficients(scene, properties, &kinds, &mut notes)?;
+        let world = Self {
+            names: scene.placed.iter().map(|p| p.object.clone()).collect(),
+            objects: order.len(),
+            body_of,
+            bodies,
+            kinds: 1 + kinds.len() + scene.walls.len(),
+            coefficients,
+            retract_speed_m_s: scene.cell.striker.retract_speed_m_s,
+            options: options.clone(),
+            notes,
+        };
+        world.check_overlaps()?;
+        Ok(world)
+    }
+
+    /// The objects' names, in the order in which the scene places them.
+    pub fn names(&self) -> &[String] {
+        &self.names
+    }
+
+    /// Changes the contact friction of two kinds of objects, given as indices into [`World::names`].
+    pub fn set_contact_friction(&mut self, one: usize, other: usize, friction: f64) {
+        self.change(self.body_of[one], self.body_of[other], |c| c.friction = friction);
+    }
+
+    /// Changes the contact friction of a kind of object with the striker.
+    pub fn set_striker_contact_friction(&mut self, object: usize, friction: f64) {
+        self.change(self.body_of[object], STRIKER, |c| c.friction = friction);
+    }
+
+    fn change(&mut self, a: usize, b: usize, change: impl Fn(&mut Coefficients)) {
+        let (a, b) = (self.bodies[a].kind, self.bodies[b].kind);
+        change(&mut self.coefficients[a * self.kinds + b]);
+        if a != b {
+            change(&mut self.coefficients[b * self.kinds + a]);
+        }
+    }
+
+    pub(crate) fn coefficients(&self, a: usize, b: usize) -> Coefficients {
+        self.coefficients[self.bodies[a].kind * self.kinds + self.bodies[b].kind]
+    }
+
+    /// What a body is called.
+    pub(crate) fn name(&self, body: usize) -> String {
+        match self.body_of.iter().position(|&k| k == body) {
+            Some(k) => self.names[k].clone(),
+            None if body == STRIKER => "striker".into(),
+            None => format!("walls[{}]", body - 1 - self.objects),
+        }
+    }
+
+    /// Overlaps of more than [`OVERLAP_TOLERANCE_M`] are errors that name both objects.
+    fn check_overlaps(&self) -> Result<()> {
+        for a in 1..=self.objects {
+            for b in a + 1..self.bodies.len() {
+                let gap_m =
+                    gap_m((&self.bodies[a], self.bodies[a].pose), (&self.bodies[b], self.bodies[b].pose));
+                if gap_m < -OVERLAP_TOLERANCE_M {
+                    let found = format!("{:.3} mm", -gap_m * 1e3);
+                    let what = format!("overlap with `{}`", self.name(b));
+                    let needed = "objects that lie beside each other";
+                    return Err(Error::invalid(format!("object `{}`", self.name(a)), what, found, needed));
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// An error unless the striker starts clear of everything.
+    pub(crate) fn check_strike(&self, strike: &Strike) -> Result<()> {
+        strike.check("strike")?;
+        let pose = Pose { position: strike.start_m, yaw_rad: strike.heading_rad };
+        for b in 1..self.bodies.len() {
+            let gap_m = gap_m((&self.bodies[STRIKER], pose), (&self.bodies[b], self.bodies[b].pose));
+            if gap_m < -OVERLAP_TOLERANCE_M {
+                let found = format!("{:.3} mm inside `{}`", -gap_m * 1e3, self.name(b));
+                return Err(Error::invalid("strike", "start_m", found, "a start clear of everything"));
+            }
+        }
+        Ok(())
+    }
+}
+
+/// What a camera cannot see (m): placed objects may overlap by this much.
+const OVERLAP_TOLERANCE_M: f64 = 1e-3;
+
+/// How far apart two plates are (m), negative if they overlap.
+pub(crate) fn gap_m(a: (&Body, Pose), b: (&Body, Pose)) -> f64 {
+    let reach = a.0.plate.outer_radius_m + b.0.plate.outer_radius_m;
+    let circles_m = (a.1.position - b.1.position).length() - reach;
+    if circles_m > 0.0 && !a.0.plate.parts.is_empty() && circles_m > reach {
+        return circles_m;
+    }
+    let mut least = f64::INFINITY;
+    for part_a in &a.0.plate.parts {
+        let laid_a = Laid { part: part_a, origin: a.1.position, rotation: Rotation::new(a.1.yaw_rad) };
+        for part_b in &b.0.plate.parts {
+            let laid_b = Laid { part: part_b, origin: b.1.position, rotation: Rotation::new(b.1.yaw_rad) };
+            least = least.min(witness(&laid_a, &laid_b).gap_m);
+        }
+    }
+    least
+}
+
+fn by_place(a: &Pose, b: &Pose) -> std::cmp::Ordering {
+    let key = |p: &Pose| [p.position.x, p.position.y, p.yaw_rad];
+    key(a)
+        .into_iter()
+        .zip(key(b))
+        .map(|(x, y)| x.total_cmp(&y))
+        .find(|o| o.is_ne())
+        .unwrap_or(std::cmp::Ordering::Equal)
+}
+
+fn kinds_of(scene: &Scene) -> Vec<&str> {
+    let mut kinds: Vec<&str> = scene.placed.iter().map(|p| kind(&p.object)).collect();
+    kinds.sort_unstable();
+    kinds.dedup();
+    kinds
+}
+
+/// The reference object's weighed mass; one where nobody weighed it.
+fn mass_unit_kg(scene: &Scene, properties: &Properties, notes: &mut Vec<String>) -> f64 {
+    let weighed = scene.objects.iter().find(|o| o.name == properties.reference).and_then(|o| o.mass_kg);
+    weighed.unwrap_or_else(|| {
+        notes.push(format!(
+            "`{}` has no mass_kg: masses are ratios to it, impulses and energies are per its mass",
+            properties.reference
+        ));
+        1.0
+    })
+}
+
+fn fixed_body(shapes: &mut Shapes, shape: &Shape, pose: Pose, kind: usize) -> Body {
+    Body { inverse_mass: 0.0, inverse_inertia: 0.0, ..shapes.body(shape, pose, (1.0, 1.0), kind) }
+}
+
+/// Outlines and slide curves already made: copies of an object share them.
+#[derive(Default)]
+struct Shapes {
+    made: Vec<(Shape, Arc<Plate>, Arc<SlideCurve>)>,
+}
+
+impl Shapes {
+    fn body(&mut self, shape: &Shape, pose: Pose, (mass, friction): (f64, f64), kind: usize) -> Body {
+        let gyration_m = shape.radius_of_gyration_m();
+        let patch_radius_m = PATCH_RADIUS_PER_ARM * mean_arm_m(shape);
+        let known = self.made.iter().find(|(s, ..)| s == shape).map(|(_, p, c)| (p.clone(), c.clone()));
+        let (plate, curve) = known.unwrap_or_else(|| {
+            let made = (
+                Arc::new(Plate::new(shape)),
+                Arc::new(SlideCurve::new((gyration_m / patch_radius_m).powi(2))),
+            );
+            self.made.push((shape.clone(), made.0.clone(), made.1.clone()));
+            made
+        });
+        Body {
+            plate,
+            pose,
+            inverse_mass: 1.0 / mass,
+            inverse_inertia: 1.0 / (mass * gyration_m * gyration_m),
+            grip_m_s2: friction * GRAVITY_M_S2,
+            patch_radius_m,
+            curve,
+            kind,
+        }
+    }
+}
+
+/// The table of pair coefficients: striker, kinds of objects, walls.
+fn coefficients(
+    scene: &Scene,
+    properties: &Properties,
+    kinds: &[&str],
+    notes: &mut Vec<String>,
+) -> Result<Vec<Coefficients>> {
+    let count = 1 + kinds.len() + scene.walls.len();
+    let mut table = vec![Coefficients::default(); count * count];
+    let mut put = |i: usize, k: usize, restitution: f64, friction: f64| {
+        table[i * count + k] = Coefficients { restitution, friction };
+        table[k * count + i] = Coefficients { restitution, friction };
+    };
+    let mut measured = |estimate: Option<crate::uncertain::Estimate>, between: &str| {
+        estimate.map_or_else(
+            || {
+                notes.push(format!("contact friction {between} was never measured: taken as 0"));
+                0.0
+            },
+            |e| e.mean,
+        )
+    };
+    let friction = measured(properties.contact_friction.objects, "between objects");
+    let striker_friction = measured(properties.contact_friction.striker, "with the striker");
+    let copies = |name: &str| scene.placed.iter().filter(|p| kind(&p.object) == name).count();
+    for (i, one) in kinds.iter().enumerate() {
+        put(0, 1 + i, properties.striker_restitution(one)?.mean, striker_friction);
+        for (k, other) in kinds.iter().enumerate().skip(i) {
+            if i != k || copies(one) > 1 {
+                put(1 + i, 1 + k, properties.restitution(one, other)?.mean, friction);
+            }
+        }
+        for (w, wall) in scene.walls.iter().enumerate() {
+            put(1 + i, 1 + kinds.len() + w, wall.restitution, friction);
+        }
+    }
+    if !scene.walls.is_empty() {
+        notes.push("walls are taken to have the contact friction of objects".into());
+    }
+    Ok(table)
+}

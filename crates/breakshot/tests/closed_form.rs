@@ -1,0 +1,216 @@
+//! The simulator against formulas that can be written down.
+
+use breakshot::cell::{CameraSpec, Cell, Striker, Workspace};
+use breakshot::geometry::{Point, Pose};
+use breakshot::object::{Marker, Object, Shape, pair_key};
+use breakshot::physics::{AfterStrike, Options, Spin, Trajectory, trajectory};
+use breakshot::properties::{ContactFriction, Properties};
+use breakshot::scene::{Goal, Placed, Scene, Strike, Wall};
+use breakshot::uncertain::Estimate;
+
+/// Rounding of a few hundred operations on numbers around one.
+const EXACT: f64 = 1e-9;
+const G: f64 = 9.81;
+
+struct Bench {
+    scene: Scene,
+    properties: Properties,
+    options: Options,
+    strike: Strike,
+}
+
+const STRIKER_RADIUS_M: f64 = 0.015;
+
+impl Bench {
+    /// A striker of 15 mm radius that runs along x at `speed_m_s` from far to the left.
+    fn new(speed_m_s: f64) -> Self {
+        let cell = Cell {
+            version: 1,
+            camera: CameraSpec::default(),
+            tags: Vec::new(),
+            points: Vec::new(),
+            scale_px_per_m: Some(1000.0),
+            workspace: Workspace { min_m: Point::new(-1.0, -1.0), max_m: Point::new(1.0, 1.0) },
+            table: None,
+            striker: Striker {
+                shape: Shape::Disc { radius_m: STRIKER_RADIUS_M },
+                height_m: 0.1,
+                speed_range_m_s: [0.01, 2.0],
+                retract_speed_m_s: 0.15,
+            },
+            robot: None,
+        };
+        let scene = Scene {
+            cell,
+            objects: Vec::new(),
+            observed_unix_s: None,
+            placed: Vec::new(),
+            walls: Vec::new(),
+            keep_out: Vec::new(),
+            goal: Goal::default(),
+        };
+        let strike = Strike {
+            object: None,
+            start_m: Point::new(-0.5, 0.0),
+            heading_rad: 0.0,
+            speed_m_s,
+            travel_m: 0.5,
+        };
+        let options =
+            Options { spin: Spin::Decoupled, after_strike: AfterStrike::Lift, ..Options::default() };
+        Self { scene, properties: Properties { version: 1, ..Properties::default() }, options, strike }
+    }
+
+    fn object(
+        mut self,
+        name: &str,
+        shape: Shape,
+        (mass, friction, restitution): (f64, f64, f64),
+        pose: Pose,
+    ) -> Self {
+        let marker = Marker { shape: Shape::Disc { radius_m: 0.005 }, at_m: Point::ORIGIN };
+        let p = &mut self.properties;
+        if p.reference.is_empty() {
+            p.reference = name.into();
+        }
+        p.friction.insert(name.into(), Estimate::exact(friction));
+        p.mass_ratio.insert(name.into(), Estimate::exact(mass));
+        p.striker_restitution.insert(name.into(), Estimate::exact(restitution));
+        self.scene.placed.push(Placed {
+            object: name.into(),
+            position_m: pose.position,
+            yaw_rad: pose.yaw_rad,
+        });
+        self.scene.objects.push(Object { name: name.into(), shape, height_m: 0.03, marker, mass_kg: None });
+        self
+    }
+
+    fn pair(mut self, one: &str, other: &str, restitution: f64) -> Self {
+        self.properties.restitution.insert(pair_key(one, other), Estimate::exact(restitution));
+        self
+    }
+
+    fn contact_friction(mut self, friction: f64) -> Self {
+        let both = Some(Estimate::exact(friction));
+        self.properties.contact_friction = ContactFriction { objects: both, striker: both };
+        self
+    }
+
+    /// Ends the strike just after the first contact at this distance (m).
+    fn until(mut self, distance_m: f64) -> Self {
+        self.strike.travel_m = distance_m + 1e-9;
+        self
+    }
+
+    fn run(&self) -> Trajectory {
+        trajectory(&self.scene, &self.properties, &self.strike, &self.options).expect("a scene that can be")
+    }
+}
+
+fn disc(radius_m: f64) -> Shape {
+    Shape::Disc { radius_m }
+}
+
+fn assert_close(what: &str, found: f64, expected: f64) {
+    assert!((found - expected).abs() < EXACT, "{what}: {found}, not {expected}");
+}
+
+#[test]
+fn a_struck_disc_stops_where_friction_has_used_up_its_speed() {
+    let bench = Bench::new(0.6)
+        .object("a", disc(0.05), (1.0, 0.25, 0.675), Pose::new(0.0, 0.0, 0.0))
+        .until(0.5 - 0.065);
+    let end = bench.run();
+    let speed = 1.675 * 0.6;
+    assert_close("way (m)", end.final_poses["a"].position.x, speed * speed / (2.0 * 0.25 * G));
+    assert_close("way (m)", end.final_poses["a"].position.x, 0.205_917_431);
+    let start_s = (0.5 - 0.065) / 0.6;
+    assert_close("stop (s)", end.duration_s, start_s + speed / (0.25 * G));
+}
+
+#[test]
+fn a_disc_struck_off_its_centre_turns() {
+    let (offset_m, e, v) = (0.02, 0.675, 0.6);
+    let bench = Bench::new(v)
+        .object("a", disc(0.05), (1.0, 0.25, e), Pose::new(0.0, -offset_m, 0.0))
+        .contact_friction(0.2)
+        .until(0.5 - (0.065f64.powi(2) - offset_m * offset_m).sqrt());
+    let end = bench.run().final_poses["a"];
+    assert_close("x (m)", end.position.x, 0.181_444_158);
+    assert_close("y (m)", end.position.y, -0.046_040_682 - offset_m);
+    assert_close("turn (rad)", end.yaw_rad, -0.046_323_942);
+}
+
+#[test]
+fn a_square_struck_beside_its_centre_turns() {
+    let d = 0.02;
+    let bench = Bench::new(0.6)
+        .object("a", Shape::Rectangle { size_m: [0.08, 0.08] }, (1.0, 0.25, 0.675), Pose::new(0.0, -d, 0.0))
+        .until(0.5 - 0.055);
+    let end = bench.run().final_poses["a"];
+    assert!((end.position.x - 0.108_915_005).abs() < 1e-7, "{} m", end.position.x);
+    assert!((end.yaw_rad + 1.334_401_316).abs() < 1e-6, "{} rad", end.yaw_rad);
+}
+
+#[test]
+fn the_striker_catches_up_after_2_e_v_over_mu_g() {
+    let (e, v, mu) = (0.5, 0.4, 0.3);
+    let end = Bench::new(v).object("a", disc(0.05), (1.0, mu, e), Pose::new(0.0, 0.0, 0.0)).run();
+    let between_s = end.events[1].time_s - end.events[0].time_s;
+    assert_close("time between the first two impacts (s)", between_s, 2.0 * e * v / (mu * G));
+}
+
+#[test]
+fn two_discs_part_as_momentum_and_restitution_say() {
+    let (m, e, v) = ([0.143, 0.061], 0.6, 0.5);
+    let mut bench = Bench::new(v)
+        .object("a", disc(0.05), (m[0], 0.25, 0.7), Pose::new(0.0, 0.0, 0.0))
+        .object("b", disc(0.03), (m[1], 0.3, 0.7), Pose::new(0.09, 0.04, 0.0))
+        .pair("a", "b", e)
+        .until(0.5 - 0.065);
+    bench.options.after_strike = AfterStrike::Lift;
+    let end = bench.run();
+    let hit = &end.events[1];
+    let n = hit.normal;
+    let approach = hit.velocities_before_m_s[0].dot(n);
+    assert_close(
+        "a along the normal (m/s)",
+        hit.velocities_after_m_s[0].dot(n),
+        (m[0] - e * m[1]) * approach / (m[0] + m[1]),
+    );
+    assert_close(
+        "b along the normal (m/s)",
+        hit.velocities_after_m_s[1].dot(n),
+        (1.0 + e) * m[0] * approach / (m[0] + m[1]),
+    );
+    let across = hit.velocities_before_m_s[0].cross(n);
+    assert_close("a across (m/s)", hit.velocities_after_m_s[0].cross(n), across);
+}
+
+#[test]
+fn a_disc_between_walls_loses_speed_by_restitution_and_friction() {
+    let (mu, e_wall, gap_m) = (0.1, 0.8, 0.1);
+    let mut bench =
+        Bench::new(1.0).object("a", disc(0.03), (1.0, mu, 0.9), Pose::new(0.0, 0.0, 0.0)).until(0.5 - 0.045);
+    for x in [-0.03 - gap_m, 0.03 + gap_m] {
+        bench.scene.walls.push(Wall {
+            from_m: Point::new(x, -0.2),
+            to_m: Point::new(x, 0.2),
+            restitution: e_wall,
+        });
+    }
+    // The left wall lies across the striker's way; the striker passes it.
+    let end = bench.run();
+    let mut speed = 1.9f64;
+    let mut way_m = gap_m;
+    for hit in &end.events[1..] {
+        let before = (speed * speed - 2.0 * mu * G * way_m).sqrt();
+        assert!(
+            (hit.velocities_before_m_s[0].length() - before).abs() < 1e-6,
+            "{} m/s, not {before}",
+            hit.velocities_before_m_s[0].length()
+        );
+        (speed, way_m) = (e_wall * before, 2.0 * gap_m);
+    }
+    assert!(end.events.len() > 4, "{} impacts", end.events.len());
+}
