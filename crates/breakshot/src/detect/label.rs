@@ -52,6 +52,8 @@ pub struct Component {
     pub x: [u32; 2],
     /// First and last row.
     pub y: [u32; 2],
+    /// One of its pixels (column, row).
+    pub seed: [u32; 2],
     /// Sums over the pixels of x and y.
     first: [u64; 2],
     /// Sums over the pixels of x x, x y and y y.
@@ -307,8 +309,8 @@ impl Parts {
         one
     }
 
-    fn fresh(&mut self, y: u32) -> u32 {
-        let empty = Component { x: [u32::MAX, 0], y: [y, y], ..Component::default() };
+    fn fresh(&mut self, y: u32, x: u32) -> u32 {
+        let empty = Component { x: [u32::MAX, 0], y: [y, y], seed: [x, y], ..Component::default() };
         if let Some(label) = self.free.pop() {
             self.parent[label as usize] = label;
             self.grown[label as usize] = empty;
@@ -337,7 +339,7 @@ impl Parts {
             }
             // The last one above may reach the next run too.
             first = first.max(k.saturating_sub(1));
-            run.label = label.unwrap_or_else(|| self.fresh(y));
+            run.label = label.unwrap_or_else(|| self.fresh(y, run.start));
             self.grown[run.label as usize].add_run(y, run);
             self.last_row[run.label as usize] = y;
         }
@@ -426,6 +428,8 @@ mod tests {
     }
 
     fn sorted(mut components: Vec<Component>) -> Vec<Component> {
+        // Any of its pixels may stand for a component.
+        components.iter_mut().for_each(|c| c.seed = [0, 0]);
         components.sort_by_key(|c| (c.y, c.x, c.first, c.second));
         components
     }

@@ -3,6 +3,7 @@
 //! Section 4 of the paper: every frame becomes a binary image, its 8-connected components become blobs with area and
 //! centroid, blobs of the markers' size become tracks that keep their object's identity through the whole clip.
 
+mod blob;
 pub mod label;
 
 use crate::capture::Capture;

@@ -1,0 +1,469 @@
+//! Where exactly in the picture is a marker?
+//!
+//! A component of the binary image says roughly where; the grey levels around it say to a hundredth of a pixel.  Every
+//! pixel counts by how far it is from the local background towards the marker's own grey.
+
+use super::label::{Component, Level, Window};
+use crate::capture::GreyImage;
+use crate::geometry::Pixel;
+
+/// A marker, or something like one, measured in the picture.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Blob {
+    /// Its mean place, each pixel weighted by how much of the marker it shows.
+    pub centroid: Pixel,
+    /// One standard deviation of the centroid's noise along each axis (px).
+    pub std_px: f64,
+    /// Its area (px2), parts of pixels counted as parts.
+    pub area_px2: f64,
+    /// Central second moments over the area: xx, xy, yy (px2).
+    pub covariance_px2: [f64; 3],
+    /// The grey level around it.
+    pub background: f64,
+    /// How much darker than its surroundings it is; negative if lighter (grey levels).
+    pub contrast: f64,
+    /// Root mean square difference of its surroundings from a plane (grey levels): noise, and whatever else is there.
+    pub unevenness: f64,
+    /// Whether the picture's edge may cut it.
+    pub cut: bool,
+}
+
+impl Blob {
+    /// The level halfway between the marker and its surroundings.
+    pub(super) fn level(&self) -> Level {
+        let middle = (self.background - self.contrast / 2.0).round().clamp(1.0, 254.0) as u8;
+        if self.contrast > 0.0 { Level::Below(middle) } else { Level::Above(middle) }
+    }
+}
+
+/// Beyond its threshold outline a marker fades over this far (px), whatever the lens: a point of light covers
+/// about two pixels in a sharp picture.
+const RIM_PX: f64 = 3.0;
+/// The local background is read in a band of this width around the rim (px).
+const BAND_PX: f64 = 3.0;
+/// Weights this close to background or marker count as such, so that noise far from the edge does not move the
+/// centroid; wider where the noise is a larger part of the contrast, but never half.
+const DEAD_BAND: f64 = 0.1;
+const WIDEST_DEAD_BAND: f64 = 0.35;
+/// Compression and quantisation leave an error that does not average out over a marker's edge (px).
+const FLOOR_STD_PX: f64 = 0.01;
+
+/// Measures what the component roughly shows; `blur_px` is how far it moved while the shutter was open, if known.
+///
+/// Nothing if there is no background around it to compare with, or no contrast.
+pub(super) fn measured(image: &GreyImage, component: &Component, level: Level, blur_px: [f64; 2]) -> Option<Blob> {
+    let patch = Patch::around(image, component, blur_px);
+    let seed = patch.index(component.seed[0] as usize, component.seed[1] as usize);
+    let core = patch.connected(image, level, seed);
+    let distance = patch.distances_px(&patch.smeared(&core, blur_px));
+    let plane = patch.background(image, &distance)?;
+    let light_over_dark = match level {
+        Level::Below(_) => 1.0,
+        Level::Above(_) => -1.0,
+    };
+    let depth: Vec<f64> =
+        patch.places().map(|(x, y)| light_over_dark * (plane.at(x, y) - patch.grey(image, x, y))).collect();
+    let contrast = plateau(depth.iter().zip(&core).filter(|&(_, &inside)| inside).map(|(&d, _)| d).collect())?;
+    let brightness = plane.at_place(component.centroid());
+    if contrast < LEAST_CONTRAST || brightness <= 0.0 {
+        return None;
+    }
+    let dead = (2.0 * plane.scatter / contrast).clamp(DEAD_BAND, WIDEST_DEAD_BAND);
+    // Marker and surroundings share the light: where it is brighter, the contrast is larger in proportion.
+    let weigh = |depth: f64, light: f64| {
+        ((depth / (contrast * light / brightness) - dead) / (1.0 - 2.0 * dead)).clamp(0.0, 1.0)
+    };
+    let weighted = patch
+        .places()
+        .zip(depth.iter().zip(&distance))
+        .filter(|&(_, (_, &d))| d <= RIM_PX)
+        .map(|((x, y), (&depth, _))| (x as f64, y as f64, weigh(depth, plane.at(x, y).max(1.0))));
+    let sums = Sums::over(weighted)?;
+    let noise_of_weight = plane.scatter / (contrast * (1.0 - 2.0 * dead));
+    Some(Blob {
+        centroid: sums.centroid,
+        std_px: (sums.leverage_px2.sqrt() * noise_of_weight / sums.area).max(FLOOR_STD_PX),
+        area_px2: sums.area,
+        covariance_px2: sums.covariance,
+        background: plane.at_place(sums.centroid),
+        contrast: light_over_dark * contrast,
+        unevenness: plane.unevenness,
+        cut: component.x[0] == 0
+            || component.y[0] == 0
+            || component.x[1] as usize + 1 == image.width
+            || component.y[1] as usize + 1 == image.height,
+    })
+}
+
+/// Fewer grey levels than this between marker and object are not a marker: eight-bit video alone rounds by one and
+/// compresses by a few.
+const LEAST_CONTRAST: f64 = 10.0;
+
+/// The contrast of pixels that show nothing but marker: the middle of those near the deepest.
+fn plateau(mut depths: Vec<f64>) -> Option<f64> {
+    let n = depths.len();
+    if n == 0 {
+        return None;
+    }
+    depths.sort_by(f64::total_cmp);
+    let near_deepest = 0.8 * depths[(n - 1) * 9 / 10];
+    let first = depths.partition_point(|&d| d < near_deepest);
+    Some(depths[usize::midpoint(first, n - 1)])
+}
+
+/// What the weights add up to.
+struct Sums {
+    area: f64,
+    centroid: Pixel,
+    covariance: [f64; 3],
+    /// Sum of the squared distances from the centroid, per axis, over the pixels whose noise counts.
+    leverage_px2: f64,
+}
+
+impl Sums {
+    fn over(weighted: impl Iterator<Item = (f64, f64, f64)> + Clone) -> Option<Self> {
+        let (mut area, mut sx, mut sy) = (0.0, 0.0, 0.0);
+        for (x, y, w) in weighted.clone() {
+            (area, sx, sy) = (area + w, sx + w * x, sy + w * y);
+        }
+        if area <= 0.0 {
+            return None;
+        }
+        let centroid = Pixel::new(sx / area, sy / area);
+        let (mut covariance, mut leverage_px2) = ([0.0; 3], 0.0);
+        for (x, y, w) in weighted {
+            let (dx, dy) = (x - centroid.x, y - centroid.y);
+            for (sum, product) in covariance.iter_mut().zip([dx * dx, dx * dy, dy * dy]) {
+                *sum += w * product / area;
+            }
+            if w > 0.0 && w < 1.0 {
+                leverage_px2 += (dx * dx + dy * dy) / 2.0;
+            }
+        }
+        Some(Self { area, centroid, covariance, leverage_px2 })
+    }
+}
+
+/// The part of the picture around a component; everything in it is stored row by row.
+struct Patch {
+    window: Window,
+    width: usize,
+    height: usize,
+}
+
+/// The local background: a plane of grey levels.
+struct Plane {
+    origin: Pixel,
+    level: f64,
+    slope: [f64; 2],
+    /// Robust standard deviation of the grey levels about it.
+    scatter: f64,
+    /// Root mean square difference, outliers included.
+    unevenness: f64,
+}
+
+impl Plane {
+    fn at(&self, x: usize, y: usize) -> f64 {
+        self.at_place(Pixel::new(x as f64, y as f64))
+    }
+
+    fn at_place(&self, place: Pixel) -> f64 {
+        self.level + self.slope[0] * (place.x - self.origin.x) + self.slope[1] * (place.y - self.origin.y)
+    }
+}
+
+impl Patch {
+    fn around(image: &GreyImage, component: &Component, blur_px: [f64; 2]) -> Self {
+        let pad = |blur: f64| (RIM_PX + BAND_PX + blur.abs() / 2.0).ceil() as usize;
+        let span = |[first, last]: [u32; 2], pad: usize, size: usize| {
+            [(first as usize).saturating_sub(pad), (last as usize + 1 + pad).min(size)]
+        };
+        let window = Window {
+            x: span(component.x, pad(blur_px[0]), image.width),
+            y: span(component.y, pad(blur_px[1]), image.height),
+        };
+        let (width, height) = (window.x[1] - window.x[0], window.y[1] - window.y[0]);
+        Self { window, width, height }
+    }
+
+    fn index(&self, x: usize, y: usize) -> usize {
+        (y - self.window.y[0]) * self.width + x - self.window.x[0]
+    }
+
+    /// Columns and rows of the picture, in the order in which the patch is stored.
+    fn places(&self) -> impl Iterator<Item = (usize, usize)> + Clone + use<> {
+        let Window { x, y } = self.window;
+        (y[0]..y[1]).flat_map(move |row| (x[0]..x[1]).map(move |column| (column, row)))
+    }
+
+    fn grey(&self, image: &GreyImage, x: usize, y: usize) -> f64 {
+        f64::from(image.pixels[y * image.width + x])
+    }
+
+    /// The foreground pixels that hang together with the seed.
+    fn connected(&self, image: &GreyImage, level: Level, seed: usize) -> Vec<bool> {
+        let mut open: Vec<bool> = self
+            .places()
+            .map(|(x, y)| {
+                let p = image.pixels[y * image.width + x];
+                match level {
+                    Level::Below(threshold) => p < threshold,
+                    Level::Above(threshold) => p > threshold,
+                }
+            })
+            .collect();
+        let mut connected = vec![false; open.len()];
+        let mut front = vec![seed];
+        while let Some(k) = front.pop() {
+            if !std::mem::take(&mut open[k]) {
+                continue;
+            }
+            connected[k] = true;
+            let (x, y) = (k % self.width, k / self.width);
+            for near_y in y.saturating_sub(1)..(y + 2).min(self.height) {
+                for near_x in x.saturating_sub(1)..(x + 2).min(self.width) {
+                    front.push(near_y * self.width + near_x);
+                }
+            }
+        }
+        connected
+    }
+
+    /// The mask drawn out to both sides by half the blur.
+    fn smeared(&self, mask: &[bool], blur_px: [f64; 2]) -> Vec<bool> {
+        let steps = (blur_px[0].abs().max(blur_px[1].abs()) / 2.0).ceil() as i64;
+        let mut smeared = mask.to_vec();
+        let (width, height) = (self.width as i64, self.height as i64);
+        for step in -steps..=steps {
+            let part = step as f64 / (2 * steps).max(1) as f64;
+            let (dx, dy) = ((blur_px[0] * part).round() as i64, (blur_px[1] * part).round() as i64);
+            for (k, _) in mask.iter().enumerate().filter(|&(_, &inside)| inside) {
+                let (x, y) = (k as i64 % width + dx, k as i64 / width + dy);
+                if (0..width).contains(&x) && (0..height).contains(&y) {
+                    smeared[(y * width + x) as usize] = true;
+                }
+            }
+        }
+        smeared
+    }
+
+    /// How far each pixel is from the mask (chamfer 3-4 distance, right within 8 %).
+    fn distances_px(&self, mask: &[bool]) -> Vec<f64> {
+        let far = 3 * (self.width + self.height) as u32;
+        let mut thirds: Vec<u32> = mask.iter().map(|&inside| if inside { 0 } else { far }).collect();
+        let n = thirds.len();
+        // The way forward looks left and up, the way back (the same on the reversed patch) right and down.
+        for _ in 0..2 {
+            for k in 0..n {
+                let (x, y) = (k % self.width, k / self.width);
+                let mut least = thirds[k];
+                if x > 0 {
+                    least = least.min(thirds[k - 1] + 3);
+                }
+                if y > 0 {
+                    least = least.min(thirds[k - self.width] + 3);
+                    if x > 0 {
+                        least = least.min(thirds[k - self.width - 1] + 4);
+                    }
+                    if x + 1 < self.width {
+                        least = least.min(thirds[k - self.width + 1] + 4);
+                    }
+                }
+                thirds[k] = least;
+            }
+            thirds.reverse();
+        }
+        thirds.into_iter().map(|t| f64::from(t) / 3.0).collect()
+    }
+
+    /// The plane through the band around the rim, whatever lies across part of it left out.
+    fn background(&self, image: &GreyImage, distance_px: &[f64]) -> Option<Plane> {
+        let band: Vec<(f64, f64, f64)> = self
+            .places()
+            .zip(distance_px)
+            .filter(|&(_, &d)| d > RIM_PX && d <= RIM_PX + BAND_PX)
+            .map(|((x, y), _)| (x as f64, y as f64, self.grey(image, x, y)))
+            .collect();
+        if band.len() < LEAST_BAND {
+            return None;
+        }
+        let n = band.len() as f64;
+        let mean = |f: fn(&(f64, f64, f64)) -> f64| band.iter().map(f).sum::<f64>() / n;
+        let origin = Pixel::new(mean(|p| p.0), mean(|p| p.1));
+        let level = median(band.iter().map(|p| p.2).collect());
+        let mut plane = Plane { origin, level, slope: [0.0, 0.0], scatter: 0.0, unevenness: 0.0 };
+        for _ in 0..PLANE_ROUNDS {
+            let off: Vec<f64> =
+                band.iter().map(|&(x, y, g)| g - plane.at_place(Pixel::new(x, y))).collect();
+            plane.scatter = (NORMAL_PER_MEDIAN * median(off.iter().map(|r| r.abs()).collect())).max(ROUNDING_STD);
+            plane.unevenness = (off.iter().map(|r| r * r).sum::<f64>() / n).sqrt();
+            let limit = OUTLIER_STDS * plane.scatter;
+            plane.fit(band.iter().zip(&off).filter(|&(_, r)| r.abs() <= limit).map(|(&p, _)| p));
+        }
+        Some(plane)
+    }
+}
+
+/// A plane needs some pixels around it.
+const LEAST_BAND: usize = 8;
+/// Fits and rejections by turns; more change nothing visible.
+const PLANE_ROUNDS: usize = 5;
+/// Standard deviations beyond which a grey level is something else than background.
+const OUTLIER_STDS: f64 = 3.0;
+/// The standard deviation of a normal distribution over the median of its absolute values.
+const NORMAL_PER_MEDIAN: f64 = 1.4826;
+/// The standard deviation of rounding to whole grey levels.
+const ROUNDING_STD: f64 = 0.29;
+
+impl Plane {
+    /// Least squares; the sums about the pixels' own mean keep the three equations apart.
+    fn fit(&mut self, pixels: impl Iterator<Item = (f64, f64, f64)> + Clone) {
+        let n = pixels.clone().count() as f64;
+        let sum = |f: &dyn Fn((f64, f64, f64)) -> f64| pixels.clone().map(f).sum::<f64>();
+        let (mx, my, mg) = (sum(&|p| p.0) / n, sum(&|p| p.1) / n, sum(&|p| p.2) / n);
+        let (xx, xy, yy) = (
+            sum(&|p| (p.0 - mx) * (p.0 - mx)),
+            sum(&|p| (p.0 - mx) * (p.1 - my)),
+            sum(&|p| (p.1 - my) * (p.1 - my)),
+        );
+        let (xg, yg) = (sum(&|p| (p.0 - mx) * p.2), sum(&|p| (p.1 - my) * p.2));
+        let determinant = xx * yy - xy * xy;
+        if n < LEAST_BAND as f64 || determinant <= 0.0 {
+            return;
+        }
+        self.slope = [(yy * xg - xy * yg) / determinant, (xx * yg - xy * xg) / determinant];
+        (self.origin, self.level) = (Pixel::new(mx, my), mg);
+    }
+}
+
+/// The middle value; of an even number of values the upper one of the two.
+pub(super) fn median(mut values: Vec<f64>) -> f64 {
+    let middle = values.len() / 2;
+    *values.select_nth_unstable_by(middle, f64::total_cmp).1
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::label::Labeller;
+    use super::*;
+    use rand::SeedableRng;
+    use rand_distr::{Distribution, Normal};
+    use rand_pcg::Pcg64Mcg;
+
+    /// A disc or a light disc on a shaded ground, seen by a lens that smears a point over 0.7 px.
+    struct Picture {
+        centre: Pixel,
+        radius_px: f64,
+        ground: f64,
+        slope_per_px: f64,
+        marker: f64,
+        blur_px: [f64; 2],
+        noise: f64,
+    }
+
+    impl Picture {
+        fn drawn(&self, rng: &mut Pcg64Mcg) -> GreyImage {
+            let (width, height) = (160, 140);
+            let noise = Normal::new(0.0, self.noise).expect("a standard deviation");
+            let steps = if self.blur_px == [0.0, 0.0] { 1 } else { 41 };
+            let pixels = (0..width * height)
+                .map(|k| {
+                    let (x, y) = ((k % width) as f64, (k / width) as f64);
+                    let coverage = (0..steps)
+                        .map(|step| {
+                            let part = if steps == 1 { 0.0 } else { f64::from(step) / f64::from(steps - 1) - 0.5 };
+                            let (dx, dy) = (
+                                x - self.centre.x - part * self.blur_px[0],
+                                y - self.centre.y - part * self.blur_px[1],
+                            );
+                            // A smooth edge of about the width that a lens of 0.7 px gives.
+                            1.0 / (1.0 + ((dx.hypot(dy) - self.radius_px) * 1.702 / 0.7).exp())
+                        })
+                        .sum::<f64>()
+                        / f64::from(steps);
+                    let ground = self.ground + self.slope_per_px * (x + 0.5 * y);
+                    let shown = ground + (self.marker - ground) * coverage;
+                    (shown + noise.sample(rng)).round().clamp(0.0, 255.0) as u8
+                })
+                .collect();
+            GreyImage { width, height, pixels }
+        }
+
+        fn measured(&self, rng: &mut Pcg64Mcg) -> Blob {
+            let image = self.drawn(rng);
+            let middle = f64::midpoint(self.ground + self.slope_per_px * 100.0, self.marker) as u8;
+            let level = if self.marker < self.ground { Level::Below(middle) } else { Level::Above(middle) };
+            let mut labeller = Labeller::default();
+            let found = labeller.components(&image, Window::whole(&image), level, &(20..=u64::MAX));
+            let marker = found.iter().min_by_key(|c| c.area_px.abs_diff((3.14 * self.radius_px.powi(2)) as u64));
+            measured(&image, marker.expect("a marker"), level, self.blur_px).expect("a blob")
+        }
+    }
+
+    const PLAIN: Picture = Picture {
+        centre: Pixel::new(70.3, 60.6),
+        radius_px: 22.0,
+        ground: 180.0,
+        slope_per_px: 0.0,
+        marker: 25.0,
+        blur_px: [0.0, 0.0],
+        noise: 2.0,
+    };
+
+    fn rms_px(picture: impl Fn(Pixel) -> Picture) -> f64 {
+        let mut rng = Pcg64Mcg::seed_from_u64(7);
+        let mut squares = 0.0;
+        let trials = 40;
+        for k in 0..trials {
+            let centre = Pixel::new(70.0 + 0.37 * f64::from(k % 7), 60.0 + 0.23 * f64::from(k));
+            let blob = picture(centre).measured(&mut rng);
+            squares += (blob.centroid.x - centre.x).powi(2) + (blob.centroid.y - centre.y).powi(2);
+        }
+        (squares / f64::from(2 * trials)).sqrt()
+    }
+
+    #[test]
+    fn a_centroid_at_rest_is_right_within_hundredths_of_a_pixel() {
+        for (radius_px, noise, slope_per_px, limit_px) in
+            [(4.0, 2.0, 0.0, 0.015), (8.0, 2.0, 0.1, 0.012), (22.0, 2.0, 0.2, 0.008), (44.0, 8.0, 0.1, 0.03)]
+        {
+            let error_px = rms_px(|centre| Picture { centre, radius_px, noise, slope_per_px, ..PLAIN });
+            println!("radius {radius_px} px, noise {noise}, slope {slope_per_px}/px: rms {error_px:.4} px");
+            assert!(error_px < limit_px, "radius {radius_px} px, noise {noise}: rms {error_px} px");
+        }
+    }
+
+    #[test]
+    fn motion_while_the_shutter_is_open_leaves_the_centroid_at_mid_exposure() {
+        for blur_px in [[5.0, 0.0], [20.0, 0.0], [12.0, -12.0]] {
+            let error_px = rms_px(|centre| Picture { centre, blur_px, slope_per_px: 0.1, ..PLAIN });
+            println!("blur {blur_px:?} px: rms {error_px:.4} px");
+            assert!(error_px < 0.02, "blur {blur_px:?} px: rms {error_px} px");
+        }
+    }
+
+    #[test]
+    fn a_light_marker_on_a_dark_object_is_measured_as_well() {
+        let error_px = rms_px(|centre| Picture { centre, ground: 60.0, marker: 210.0, ..PLAIN });
+        assert!(error_px < 0.01, "rms {error_px} px");
+    }
+
+    #[test]
+    fn dim_light_and_noise_cost_what_the_standard_deviation_says() {
+        let dim = Picture { ground: 70.0, marker: 20.0, noise: 4.0, radius_px: 12.0, ..PLAIN };
+        let said_px = dim.measured(&mut Pcg64Mcg::seed_from_u64(1)).std_px;
+        let error_px = rms_px(|centre| Picture { centre, ..dim });
+        assert!((0.5..2.0).contains(&(error_px / said_px)), "rms {error_px} px, said {said_px} px");
+    }
+
+    #[test]
+    fn area_and_moments_are_those_of_the_disc() {
+        let blob = PLAIN.measured(&mut Pcg64Mcg::seed_from_u64(3));
+        let area_px2 = std::f64::consts::PI * 22.0 * 22.0;
+        assert!((blob.area_px2 / area_px2 - 1.0).abs() < 0.01, "{} px2 of {area_px2}", blob.area_px2);
+        let [xx, xy, yy] = blob.covariance_px2;
+        assert!((xx / 121.0 - 1.0).abs() < 0.02 && (yy / 121.0 - 1.0).abs() < 0.02, "{xx} {yy} px2 of 121");
+        assert!(xy.abs() < 1.0, "{xy} px2");
+        assert!((blob.contrast - 155.0).abs() < 2.0 && !blob.cut, "{blob:?}");
+    }
+}
