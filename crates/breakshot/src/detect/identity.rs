@@ -1,0 +1,218 @@
+//! Which marker belongs to which object when the clip begins?
+//!
+//! Marker size and shape, the object's own outline around it, and what the layout says each speak for or against a
+//! pair of object and marker; the best total decides.
+
+use super::Layout;
+use super::assignment::assignment;
+use super::marker::Target;
+use super::outline;
+use super::threshold::Candidate;
+use crate::capture::{Camera, GreyImage};
+use crate::geometry::{Pose, Vec2, wrapped_rad};
+use crate::object::{Shape, kind};
+use std::f64::consts::PI;
+
+/// A target's marker and pose in the first picture.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Start {
+    pub candidate: Candidate,
+    pub pose: Pose,
+}
+
+/// One candidate as one target's marker.
+#[derive(Clone, Copy, Debug)]
+struct Match {
+    pose: Pose,
+    /// How badly marker and outline fit: half a square of standard deviations.
+    cost: f64,
+}
+
+/// Cut by hand and measured by ruler, a marker's lengths are right within this part (one standard deviation).
+const LENGTH_STD: f64 = 0.05;
+/// What an outline that does not show at all costs: true ones show by half at least, false ones by a fifth, and the
+/// difference should weigh as much as a marker wrong by three standard deviations.
+const UNSEEN_OUTLINE: f64 = 15.0;
+/// Two answers whose costs differ by less (a visibility of a tenth) are a guess.
+const CLEAR_MARGIN: f64 = 1.5;
+/// A scene made by hand is right within this (m, one standard deviation).
+const PLACED_STD_M: f64 = 0.01;
+/// How far the struck object may lie beside the strike's line (m, one standard deviation), and the others.
+const BESIDE_STRUCK_STD_M: f64 = 0.03;
+const BESIDE_OTHERS_STD_M: f64 = 0.2;
+
+/// The best way to give every target a candidate, or nothing where some target finds none; with what to warn of.
+pub(super) fn starts(
+    image: &GreyImage,
+    camera: &Camera,
+    targets: &[Target],
+    candidates: &[Candidate],
+    layout: &Layout,
+) -> (Vec<Option<Start>>, Vec<String>) {
+    let matches: Vec<Vec<Option<Match>>> = targets
+        .iter()
+        .map(|t| candidates.iter().map(|c| fit(image, camera, t, c, layout)).collect())
+        .collect();
+    let fits = costs(&matches, |_, m| m.cost);
+    let given = match layout {
+        Layout::Unknown => assignment(&fits),
+        Layout::Placed(_) => assignment(&costs(&matches, |row, m| m.cost + misplaced(layout, &targets[row], m.pose))),
+        Layout::AlongStrike { heading_rad, start_m } => {
+            let ahead = Vec2::from_heading(*heading_rad);
+            let way = |pose: Pose| pose.position - start_m.unwrap_or_default();
+            let beside = costs(&matches, |row, m| {
+                let std_m = if row == 0 { BESIDE_STRUCK_STD_M } else { BESIDE_OTHERS_STD_M };
+                let known = if start_m.is_some() { 1.0 } else { 0.0 };
+                let behind = start_m.is_some() && way(m.pose).dot(ahead) < 0.0;
+                if behind { f64::INFINITY } else { m.cost + known * half_square(way(m.pose).cross(ahead) / std_m) }
+            });
+            in_order(&beside, &matches, ahead)
+        }
+    };
+    let mut warnings = doubts(targets, &fits, &given, layout);
+    let starts: Vec<Option<Start>> = given
+        .iter()
+        .enumerate()
+        .map(|(row, column)| {
+            let column = (*column)?;
+            Some(Start { candidate: candidates[column], pose: matches[row][column]?.pose })
+        })
+        .collect();
+    warnings.extend(moved(targets, &starts, layout));
+    (in_canonical_order(targets, starts, layout), warnings)
+}
+
+fn half_square(deviation: f64) -> f64 {
+    deviation * deviation / 2.0
+}
+
+fn costs(matches: &[Vec<Option<Match>>], cost: impl Fn(usize, &Match) -> f64) -> Vec<Vec<f64>> {
+    let row = |(k, row): (usize, &Vec<Option<Match>>)| {
+        row.iter().map(|m| m.as_ref().map_or(f64::INFINITY, |m| cost(k, m))).collect()
+    };
+    matches.iter().enumerate().map(row).collect()
+}
+
+/// How well a candidate goes as the target's marker, and the pose it would give the object.
+fn fit(
+    image: &GreyImage,
+    camera: &Camera,
+    target: &Target,
+    candidate: &Candidate,
+    layout: &Layout,
+) -> Option<Match> {
+    let blob = &candidate.blob;
+    let mismatch = target.mismatch(camera, blob);
+    if !mismatch.tolerable() {
+        return None;
+    }
+    let object = target.object;
+    let pose = |yaw_rad: f64| target.pose(camera, blob.sight(), yaw_rad);
+    let known_yaw_rad = placed(layout, target).map(|pose| pose.yaw_rad);
+    let yaws_rad: Vec<f64> = match known_yaw_rad {
+        Some(yaw_rad) => vec![yaw_rad],
+        None if target.tells_axis() => vec![pose(0.0).yaw_rad, wrapped_rad(pose(0.0).yaw_rad + PI)],
+        None if matches!(object.shape, Shape::Disc { .. }) && !target.off_centre() => vec![0.0],
+        None => Vec::new(),
+    };
+    let (yaw_rad, visibility) =
+        outline::best_yaw(image, camera, &object.shape, object.height_m, &pose, &yaws_rad);
+    let cost = half_square(mismatch.worst() / LENGTH_STD) + UNSEEN_OUTLINE * (1.0 - visibility);
+    Some(Match { pose: pose(yaw_rad), cost })
+}
+
+fn placed(layout: &Layout, target: &Target) -> Option<Pose> {
+    let Layout::Placed(placed) = layout else { return None };
+    placed.iter().find(|p| p.object == target.name).map(crate::scene::Placed::pose)
+}
+
+fn misplaced(layout: &Layout, target: &Target, pose: Pose) -> f64 {
+    placed(layout, target).map_or(0.0, |due| half_square(due.position.distance(pose.position) / PLACED_STD_M))
+}
+
+/// The cheapest way to give the rows columns that lie one behind the other along `ahead`.
+fn in_order(costs: &[Vec<f64>], matches: &[Vec<Option<Match>>], ahead: Vec2) -> Vec<Option<usize>> {
+    let columns = costs.first().map_or(0, Vec::len);
+    let along = |column: usize| {
+        let pose = matches.iter().find_map(|row| row[column]).map(|m| m.pose.position.to_vec().dot(ahead));
+        pose.unwrap_or(f64::INFINITY)
+    };
+    let mut order: Vec<usize> = (0..columns).collect();
+    order.sort_by(|&a, &b| along(a).total_cmp(&along(b)));
+    // best[k]: total of the rows so far with their columns among the first k of the order, and which these are.
+    let mut best: Vec<(f64, Vec<usize>)> = vec![(0.0, Vec::new()); columns + 1];
+    for row in costs {
+        let mut next = vec![(f64::INFINITY, Vec::new()); columns + 1];
+        for k in 0..columns {
+            let total = best[k].0 + row[order[k]];
+            next[k + 1] = if total < next[k].0 {
+                (total, best[k].1.iter().copied().chain([order[k]]).collect())
+            } else {
+                next[k].clone()
+            };
+        }
+        best = next;
+    }
+    match best.pop() {
+        Some((total, columns)) if total.is_finite() => columns.into_iter().map(Some).collect(),
+        _ => vec![None; costs.len()],
+    }
+}
+
+/// Pairs of objects that could as well be the other way round.
+fn doubts(targets: &[Target], fits: &[Vec<f64>], given: &[Option<usize>], layout: &Layout) -> Vec<String> {
+    let mut doubts = Vec::new();
+    for i in 0..targets.len() {
+        for k in i + 1..targets.len() {
+            let (Some(at_i), Some(at_k)) = (given[i], given[k]) else { continue };
+            if kind(targets[i].name) == kind(targets[k].name) {
+                continue;
+            }
+            let swapped_costs_more = fits[i][at_k] + fits[k][at_i] - fits[i][at_i] - fits[k][at_k];
+            let (one, other) = (targets[i].name, targets[k].name);
+            if matches!(layout, Layout::Unknown) {
+                if swapped_costs_more < CLEAR_MARGIN {
+                    doubts.push(format!(
+                        "doubtful: `{one}` and `{other}` could as well be the other way round (markers and outlines fit almost alike)"
+                    ));
+                }
+            } else if swapped_costs_more < -CLEAR_MARGIN {
+                doubts.push(format!(
+                    "doubtful: `{one}` and `{other}` seem swapped: markers and outlines fit better the other way round"
+                ));
+            }
+        }
+    }
+    doubts
+}
+
+/// Three standard deviations from where the scene says is worth a word.
+fn moved(targets: &[Target], starts: &[Option<Start>], layout: &Layout) -> Vec<String> {
+    let off = targets.iter().zip(starts).filter_map(|(target, start)| {
+        let off_m = placed(layout, target)?.position.distance(start.as_ref()?.pose.position);
+        (off_m > 3.0 * PLACED_STD_M).then(|| {
+            format!("doubtful: `{}` lies {:.0} mm from where the scene says", target.name, off_m * 1e3)
+        })
+    });
+    off.collect()
+}
+
+/// Copies of one kind cannot be told apart: they are numbered from left to right, from below where that is equal.
+fn in_canonical_order(targets: &[Target], mut starts: Vec<Option<Start>>, layout: &Layout) -> Vec<Option<Start>> {
+    if !matches!(layout, Layout::Unknown) {
+        return starts;
+    }
+    for i in 0..targets.len() {
+        for k in i + 1..targets.len() {
+            if kind(targets[i].name) == kind(targets[k].name)
+                && let (Some(one), Some(other)) = (starts[i], starts[k])
+            {
+                let (p, q) = (one.pose.position, other.pose.position);
+                if (q.x, q.y) < (p.x, p.y) {
+                    starts.swap(i, k);
+                }
+            }
+        }
+    }
+    starts
+}

@@ -1,0 +1,237 @@
+//! What must an object's marker look like from here, and what does a blob say about where the object is?
+
+use super::blob::Blob;
+use crate::capture::Camera;
+use crate::geometry::{Pixel, Point, Pose, Vec2};
+use crate::object::{Object, Shape};
+use std::f64::consts::{FRAC_PI_2, PI, TAU};
+use std::ops::RangeInclusive;
+
+/// An object that is looked for.
+#[derive(Clone, Debug)]
+pub(super) struct Target<'a> {
+    /// Its name; `a#2` for the second copy.
+    pub name: &'a str,
+    /// Its kind.
+    pub object: &'a Object,
+    /// The marker's outline in the object's frame; a disc as many corners.
+    outline: Vec<Point>,
+    /// Direction of the marker's long axis in the object's frame (rad), if it is long enough to tell one.
+    axis_rad: Option<f64>,
+    /// See [`fullness`].
+    fullness: f64,
+}
+
+/// Area, centroid and central second moments (xx, xy, yy) of a polygon.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Moments {
+    pub area: f64,
+    pub centroid: [f64; 2],
+    pub covariance: [f64; 3],
+}
+
+/// Moments of the area inside a simple polygon (Green's theorem), whichever way round its corners run.
+pub(super) fn moments(corners: &[[f64; 2]]) -> Moments {
+    let [ox, oy] = corners[0];
+    let (mut twice, mut first, mut second) = (0.0, [0.0; 2], [0.0; 3]);
+    for (k, p) in corners.iter().enumerate() {
+        let q = corners[(k + 1) % corners.len()];
+        // About the first corner: far from the picture's origin the sums would lose digits.
+        let (px, py, qx, qy) = (p[0] - ox, p[1] - oy, q[0] - ox, q[1] - oy);
+        let cross = px * qy - qx * py;
+        twice += cross;
+        first[0] += cross * (px + qx) / 6.0;
+        first[1] += cross * (py + qy) / 6.0;
+        second[0] += cross * (px * px + px * qx + qx * qx) / 12.0;
+        second[1] += cross * (px * qy + 2.0 * px * py + 2.0 * qx * qy + qx * py) / 24.0;
+        second[2] += cross * (py * py + py * qy + qy * qy) / 12.0;
+    }
+    let area = twice / 2.0;
+    let [mx, my] = first.map(|sum| sum / area);
+    let [xx, xy, yy] = second.map(|sum| sum / area);
+    Moments {
+        area: area.abs(),
+        centroid: [mx + ox, my + oy],
+        covariance: [xx - mx * mx, xy - mx * my, yy - my * my],
+    }
+}
+
+/// The greater and the smaller principal second moment, and the direction of the greater one (rad).
+pub(super) fn principal([xx, xy, yy]: [f64; 3]) -> (f64, f64, f64) {
+    let (mean, half) = (f64::midpoint(xx, yy), (xx - yy) / 2.0);
+    let radius = half.hypot(xy);
+    (mean + radius, (mean - radius).max(0.0), xy.atan2(half) / 2.0)
+}
+
+/// How a shape fills the ellipse of its second moments: 1 for an ellipse, 0.95 for a rectangle, less for whatever is
+/// ragged, hollow or bent.  Seen from anywhere it is the same.
+pub(super) fn fullness(area: f64, [xx, xy, yy]: [f64; 3]) -> f64 {
+    area / (4.0 * PI * (xx * yy - xy * xy).max(f64::MIN_POSITIVE).sqrt())
+}
+
+/// A disc as a polygon of this many corners and the same area has its moments within 0.1 %.
+const DISC_CORNERS: usize = 48;
+/// Long over short axis from which second moments tell a direction: below, noise in them turns it by degrees.
+const LEAST_ELONGATION: f64 = 1.2;
+/// What the lens and the pixels themselves add to second moments along each axis (px2): a pixel is 1/12, a sharp lens
+/// about a third.
+const SPREAD_PX2: f64 = 0.35;
+
+/// A blob whose lengths or area (as a length) differ by more than this from a marker is not it.  Cut by hand and
+/// measured by ruler, a marker of 10 mm is right within about one.
+const LENGTH_TOLERANCE: f64 = 0.25;
+
+/// How a blob differs from the marker it may be, as ratios' logarithms: 0 is as expected.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Mismatch {
+    pub area: f64,
+    pub long_axis: f64,
+    pub short_axis: f64,
+    pub fullness: f64,
+}
+
+impl Mismatch {
+    /// Whether the blob may be this marker at all.
+    pub(super) fn tolerable(&self) -> bool {
+        self.area.is_finite() && self.worst() < LENGTH_TOLERANCE
+    }
+
+    /// The worst of them, the area taken as a length.
+    pub(super) fn worst(&self) -> f64 {
+        [self.area / 2.0, self.long_axis, self.short_axis, self.fullness].into_iter().fold(0.0, |w, m| m.abs().max(w))
+    }
+}
+
+impl<'a> Target<'a> {
+    pub(super) fn new(name: &'a str, object: &'a Object) -> Self {
+        let marker = &object.marker;
+        let outline: Vec<Point> = match &marker.shape {
+            Shape::Disc { radius_m } => {
+                let step_rad = TAU / DISC_CORNERS as f64;
+                let radius_m = radius_m * (step_rad / step_rad.sin()).sqrt();
+                (0..DISC_CORNERS).map(|k| marker.at_m + Vec2::from_heading(k as f64 * step_rad) * radius_m).collect()
+            }
+            shape => shape.corners().iter().map(|p| marker.at_m + p.to_vec()).collect(),
+        };
+        let corners: Vec<[f64; 2]> = outline.iter().map(|&p| p.into()).collect();
+        let Moments { area, covariance, .. } = moments(&corners);
+        let (long, short, axis_rad) = principal(covariance);
+        let axis_rad = (long > short * LEAST_ELONGATION * LEAST_ELONGATION).then_some(axis_rad);
+        Self { name, object, outline, axis_rad, fullness: fullness(area, covariance) }
+    }
+
+    /// Whether the marker tells how the object is turned, but for half a turn.
+    pub(super) fn tells_axis(&self) -> bool {
+        self.axis_rad.is_some()
+    }
+
+    /// Whether the centroid's place depends on the yaw.
+    pub(super) fn off_centre(&self) -> bool {
+        self.object.marker.at_m.to_vec().length() > 0.0
+    }
+
+    /// The marker's picture with the object at this pose.
+    pub(super) fn picture(&self, camera: &Camera, pose: Pose) -> Moments {
+        let corners: Vec<[f64; 2]> = self
+            .outline
+            .iter()
+            .map(|&p| camera.pixel_from_table(pose.table_from_body(p), self.object.height_m).into())
+            .collect();
+        moments(&corners)
+    }
+
+    /// How many pixels the marker covers, from far away to near the camera.
+    pub(super) fn areas_px2(&self, camera: &Camera) -> RangeInclusive<f64> {
+        let [width, height] = camera.size_px.map(|size| size as f64 - 1.0);
+        let marker_m2 = self.object.marker.shape.area_m2();
+        let (mut least, mut most) = (f64::INFINITY, 0.0_f64);
+        for (x, y) in (0..9).map(|k| (f64::from(k % 3) / 2.0, f64::from(k / 3) / 2.0)) {
+            let scale = camera.scale_m_per_px(Pixel::new(x * width, y * height), self.object.height_m);
+            let area_px2 = marker_m2 / (scale * scale);
+            if area_px2.is_finite() {
+                (least, most) = (least.min(area_px2), most.max(area_px2));
+            }
+        }
+        least..=most
+    }
+
+    /// The pose at which the marker's picture has its centroid and long axis where the blob has them.
+    ///
+    /// A picture's centroid is not the picture of the centroid: the nearer half looks larger.  `yaw_near_rad` chooses
+    /// between the two directions of the axis, and stands where the marker tells none.
+    pub(super) fn pose(&self, camera: &Camera, sight: Sight, yaw_near_rad: f64) -> Pose {
+        let height_m = self.object.height_m;
+        let heading_rad = |axis_rad: f64| {
+            let (dx, dy) = (axis_rad.cos(), axis_rad.sin());
+            let Pixel { x, y } = sight.centroid;
+            let ahead = camera.table_from_pixel(Pixel::new(x + dx, y + dy), height_m);
+            (ahead - camera.table_from_pixel(Pixel::new(x - dx, y - dy), height_m)).heading_rad()
+        };
+        let seen = camera.table_from_pixel(sight.centroid, height_m);
+        let mut yaw_rad = yaw_near_rad;
+        if let Some(marker_axis_rad) = self.axis_rad {
+            yaw_rad += half_turn_wrapped_rad(heading_rad(sight.axis_rad) - marker_axis_rad - yaw_rad);
+        }
+        let marker_at = self.object.marker.at_m.to_vec();
+        let mut pose = Pose { position: seen - marker_at.rotated(yaw_rad), yaw_rad };
+        for _ in 0..POSE_ROUNDS {
+            let picture = self.picture(camera, pose);
+            if self.axis_rad.is_some() {
+                let (_, _, axis_rad) = principal(picture.covariance);
+                pose.yaw_rad += half_turn_wrapped_rad(heading_rad(sight.axis_rad) - heading_rad(axis_rad));
+            }
+            let turned = marker_at.rotated(yaw_rad) - marker_at.rotated(pose.yaw_rad);
+            let off = seen - camera.table_from_pixel(picture.centroid.into(), height_m);
+            pose.position += turned + off;
+            yaw_rad = pose.yaw_rad;
+        }
+        pose
+    }
+
+    /// How the blob differs from this marker, were it this marker.
+    pub(super) fn mismatch(&self, camera: &Camera, blob: &Blob) -> Mismatch {
+        let pose = self.pose(camera, blob.sight(), 0.0);
+        let picture = self.picture(camera, pose);
+        let (long, short, _) = principal(picture.covariance);
+        let (seen_long, seen_short, _) = principal(blob.covariance_px2);
+        let length_ratio = |seen: f64, due: f64| (seen / (due + SPREAD_PX2)).ln() / 2.0;
+        Mismatch {
+            area: (blob.area_px2 / picture.area).ln(),
+            long_axis: length_ratio(seen_long, long),
+            short_axis: length_ratio(seen_short, short),
+            fullness: (fullness(blob.area_px2, blob.covariance_px2) / self.fullness).ln(),
+        }
+    }
+
+    /// Whether area and moments of a component are anywhere near those of a marker of this shape, wherever it lies.
+    pub(super) fn full_enough(&self, area_px2: f64, covariance_px2: [f64; 3]) -> bool {
+        let ratio = fullness(area_px2, covariance_px2) / self.fullness;
+        (ROUGH_FULLNESS..1.0 / ROUGH_FULLNESS).contains(&ratio)
+    }
+}
+
+/// Components of a few pixels have ragged outlines.
+const ROUGH_FULLNESS: f64 = 0.8;
+
+/// Where a marker's picture has its centroid and its long axis.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Sight {
+    pub centroid: Pixel,
+    pub axis_rad: f64,
+}
+
+impl Blob {
+    pub(super) fn sight(&self) -> Sight {
+        Sight { centroid: self.centroid, axis_rad: principal(self.covariance_px2).2 }
+    }
+}
+
+/// The first guess is right but for perspective across one marker; each round leaves a hundredth of what was left.
+const POSE_ROUNDS: usize = 2;
+
+/// An axis' angle brought into (-pi/2, pi/2].
+pub(super) fn half_turn_wrapped_rad(angle_rad: f64) -> f64 {
+    let half_turns = (angle_rad / PI).round();
+    let wrapped = angle_rad - half_turns * PI;
+    if wrapped <= -FRAC_PI_2 { wrapped + PI } else { wrapped }
+}

@@ -1,0 +1,137 @@
+//! Does an object's outline show in the picture where it should be?
+//!
+//! Objects often wear the same marker; their own outlines tell them apart, and tell which way round they lie where
+//! the marker cannot.  An outline is there if the grey level steps from inside to outside along it.
+
+use crate::capture::{Camera, GreyImage};
+use crate::geometry::{Pixel, Point, Pose, Vec2, wrapped_rad};
+use crate::object::Shape;
+use std::f64::consts::{PI, TAU};
+
+/// A place on an outline as the camera sees it, and the outward direction there.
+#[derive(Clone, Copy, Debug)]
+struct EdgePoint {
+    at: Pixel,
+    outward: [f64; 2],
+}
+
+/// Places on an outline lie about this far apart (px): nearer ones would show the same pixels.
+const SPACING_PX: f64 = 2.0;
+/// Inside and outside are read this far from the outline (px): past the lens' own smear.
+const READ_AT_PX: [f64; 2] = [1.5, 2.5];
+/// Steps of this many neighbours are averaged with their signs: an edge that runs along the outline adds up, one that
+/// crosses it and noise do not.
+const NEIGHBOURS: usize = 2;
+/// The measured outline may be this much too large or too small (px); the best fit counts.
+const OFFSETS_PX: [f64; 5] = [-2.0, -1.0, 0.0, 1.0, 2.0];
+/// A step of this many grey levels counts half; one of many more counts as one.
+const HALF_STEP: f64 = 8.0;
+
+/// How well the picture shows the outline of a shape at this pose and height: 0 not at all, 1 a strong edge all the
+/// way round.
+pub(super) fn visibility(image: &GreyImage, camera: &Camera, shape: &Shape, pose: Pose, height_m: f64) -> f64 {
+    let points = edge_points(camera, shape, pose, height_m);
+    if points.len() < 2 * NEIGHBOURS + 1 {
+        return 0.0;
+    }
+    OFFSETS_PX.iter().map(|&offset_px| strength(image, &points, offset_px)).fold(0.0, f64::max)
+}
+
+fn strength(image: &GreyImage, points: &[EdgePoint], offset_px: f64) -> f64 {
+    let steps: Vec<f64> = points.iter().map(|p| p.step(image, offset_px)).collect();
+    let n = steps.len();
+    let mean_near = |k: usize| {
+        let near = (0..=2 * NEIGHBOURS).map(|j| steps[(k + n + j - NEIGHBOURS) % n]);
+        near.sum::<f64>() / (2 * NEIGHBOURS + 1) as f64
+    };
+    (0..n).map(|k| mean_near(k).abs()).map(|step| step / (step + HALF_STEP)).sum::<f64>() / n as f64
+}
+
+impl EdgePoint {
+    /// Outside minus inside (grey levels); 0 past the picture's edge.
+    fn step(&self, image: &GreyImage, offset_px: f64) -> f64 {
+        let read = |way_px: f64| {
+            let [nx, ny] = self.outward;
+            image.grey_at(Pixel::new(self.at.x + nx * way_px, self.at.y + ny * way_px))
+        };
+        let pairs = READ_AT_PX.map(|way_px| Some(read(offset_px + way_px)? - read(offset_px - way_px)?));
+        let [Some(near), Some(far)] = pairs else { return 0.0 };
+        f64::midpoint(near, far)
+    }
+}
+
+fn edge_points(camera: &Camera, shape: &Shape, pose: Pose, height_m: f64) -> Vec<EdgePoint> {
+    let centre = camera.pixel_from_table(pose.position, height_m);
+    let spacing_m = SPACING_PX * camera.scale_m_per_px(centre, height_m);
+    if !spacing_m.is_finite() {
+        return Vec::new();
+    }
+    rim(shape, spacing_m)
+        .into_iter()
+        .filter_map(|(place, outward)| {
+            let pixel = |p: Point| camera.pixel_from_table(pose.table_from_body(p), height_m);
+            let (at, ahead) = (pixel(place), pixel(place + outward * spacing_m));
+            let (dx, dy) = (ahead.x - at.x, ahead.y - at.y);
+            let length = dx.hypot(dy);
+            (length > 0.0).then(|| EdgePoint { at, outward: [dx / length, dy / length] })
+        })
+        .collect()
+}
+
+/// Places on the outline in the body's frame, evenly spaced and clear of corners, with their outward normals.
+fn rim(shape: &Shape, spacing_m: f64) -> Vec<(Point, Vec2)> {
+    if let Shape::Disc { radius_m } = shape {
+        let n = (TAU * radius_m / spacing_m).ceil().max(8.0);
+        let normals = (0..n as usize).map(|k| Vec2::from_heading(k as f64 * TAU / n));
+        return normals.map(|normal| (Point::ORIGIN + normal * *radius_m, normal)).collect();
+    }
+    let corners = shape.corners();
+    let mut rim = Vec::new();
+    for (k, &from) in corners.iter().enumerate() {
+        let side = corners[(k + 1) % corners.len()] - from;
+        let length_m = side.length();
+        let n = (length_m / spacing_m).floor().max(1.0);
+        let normal = -side.perpendicular() / length_m;
+        rim.extend((0..n as usize).map(|j| (from + side * ((j as f64 + 0.5) / n), normal)));
+    }
+    rim
+}
+
+/// The yaw in `around` at which the outline shows best, and how well.
+///
+/// `yaws_rad` are the directions the marker leaves open; none for a marker that tells nothing: then the whole turn is
+/// searched.
+pub(super) fn best_yaw(
+    image: &GreyImage,
+    camera: &Camera,
+    shape: &Shape,
+    height_m: f64,
+    poses: &dyn Fn(f64) -> Pose,
+    yaws_rad: &[f64],
+) -> (f64, f64) {
+    let score = |yaw_rad: f64| visibility(image, camera, shape, poses(yaw_rad), height_m);
+    let best_of = |yaws_rad: &mut dyn Iterator<Item = f64>| {
+        yaws_rad.map(|yaw_rad| (yaw_rad, score(yaw_rad))).fold((0.0, f64::NEG_INFINITY), |best, this| {
+            if this.1 > best.1 { this } else { best }
+        })
+    };
+    if !yaws_rad.is_empty() {
+        return best_of(&mut yaws_rad.iter().copied());
+    }
+    let turn_rad = match shape.rotation_symmetry_rad() {
+        Some(0.0) => return best_of(&mut std::iter::once(0.0)),
+        Some(turn_rad) => turn_rad,
+        None => TAU,
+    };
+    // From steps of about a pixel at the outermost corner to a fifth of it.
+    let scale_m = camera.scale_m_per_px(camera.pixel_from_table(poses(0.0).position, height_m), height_m);
+    let mut step_rad = (SPACING_PX * scale_m / shape.outer_radius_m()).clamp(1e-3, PI / 32.0);
+    let n = (turn_rad / step_rad).ceil() as usize;
+    let mut best = best_of(&mut (0..n).map(|k| k as f64 * turn_rad / n as f64));
+    for _ in 0..3 {
+        step_rad /= 2.0;
+        let (middle, _) = best;
+        best = best_of(&mut (-2..=2).map(|k| middle + f64::from(k) * step_rad));
+    }
+    (wrapped_rad(best.0), best.1)
+}

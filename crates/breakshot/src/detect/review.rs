@@ -1,0 +1,167 @@
+//! Which samples can be trusted, and what did motion blur do to the angles?
+//!
+//! Once the whole clip has been seen, every marker's usual look is known; frames in which it looks different are
+//! marked, and the smear along the motion while the shutter was open is taken out of the angles.
+
+use super::blob::median;
+use super::marker::{Moments, Sight, principal};
+use super::track::{Follower, Seen};
+use super::{Sample, Track};
+use crate::capture::Camera;
+use crate::geometry::Pixel;
+
+/// A marker whose area or axes differ from the usual ones by this part has something across it: noise and compression
+/// leave a third of that on a marker ten pixels wide.
+const USUAL_LOOK: f64 = 0.04;
+/// Or by this many times their own scatter, where that is larger.
+const USUAL_SCATTERS: f64 = 5.0;
+
+/// The track of one follower, in the order of time.
+pub(super) fn track(camera: &Camera, follower: &Follower, exposure_s: f64) -> Track {
+    let target = &follower.target;
+    let sharp = follower.seen.iter().enumerate().map(|(k, s)| {
+        let smear_px = speed_px_s(&follower.seen, k).map(|v| v * exposure_s);
+        unsmeared(s.blob.covariance_px2, smear_px)
+    });
+    let sharp: Vec<[f64; 3]> = sharp.collect();
+    let strange = strangeness(camera, follower, &sharp);
+    let mut yaw_near_rad = follower.seen.first().map_or(0.0, |s| s.pose.yaw_rad);
+    let samples = follower.seen.iter().zip(sharp).zip(strange).map(|((s, covariance_px2), strange)| {
+        let sight = Sight { centroid: s.blob.centroid, axis_rad: principal(covariance_px2).2 };
+        let pose = target.pose(camera, sight, yaw_near_rad);
+        yaw_near_rad = pose.yaw_rad;
+        let scale_m_per_px = camera.scale_m_per_px(s.blob.centroid, target.object.height_m);
+        let doubtful = strange > 1.0 || s.blob.cut;
+        // What hides part of a marker moves its centroid by up to about that part of its radius.
+        let spoilt_m = if doubtful { strange * USUAL_LOOK * target.object.marker.shape.outer_radius_m() } else { 0.0 };
+        Sample {
+            // A rolling shutter takes lower rows later.
+            time_s: s.time_s + camera.readout_s * s.blob.centroid.y / camera.size_px[1] as f64,
+            x_m: pose.position.x,
+            y_m: pose.position.y,
+            yaw_rad: target.tells_axis().then_some(pose.yaw_rad),
+            vx_m_s: None,
+            vy_m_s: None,
+            yaw_rate_rad_s: None,
+            ax_m_s2: None,
+            ay_m_s2: None,
+            std_m: scale_m_per_px * s.blob.std_px + spoilt_m,
+            doubtful,
+        }
+    });
+    Track { object: target.name.to_string(), samples: samples.collect() }
+}
+
+/// How long the shutter seems to have been open: markers in motion are longer along it than markers at rest, by the
+/// twelfth part of the way squared.  Nothing where nothing moved fast enough to tell.
+pub(super) fn exposure_s(camera: &Camera, followers: &[Follower]) -> Option<f64> {
+    let mut squares_s2 = Vec::new();
+    for follower in followers {
+        let smears: Vec<(f64, f64)> = (0..follower.seen.len()).map(|k| smear(camera, follower, k)).collect();
+        let at_rest: Vec<f64> = smears.iter().filter(|s| s.0 < SLOW_PX_S).map(|s| s.1).collect();
+        if at_rest.is_empty() {
+            continue;
+        }
+        let usual_px2 = median(at_rest);
+        let fast = smears.iter().filter(|s| s.0 > FAST_PX_S);
+        squares_s2.extend(fast.map(|(speed, px2)| 12.0 * (px2 - usual_px2) / (speed * speed)));
+    }
+    (squares_s2.len() >= LEAST_FAST).then(|| median(squares_s2).max(0.0).sqrt())
+}
+
+/// Below this (px/s) a marker counts as at rest: it smears by less than a pixel in any exposure.
+const SLOW_PX_S: f64 = 30.0;
+/// Above this (px/s) smear can be measured: 2 px at 1/200 s.
+const FAST_PX_S: f64 = 400.0;
+/// Fewer samples than this in fast motion tell no exposure.
+const LEAST_FAST: usize = 4;
+
+/// Speed (px/s), and the second moment along the motion (at rest: along either axis) beyond the expected one (px2).
+fn smear(camera: &Camera, follower: &Follower, k: usize) -> (f64, f64) {
+    let seen = &follower.seen[k];
+    let [vx, vy] = speed_px_s(&follower.seen, k);
+    let speed_px_s = vx.hypot(vy);
+    let due = follower.target.picture(camera, seen.pose).covariance;
+    let [xx, xy, yy]: [f64; 3] = std::array::from_fn(|i| seen.blob.covariance_px2[i] - due[i]);
+    if speed_px_s < SLOW_PX_S {
+        return (speed_px_s, f64::midpoint(xx, yy));
+    }
+    let (ux, uy) = (vx / speed_px_s, vy / speed_px_s);
+    (speed_px_s, ux * ux * xx + 2.0 * ux * uy * xy + uy * uy * yy)
+}
+
+/// Speed in the picture from the neighbours in time (px/s).
+fn speed_px_s(seen: &[Seen], k: usize) -> [f64; 2] {
+    let (before, after) = (&seen[k.saturating_sub(1)], &seen[(k + 1).min(seen.len() - 1)]);
+    let dt_s = after.time_s - before.time_s;
+    if dt_s <= 0.0 {
+        return [0.0, 0.0];
+    }
+    let (from, to) = (before.blob.centroid, after.blob.centroid);
+    [(to.x - from.x) / dt_s, (to.y - from.y) / dt_s]
+}
+
+/// Second moments without those of a smear of this length (px).
+fn unsmeared([xx, xy, yy]: [f64; 3], [sx, sy]: [f64; 2]) -> [f64; 3] {
+    [xx - sx * sx / 12.0, xy - sx * sy / 12.0, yy - sy * sy / 12.0]
+}
+
+/// How strange each sight of a marker is: above 1 too strange for noise.
+fn strangeness(camera: &Camera, follower: &Follower, covariances_px2: &[[f64; 3]]) -> Vec<f64> {
+    let looks: Vec<[f64; 3]> = follower
+        .seen
+        .iter()
+        .zip(covariances_px2)
+        .map(|(seen, &covariance_px2)| {
+            let Moments { covariance, .. } = follower.target.picture(camera, seen.pose);
+            let ((long, short, _), (due_long, due_short, _)) = (principal(covariance_px2), principal(covariance));
+            // Moments go with the square of lengths, as the area does.
+            [seen.area_ratio.ln() / 2.0, (long / due_long).ln() / 2.0, (short / due_short).ln() / 2.0]
+        })
+        .collect();
+    let mut strangeness = vec![0.0; looks.len()];
+    for i in 0..3 {
+        if looks.is_empty() {
+            break;
+        }
+        let usual = median(looks.iter().map(|look| look[i]).collect());
+        let scatter = 1.4826 * median(looks.iter().map(|look| (look[i] - usual).abs()).collect());
+        let limit = (USUAL_SCATTERS * scatter).max(USUAL_LOOK / 2.0);
+        for (strange, look) in strangeness.iter_mut().zip(&looks) {
+            *strange = f64::max(*strange, (look[i] - usual).abs() / limit);
+        }
+    }
+    strangeness
+}
+
+/// When a follower was out of sight, and whether it left the picture.
+pub(super) fn gaps(camera: &Camera, follower: &Follower, times_s: &[f64]) -> Vec<String> {
+    let name = follower.target.name;
+    let mut gaps = Vec::new();
+    let Some(last) = follower.seen.last() else { return vec![format!("`{name}` was never seen again")] };
+    for pair in follower.seen.windows(2) {
+        let missed = pair[1].frame - pair[0].frame - 1;
+        if missed > 0 {
+            let (from_s, to_s) = (pair[0].time_s, pair[1].time_s);
+            gaps.push(format!("`{name}` was covered in {missed} frames between {from_s:.3} and {to_s:.3} s"));
+        }
+    }
+    let missed = times_s.len() - 1 - last.frame;
+    if missed > 0 {
+        let reason = if near_edge(camera, follower, last) { "left the picture" } else { "was not found again" };
+        gaps.push(format!("`{name}` {reason} after {:.3} s; its last {missed} frames are missing", last.time_s));
+    }
+    gaps
+}
+
+fn near_edge(camera: &Camera, follower: &Follower, last: &Seen) -> bool {
+    let [vx, vy] = speed_px_s(&follower.seen, follower.seen.len() - 1);
+    let Pixel { x, y } = last.blob.centroid;
+    let size_px = last.blob.area_px2.sqrt();
+    let frames_on = |v: f64| NEAR_EDGE_S * v.abs() + size_px;
+    let near = |at: f64, v: f64, size: usize| at < frames_on(v) || at > size as f64 - frames_on(v);
+    last.blob.cut || near(x, vx, camera.size_px[0]) || near(y, vy, camera.size_px[1])
+}
+
+/// An object this far (s) from the picture's edge at its speed has left when it is gone.
+const NEAR_EDGE_S: f64 = 0.1;

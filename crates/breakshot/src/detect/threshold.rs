@@ -1,0 +1,136 @@
+//! Which grey level separates a marker from its object?
+//!
+//! No single level need fit a whole picture: light falls off, objects differ, a marker may be the lighter of the two.
+//! So every level is tried, and a marker is what keeps its area and shape over many of them; the level halfway
+//! between it and its surroundings is its own.
+
+use super::blob::{self, Blob};
+use super::label::{Component, Labeller, Level, Window};
+use super::marker::Target;
+use crate::capture::{Camera, GreyImage};
+use crate::geometry::Pixel;
+use std::ops::RangeInclusive;
+
+/// Something that may be a marker.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Candidate {
+    pub blob: Blob,
+    pub level: Level,
+}
+
+/// Steps between the grey levels tried: a marker too faint to show at two of them is too faint to measure.
+const LEVEL_STEP: usize = 8;
+/// At half the expected area or less, or at twice, a component is something else (or partly covered).
+const AREA_TOLERANCE: f64 = 2.0;
+/// Seen at the next level, the same marker lies within this part of its own size.
+const SAME_PLACE: f64 = 0.25;
+
+/// What may be a marker of one of the targets, wherever it lies, the clearest first.
+pub(super) fn candidates(
+    image: &GreyImage,
+    camera: &Camera,
+    targets: &[Target],
+    threshold: Option<u8>,
+    labeller: &mut Labeller,
+) -> Vec<Candidate> {
+    let areas_px = component_areas_px(camera, targets);
+    let mut groups: Vec<Group> = Vec::new();
+    for (rank, level) in levels(threshold).enumerate() {
+        let found = labeller.components(image, Window::whole(image), level, &areas_px);
+        for component in found {
+            let plausible = |t: &Target| t.full_enough(component.area_px as f64, component.covariance_px2());
+            if targets.iter().any(plausible) {
+                gather(&mut groups, Sighting { rank, level, component: *component });
+            }
+        }
+    }
+    let mut candidates: Vec<Candidate> = groups
+        .iter()
+        .filter(|group| group.sightings.len() > 1 || threshold.is_some())
+        .filter_map(|group| group.candidate(image))
+        .filter(|c| targets.iter().any(|t| t.mismatch(camera, &c.blob).tolerable()))
+        .filter(|c| !on_tag(camera, c.blob.centroid))
+        .collect();
+    candidates.sort_by(|a, b| b.blob.contrast.abs().total_cmp(&a.blob.contrast.abs()));
+    let mut kept: Vec<Candidate> = Vec::new();
+    for c in candidates {
+        if kept.iter().all(|k| !same_place(k.blob.centroid, c.blob.centroid, c.blob.area_px2)) {
+            kept.push(c);
+        }
+    }
+    kept
+}
+
+/// Areas of components that are worth a closer look (px).
+pub(super) fn component_areas_px(camera: &Camera, targets: &[Target]) -> RangeInclusive<u64> {
+    let areas = targets.iter().map(|t| t.areas_px2(camera));
+    let (least, most) = areas.fold((f64::INFINITY, 0.0_f64), |(least, most), areas| {
+        (least.min(*areas.start()), most.max(*areas.end()))
+    });
+    let least = (least / AREA_TOLERANCE).max(LEAST_AREA_PX);
+    least as u64..=(most * AREA_TOLERANCE) as u64
+}
+
+/// Below this a component has no shape.
+const LEAST_AREA_PX: f64 = 4.0;
+
+fn levels(threshold: Option<u8>) -> impl Iterator<Item = Level> {
+    let steps: Vec<u8> = match threshold {
+        Some(level) => vec![level],
+        None => (LEVEL_STEP..256).step_by(LEVEL_STEP).map(|level| level as u8).collect(),
+    };
+    let above = steps.clone();
+    steps.into_iter().map(Level::Below).chain(above.into_iter().map(Level::Above))
+}
+
+struct Sighting {
+    rank: usize,
+    level: Level,
+    component: Component,
+}
+
+/// The same marker at neighbouring levels.
+struct Group {
+    sightings: Vec<Sighting>,
+}
+
+impl Group {
+    /// The marker measured at the level in the middle of those at which it is seen, then at its own.
+    fn candidate(&self, image: &GreyImage) -> Option<Candidate> {
+        let Sighting { level, component, .. } = &self.sightings[self.sightings.len() / 2];
+        let blob = blob::measured(image, component, *level, [0.0, 0.0])?;
+        Some(Candidate { blob, level: blob.level() })
+    }
+}
+
+fn gather(groups: &mut Vec<Group>, sighting: Sighting) {
+    let place = sighting.component.centroid();
+    let area = sighting.component.area_px as f64;
+    let same = |group: &&mut Group| {
+        group.sightings.last().is_some_and(|last| {
+            let same_side = matches!(last.level, Level::Below(_)) == matches!(sighting.level, Level::Below(_));
+            let near = last.rank + 2 >= sighting.rank && last.rank < sighting.rank;
+            same_side && near && same_place(last.component.centroid(), place, area)
+        })
+    };
+    match groups.iter_mut().find(same) {
+        Some(group) => group.sightings.push(sighting),
+        None => groups.push(Group { sightings: vec![sighting] }),
+    }
+}
+
+fn same_place(one: Pixel, other: Pixel, area_px2: f64) -> bool {
+    one.distance_px(other) < SAME_PLACE * area_px2.sqrt()
+}
+
+/// Whether a place lies on a tag that was seen: the tags' cells are as black and as small as markers.
+fn on_tag(camera: &Camera, place: Pixel) -> bool {
+    camera.tags.iter().any(|tag| {
+        let side = |k: usize| {
+            let (p, q) = (tag.corners_px[k], tag.corners_px[(k + 1) % 4]);
+            (q.x - p.x) * (place.y - p.y) - (q.y - p.y) * (place.x - p.x)
+        };
+        let sides: [f64; 4] = std::array::from_fn(side);
+        sides.iter().all(|&s| s >= 0.0) || sides.iter().all(|&s| s <= 0.0)
+    })
+}
