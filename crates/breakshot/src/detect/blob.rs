@@ -51,7 +51,12 @@ const FLOOR_STD_PX: f64 = 0.01;
 /// Measures what the component roughly shows; `blur_px` is how far it moved while the shutter was open, if known.
 ///
 /// Nothing if there is no background around it to compare with, or no contrast.
-pub(super) fn measured(image: &GreyImage, component: &Component, level: Level, blur_px: [f64; 2]) -> Option<Blob> {
+pub(super) fn measured(
+    image: &GreyImage,
+    component: &Component,
+    level: Level,
+    blur_px: [f64; 2],
+) -> Option<Blob> {
     let patch = Patch::around(image, component, blur_px);
     let seed = patch.index(component.seed[0] as usize, component.seed[1] as usize);
     let core = patch.connected(image, level, seed);
@@ -62,8 +67,9 @@ pub(super) fn measured(image: &GreyImage, component: &Component, level: Level, b
         Level::Above(_) => -1.0,
     };
     let depth: Vec<f64> =
-        patch.places().map(|(x, y)| light_over_dark * (plane.at(x, y) - patch.grey(image, x, y))).collect();
-    let contrast = plateau(depth.iter().zip(&core).filter(|&(_, &inside)| inside).map(|(&d, _)| d).collect())?;
+        patch.places().map(|(x, y)| light_over_dark * (plane.at(x, y) - grey(image, x, y))).collect();
+    let contrast =
+        plateau(depth.iter().zip(&core).filter(|&(_, &inside)| inside).map(|(&d, _)| d).collect())?;
     let brightness = plane.at_place(component.centroid());
     if contrast < LEAST_CONTRAST || brightness <= 0.0 {
         return None;
@@ -137,7 +143,7 @@ impl Sums {
                 *sum += w * product / area;
             }
             if w > 0.0 && w < 1.0 {
-                leverage_px2 += (dx * dx + dy * dy) / 2.0;
+                leverage_px2 += f64::midpoint(dx * dx, dy * dy);
             }
         }
         Some(Self { area, centroid, covariance, leverage_px2 })
@@ -149,6 +155,10 @@ struct Patch {
     window: Window,
     width: usize,
     height: usize,
+}
+
+fn grey(image: &GreyImage, x: usize, y: usize) -> f64 {
+    f64::from(image.pixels[y * image.width + x])
 }
 
 /// The local background: a plane of grey levels.
@@ -196,10 +206,6 @@ impl Patch {
         (y[0]..y[1]).flat_map(move |row| (x[0]..x[1]).map(move |column| (column, row)))
     }
 
-    fn grey(&self, image: &GreyImage, x: usize, y: usize) -> f64 {
-        f64::from(image.pixels[y * image.width + x])
-    }
-
     /// The foreground pixels that hang together with the seed.
     fn connected(&self, image: &GreyImage, level: Level, seed: usize) -> Vec<bool> {
         let mut open: Vec<bool> = self
@@ -230,17 +236,17 @@ impl Patch {
     }
 
     /// The mask drawn out to both sides by half the blur.
-    fn smeared(&self, mask: &[bool], blur_px: [f64; 2]) -> Vec<bool> {
-        let steps = (blur_px[0].abs().max(blur_px[1].abs()) / 2.0).ceil() as i64;
+    fn smeared(&self, mask: &[bool], [bx, by]: [f64; 2]) -> Vec<bool> {
+        let steps = (bx.abs().max(by.abs()) / 2.0).ceil() as i32;
         let mut smeared = mask.to_vec();
-        let (width, height) = (self.width as i64, self.height as i64);
         for step in -steps..=steps {
-            let part = step as f64 / (2 * steps).max(1) as f64;
-            let (dx, dy) = ((blur_px[0] * part).round() as i64, (blur_px[1] * part).round() as i64);
+            let part = f64::from(step) / f64::from(2 * steps).max(1.0);
+            let (dx, dy) = ((bx * part).round() as isize, (by * part).round() as isize);
             for (k, _) in mask.iter().enumerate().filter(|&(_, &inside)| inside) {
-                let (x, y) = (k as i64 % width + dx, k as i64 / width + dy);
-                if (0..width).contains(&x) && (0..height).contains(&y) {
-                    smeared[(y * width + x) as usize] = true;
+                let (x, y) =
+                    ((k % self.width).wrapping_add_signed(dx), (k / self.width).wrapping_add_signed(dy));
+                if x < self.width && y < self.height {
+                    smeared[y * self.width + x] = true;
                 }
             }
         }
@@ -282,7 +288,7 @@ impl Patch {
             .places()
             .zip(distance_px)
             .filter(|&(_, &d)| d > RIM_PX && d <= RIM_PX + BAND_PX)
-            .map(|((x, y), _)| (x as f64, y as f64, self.grey(image, x, y)))
+            .map(|((x, y), _)| (x as f64, y as f64, grey(image, x, y)))
             .collect();
         if band.len() < LEAST_BAND {
             return None;
@@ -293,12 +299,13 @@ impl Patch {
         let level = median(band.iter().map(|p| p.2).collect());
         let mut plane = Plane { origin, level, slope: [0.0, 0.0], scatter: 0.0, unevenness: 0.0 };
         for _ in 0..PLANE_ROUNDS {
-            let off: Vec<f64> =
-                band.iter().map(|&(x, y, g)| g - plane.at_place(Pixel::new(x, y))).collect();
-            plane.scatter = (NORMAL_PER_MEDIAN * median(off.iter().map(|r| r.abs()).collect())).max(ROUNDING_STD);
+            let off: Vec<f64> = band.iter().map(|&(x, y, g)| g - plane.at_place(Pixel::new(x, y))).collect();
+            plane.scatter =
+                (NORMAL_PER_MEDIAN * median(off.iter().map(|r| r.abs()).collect())).max(ROUNDING_STD);
             plane.unevenness = (off.iter().map(|r| r * r).sum::<f64>() / n).sqrt();
             let limit = OUTLIER_STDS * plane.scatter;
-            plane.fit(band.iter().zip(&off).filter(|&(_, r)| r.abs() <= limit).map(|(&p, _)| p));
+            let near = band.iter().zip(&off).filter(|&(_, r)| r.abs() <= limit);
+            plane.fit(&near.map(|(&p, _)| p).collect::<Vec<_>>());
         }
         Some(plane)
     }
@@ -317,9 +324,9 @@ const ROUNDING_STD: f64 = 0.29;
 
 impl Plane {
     /// Least squares; the sums about the pixels' own mean keep the three equations apart.
-    fn fit(&mut self, pixels: impl Iterator<Item = (f64, f64, f64)> + Clone) {
-        let n = pixels.clone().count() as f64;
-        let sum = |f: &dyn Fn((f64, f64, f64)) -> f64| pixels.clone().map(f).sum::<f64>();
+    fn fit(&mut self, pixels: &[(f64, f64, f64)]) {
+        let n = pixels.len() as f64;
+        let sum = |f: &dyn Fn(&(f64, f64, f64)) -> f64| pixels.iter().map(f).sum::<f64>();
         let (mx, my, mg) = (sum(&|p| p.0) / n, sum(&|p| p.1) / n, sum(&|p| p.2) / n);
         let (xx, xy, yy) = (
             sum(&|p| (p.0 - mx) * (p.0 - mx)),
@@ -371,7 +378,8 @@ mod tests {
                     let (x, y) = ((k % width) as f64, (k / width) as f64);
                     let coverage = (0..steps)
                         .map(|step| {
-                            let part = if steps == 1 { 0.0 } else { f64::from(step) / f64::from(steps - 1) - 0.5 };
+                            let part =
+                                if steps == 1 { 0.0 } else { f64::from(step) / f64::from(steps - 1) - 0.5 };
                             let (dx, dy) = (
                                 x - self.centre.x - part * self.blur_px[0],
                                 y - self.centre.y - part * self.blur_px[1],
@@ -395,7 +403,8 @@ mod tests {
             let level = if self.marker < self.ground { Level::Below(middle) } else { Level::Above(middle) };
             let mut labeller = Labeller::default();
             let found = labeller.components(&image, Window::whole(&image), level, &(20..=u64::MAX));
-            let marker = found.iter().min_by_key(|c| c.area_px.abs_diff((3.14 * self.radius_px.powi(2)) as u64));
+            let marker =
+                found.iter().min_by_key(|c| c.area_px.abs_diff((3.0 * self.radius_px.powi(2)) as u64));
             measured(&image, marker.expect("a marker"), level, self.blur_px).expect("a blob")
         }
     }
@@ -427,7 +436,7 @@ mod tests {
         for (radius_px, noise, slope_per_px, limit_px) in
             [(4.0, 2.0, 0.0, 0.015), (8.0, 2.0, 0.1, 0.012), (22.0, 2.0, 0.2, 0.008), (44.0, 8.0, 0.1, 0.03)]
         {
-            let error_px = rms_px(|centre| Picture { centre, radius_px, noise, slope_per_px, ..PLAIN });
+            let error_px = rms_px(|centre| Picture { centre, radius_px, slope_per_px, noise, ..PLAIN });
             println!("radius {radius_px} px, noise {noise}, slope {slope_per_px}/px: rms {error_px:.4} px");
             assert!(error_px < limit_px, "radius {radius_px} px, noise {noise}: rms {error_px} px");
         }
@@ -436,7 +445,7 @@ mod tests {
     #[test]
     fn motion_while_the_shutter_is_open_leaves_the_centroid_at_mid_exposure() {
         for blur_px in [[5.0, 0.0], [20.0, 0.0], [12.0, -12.0]] {
-            let error_px = rms_px(|centre| Picture { centre, blur_px, slope_per_px: 0.1, ..PLAIN });
+            let error_px = rms_px(|centre| Picture { centre, slope_per_px: 0.1, blur_px, ..PLAIN });
             println!("blur {blur_px:?} px: rms {error_px:.4} px");
             assert!(error_px < 0.02, "blur {blur_px:?} px: rms {error_px} px");
         }

@@ -56,7 +56,9 @@ pub(super) fn starts(
     let fits = costs(&matches, |_, m| m.cost);
     let given = match layout {
         Layout::Unknown => assignment(&fits),
-        Layout::Placed(_) => assignment(&costs(&matches, |row, m| m.cost + misplaced(layout, &targets[row], m.pose))),
+        Layout::Placed(_) => {
+            assignment(&costs(&matches, |row, m| m.cost + misplaced(layout, &targets[row], m.pose)))
+        }
         Layout::AlongStrike { heading_rad, start_m } => {
             let ahead = Vec2::from_heading(*heading_rad);
             let way = |pose: Pose| pose.position - start_m.unwrap_or_default();
@@ -64,7 +66,11 @@ pub(super) fn starts(
                 let std_m = if row == 0 { BESIDE_STRUCK_STD_M } else { BESIDE_OTHERS_STD_M };
                 let known = if start_m.is_some() { 1.0 } else { 0.0 };
                 let behind = start_m.is_some() && way(m.pose).dot(ahead) < 0.0;
-                if behind { f64::INFINITY } else { m.cost + known * half_square(way(m.pose).cross(ahead) / std_m) }
+                if behind {
+                    f64::INFINITY
+                } else {
+                    m.cost + known * half_square(way(m.pose).cross(ahead) / std_m)
+                }
             });
             in_order(&beside, &matches, ahead)
         }
@@ -115,8 +121,8 @@ fn fit(
         None if matches!(object.shape, Shape::Disc { .. }) && !target.off_centre() => vec![0.0],
         None => Vec::new(),
     };
-    let (yaw_rad, visibility) =
-        outline::best_yaw(image, camera, &object.shape, object.height_m, &pose, &yaws_rad);
+    let scene = outline::Scene { image, camera, shape: &object.shape, height_m: object.height_m };
+    let (yaw_rad, visibility) = scene.best_yaw(pose, &yaws_rad);
     let cost = half_square(mismatch.worst() / LENGTH_STD) + UNSEEN_OUTLINE * (1.0 - visibility);
     Some(Match { pose: pose(yaw_rad), cost })
 }
@@ -198,7 +204,11 @@ fn moved(targets: &[Target], starts: &[Option<Start>], layout: &Layout) -> Vec<S
 }
 
 /// Copies of one kind cannot be told apart: they are numbered from left to right, from below where that is equal.
-fn in_canonical_order(targets: &[Target], mut starts: Vec<Option<Start>>, layout: &Layout) -> Vec<Option<Start>> {
+fn in_canonical_order(
+    targets: &[Target],
+    mut starts: Vec<Option<Start>>,
+    layout: &Layout,
+) -> Vec<Option<Start>> {
     if !matches!(layout, Layout::Unknown) {
         return starts;
     }

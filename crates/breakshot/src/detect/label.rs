@@ -429,7 +429,9 @@ mod tests {
 
     fn sorted(mut components: Vec<Component>) -> Vec<Component> {
         // Any of its pixels may stand for a component.
-        components.iter_mut().for_each(|c| c.seed = [0, 0]);
+        for c in &mut components {
+            c.seed = [0, 0];
+        }
         components.sort_by_key(|c| (c.y, c.x, c.first, c.second));
         components
     }

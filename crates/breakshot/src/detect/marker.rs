@@ -98,7 +98,9 @@ impl Mismatch {
 
     /// The worst of them, the area taken as a length.
     pub(super) fn worst(&self) -> f64 {
-        [self.area / 2.0, self.long_axis, self.short_axis, self.fullness].into_iter().fold(0.0, |w, m| m.abs().max(w))
+        [self.area / 2.0, self.long_axis, self.short_axis, self.fullness]
+            .into_iter()
+            .fold(0.0, |w, m| m.abs().max(w))
     }
 }
 
@@ -109,7 +111,9 @@ impl<'a> Target<'a> {
             Shape::Disc { radius_m } => {
                 let step_rad = TAU / DISC_CORNERS as f64;
                 let radius_m = radius_m * (step_rad / step_rad.sin()).sqrt();
-                (0..DISC_CORNERS).map(|k| marker.at_m + Vec2::from_heading(k as f64 * step_rad) * radius_m).collect()
+                (0..DISC_CORNERS)
+                    .map(|k| marker.at_m + Vec2::from_heading(k as f64 * step_rad) * radius_m)
+                    .collect()
             }
             shape => shape.corners().iter().map(|p| marker.at_m + p.to_vec()).collect(),
         };

@@ -254,14 +254,24 @@ impl Clip<'_> {
     }
 
     /// Where every target is in the first frames.
-    fn starts(&self, opening: &[Frame], layout: &Layout, options: &Options) -> Result<(Vec<Start>, Vec<String>)> {
+    fn starts(
+        &self,
+        opening: &[Frame],
+        layout: &Layout,
+        options: &Options,
+    ) -> Result<(Vec<Start>, Vec<String>)> {
         let image = mean(opening);
         let mut labeller = Labeller::default();
         let candidates =
             threshold::candidates(&image, self.camera, &self.targets, options.threshold, &mut labeller);
         let (starts, warnings) = identity::starts(&image, self.camera, &self.targets, &candidates, layout);
-        let lost: Vec<&str> =
-            self.targets.iter().zip(&starts).filter(|(_, start)| start.is_none()).map(|(t, _)| t.name).collect();
+        let lost: Vec<&str> = self
+            .targets
+            .iter()
+            .zip(&starts)
+            .filter(|(_, start)| start.is_none())
+            .map(|(t, _)| t.name)
+            .collect();
         if lost.is_empty() {
             return Ok((starts.into_iter().flatten().collect(), warnings));
         }

@@ -55,12 +55,10 @@ fn runs(samples: &[Sample]) -> Vec<Range<usize>> {
 /// `length` samples of the run ending with, around and beginning with the `k`th, as far as there are.
 fn windows(run: &Range<usize>, k: usize, length: usize) -> impl Iterator<Item = Range<usize>> + use<> {
     let run = run.clone();
-    [length - 1, length / 2, 0]
-        .into_iter()
-        .filter_map(move |before| {
-            let start = k.checked_sub(before)?;
-            (start >= run.start && start + length <= run.end).then_some(start..start + length)
-        })
+    [length - 1, length / 2, 0].into_iter().filter_map(move |before| {
+        let start = k.checked_sub(before)?;
+        (start >= run.start && start + length <= run.end).then_some(start..start + length)
+    })
 }
 
 fn best(samples: &[Sample], k: usize, windows: impl Iterator<Item = Range<usize>>) -> Option<Motion> {
@@ -80,7 +78,8 @@ fn smoothest(samples: &[Sample], k: usize, run: &Range<usize>) -> Option<Motion>
 fn motion(samples: &[Sample], time_s: f64) -> Option<Motion> {
     let span_s = samples.last()?.time_s - samples.first()?.time_s;
     let times: Vec<f64> = samples.iter().map(|s| (s.time_s - time_s) / span_s).collect();
-    let fit = |value: &dyn Fn(&Sample) -> f64| parabola(&times, &samples.iter().map(value).collect::<Vec<_>>());
+    let fit =
+        |value: &dyn Fn(&Sample) -> f64| parabola(&times, &samples.iter().map(value).collect::<Vec<_>>());
     let (x, off_x) = fit(&|s| s.x_m)?;
     let (y, off_y) = fit(&|s| s.y_m)?;
     let yaws: Option<Vec<f64>> = samples.iter().map(|s| s.yaw_rad).collect();
@@ -106,7 +105,8 @@ fn parabola(times: &[f64], values: &[f64]) -> Option<(Vector3<f64>, f64)> {
     }
     let mut fit = matrix.try_inverse()? * right;
     fit[0] += middle;
-    let left = times.iter().zip(values).map(|(&t, &v)| (v - fit[0] - t * (fit[1] + t * fit[2])).powi(2)).sum();
+    let left =
+        times.iter().zip(values).map(|(&t, &v)| (v - fit[0] - t * (fit[1] + t * fit[2])).powi(2)).sum();
     Some((fit, left))
 }
 

@@ -27,15 +27,76 @@ const OFFSETS_PX: [f64; 5] = [-2.0, -1.0, 0.0, 1.0, 2.0];
 /// A step of this many grey levels counts half; one of many more counts as one.
 const HALF_STEP: f64 = 8.0;
 
-/// How well the picture shows the outline of a shape at this pose and height: 0 not at all, 1 a strong edge all the
-/// way round.
-pub(super) fn visibility(image: &GreyImage, camera: &Camera, shape: &Shape, pose: Pose, height_m: f64) -> f64 {
-    let points = edge_points(camera, shape, pose, height_m);
-    if points.len() < 2 * NEIGHBOURS + 1 {
-        return 0.0;
-    }
-    OFFSETS_PX.iter().map(|&offset_px| strength(image, &points, offset_px)).fold(0.0, f64::max)
+/// A picture, its camera, and an object's outline at the height of its top.
+#[derive(Clone, Copy)]
+pub(super) struct Scene<'a> {
+    pub image: &'a GreyImage,
+    pub camera: &'a Camera,
+    pub shape: &'a Shape,
+    pub height_m: f64,
 }
+
+impl Scene<'_> {
+    /// How well the picture shows the outline at this pose: 0 not at all, 1 a strong edge all the way round.
+    pub(super) fn visibility(&self, pose: Pose) -> f64 {
+        let points = self.edge_points(pose);
+        if points.len() < 2 * NEIGHBOURS + 1 {
+            return 0.0;
+        }
+        OFFSETS_PX.iter().map(|&offset_px| strength(self.image, &points, offset_px)).fold(0.0, f64::max)
+    }
+
+    /// The yaw at which the outline shows best, and how well, where `pose` gives the pose for a yaw.
+    ///
+    /// `yaws_rad` are the directions the marker leaves open; none for a marker that tells nothing: then the whole turn
+    /// is searched.
+    pub(super) fn best_yaw(&self, pose: impl Fn(f64) -> Pose, yaws_rad: &[f64]) -> (f64, f64) {
+        let best_of = |yaws_rad: &mut dyn Iterator<Item = f64>| {
+            let scored = yaws_rad.map(|yaw_rad| (yaw_rad, self.visibility(pose(yaw_rad))));
+            scored.fold((0.0, f64::NEG_INFINITY), |best, this| if this.1 > best.1 { this } else { best })
+        };
+        if !yaws_rad.is_empty() {
+            return best_of(&mut yaws_rad.iter().copied());
+        }
+        let turn_rad = match self.shape.rotation_symmetry_rad() {
+            Some(0.0) => return best_of(&mut std::iter::once(0.0)),
+            Some(turn_rad) => turn_rad,
+            None => TAU,
+        };
+        // From steps of about a pixel at the outermost corner to a fraction of it.
+        let at = self.camera.pixel_from_table(pose(0.0).position, self.height_m);
+        let step_m = SPACING_PX * self.camera.scale_m_per_px(at, self.height_m);
+        let mut step_rad = (step_m / self.shape.outer_radius_m()).clamp(FINEST_STEP_RAD, COARSEST_STEP_RAD);
+        let n = (turn_rad / step_rad).ceil() as usize;
+        let mut best = best_of(&mut (0..n).map(|k| k as f64 * turn_rad / n as f64));
+        for _ in 0..HALVINGS {
+            step_rad /= 2.0;
+            let (middle, _) = best;
+            best = best_of(&mut (-2..=2).map(|k| middle + f64::from(k) * step_rad));
+        }
+        (wrapped_rad(best.0), best.1)
+    }
+
+    fn edge_points(&self, pose: Pose) -> Vec<EdgePoint> {
+        let pixel = |body: Point| self.camera.pixel_from_table(pose.table_from_body(body), self.height_m);
+        let spacing_m = SPACING_PX * self.camera.scale_m_per_px(pixel(Point::ORIGIN), self.height_m);
+        if !spacing_m.is_finite() {
+            return Vec::new();
+        }
+        let seen = |(place, outward): (Point, Vec2)| {
+            let (at, ahead) = (pixel(place), pixel(place + outward * spacing_m));
+            let (dx, dy) = (ahead.x - at.x, ahead.y - at.y);
+            let length = dx.hypot(dy);
+            (length > 0.0).then(|| EdgePoint { at, outward: [dx / length, dy / length] })
+        };
+        rim(self.shape, spacing_m).into_iter().filter_map(seen).collect()
+    }
+}
+
+/// Bounds of the first steps through a whole turn (rad), and how often they are halved.
+const FINEST_STEP_RAD: f64 = 1e-3;
+const COARSEST_STEP_RAD: f64 = PI / 32.0;
+const HALVINGS: usize = 3;
 
 fn strength(image: &GreyImage, points: &[EdgePoint], offset_px: f64) -> f64 {
     let steps: Vec<f64> = points.iter().map(|p| p.step(image, offset_px)).collect();
@@ -60,24 +121,6 @@ impl EdgePoint {
     }
 }
 
-fn edge_points(camera: &Camera, shape: &Shape, pose: Pose, height_m: f64) -> Vec<EdgePoint> {
-    let centre = camera.pixel_from_table(pose.position, height_m);
-    let spacing_m = SPACING_PX * camera.scale_m_per_px(centre, height_m);
-    if !spacing_m.is_finite() {
-        return Vec::new();
-    }
-    rim(shape, spacing_m)
-        .into_iter()
-        .filter_map(|(place, outward)| {
-            let pixel = |p: Point| camera.pixel_from_table(pose.table_from_body(p), height_m);
-            let (at, ahead) = (pixel(place), pixel(place + outward * spacing_m));
-            let (dx, dy) = (ahead.x - at.x, ahead.y - at.y);
-            let length = dx.hypot(dy);
-            (length > 0.0).then(|| EdgePoint { at, outward: [dx / length, dy / length] })
-        })
-        .collect()
-}
-
 /// Places on the outline in the body's frame, evenly spaced and clear of corners, with their outward normals.
 fn rim(shape: &Shape, spacing_m: f64) -> Vec<(Point, Vec2)> {
     if let Shape::Disc { radius_m } = shape {
@@ -95,43 +138,4 @@ fn rim(shape: &Shape, spacing_m: f64) -> Vec<(Point, Vec2)> {
         rim.extend((0..n as usize).map(|j| (from + side * ((j as f64 + 0.5) / n), normal)));
     }
     rim
-}
-
-/// The yaw in `around` at which the outline shows best, and how well.
-///
-/// `yaws_rad` are the directions the marker leaves open; none for a marker that tells nothing: then the whole turn is
-/// searched.
-pub(super) fn best_yaw(
-    image: &GreyImage,
-    camera: &Camera,
-    shape: &Shape,
-    height_m: f64,
-    poses: &dyn Fn(f64) -> Pose,
-    yaws_rad: &[f64],
-) -> (f64, f64) {
-    let score = |yaw_rad: f64| visibility(image, camera, shape, poses(yaw_rad), height_m);
-    let best_of = |yaws_rad: &mut dyn Iterator<Item = f64>| {
-        yaws_rad.map(|yaw_rad| (yaw_rad, score(yaw_rad))).fold((0.0, f64::NEG_INFINITY), |best, this| {
-            if this.1 > best.1 { this } else { best }
-        })
-    };
-    if !yaws_rad.is_empty() {
-        return best_of(&mut yaws_rad.iter().copied());
-    }
-    let turn_rad = match shape.rotation_symmetry_rad() {
-        Some(0.0) => return best_of(&mut std::iter::once(0.0)),
-        Some(turn_rad) => turn_rad,
-        None => TAU,
-    };
-    // From steps of about a pixel at the outermost corner to a fifth of it.
-    let scale_m = camera.scale_m_per_px(camera.pixel_from_table(poses(0.0).position, height_m), height_m);
-    let mut step_rad = (SPACING_PX * scale_m / shape.outer_radius_m()).clamp(1e-3, PI / 32.0);
-    let n = (turn_rad / step_rad).ceil() as usize;
-    let mut best = best_of(&mut (0..n).map(|k| k as f64 * turn_rad / n as f64));
-    for _ in 0..3 {
-        step_rad /= 2.0;
-        let (middle, _) = best;
-        best = best_of(&mut (-2..=2).map(|k| middle + f64::from(k) * step_rad));
-    }
-    (wrapped_rad(best.0), best.1)
 }

@@ -33,7 +33,8 @@ pub(super) fn track(camera: &Camera, follower: &Follower, exposure_s: f64) -> Tr
         let scale_m_per_px = camera.scale_m_per_px(s.blob.centroid, target.object.height_m);
         let doubtful = strange > 1.0 || s.blob.cut;
         // What hides part of a marker moves its centroid by up to about that part of its radius.
-        let spoilt_m = if doubtful { strange * USUAL_LOOK * target.object.marker.shape.outer_radius_m() } else { 0.0 };
+        let spoilt_m =
+            if doubtful { strange * USUAL_LOOK * target.object.marker.shape.outer_radius_m() } else { 0.0 };
         Sample {
             // A rolling shutter takes lower rows later.
             time_s: s.time_s + camera.readout_s * s.blob.centroid.y / camera.size_px[1] as f64,
@@ -114,7 +115,8 @@ fn strangeness(camera: &Camera, follower: &Follower, covariances_px2: &[[f64; 3]
         .zip(covariances_px2)
         .map(|(seen, &covariance_px2)| {
             let Moments { covariance, .. } = follower.target.picture(camera, seen.pose);
-            let ((long, short, _), (due_long, due_short, _)) = (principal(covariance_px2), principal(covariance));
+            let ((long, short, _), (due_long, due_short, _)) =
+                (principal(covariance_px2), principal(covariance));
             // Moments go with the square of lengths, as the area does.
             [seen.area_ratio.ln() / 2.0, (long / due_long).ln() / 2.0, (short / due_short).ln() / 2.0]
         })
@@ -148,8 +150,12 @@ pub(super) fn gaps(camera: &Camera, follower: &Follower, times_s: &[f64]) -> Vec
     }
     let missed = times_s.len() - 1 - last.frame;
     if missed > 0 {
-        let reason = if near_edge(camera, follower, last) { "left the picture" } else { "was not found again" };
-        gaps.push(format!("`{name}` {reason} after {:.3} s; its last {missed} frames are missing", last.time_s));
+        let reason =
+            if near_edge(camera, follower, last) { "left the picture" } else { "was not found again" };
+        gaps.push(format!(
+            "`{name}` {reason} after {:.3} s; its last {missed} frames are missing",
+            last.time_s
+        ));
     }
     gaps
 }

@@ -108,7 +108,8 @@ fn gather(groups: &mut Vec<Group>, sighting: Sighting) {
     let area = sighting.component.area_px as f64;
     let same = |group: &&mut Group| {
         group.sightings.last().is_some_and(|last| {
-            let same_side = matches!(last.level, Level::Below(_)) == matches!(sighting.level, Level::Below(_));
+            let same_side =
+                matches!(last.level, Level::Below(_)) == matches!(sighting.level, Level::Below(_));
             let near = last.rank + 2 >= sighting.rank && last.rank < sighting.rank;
             same_side && near && same_place(last.component.centroid(), place, area)
         })

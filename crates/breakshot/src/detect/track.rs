@@ -153,7 +153,8 @@ impl<'a> Tracker<'a> {
         let all = component_areas_px(camera, &targets);
         // Partly covered markers are smaller.
         let areas_px = (*all.start() as f64 * 2.0 * AREA_RATIOS.start()) as u64..=*all.end();
-        let followers = starts.into_iter().map(|(target, start)| Follower::new(target, &start, camera)).collect();
+        let followers =
+            starts.into_iter().map(|(target, start)| Follower::new(target, &start, camera)).collect();
         let labeller = Labeller::default();
         Self { camera, followers, areas_px, labeller, threshold, times_s: Vec::new(), interval_s }
     }
@@ -207,7 +208,8 @@ impl<'a> Tracker<'a> {
         let mut shared: Vec<(bool, [f64; 2])> = Vec::new();
         for follower in &self.followers {
             let (darker, [low, high]) = (follower.contrast > 0.0, follower.clean_levels());
-            let common = |&&mut (side, [l, h]): &&mut (bool, [f64; 2])| side == darker && l.max(low) < h.min(high);
+            let common =
+                |&&mut (side, [l, h]): &&mut (bool, [f64; 2])| side == darker && l.max(low) < h.min(high);
             match shared.iter_mut().find(common) {
                 Some((_, range)) => *range = [range[0].max(low), range[1].min(high)],
                 None => shared.push((darker, [low, high])),
@@ -303,10 +305,13 @@ impl<'a> Tracker<'a> {
             let level = if darker { Level::Below(level) } else { Level::Above(level) };
             for component in self.labeller.components(image, window, level, &areas_px) {
                 let part = Part { component: *component, level };
-                let taken = sights.iter().flatten().any(|(_, blob)| {
-                    blob.centroid.distance_px(component.centroid()) < area_px2.sqrt() / 2.0
-                });
-                let fits = self.followers[k].target.full_enough(component.area_px as f64, component.covariance_px2());
+                let taken = sights
+                    .iter()
+                    .flatten()
+                    .any(|(_, blob)| blob.centroid.distance_px(component.centroid()) < area_px2.sqrt() / 2.0);
+                let fits = self.followers[k]
+                    .target
+                    .full_enough(component.area_px as f64, component.covariance_px2());
                 let off_px = component.centroid().distance_px(at);
                 if !taken && fits && best.is_none_or(|(least, _)| off_px < least) {
                     best = Some((off_px, part));
