@@ -318,7 +318,7 @@ const PLANE_ROUNDS: usize = 5;
 /// Standard deviations beyond which a grey level is something else than background.
 const OUTLIER_STDS: f64 = 3.0;
 /// The standard deviation of a normal distribution over the median of its absolute values.
-const NORMAL_PER_MEDIAN: f64 = 1.4826;
+pub(super) const NORMAL_PER_MEDIAN: f64 = 1.4826;
 /// The standard deviation of rounding to whole grey levels.
 const ROUNDING_STD: f64 = 0.29;
 

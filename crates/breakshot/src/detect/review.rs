@@ -3,38 +3,34 @@
 //! Once the whole clip has been seen, every marker's usual look is known; frames in which it looks different are
 //! marked, and the smear along the motion while the shutter was open is taken out of the angles.
 
-use super::blob::median;
-use super::marker::{Moments, Sight, principal};
+use super::blob::{NORMAL_PER_MEDIAN, median};
+use super::marker::{Sight, Target, principal};
 use super::track::{Follower, Seen};
 use super::{Sample, Track};
 use crate::capture::Camera;
 use crate::geometry::Pixel;
+use std::f64::consts::PI;
 
-/// A marker whose area or axes differ from the usual ones by this part has something across it: noise and compression
-/// leave a third of that on a marker ten pixels wide.
-const USUAL_LOOK: f64 = 0.04;
+/// A marker whose half axes differ from the usual ones by more than this (px) has something across it: compression
+/// in motion leaves about a tenth of a pixel.
+const USUAL_LOOK_PX: f64 = 0.35;
 /// Or by this many times their own scatter, where that is larger.
 const USUAL_SCATTERS: f64 = 5.0;
 
 /// The track of one follower, in the order of time.
 pub(super) fn track(camera: &Camera, follower: &Follower, exposure_s: f64) -> Track {
     let target = &follower.target;
-    let sharp = follower.seen.iter().enumerate().map(|(k, s)| {
-        let smear_px = speed_px_s(&follower.seen, k).map(|v| v * exposure_s);
-        unsmeared(s.blob.covariance_px2, smear_px)
-    });
-    let sharp: Vec<[f64; 3]> = sharp.collect();
-    let strange = strangeness(camera, follower, &sharp);
+    let smears_px: Vec<[f64; 2]> =
+        (0..follower.seen.len()).map(|k| speed_px_s(&follower.seen, k).map(|v| v * exposure_s)).collect();
+    let looks: Vec<Look> = follower.seen.iter().zip(&smears_px).map(|(s, smear)| look(camera, target, s, *smear)).collect();
+    let strange = strangeness(&looks);
     let mut yaw_near_rad = follower.seen.first().map_or(0.0, |s| s.pose.yaw_rad);
-    let samples = follower.seen.iter().zip(sharp).zip(strange).map(|((s, covariance_px2), strange)| {
-        let sight = Sight { centroid: s.blob.centroid, axis_rad: principal(covariance_px2).2 };
+    let samples = follower.seen.iter().zip(&looks).zip(strange).map(|((s, look), strange_px)| {
+        let sight = Sight { centroid: s.blob.centroid, axis_rad: look.axis_rad };
         let pose = target.pose(camera, sight, yaw_near_rad);
         yaw_near_rad = pose.yaw_rad;
         let scale_m_per_px = camera.scale_m_per_px(s.blob.centroid, target.object.height_m);
-        let doubtful = strange > 1.0 || s.blob.cut;
-        // What hides part of a marker moves its centroid by up to about that part of its radius.
-        let spoilt_m =
-            if doubtful { strange * USUAL_LOOK * target.object.marker.shape.outer_radius_m() } else { 0.0 };
+        let doubtful = strange_px.is_some() || s.blob.cut;
         Sample {
             // A rolling shutter takes lower rows later.
             time_s: s.time_s + camera.readout_s * s.blob.centroid.y / camera.size_px[1] as f64,
@@ -46,7 +42,8 @@ pub(super) fn track(camera: &Camera, follower: &Follower, exposure_s: f64) -> Tr
             yaw_rate_rad_s: None,
             ax_m_s2: None,
             ay_m_s2: None,
-            std_m: scale_m_per_px * s.blob.std_px + spoilt_m,
+            // What takes a strip from a marker's side moves its centroid by about as much.
+            std_m: scale_m_per_px * (s.blob.std_px + strange_px.unwrap_or(0.0)),
             doubtful,
         }
     });
@@ -91,15 +88,32 @@ fn smear(camera: &Camera, follower: &Follower, k: usize) -> (f64, f64) {
     (speed_px_s, ux * ux * xx + 2.0 * ux * uy * xy + uy * uy * yy)
 }
 
-/// Speed in the picture from the neighbours in time (px/s).
+/// Speed in the picture (px/s) over the two intervals before, around or after a sample, whichever are the most alike:
+/// no impact lies between them.
 fn speed_px_s(seen: &[Seen], k: usize) -> [f64; 2] {
-    let (before, after) = (&seen[k.saturating_sub(1)], &seen[(k + 1).min(seen.len() - 1)]);
-    let dt_s = after.time_s - before.time_s;
-    if dt_s <= 0.0 {
-        return [0.0, 0.0];
+    let rate = |i: usize| {
+        let (before, after) = (&seen[i], &seen[i + 1]);
+        let dt_s = after.time_s - before.time_s;
+        let (from, to) = (before.blob.centroid, after.blob.centroid);
+        [(to.x - from.x) / dt_s, (to.y - from.y) / dt_s]
+    };
+    let mut best = ([0.0, 0.0], f64::INFINITY);
+    for first in k.saturating_sub(2)..=k {
+        if first + 2 < seen.len() {
+            let ([ux, uy], [vx, vy]) = (rate(first), rate(first + 1));
+            let change = (vx - ux).hypot(vy - uy);
+            if change < best.1 {
+                // At the middle sample the mean, at the outer ones the nearer interval's rate.
+                let at = match k - first {
+                    0 => [ux, uy],
+                    1 => [f64::midpoint(ux, vx), f64::midpoint(uy, vy)],
+                    _ => [vx, vy],
+                };
+                best = (at, change);
+            }
+        }
     }
-    let (from, to) = (before.blob.centroid, after.blob.centroid);
-    [(to.x - from.x) / dt_s, (to.y - from.y) / dt_s]
+    best.0
 }
 
 /// Second moments without those of a smear of this length (px).
@@ -107,34 +121,48 @@ fn unsmeared([xx, xy, yy]: [f64; 3], [sx, sy]: [f64; 2]) -> [f64; 3] {
     [xx - sx * sx / 12.0, xy - sx * sy / 12.0, yy - sy * sy / 12.0]
 }
 
-/// How strange each sight of a marker is: above 1 too strange for noise.
-fn strangeness(camera: &Camera, follower: &Follower, covariances_px2: &[[f64; 3]]) -> Vec<f64> {
-    let looks: Vec<[f64; 3]> = follower
-        .seen
-        .iter()
-        .zip(covariances_px2)
-        .map(|(seen, &covariance_px2)| {
-            let Moments { covariance, .. } = follower.target.picture(camera, seen.pose);
-            let ((long, short, _), (due_long, due_short, _)) =
-                (principal(covariance_px2), principal(covariance));
-            // Moments go with the square of lengths, as the area does.
-            [seen.area_ratio.ln() / 2.0, (long / due_long).ln() / 2.0, (short / due_short).ln() / 2.0]
-        })
-        .collect();
-    let mut strangeness = vec![0.0; looks.len()];
-    for i in 0..3 {
-        if looks.is_empty() {
-            break;
-        }
-        let usual = median(looks.iter().map(|look| look[i]).collect());
-        let scatter = 1.4826 * median(looks.iter().map(|look| (look[i] - usual).abs()).collect());
-        let limit = (USUAL_SCATTERS * scatter).max(USUAL_LOOK / 2.0);
-        for (strange, look) in strangeness.iter_mut().zip(&looks) {
-            *strange = f64::max(*strange, (look[i] - usual).abs() / limit);
+/// What a marker looked like, the smear of its motion taken out.
+struct Look {
+    /// Direction of its long axis in the picture (rad).
+    axis_rad: f64,
+    /// Mean radius and half axes, less the expected ones (px).
+    excess_px: [f64; 3],
+    /// Length of the smear (px).
+    smear_px: f64,
+}
+
+fn look(camera: &Camera, target: &Target, seen: &Seen, smear_px: [f64; 2]) -> Look {
+    let due = target.picture(camera, seen.pose);
+    let (long, short, axis_rad) = principal(unsmeared(seen.blob.covariance_px2, smear_px));
+    let (due_long, due_short, _) = principal(due.covariance);
+    let half_axis_px = |of: f64, due: f64| 2.0 * of.sqrt() - 2.0 * due.sqrt();
+    let radius_px = (seen.blob.area_px2 / PI).sqrt() - (due.area / PI).sqrt();
+    Look {
+        axis_rad,
+        excess_px: [radius_px, half_axis_px(long, due_long), half_axis_px(short, due_short)],
+        smear_px: smear_px[0].hypot(smear_px[1]),
+    }
+}
+
+/// By how much (px) the size of each sight differs from this marker's usual one, where that is more than noise.
+fn strangeness(looks: &[Look]) -> Vec<Option<f64>> {
+    let mut strangeness: Vec<Option<f64>> = vec![None; looks.len()];
+    for i in 0..if looks.is_empty() { 0 } else { 3 } {
+        let usual = median(looks.iter().map(|look| look.excess_px[i]).collect());
+        let scatter = NORMAL_PER_MEDIAN * median(looks.iter().map(|look| (look.excess_px[i] - usual).abs()).collect());
+        for (strange, look) in strangeness.iter_mut().zip(looks) {
+            let off_px = (look.excess_px[i] - usual).abs();
+            let limit_px = (USUAL_SCATTERS * scatter).max(USUAL_LOOK_PX) + SMEAR_KNOWN * look.smear_px;
+            if off_px > limit_px {
+                *strange = Some(strange.map_or(off_px, |s| s.max(off_px)));
+            }
         }
     }
     strangeness
 }
+
+/// How well the length of a smear is known: the shutter's opening and closing is anyone's guess.
+const SMEAR_KNOWN: f64 = 0.1;
 
 /// When a follower was out of sight, and whether it left the picture.
 pub(super) fn gaps(camera: &Camera, follower: &Follower, times_s: &[f64]) -> Vec<String> {
