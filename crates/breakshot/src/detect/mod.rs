@@ -127,7 +127,7 @@ pub fn tracks(
     layout: &Layout,
     options: &Options,
 ) -> Result<Tracks> {
-    let Capture { mut footage, camera } = capture;
+    let Capture { mut footage, camera, .. } = capture;
     let clip = Clip { name: footage.name().to_string(), camera: &camera, targets: targets(objects, names)? };
     let mut tracks = clip.tracks(&mut footage, layout, options)?;
     tracks.warnings.splice(0..0, footage.warnings().iter().cloned());
@@ -146,7 +146,7 @@ pub fn placed(
     names: &[String],
     options: &Options,
 ) -> Result<(Vec<Placed>, Vec<String>)> {
-    let Capture { mut footage, camera } = capture;
+    let Capture { mut footage, camera, .. } = capture;
     let clip = Clip { name: footage.name().to_string(), camera: &camera, targets: targets(objects, names)? };
     let opening = clip.opening(&mut footage)?;
     let (starts, warnings) = clip.starts(&opening, &Layout::Unknown, options)?;

@@ -22,7 +22,8 @@ pub(super) fn track(camera: &Camera, follower: &Follower, exposure_s: f64) -> Tr
     let target = &follower.target;
     let smears_px: Vec<[f64; 2]> =
         (0..follower.seen.len()).map(|k| speed_px_s(&follower.seen, k).map(|v| v * exposure_s)).collect();
-    let looks: Vec<Look> = follower.seen.iter().zip(&smears_px).map(|(s, smear)| look(camera, target, s, *smear)).collect();
+    let looks: Vec<Look> =
+        follower.seen.iter().zip(&smears_px).map(|(s, smear)| look(camera, target, s, *smear)).collect();
     let strange = strangeness(&looks);
     let mut yaw_near_rad = follower.seen.first().map_or(0.0, |s| s.pose.yaw_rad);
     let samples = follower.seen.iter().zip(&looks).zip(strange).map(|((s, look), strange_px)| {
@@ -149,7 +150,8 @@ fn strangeness(looks: &[Look]) -> Vec<Option<f64>> {
     let mut strangeness: Vec<Option<f64>> = vec![None; looks.len()];
     for i in 0..if looks.is_empty() { 0 } else { 3 } {
         let usual = median(looks.iter().map(|look| look.excess_px[i]).collect());
-        let scatter = NORMAL_PER_MEDIAN * median(looks.iter().map(|look| (look.excess_px[i] - usual).abs()).collect());
+        let scatter =
+            NORMAL_PER_MEDIAN * median(looks.iter().map(|look| (look.excess_px[i] - usual).abs()).collect());
         for (strange, look) in strangeness.iter_mut().zip(looks) {
             let off_px = (look.excess_px[i] - usual).abs();
             let limit_px = (USUAL_SCATTERS * scatter).max(USUAL_LOOK_PX) + SMEAR_KNOWN * look.smear_px;

@@ -21,8 +21,6 @@ pub(super) struct Seen {
     pub time_s: f64,
     pub pose: Pose,
     pub blob: Blob,
-    /// Its area over the area expected at this pose.
-    pub area_ratio: f64,
     /// Whether it looked as whole as before.
     pub whole: bool,
 }
@@ -113,7 +111,7 @@ impl<'a> Follower<'a> {
         if change > 0.0 && self.target.mismatch(camera, &blob).tolerable() {
             self.area_ratio += NEWEST * (area_ratio - self.area_ratio);
         }
-        self.seen.push(Seen { frame, time_s, pose, blob, area_ratio, whole });
+        self.seen.push(Seen { frame, time_s, pose, blob, whole });
     }
 }
 
