@@ -200,7 +200,7 @@ fn top_box(file: &mut File, at: u64, length: u64) -> Result<Option<([u8; 4], u64
     let left = length - at;
     let head = read_at(file, at, left.min(16))?;
     // Some recorders fill the file up with zeros.
-    if head.iter().all(|&byte| byte == 0) {
+    if left == 0 || (left >= 8 && head.iter().all(|&byte| byte == 0)) {
         return Ok(None);
     }
     let mut numbers = Bytes::of(*b"file", &head);

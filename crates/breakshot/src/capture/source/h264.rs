@@ -325,11 +325,25 @@ impl Bits<'_> {
     }
 }
 
+/// Coding tools that the decoder knows and does not have; any other complaint of its is about damaged bytes.
+const FOREIGN_TOOLS: [&str; 7] = [
+    "non-4:2:0 chroma",
+    "bit depth > 8",
+    "interlace",
+    "slice groups",
+    "SP/SI slices",
+    "explicit B weighted prediction",
+    "transform-bypass",
+];
+
 /// The decoder's own words, as a refusal.
 fn refusal(error: &DecodeError) -> Refusal {
     match error {
-        DecodeError::Unsupported(what) if !what.starts_with("invalid") => {
+        DecodeError::Unsupported(what) if FOREIGN_TOOLS.iter().any(|tool| what.starts_with(tool)) => {
             Refusal::convertible(format!("H.264 with {what}"))
+        }
+        DecodeError::Unsupported(what) => {
+            Refusal::damaged(format!("a picture that cannot be decoded ({what})"))
         }
         other => Refusal::damaged(format!("a picture that cannot be decoded ({other})")),
     }

@@ -12,7 +12,7 @@ use std::collections::BTreeMap;
 use std::fs::File;
 use std::path::{Path, PathBuf};
 
-/// Opens an MP4 and checks all that can be checked without decoding it.
+/// Opens an MP4 and checks all that can be checked without decoding more than its first picture.
 pub(super) fn open(path: &Path, mut file: File) -> Result<Opened> {
     let length = file.metadata().map_err(|source| Error::Read { path: path.into(), source })?.len();
     let track = mp4::read(&mut file, length).map_err(|refusal| refusal.of(path))?;
@@ -52,7 +52,7 @@ impl Movie {
             warnings,
             frames: Box::new(std::iter::empty()),
         };
-        let movie = Self {
+        let mut movie = Self {
             path: path.into(),
             file,
             samples: track.samples,
@@ -65,6 +65,8 @@ impl Movie {
             waiting: BTreeMap::new(),
             last: None,
         };
+        // What the decoder cannot do shows in the first picture.
+        movie.decode_next()?;
         Ok((opened, movie))
     }
 

@@ -3,6 +3,7 @@
 //! Only the film's own track is read; whatever cameras put beside it is passed over.
 
 use super::boxes::{self, Boxes, Bytes, text};
+use super::check_size;
 use super::orientation::Orientation;
 use super::refusal::Refusal;
 use super::samples::{self, Sample};
@@ -171,8 +172,11 @@ fn coding(name: [u8; 4], mut entry: Bytes) -> Result<Coding> {
         let what = known.map_or(format!("`{}`", text(name)), |(_, what)| (*what).to_string());
         return Err(Refusal::convertible(format!("a film coded as {what}")));
     }
-    // What every visual sample entry begins with.
-    entry.take(78)?;
+    // What every visual sample entry begins with; the pictures' size lies within.
+    entry.take(24)?;
+    let (width, height) = (entry.u16()?, entry.u16()?);
+    check_size(u64::from(width), u64::from(height))?;
+    entry.take(50)?;
     let mut config = entry.boxes().need(*b"avcC")?;
     config.take(4)?;
     let length_bytes = usize::from(config.u8()? & 3) + 1;
@@ -180,7 +184,10 @@ fn coding(name: [u8; 4], mut entry: Bytes) -> Result<Coding> {
     for mask in [0x1f, 0xff] {
         for _ in 0..config.u8()? & mask {
             let size = config.u16()?;
-            parameter_sets.push(config.take(usize::from(size))?.to_vec());
+            let unit = config.take(usize::from(size))?;
+            if !unit.is_empty() {
+                parameter_sets.push(unit.to_vec());
+            }
         }
     }
     Ok(Coding { length_bytes, parameter_sets })

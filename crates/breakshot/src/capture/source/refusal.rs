@@ -4,7 +4,10 @@ use crate::error::Error;
 use std::path::Path;
 
 /// What can be read.
-const READABLE: &str = "an MP4 or MOV with progressive 8-bit 4:2:0 H.264, a Y4M, a PNG or a folder of PNGs";
+const READABLE: &str = "MP4 or MOV (H.264, 8 bit, 4:2:0, progressive), Y4M, PNG or a folder of PNGs";
+
+/// How to turn any other film into one.
+const CONVERT: &str = "ffmpeg -i FILM -c:v libx264 -crf 12 -pix_fmt yuv420p NEW.mp4";
 
 /// What was found and what is needed instead.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -26,8 +29,7 @@ impl Refusal {
 
     /// A film that a converter can turn into one that is read.
     pub(super) fn convertible(found: impl Into<String>) -> Self {
-        let needed =
-            format!("{READABLE}; `ffmpeg -i FILM -c:v libx264 -crf 12 -pix_fmt yuv420p NEW.mp4` converts it");
+        let needed = format!("{READABLE}; to convert: {CONVERT}");
         Self { found: found.into(), needed }
     }
 

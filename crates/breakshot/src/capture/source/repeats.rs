@@ -2,7 +2,7 @@
 //!
 //! A film that was re-timed (30 to 60 frames a second) stands still every second frame; speeds read from it are wrong.
 
-use crate::capture::{Frame, GreyImage};
+use crate::capture::Frame;
 
 /// Pictures are compared block by block: this wide, and as high, of which every [`ROW_STEP`]th row is looked at.
 const BLOCK_PX: usize = 16;
@@ -14,10 +14,16 @@ const STILL_SHARE: f64 = 0.25;
 /// How many frames before and behind are looked at for motion (24 to 60 frames a second repeats up to twice).
 const NEIGHBOURS: usize = 3;
 
+/// So many repeats, and such a share of the frames between the first and the last one, make a film re-timed.
+const RETIMED_COUNT: usize = 4;
+const RETIMED_SHARE: f64 = 0.05;
+
 /// Watches a film go by.
 #[derive(Debug, Default)]
 pub(crate) struct Repeats {
+    /// The rows that are looked at, of the last frame and of this one.
     last: Vec<u8>,
+    rows: Vec<u8>,
     /// Of each frame its time (s) and the greatest change of a block since the frame before.
     changes: Vec<(f64, f64)>,
 }
@@ -25,38 +31,45 @@ pub(crate) struct Repeats {
 impl Repeats {
     /// Looks at the next frame.
     pub(crate) fn see(&mut self, frame: &Frame) {
-        let rows = sampled_rows(&frame.image);
-        let change = if rows.len() == self.last.len() {
-            greatest_change(&self.last, &rows, frame.image.width)
-        } else {
-            0.0
-        };
+        let width = frame.image.width.max(1);
+        self.rows.clear();
+        for row in frame.image.pixels.chunks(width).step_by(ROW_STEP) {
+            self.rows.extend_from_slice(row);
+        }
+        let comparable = self.rows.len() == self.last.len();
+        let change = if comparable { greatest_change(&self.last, &self.rows, width) } else { 0.0 };
         self.changes.push((frame.time_s, change));
-        self.last = rows;
+        std::mem::swap(&mut self.last, &mut self.rows);
     }
 
     /// What the user should know, once all frames went by.
     pub(crate) fn warning(&self) -> Option<String> {
-        let moving = self.changes.iter().filter(|(_, change)| *change >= MOVING).count();
         let repeated: Vec<usize> = (1..self.changes.len()).filter(|&n| self.is_repeat(n)).collect();
-        let first = repeated.first()?;
-        let (count, span) = (repeated.len(), repeated.len() + moving);
-        let frames = self.changes.len();
-        let rate = if 20 * count < span {
-            String::new()
+        let (&first, &last) = (repeated.first()?, repeated.last()?);
+        let (count, frames, first_s) = (repeated.len(), self.changes.len(), self.changes[first].0);
+        let share = (count - 1) as f64 / (last - first).max(1) as f64;
+        let retimed = if count >= RETIMED_COUNT && share >= RETIMED_SHARE {
+            self.retimed(share)
         } else {
-            let share = count as f64 / span as f64;
-            let often = if share > 0.4 {
-                "every second frame".into()
-            } else {
-                format!("{:.0} % of them", 100.0 * share)
-            };
-            format!(
-                ": while things move, {often} repeats, so the film was re-timed and speeds read from it are wrong"
-            )
+            String::new()
         };
-        let time_s = self.changes[*first].0;
-        Some(format!("{count} of {frames} frames repeat the one before (first at {time_s:.3} s){rate}"))
+        Some(format!(
+            "{count} of {frames} frames repeat the one before, the first at {first_s:.3} s{retimed}"
+        ))
+    }
+
+    /// That a share of the frames repeats, and what that means.
+    fn retimed(&self, share: f64) -> String {
+        let often = match (100.0 * share).round() {
+            46.0..=54.0 => "every second frame".into(),
+            percent => format!("{percent} % of the frames"),
+        };
+        let rate_hz = self.changes.last().map_or(0.0, |(last_s, _)| (self.changes.len() - 1) as f64 / last_s);
+        let filmed_hz = rate_hz * (1.0 - share);
+        format!(
+            " ({often} while things move): re-timed from about {filmed_hz:.0} to {rate_hz:.0} frames/s, so speeds read \
+             from it are wrong"
+        )
     }
 
     /// Whether frame `n` stands still between frames that move.
@@ -68,11 +81,6 @@ impl Repeats {
         let motion = before.min(behind);
         motion >= MOVING && self.changes[n].1 <= STILL_SHARE * motion
     }
-}
-
-/// Every [`ROW_STEP`]th row.
-fn sampled_rows(image: &GreyImage) -> Vec<u8> {
-    image.pixels.chunks(image.width.max(1)).step_by(ROW_STEP).flatten().copied().collect()
 }
 
 /// The greatest mean difference of a block between two pictures' sampled rows.
@@ -91,4 +99,48 @@ fn greatest_change(before: &[u8], now: &[u8], width: usize) -> f64 {
         greatest = greatest.max(sums.iter().copied().max().unwrap_or(0));
     }
     f64::from(greatest) / (rows * BLOCK_PX) as f64
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::capture::GreyImage;
+
+    /// A dark square at `x_px` on a grainy table.
+    fn frame(n: usize, x_px: usize) -> Frame {
+        let (width, height) = (160, 96);
+        let pixels = (0..width * height).map(|at| {
+            let (x, y) = (at % width, at / width);
+            let grain = (at * 7919 + n * 104_729) % 5;
+            if (x_px..x_px + 20).contains(&x) && (40..60).contains(&y) { 30 } else { 180 + grain as u8 }
+        });
+        Frame { time_s: n as f64 / 60.0, image: GreyImage { width, height, pixels: pixels.collect() } }
+    }
+
+    fn said(places_px: impl Iterator<Item = usize>) -> Option<String> {
+        let mut repeats = Repeats::default();
+        places_px.enumerate().for_each(|(n, x_px)| repeats.see(&frame(n, x_px)));
+        repeats.warning()
+    }
+
+    #[test]
+    fn a_film_that_stands_still_every_second_frame_is_named() {
+        let words = said((0..40).map(|n| 3 * (n / 2))).unwrap();
+        assert!(words.contains("every second frame"), "said: {words}");
+        assert!(words.contains("from about 30 to 60 frames/s"), "said: {words}");
+    }
+
+    #[test]
+    fn one_repeated_frame_is_found() {
+        let words = said((0..40).map(|n| if n < 20 { 3 * n } else { 3 * (n - 1) })).unwrap();
+        assert!(words.starts_with("1 of 40 frames"), "said: {words}");
+        assert!(words.contains("at 0.333 s") && !words.contains("re-timed"), "said: {words}");
+    }
+
+    #[test]
+    fn an_object_at_rest_before_and_after_its_slide_repeats_nothing() {
+        assert_eq!(said((0..60_usize).map(|n| n.clamp(20, 40) * 2)), None);
+        assert_eq!(said((0..60).map(|_| 30)), None);
+        assert_eq!(said(std::iter::once(30)), None);
+    }
 }

@@ -1,0 +1,238 @@
+//! Films as they come: what is read from them equals what ffmpeg reads, and what cannot be read is refused by name.
+
+#![allow(clippy::unwrap_used, reason = "a test may stop where it fails")]
+
+use breakshot::capture::{Footage, Frame};
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+fn data(film: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/footage").join(film)
+}
+
+/// FNV-1a.
+fn code(pixels: &[u8]) -> u64 {
+    pixels.iter().fold(0xcbf2_9ce4_8422_2325, |code, &p| (code ^ u64::from(p)).wrapping_mul(0x0100_0000_01b3))
+}
+
+/// All that is said on the way to the last frame: the number of frames, or the error.
+fn played(path: &Path) -> Result<usize, String> {
+    let mut count = 0;
+    for frame in Footage::open(path).map_err(|e| e.to_string())? {
+        frame.map_err(|e| e.to_string())?;
+        count += 1;
+    }
+    Ok(count)
+}
+
+/// Writes a file in place: emptying it first makes some file systems wait for the disk.
+fn overwrite(path: &Path, bytes: &[u8]) {
+    let mut file = std::fs::OpenOptions::new().write(true).create(true).truncate(false).open(path).unwrap();
+    file.write_all(bytes).unwrap();
+    file.set_len(bytes.len() as u64).unwrap();
+}
+
+/// Writes a file into a fresh folder and plays it.
+fn played_bytes(name: &str, bytes: &[u8]) -> Result<usize, String> {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join(name);
+    std::fs::write(&path, bytes).unwrap();
+    played(&path)
+}
+
+#[test]
+fn luma_and_times_are_what_ffmpeg_decodes() {
+    let listing = std::fs::read_to_string(data("luma.txt")).unwrap();
+    let mut wanted = listing.lines().filter(|line| !line.starts_with('#')).peekable();
+    while let Some(title) = wanted.next() {
+        let (film, size) = title.split_once(' ').unwrap();
+        let footage = Footage::open(&data(film)).unwrap();
+        let [width, height] = footage.size_px();
+        assert_eq!(format!("{width}x{height}"), size, "size of {film}");
+        let count = footage.frame_count().unwrap();
+        let frames: Vec<Frame> = footage.map(Result::unwrap).collect();
+        assert_eq!(frames.len(), count, "frames of {film}");
+        for (n, frame) in frames.iter().enumerate() {
+            let line = wanted.next().unwrap_or_else(|| panic!("{film}: frame {n} is one too many"));
+            let found = format!("{:.6} {:016x}", frame.time_s, code(&frame.image.pixels));
+            assert_eq!(found, line, "{film}: time (s) and luma of frame {n}");
+        }
+        assert!(wanted.peek().is_none_or(|line| line.contains('x')), "{film}: only {count} frames came");
+    }
+}
+
+#[test]
+fn what_cannot_be_read_is_refused_by_name() {
+    for (film, named) in [
+        ("h265.mp4", "H.265 (HEVC)"),
+        ("ten_bit.mp4", "bit depth > 8"),
+        ("full_colour.mp4", "non-4:2:0"),
+        ("lossless.mp4", "lossless"),
+        ("interlaced.mp4", "interlace"),
+        ("motion_jpeg.mov", "Motion JPEG"),
+        ("sound.mp4", "only sound"),
+        ("make.sh", "a text file"),
+        ("missing.mp4", "cannot be read"),
+    ] {
+        let said = Footage::open(&data(film)).err().unwrap().to_string();
+        assert!(said.contains(film) && said.contains(named) && said.contains("needed: "), "{film}: {said}");
+    }
+    for (name, bytes, named) in [
+        ("film.mp4", &b""[..], "an empty file"),
+        ("film.mp4", b"this is a text\n", "a text file"),
+        ("film.mp4", b"\xff\xd8\xff\xe0\0\x10JFIF\0", "a JPEG picture"),
+        ("film.mp4", b"RIFF\0\0\0\0AVI LIST", "an AVI film"),
+        ("film.png", b"\x1a\x45\xdf\xa3\xa3\x42\x86\x81", "a Matroska"),
+    ] {
+        let said = played_bytes(name, bytes).unwrap_err();
+        assert!(said.contains(name) && said.contains(named), "{said}");
+    }
+}
+
+#[test]
+fn what_is_odd_about_a_film_is_said() {
+    let warnings = |film: &str| {
+        let mut footage = Footage::open(&data(film)).unwrap();
+        footage.by_ref().for_each(|frame| drop(frame.unwrap()));
+        footage.warnings().join("; ")
+    };
+    assert!(
+        warnings("gaps.mp4").contains("3 frames are missing in 3 gaps"),
+        "said: {}",
+        warnings("gaps.mp4")
+    );
+    let retimed = warnings("retimed.mp4");
+    assert!(
+        retimed.contains("every second frame") && retimed.contains("from about 30 to 60"),
+        "said: {retimed}"
+    );
+    assert_eq!(warnings("b_frames.mp4"), "");
+    assert_eq!(warnings("ntsc.mp4"), "");
+}
+
+/// The film with the last `from` in it (the index is at its end) overwritten, patch by patch.
+fn patched(film: &str, patches: &[(&[u8], &[u8])]) -> Vec<u8> {
+    let mut bytes = std::fs::read(data(film)).unwrap();
+    for (from, to) in patches {
+        let at = bytes.windows(from.len()).rposition(|window| window == *from).unwrap();
+        bytes[at..at + to.len()].copy_from_slice(to);
+    }
+    bytes
+}
+
+#[test]
+fn a_damaged_index_is_an_error_that_says_what() {
+    let size = |width: u16, height: u16| [width.to_be_bytes(), height.to_be_bytes()].concat();
+    for (patches, named) in [
+        (&[(&b"moov"[..], &b"free"[..])][..], "no `moov` box"),
+        (&[(b"stsz", b"free")], "`stbl` box has no `stsz`"),
+        (&[(b"vide", b"soun")], "only sound"),
+        (&[(b"ctts", b"free")], "time stamps that go back"),
+        (&[(b"stsz\0\0\0\0\0\0\0\0\0\0\0\x0c", b"stsz\0\0\0\0\0\0\0\0\0\0\0\0")], "0 frames"),
+        (
+            &[(b"stsz\0\0\0\0\0\0\0\0\0\0\0\x0c", b"stsz\0\0\0\0\0\0\0\x01\xff\xff\xff\xff")],
+            "4294967295 frames",
+        ),
+        (&[(b"stsz\0\0\0\0\0\0\0\0\0\0\0\x0c", b"stsz\0\0\0\0\0\0\0\0\xff\xff\xff\xff")], "holds fewer"),
+        (&[(&size(64, 48), &size(20_000, 20_000))], "20000 x 20000"),
+        (&[(b"avc1", b"av01")], "AV1"),
+    ] {
+        let said = played_bytes("film.mp4", &patched("b_frames.mp4", patches)).unwrap_err();
+        assert!(said.contains(named), "wanted `{named}`, said: {said}");
+    }
+}
+
+#[test]
+fn a_film_cut_off_anywhere_is_an_error_and_not_a_shorter_film() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("cut.mp4");
+    for film in ["b_frames.mp4", "negative_delays.mp4"] {
+        let whole = std::fs::read(data(film)).unwrap();
+        for length in 0..whole.len() {
+            overwrite(&path, &whole[..length]);
+            let said = played(&path);
+            assert!(said.is_err(), "{film} cut to {length} of {} bytes: {said:?}", whole.len());
+        }
+    }
+}
+
+#[test]
+fn a_fragmented_film_cut_between_fragments_is_called_doubtful() {
+    let whole = std::fs::read(data("fragmented.mp4")).unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("cut.mp4");
+    let mut between = 0;
+    for length in 0..whole.len() {
+        overwrite(&path, &whole[..length]);
+        if let Ok(footage) = Footage::open(&path) {
+            let said = footage.warnings().join("; ");
+            assert!(said.contains("may have been cut off"), "cut to {length} bytes, said: {said:?}");
+            between += 1;
+        }
+    }
+    assert!((1..=3).contains(&between), "{between} places between three fragments");
+}
+
+#[test]
+fn a_frame_that_is_damaged_is_named() {
+    let whole = std::fs::read(data("b_frames.mp4")).unwrap();
+    let at = whole.windows(4).position(|window| window == b"mdat").unwrap();
+    // The length of the first coded picture's second part reaches past its end.
+    let mut bytes = whole.clone();
+    bytes[at + 4] = 0xff;
+    let said = played_bytes("film.mp4", &bytes).unwrap_err();
+    assert!(said.contains("longer than its frame"), "said: {said}");
+    let mut bytes = whole;
+    bytes[at + 900..at + 1100].fill(0xff);
+    let said = played_bytes("film.mp4", &bytes).unwrap_err();
+    assert!(said.contains("frame ") && said.contains("shown at "), "said: {said}");
+}
+
+/// A small generator of mutations (`SplitMix64`).
+struct Random(u64);
+
+impl Random {
+    fn below(&mut self, limit: usize) -> usize {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        ((z ^ (z >> 31)) % limit.max(1) as u64) as usize
+    }
+
+    fn mutated(&mut self, whole: &[u8]) -> Vec<u8> {
+        let mut bytes = whole.to_vec();
+        for _ in 0..=self.below(6) {
+            let at = self.below(bytes.len() - 4);
+            match self.below(12) {
+                0..=3 => bytes[at] ^= 1 << self.below(8),
+                4..=6 => bytes[at] = self.below(256) as u8,
+                7 => bytes[at] = 0,
+                8 => bytes[at..at + 4].fill(0xff),
+                9 => bytes[at] = bytes[at].wrapping_add(1),
+                10 => drop(bytes.drain(at..=at)),
+                _ => bytes.insert(at, self.below(256) as u8),
+            }
+        }
+        bytes
+    }
+}
+
+#[test]
+fn damaged_bytes_never_panic_and_never_hang() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("film");
+    let films =
+        ["b_frames.mp4", "baseline.mov", "faded.mp4", "fragmented.mp4", "edit_list.mp4", "cropped.mp4"];
+    let wholes: Vec<Vec<u8>> = films.iter().map(|film| std::fs::read(data(film)).unwrap()).collect();
+    let mut random = Random(1);
+    for round in 0..4000 {
+        let whole = &wholes[random.below(wholes.len())];
+        overwrite(&path, &random.mutated(whole));
+        let Ok(footage) = Footage::open(&path) else { continue };
+        // Decoding takes the time: every fourth film is played to its end.
+        if round % 4 == 0 {
+            assert!(footage.take(1000).count() < 1000, "a film of 12 frames that does not end");
+        }
+    }
+}
