@@ -1,3 +1,41 @@
-//! The project's own tasks: `cargo xtask test`, `validate`, `bench`.
+//! The project's own tasks.
+//!
+//! `cargo xtask test` is the one check, the same for people and CI.  `validate` measures against the films and
+//! recordings in `../shared`, `bench` against other programs; both need more than a user has.
 
-fn main() {}
+mod check;
+mod process;
+mod validate;
+
+use std::process::ExitCode;
+
+const USAGE: &str = "\
+usage: cargo xtask TASK
+
+  test             formatting, lints, docs and all tests: what CI runs
+  validate LAB [--details]
+                   accuracy, speed and memory on films with known truth (LAB holds campaign/ and scatter/)
+  deny             licences and sources of all dependencies (installs cargo-deny)
+";
+
+fn main() -> ExitCode {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    let words: Vec<&str> = arguments.iter().map(String::as_str).collect();
+    let done = match words.as_slice() {
+        ["test"] => check::test(),
+        ["validate", lab] => validate::lab(lab.as_ref(), false),
+        ["validate", lab, "--details"] => validate::lab(lab.as_ref(), true),
+        ["deny"] => check::deny(),
+        _ => {
+            eprint!("{USAGE}");
+            return ExitCode::from(2);
+        }
+    };
+    match done {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(message) => {
+            eprintln!("xtask: {message}");
+            ExitCode::FAILURE
+        }
+    }
+}

@@ -1,3 +1,54 @@
-//! The breakshot command line.
+//! The breakshot command line: files in, files out.  The physics is in the library; here are only its doors.
 
-fn main() {}
+mod args;
+mod commands;
+mod console;
+mod story;
+
+use args::{Arguments, Command};
+use clap::Parser;
+use std::process::ExitCode;
+
+/// How a command that did not fail ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Outcome {
+    /// Done.
+    Done,
+    /// Done, but the user should look at the warnings.
+    Doubtful,
+}
+
+impl Outcome {
+    /// Doubtful if there is anything to look at.
+    pub(crate) fn doubtful_if(doubtful: bool) -> Self {
+        if doubtful { Self::Doubtful } else { Self::Done }
+    }
+
+    /// Doubtful if either is.
+    pub(crate) fn and(self, other: Self) -> Self {
+        Self::doubtful_if(self == Self::Doubtful || other == Self::Doubtful)
+    }
+}
+
+fn main() -> ExitCode {
+    let arguments = Arguments::parse();
+    let result = match arguments.command {
+        Command::Demo(args) => commands::demo::run(&args),
+        Command::Init(args) => commands::init::run(&args),
+        Command::Look(args) => commands::look::run(&args),
+        Command::Detect(args) => commands::detect::run(&args),
+        Command::Estimate(args) => commands::estimate::run(&args),
+        Command::Simulate(args) => commands::simulate::run(&args),
+        Command::Plan(args) => commands::plan::run(&args),
+        Command::Verify(args) => commands::verify::run(&args),
+    };
+    match result {
+        Ok(Outcome::Done) => ExitCode::SUCCESS,
+        Ok(Outcome::Doubtful) => ExitCode::from(3),
+        Err(error) => {
+            eprintln!("error: {error}");
+            // A result that cannot be written is the machine's fault or ours; all else is the input's.
+            ExitCode::from(if matches!(error, breakshot::Error::Write { .. }) { 1 } else { 2 })
+        }
+    }
+}

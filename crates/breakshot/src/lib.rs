@@ -35,3 +35,50 @@ pub mod uncertain;
 pub mod verify;
 
 pub use error::{Error, Result};
+
+use campaign::{Campaign, Clip};
+use estimate::ClipTracks;
+use physics::Trajectory;
+use plan::Plan;
+use properties::Properties;
+use scene::Scene;
+
+/// The whole data flow: from the clips of a campaign to the strike for a pile, and what it does.
+///
+/// No strike, no trajectory: then nothing could be reached.
+///
+/// # Errors
+/// The first stage that cannot go on says why.
+pub fn run(campaign: &Campaign, scene: &Scene) -> Result<(Properties, Plan, Option<Trajectory>)> {
+    let clips = campaign.clips.iter().map(|clip| clip_tracks(campaign, clip)).collect::<Result<Vec<_>>>()?;
+    let estimation =
+        estimate::estimation(&clips, &campaign.cell, &campaign.objects, &estimate::Options::default())?;
+    let properties = estimation.properties;
+    let plan = plan::plan(scene, &properties, &plan::Options::default())?;
+    let simulate = |strike| physics::trajectory(scene, &properties, strike, &physics::Options::default());
+    let trajectory = plan.strike.as_ref().map(simulate).transpose()?;
+    Ok((properties, plan, trajectory))
+}
+
+/// The tracks of one clip: its film is opened, its camera found, its objects told apart and followed.
+///
+/// # Errors
+/// See [`capture::capture`] and [`detect::tracks`].
+pub fn clip_tracks(campaign: &Campaign, clip: &Clip) -> Result<ClipTracks> {
+    let layout = match &clip.placed {
+        Some(placed) => detect::Layout::Placed(placed.clone()),
+        None => detect::Layout::AlongStrike {
+            heading_rad: clip.strike.heading_rad,
+            start_m: Some(clip.strike.start_m),
+        },
+    };
+    let film = capture::capture(&clip.video, &campaign.cell)?;
+    let options = detect::Options::default();
+    let tracks = detect::tracks(film, &campaign.objects, &clip.objects, &layout, &options)?;
+    Ok(ClipTracks {
+        name: clip.name(),
+        objects: clip.objects.clone(),
+        strike: Some(clip.strike.clone()),
+        tracks,
+    })
+}

@@ -113,6 +113,27 @@ impl Properties {
         })
     }
 
+    /// Lets `restitution` stand in for every pair of `objects` that was never filmed; gives those pairs.
+    ///
+    /// # Errors
+    /// A restitution outside 0..1.
+    pub fn assume_restitution(&mut self, objects: &[String], restitution: f64) -> Result<Vec<String>> {
+        if !(0.0..=1.0).contains(&restitution) {
+            return Err(Error::invalid("assumed", "restitution", restitution, "a number from 0 to 1"));
+        }
+        let mut assumed = Vec::new();
+        for (k, one) in objects.iter().enumerate() {
+            for other in &objects[k + 1..] {
+                let key = pair_key(one, other);
+                if !self.restitution.contains_key(&key) {
+                    self.restitution.insert(key.clone(), Estimate::assumed(restitution));
+                    assumed.push(key);
+                }
+            }
+        }
+        Ok(assumed)
+    }
+
     /// An error that names the entry unless every value is physically possible.
     ///
     /// # Errors

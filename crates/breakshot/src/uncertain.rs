@@ -24,6 +24,11 @@ impl Estimate {
         Self { mean: value, std: Some(0.0), standard_error: 0.0, interval_95: [value, value], n: 0 }
     }
 
+    /// A value that nobody measured: no clip speaks for it, and it may be anything from 0 to 1.
+    pub const fn assumed(value: f64) -> Self {
+        Self { mean: value, std: None, standard_error: UNIFORM_STD, interval_95: [0.0, 1.0], n: 0 }
+    }
+
     /// The mean of repeated values, each as good as the others.
     ///
     /// One value alone has no spread: then `single_standard_error`, known from elsewhere (the noise of the
@@ -56,6 +61,9 @@ impl Estimate {
         })
     }
 }
+
+/// The standard deviation of a number that is anywhere from 0 to 1 with equal probability: 1/sqrt(12).
+const UNIFORM_STD: f64 = 0.288_675_134_594_813;
 
 /// The two-sided 95 % quantile of the normal distribution.
 const Z_95: f64 = 1.959_963_984_540_054;

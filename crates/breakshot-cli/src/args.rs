@@ -1,0 +1,233 @@
+//! The commands and their flags.
+
+use breakshot::plan::Method;
+use clap::{Args, Parser, Subcommand, ValueEnum};
+use std::path::PathBuf;
+
+/// Learns from strike videos how objects slide and bounce, and plans the one strike that singulates a pile.
+#[derive(Debug, Parser)]
+#[command(name = "breakshot", version, max_term_width = 100)]
+#[command(
+    after_help = "Exit codes: 0 done, 3 done but doubtful (see the warnings), 2 bad usage or input, 1 failure."
+)]
+pub(crate) struct Arguments {
+    #[command(subcommand)]
+    pub(crate) command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+pub(crate) enum Command {
+    /// The whole flow on the built-in example: videos, properties, plan, simulation, comparison, report.
+    #[command(after_help = "Example: breakshot demo -o breakshot-demo")]
+    Demo(DemoArgs),
+    /// Writes commented templates of the input files, and how to film.
+    #[command(after_help = "Example: breakshot init my-cell")]
+    Init(InitArgs),
+    /// What lies on the table now: writes a scene file.
+    #[command(
+        after_help = "Example: breakshot look cell.toml objects.toml pile.png --objects a,b,c -o scene.toml"
+    )]
+    Look(LookArgs),
+    /// Tracks the objects of one clip.
+    #[command(
+        after_help = "Example: breakshot detect cell.toml objects.toml clip.mp4 --objects a,c --strike-heading-rad 0.1 -o tracks.csv"
+    )]
+    Detect(DetectArgs),
+    /// Learns friction, restitution and mass ratios from the clips of a campaign.
+    #[command(after_help = "Example: breakshot estimate campaign.toml -o properties.json")]
+    Estimate(EstimateArgs),
+    /// Simulates one strike on a pile.
+    #[command(
+        after_help = "Example: breakshot simulate scene.toml --properties properties.json --strike strike.json -o trajectory.json"
+    )]
+    Simulate(SimulateArgs),
+    /// Plans the strike that singulates a pile.
+    #[command(after_help = "Example: breakshot plan scene.toml --properties properties.json -o plan.json")]
+    Plan(PlanArgs),
+    /// Compares a filmed strike with its simulation.
+    #[command(
+        after_help = "Example: breakshot verify scene.toml strike.mp4 --properties properties.json --strike plan.json -o report/"
+    )]
+    Verify(VerifyArgs),
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct DemoArgs {
+    /// The folder to write; made if it is not there.
+    #[arg(short, long, default_value = "breakshot-demo", value_name = "DIR")]
+    pub(crate) output: PathBuf,
+    /// Prints the results as JSON.
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct InitArgs {
+    /// The folder to write the templates to.
+    #[arg(default_value = ".", value_name = "DIR")]
+    pub(crate) folder: PathBuf,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct LookArgs {
+    /// The cell file.
+    #[arg(value_name = "CELL")]
+    pub(crate) cell: PathBuf,
+    /// The objects file.
+    #[arg(value_name = "OBJECTS")]
+    pub(crate) objects: PathBuf,
+    /// A video or picture of the table.
+    #[arg(value_name = "VIDEO_OR_IMAGE")]
+    pub(crate) film: PathBuf,
+    /// What lies on the table, separated by commas; `a#2` is a second copy.
+    #[arg(long = "objects", value_name = "NAMES", value_delimiter = ',', required = true)]
+    pub(crate) names: Vec<String>,
+    /// The grey level between markers and objects, instead of the film's own.
+    #[arg(long, value_name = "LEVEL")]
+    pub(crate) threshold: Option<u8>,
+    /// The scene file to write.
+    #[arg(short, long, value_name = "FILE")]
+    pub(crate) output: PathBuf,
+    /// Prints the result as JSON.
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct DetectArgs {
+    /// The cell file.
+    #[arg(value_name = "CELL")]
+    pub(crate) cell: PathBuf,
+    /// The objects file.
+    #[arg(value_name = "OBJECTS")]
+    pub(crate) objects: PathBuf,
+    /// The clip.
+    #[arg(value_name = "VIDEO")]
+    pub(crate) video: PathBuf,
+    /// The objects in it, separated by commas, the struck one first.
+    #[arg(long = "objects", value_name = "NAMES", value_delimiter = ',', required = true)]
+    pub(crate) names: Vec<String>,
+    /// The strike's direction: tells objects with the same marker apart by their order along it.
+    #[arg(long, value_name = "H", conflicts_with = "scene", allow_negative_numbers = true)]
+    pub(crate) strike_heading_rad: Option<f64>,
+    /// A scene file that says where each object lay.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) scene: Option<PathBuf>,
+    /// The grey level between markers and objects, instead of the clip's own.
+    #[arg(long, value_name = "LEVEL")]
+    pub(crate) threshold: Option<u8>,
+    /// The tracks to write: `.csv` or `.json`.
+    #[arg(short, long, value_name = "FILE")]
+    pub(crate) output: PathBuf,
+    /// Prints a summary as JSON.
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct EstimateArgs {
+    /// The campaign file.
+    #[arg(value_name = "CAMPAIGN")]
+    pub(crate) campaign: PathBuf,
+    /// The object whose mass is the unit; the first in the alphabet if not given.
+    #[arg(long, value_name = "NAME")]
+    pub(crate) reference: Option<String>,
+    /// Also writes the tracks of every clip into this folder (JSON).
+    #[arg(long, value_name = "DIR")]
+    pub(crate) tracks: Option<PathBuf>,
+    /// The properties to write.
+    #[arg(short, long, value_name = "FILE")]
+    pub(crate) output: PathBuf,
+    /// Prints the properties as JSON.
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+/// What stands in for a restitution that was never measured.
+#[derive(Debug, Args)]
+pub(crate) struct Assumptions {
+    /// Restitution of pairs that were never filmed; without it such a pair is an error.
+    #[arg(long, value_name = "E")]
+    pub(crate) assume_restitution: Option<f64>,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct SimulateArgs {
+    /// The scene file.
+    #[arg(value_name = "SCENE")]
+    pub(crate) scene: PathBuf,
+    /// The properties file.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) properties: PathBuf,
+    /// A plan, or a file with just the strike.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) strike: PathBuf,
+    #[command(flatten)]
+    pub(crate) assumptions: Assumptions,
+    /// The trajectory to write.
+    #[arg(short, long, value_name = "FILE")]
+    pub(crate) output: PathBuf,
+    /// Prints a summary as JSON.
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+/// The planners by their names on the command line.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub(crate) enum MethodName {
+    /// The paper's feedback on the strike's speed.
+    Paper,
+}
+
+impl From<MethodName> for Method {
+    fn from(name: MethodName) -> Self {
+        match name {
+            MethodName::Paper => Self::Paper,
+        }
+    }
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct PlanArgs {
+    /// The scene file.
+    #[arg(value_name = "SCENE")]
+    pub(crate) scene: PathBuf,
+    /// The properties file.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) properties: PathBuf,
+    /// Which algorithm plans.
+    #[arg(long, value_enum, default_value = "paper")]
+    pub(crate) method: MethodName,
+    #[command(flatten)]
+    pub(crate) assumptions: Assumptions,
+    /// The plan to write.
+    #[arg(short, long, value_name = "FILE")]
+    pub(crate) output: PathBuf,
+    /// Prints the plan as JSON.
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct VerifyArgs {
+    /// The scene file: where the objects lay before the strike.
+    #[arg(value_name = "SCENE")]
+    pub(crate) scene: PathBuf,
+    /// The film of the strike.
+    #[arg(value_name = "VIDEO")]
+    pub(crate) video: PathBuf,
+    /// The properties file.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) properties: PathBuf,
+    /// The plan, or a file with just the strike.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) strike: PathBuf,
+    #[command(flatten)]
+    pub(crate) assumptions: Assumptions,
+    /// The folder for the report.
+    #[arg(short, long, value_name = "DIR")]
+    pub(crate) output: PathBuf,
+    /// Prints the comparison as JSON.
+    #[arg(long)]
+    pub(crate) json: bool,
+}

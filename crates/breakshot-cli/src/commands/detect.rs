@@ -1,0 +1,75 @@
+//! `breakshot detect`: the tracks of one clip.
+
+use crate::args::DetectArgs;
+use crate::{Outcome, console};
+use breakshot::detect::{Layout, Tracks};
+use breakshot::{Error, Result, capture, detect, files};
+use std::fmt::Write;
+use std::path::Path;
+
+/// Tracks the named objects and writes CSV or JSON.
+pub(crate) fn run(args: &DetectArgs) -> Result<Outcome> {
+    let is_csv = csv_wanted(&args.output)?;
+    let cell = files::load_cell(&args.cell)?;
+    let objects = files::load_objects(&args.objects)?;
+    console::note(&objects.notes);
+    let layout = match (&args.scene, args.strike_heading_rad) {
+        (Some(scene), _) => Layout::Placed(files::load_scene(scene)?.value.placed),
+        (None, Some(heading_rad)) => Layout::AlongStrike { heading_rad, start_m: None },
+        (None, None) => Layout::Unknown,
+    };
+    let seen = capture::capture(&args.video, &cell)?;
+    let bar = console::progress(seen.footage.frame_count().unwrap_or(0), "frames");
+    let count = |frames: usize| bar.set_position(frames as u64);
+    let options = detect::Options { threshold: args.threshold, on_frame: Some(&count) };
+    let tracks = detect::tracks(seen, &objects.value, &args.names, &layout, &options)?;
+    bar.finish_and_clear();
+    console::warn(&tracks.warnings);
+    if is_csv {
+        files::write_whole(&args.output, csv(&tracks).as_bytes())?;
+    } else {
+        files::write_json(&args.output, &tracks)?;
+    }
+    if args.json {
+        console::print_json(&tracks)?;
+    } else {
+        for track in &tracks.tracks {
+            println!("{}: {} samples", track.object, track.samples.len());
+        }
+        println!("Wrote {}", args.output.display());
+    }
+    Ok(Outcome::doubtful_if(!tracks.warnings.is_empty()))
+}
+
+fn csv_wanted(output: &Path) -> Result<bool> {
+    match output.extension().and_then(|e| e.to_str()) {
+        Some("csv") => Ok(true),
+        Some("json") => Ok(false),
+        _ => {
+            let name = output.display().to_string();
+            Err(Error::invalid(name, "the output", "of another kind", "a name that ends in .csv or .json"))
+        }
+    }
+}
+
+/// One line a sample; a value that the marker cannot tell is empty.
+fn csv(tracks: &Tracks) -> String {
+    let mut text =
+        String::from("object,time_s,x_m,y_m,yaw_rad,vx_m_s,vy_m_s,yaw_rate_rad_s,ax_m_s2,ay_m_s2\n");
+    let cell = |value: Option<f64>| value.map_or(String::new(), |v| format!("{v:.6}"));
+    for track in &tracks.tracks {
+        for s in &track.samples {
+            let optional = [s.yaw_rad, s.vx_m_s, s.vy_m_s, s.yaw_rate_rad_s, s.ax_m_s2, s.ay_m_s2].map(cell);
+            let _ = writeln!(
+                text,
+                "{},{:.6},{:.7},{:.7},{}",
+                track.object,
+                s.time_s,
+                s.x_m,
+                s.y_m,
+                optional.join(",")
+            );
+        }
+    }
+    text
+}

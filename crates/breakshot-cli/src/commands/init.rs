@@ -1,0 +1,40 @@
+//! `breakshot init`: templates to start from.
+
+use crate::Outcome;
+use crate::args::InitArgs;
+use breakshot::{Error, Result, files};
+
+/// Every template: its file name and its text.
+const TEMPLATES: [(&str, &str); 5] = [
+    ("cell.toml", include_str!("../../templates/cell.toml")),
+    ("objects.toml", include_str!("../../templates/objects.toml")),
+    ("campaign.toml", include_str!("../../templates/campaign.toml")),
+    ("scene.toml", include_str!("../../templates/scene.toml")),
+    ("FILMING.md", include_str!("../../../../docs/filming.md")),
+];
+
+/// Writes the templates; a file that is already there is an error, and then nothing is written.
+pub(crate) fn run(args: &InitArgs) -> Result<Outcome> {
+    let folder = &args.folder;
+    std::fs::create_dir_all(folder).map_err(|source| Error::Write { path: folder.clone(), source })?;
+    if let Some((name, _)) = TEMPLATES.iter().find(|(name, _)| folder.join(name).exists()) {
+        let path = folder.join(name).display().to_string();
+        return Err(Error::invalid(
+            path,
+            "the file",
+            "already there",
+            "a folder without it: nothing was written",
+        ));
+    }
+    for (name, text) in TEMPLATES {
+        files::write_whole(&folder.join(name), text.as_bytes())?;
+    }
+    println!("Wrote to {}:", folder.display());
+    println!("  cell.toml      the camera, the tags, the striker: measure and fill in");
+    println!("  objects.toml   outlines, heights and markers of your objects");
+    println!("  campaign.toml  the list of your strike videos");
+    println!("  scene.toml     a pile and what you want; `breakshot look` can write it from a picture");
+    println!("  FILMING.md     one page on how to film");
+    println!("Next: breakshot calibrate {}/cell.toml CLIP.mp4", folder.display());
+    Ok(Outcome::Done)
+}

@@ -1,0 +1,84 @@
+//! `breakshot look`: what lies on the table now.
+
+use crate::args::LookArgs;
+use crate::{Outcome, console};
+use breakshot::files::{self, SceneFile};
+use breakshot::scene::{Goal, Placed};
+use breakshot::{Error, Result, capture, detect};
+use std::path::{Path, PathBuf};
+
+/// Finds every named object in the picture and writes the scene file.
+pub(crate) fn run(args: &LookArgs) -> Result<Outcome> {
+    let cell = files::load_cell(&args.cell)?;
+    let objects = files::load_objects(&args.objects)?;
+    console::note(&objects.notes);
+    let seen = capture::capture(&args.film, &cell)?;
+    let options = detect::Options { threshold: args.threshold, ..detect::Options::default() };
+    let (placed, warnings) = detect::placed(seen, &objects.value, &args.names, &options)?;
+    console::warn(&warnings);
+    let scene = SceneFile {
+        version: 1,
+        cell: from_folder_of(&args.output, &args.cell)?,
+        objects: from_folder_of(&args.output, &args.objects)?,
+        observed_unix_s: taken_unix_s(&args.film),
+        placed,
+        walls: Vec::new(),
+        keep_out: Vec::new(),
+        goal: Goal::default(),
+    };
+    let text = toml_text(&scene)?;
+    files::write_whole(&args.output, text.as_bytes())?;
+    if args.json {
+        console::print_json(&scene)?;
+    } else {
+        print_table(&scene.placed);
+        println!("Wrote {}", args.output.display());
+    }
+    Ok(Outcome::doubtful_if(!warnings.is_empty()))
+}
+
+fn print_table(placed: &[Placed]) {
+    println!("{:<10} {:>9} {:>9} {:>9}", "object", "x (mm)", "y (mm)", "yaw (deg)");
+    for Placed { object, position_m, yaw_rad } in placed {
+        let (x, y) = (position_m.x * 1e3, position_m.y * 1e3);
+        println!("{object:<10} {x:>9.2} {y:>9.2} {:>9.1}", yaw_rad.to_degrees());
+    }
+}
+
+/// When the picture was taken, as the file system remembers it (s since 1970).
+fn taken_unix_s(film: &Path) -> Option<f64> {
+    let modified = std::fs::metadata(film).and_then(|m| m.modified()).ok()?;
+    let since = modified.duration_since(std::time::UNIX_EPOCH).ok()?;
+    Some(since.as_secs_f64())
+}
+
+fn toml_text(scene: &SceneFile) -> Result<String> {
+    toml::to_string(scene)
+        .map_err(|e| Error::Write { path: "scene.toml".into(), source: std::io::Error::other(e) })
+}
+
+/// How a file is called from the folder of another one: relative where both share a root.
+fn from_folder_of(output: &Path, file: &Path) -> Result<PathBuf> {
+    let absolute = |path: &Path| {
+        std::path::absolute(path).map_err(|source| Error::Read { path: path.to_path_buf(), source })
+    };
+    let (output, file) = (absolute(output)?, absolute(file)?);
+    let folder = output.parent().unwrap_or(Path::new("/"));
+    let shared = folder.components().zip(file.components()).take_while(|(a, b)| a == b).count();
+    let up = folder.components().count() - shared;
+    let down = file.components().skip(shared);
+    Ok(std::iter::repeat_n(PathBuf::from(".."), up).collect::<PathBuf>().join(down.collect::<PathBuf>()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_scene_names_its_files_from_its_own_folder() {
+        let named = |output: &str, file: &str| from_folder_of(Path::new(output), Path::new(file)).unwrap();
+        assert_eq!(named("scene.toml", "cell.toml"), Path::new("cell.toml"));
+        assert_eq!(named("out/scene.toml", "in/cell.toml"), Path::new("../in/cell.toml"));
+        assert_eq!(named("/a/b/scene.toml", "/a/cell.toml"), Path::new("../cell.toml"));
+    }
+}

@@ -1,0 +1,10 @@
+//! One file a command.
+
+pub(crate) mod demo;
+pub(crate) mod detect;
+pub(crate) mod estimate;
+pub(crate) mod init;
+pub(crate) mod look;
+pub(crate) mod plan;
+pub(crate) mod simulate;
+pub(crate) mod verify;

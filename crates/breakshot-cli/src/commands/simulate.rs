@@ -1,0 +1,77 @@
+//! `breakshot simulate`: what one strike does to a pile.
+
+use crate::args::{Assumptions, SimulateArgs};
+use crate::{Outcome, console};
+use breakshot::physics::{self, Trajectory};
+use breakshot::properties::Properties;
+use breakshot::scene::Scene;
+use breakshot::singulation::Singulation;
+use breakshot::{Result, files};
+use std::path::Path;
+
+/// Simulates the strike and writes the trajectory.
+pub(crate) fn run(args: &SimulateArgs) -> Result<Outcome> {
+    let (scene, properties, outcome) = world(&args.scene, &args.properties, &args.assumptions)?;
+    let strike = files::load_strike(&args.strike)?;
+    let trajectory = physics::trajectory(&scene, &properties, &strike, &physics::Options::default())?;
+    console::warn(&trajectory.notes);
+    files::write_json(&args.output, &trajectory)?;
+    if args.json {
+        console::print_json(&Summary::of(&scene, &trajectory)?)?;
+    } else {
+        print_table(&trajectory);
+        println!("Wrote {}", args.output.display());
+    }
+    Ok(outcome)
+}
+
+/// The scene and the properties, with what the user lets stand in for pairs that were never filmed.
+pub(crate) fn world(
+    scene: &Path,
+    properties: &Path,
+    assumptions: &Assumptions,
+) -> Result<(Scene, Properties, Outcome)> {
+    let scene = files::load_scene(scene)?;
+    console::note(&scene.notes);
+    let mut properties = files::load_properties(properties)?;
+    let mut assumed = Vec::new();
+    if let Some(restitution) = assumptions.assume_restitution {
+        let names: Vec<String> = scene.value.placed.iter().map(|p| p.object.clone()).collect();
+        assumed = properties.assume_restitution(&names, restitution)?;
+        for pair in &assumed {
+            eprintln!("warning: restitution of {pair} was never measured; assumed {restitution}");
+        }
+    }
+    Ok((scene.value, properties, Outcome::doubtful_if(!assumed.is_empty())))
+}
+
+/// What `--json` prints.
+#[derive(serde::Serialize)]
+struct Summary<'a> {
+    #[serde(rename = "final")]
+    final_poses: &'a std::collections::BTreeMap<String, breakshot::geometry::Pose>,
+    min_distance_m: Option<f64>,
+    mean_distance_m: Option<f64>,
+    duration_s: f64,
+}
+
+impl<'a> Summary<'a> {
+    fn of(scene: &Scene, trajectory: &'a Trajectory) -> Result<Self> {
+        let singulation = Singulation::of(scene, &trajectory.final_poses)?;
+        Ok(Self {
+            final_poses: &trajectory.final_poses,
+            min_distance_m: singulation.min_distance_m(),
+            mean_distance_m: singulation.mean_distance_m(),
+            duration_s: trajectory.duration_s,
+        })
+    }
+}
+
+fn print_table(trajectory: &Trajectory) {
+    println!("{:<10} {:>9} {:>9} {:>9}", "object", "x (mm)", "y (mm)", "yaw (deg)");
+    for (object, pose) in &trajectory.final_poses {
+        let (x, y) = (pose.position.x * 1e3, pose.position.y * 1e3);
+        println!("{object:<10} {x:>9.1} {y:>9.1} {:>9.1}", pose.yaw_rad.to_degrees());
+    }
+    println!("all at rest after {:.2} s", trajectory.duration_s);
+}

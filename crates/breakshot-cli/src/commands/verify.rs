@@ -1,0 +1,69 @@
+//! `breakshot verify`: a filmed strike beside its simulation.
+
+use super::simulate;
+use crate::args::VerifyArgs;
+use crate::{Outcome, console};
+use breakshot::detect::{self, Layout};
+use breakshot::verify::{self, Filmed, Observed, Report, Story};
+use breakshot::{Error, Result, capture, files, physics};
+
+/// Tracks the film, simulates the strike, writes `report.html`, `report.json`, `distances.csv`, `tracks.json` and
+/// `trajectory.json`.
+pub(crate) fn run(args: &VerifyArgs) -> Result<Outcome> {
+    let (scene, properties, outcome) = simulate::world(&args.scene, &args.properties, &args.assumptions)?;
+    let strike = files::load_strike(&args.strike)?;
+    let trajectory = physics::trajectory(&scene, &properties, &strike, &physics::Options::default())?;
+    let names: Vec<String> = scene.placed.iter().map(|p| p.object.clone()).collect();
+    let film = capture::capture(&args.video, &scene.cell)?;
+    let layout = Layout::Placed(scene.placed.clone());
+    let tracks = detect::tracks(film, &scene.objects, &names, &layout, &detect::Options::default())?;
+    let report = verify::comparison(&scene, &trajectory.final_poses, &Observed::from_tracks(&tracks))?;
+    console::warn(&trajectory.notes);
+    console::warn(&report.warnings);
+
+    let filmed = [Filmed {
+        scene: &scene,
+        strike: &strike,
+        tracks: Some(&tracks),
+        trajectory: Some(&trajectory),
+        report: &report,
+    }];
+    let page = verify::html(&Story {
+        title: "Real against virtual",
+        objects: &scene.objects,
+        filmed: &filmed,
+        warnings: &report.warnings,
+        ..Story::default()
+    });
+    let folder = &args.output;
+    std::fs::create_dir_all(folder).map_err(|source| Error::Write { path: folder.clone(), source })?;
+    files::write_json(&folder.join("tracks.json"), &tracks)?;
+    files::write_json(&folder.join("trajectory.json"), &trajectory)?;
+    files::write_json(&folder.join("report.json"), &report)?;
+    files::write_whole(&folder.join("distances.csv"), report.csv().as_bytes())?;
+    files::write_whole(&folder.join("report.html"), page.as_bytes())?;
+    if args.json {
+        console::print_json(&report)?;
+    } else {
+        print_table(&report);
+        println!("Wrote {}", folder.join("report.html").display());
+    }
+    Ok(outcome.and(Outcome::doubtful_if(!report.warnings.is_empty())))
+}
+
+/// Pairwise distances side by side (Fig. 17).
+pub(crate) fn print_table(report: &Report) {
+    println!("{:<12} {:>10} {:>14} {:>16}", "pair", "real (mm)", "virtual (mm)", "difference (mm)");
+    for pair in &report.pairs {
+        println!(
+            "{:<12} {:>10.1} {:>14.1} {:>+16.1}",
+            format!("{} - {}", pair.a, pair.b),
+            pair.observed_m * 1e3,
+            pair.predicted_m * 1e3,
+            pair.difference_m * 1e3
+        );
+    }
+    if let Some(all) = &report.summary.all {
+        println!("mean difference {:.1} mm, worst {:.1} mm", all.mean_m * 1e3, all.worst_m * 1e3);
+    }
+}

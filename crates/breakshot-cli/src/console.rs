@@ -1,0 +1,38 @@
+//! What the terminal shows: progress and warnings on stderr, results on stdout.
+
+use breakshot::Result;
+use indicatif::{ProgressBar, ProgressStyle};
+use serde::Serialize;
+use std::io::IsTerminal;
+
+/// A progress bar on stderr; hidden when stderr is no terminal.
+pub(crate) fn progress(length: usize, what: &'static str) -> ProgressBar {
+    if !std::io::stderr().is_terminal() {
+        return ProgressBar::hidden();
+    }
+    let style = ProgressStyle::with_template("{msg:<12} {wide_bar} {pos}/{len}  {eta}")
+        .unwrap_or_else(|_| ProgressStyle::default_bar());
+    ProgressBar::new(length as u64).with_style(style).with_message(what)
+}
+
+/// Warnings, one a line, on stderr.
+pub(crate) fn warn(warnings: &[String]) {
+    for warning in warnings {
+        eprintln!("warning: {warning}");
+    }
+}
+
+/// Notes, one a line, on stderr: nothing is wrong, but the user should know.
+pub(crate) fn note(notes: &[String]) {
+    for text in notes {
+        eprintln!("note: {text}");
+    }
+}
+
+/// A result as indented JSON on stdout.
+pub(crate) fn print_json<T: Serialize>(value: &T) -> Result<()> {
+    let text = serde_json::to_string_pretty(value)
+        .map_err(|e| breakshot::Error::Write { path: "stdout".into(), source: std::io::Error::other(e) })?;
+    println!("{text}");
+    Ok(())
+}

@@ -1,0 +1,197 @@
+//! Wrong input ends with exit code 2 (or 3) and one message that names the thing, what was found and what is needed.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+fn demo(file: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fixtures/demo").join(file)
+}
+
+fn breakshot(folder: &Path, args: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_breakshot")).current_dir(folder).args(args).output().unwrap()
+}
+
+/// A folder with the example's cell, objects and one film.
+fn workbench() -> tempfile::TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    for file in ["cell.toml", "objects.toml", "single_a_3.mp4"] {
+        fs::copy(demo(file), folder.path().join(file)).unwrap();
+    }
+    folder
+}
+
+/// Asserts that the command was refused with one error line that has all `words`, and wrote nothing.
+fn assert_refused(folder: &Path, args: &[&str], words: &[&str]) {
+    let output = breakshot(folder, args);
+    let message = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.code(), Some(2), "{args:?}: {message}");
+    let errors: Vec<&str> = message.lines().filter(|line| line.starts_with("error: ")).collect();
+    assert_eq!(errors.len(), 1, "one error line is wanted: {message}");
+    assert!(!message.contains("panicked"), "{message}");
+    for word in words {
+        assert!(errors[0].contains(word), "`{word}` is not in: {}", errors[0]);
+    }
+    assert!(
+        !folder.join("out.csv").exists() && !folder.join("out.json").exists(),
+        "half a result was written"
+    );
+}
+
+fn detect<'a>(film: &'a str, names: &'a str) -> Vec<&'a str> {
+    vec![
+        "detect",
+        "cell.toml",
+        "objects.toml",
+        film,
+        "--objects",
+        names,
+        "--strike-heading-rad",
+        "0",
+        "-o",
+        "out.csv",
+    ]
+}
+
+#[test]
+fn a_text_file_named_mp4_is_no_film() {
+    let folder = workbench();
+    fs::write(folder.path().join("notes.mp4"), "this is a shopping list\n".repeat(40)).unwrap();
+    assert_refused(folder.path(), &detect("notes.mp4", "a"), &["notes.mp4", "needed"]);
+}
+
+#[test]
+fn an_empty_film_is_named() {
+    let folder = workbench();
+    fs::write(folder.path().join("empty.mp4"), "").unwrap();
+    assert_refused(folder.path(), &detect("empty.mp4", "a"), &["empty.mp4", "needed"]);
+}
+
+#[test]
+fn a_truncated_film_is_not_a_shorter_film() {
+    let folder = workbench();
+    let whole = fs::read(demo("single_a_3.mp4")).unwrap();
+    for keep_percent in [10, 50, 90] {
+        fs::write(folder.path().join("cut.mp4"), &whole[..whole.len() * keep_percent / 100]).unwrap();
+        assert_refused(folder.path(), &detect("cut.mp4", "a"), &["cut.mp4", "needed"]);
+    }
+}
+
+#[test]
+fn a_film_without_tags_says_which_tags_were_looked_for() {
+    let folder = workbench();
+    let mut film = b"YUV4MPEG2 W1920 H1080 F60:1 Ip C420\n".to_vec();
+    for _ in 0..3 {
+        film.extend_from_slice(b"FRAME\n");
+        film.extend(std::iter::repeat_n(128u8, 1920 * 1080 * 3 / 2));
+    }
+    fs::write(folder.path().join("grey.y4m"), film).unwrap();
+    assert_refused(folder.path(), &detect("grey.y4m", "a"), &["grey.y4m", "tag", "needed"]);
+}
+
+#[test]
+fn fewer_markers_than_objects_are_counted() {
+    let folder = workbench();
+    assert_refused(folder.path(), &detect("single_a_3.mp4", "a,c"), &["single_a_3.mp4", "needed"]);
+}
+
+#[test]
+fn an_object_that_the_file_does_not_hold_is_named() {
+    let folder = workbench();
+    assert_refused(folder.path(), &detect("single_a_3.mp4", "zebra"), &["zebra", "a, c, e"]);
+}
+
+#[test]
+fn a_missing_film_is_named() {
+    let folder = workbench();
+    assert_refused(folder.path(), &detect("nowhere.mp4", "a"), &["nowhere.mp4"]);
+}
+
+/// Replaces `from` with `to` in a file of the workbench and asserts that `detect` refuses it.
+fn assert_file_refused(file: &str, (from, to): (&str, &str), words: &[&str]) {
+    let folder = workbench();
+    let path = folder.path().join(file);
+    let text = fs::read_to_string(&path).unwrap();
+    assert!(text.contains(from), "{file} has no `{from}`");
+    fs::write(&path, text.replacen(from, to, 1)).unwrap();
+    assert_refused(folder.path(), &detect("single_a_3.mp4", "a"), words);
+}
+
+#[test]
+fn an_unknown_key_names_its_nearest_known_one() {
+    assert_file_refused(
+        "cell.toml",
+        ("focal_px", "focal_pix"),
+        &["cell.toml", "`focal_pix`", "line 4", "`focal_px`"],
+    );
+    assert_file_refused(
+        "objects.toml",
+        ("height_m", "hight_m"),
+        &["objects.toml", "`hight_m`", "`height_m`"],
+    );
+    assert_file_refused("objects.toml", ("{ disc =", "{ disk ="), &["objects.toml", "`disk`", "`disc`"]);
+}
+
+#[test]
+fn impossible_outlines_and_sizes_name_their_object() {
+    let crossed = "{ polygon = { points_m = [[0, 0], [0.05, 0.05], [0.05, 0], [0, 0.05]] } }";
+    assert_file_refused(
+        "objects.toml",
+        ("{ disc = { radius_m = 0.04 } }", crossed),
+        &["`a`", "self-crossing"],
+    );
+    assert_file_refused(
+        "objects.toml",
+        ("radius_m = 0.04", "radius_m = -0.04"),
+        &["`a`", "radius_m", "-0.04"],
+    );
+    assert_file_refused("objects.toml", ("height_m = 0.05", "height_m = nan"), &["`a`", "height_m", "NaN"]);
+    assert_file_refused("objects.toml", ("name = \"c\"", "name = \"a\""), &["`a`", "twice"]);
+    assert_file_refused("cell.toml", ("size_m = 0.05", "size_m = -0.05"), &["cell.toml", "tag 0", "-0.05"]);
+    assert_file_refused(
+        "cell.toml",
+        ("[workspace]\nmin_m = [-0.48", "[workspace]\nmin_m = [0.58"),
+        &["workspace"],
+    );
+}
+
+#[test]
+fn a_campaign_that_names_a_missing_file_is_refused_before_any_work() {
+    let folder = workbench();
+    let campaign = "cell = \"cell.toml\"\nobjects = \"objects.toml\"\n[[clips]]\nvideo = \"gone.mp4\"\nobjects = [\"a\"]\n\
+        strike = { speed_m_s = 0.4, heading_rad = 0.0, start_m = [-0.3, 0.0], travel_m = 0.07 }\n";
+    fs::write(folder.path().join("campaign.toml"), campaign).unwrap();
+    let args = ["estimate", "campaign.toml", "-o", "out.json"];
+    assert_refused(folder.path(), &args, &["campaign.toml", "gone.mp4", "needed"]);
+    fs::write(folder.path().join("campaign.toml"), campaign.replace("cell.toml", "sell.toml")).unwrap();
+    assert_refused(folder.path(), &args, &["sell.toml"]);
+}
+
+#[test]
+fn a_pair_that_was_never_filmed_is_named() {
+    let folder = workbench();
+    for file in ["pile.scene.toml", "pile.strike.json"] {
+        fs::copy(demo(file), folder.path().join(file)).unwrap();
+    }
+    let known = |mean: f64| {
+        format!(
+            "{{\"mean\": {mean}, \"std\": 0.01, \"standard_error\": 0.01, \"interval_95\": [0.1, 0.9], \"n\": 5}}"
+        )
+    };
+    let objects = |mean: f64| format!("{{\"a\": {0}, \"c\": {0}, \"e\": {0}}}", known(mean));
+    let properties = format!(
+        "{{\"version\": 1, \"reference\": \"a\", \"friction\": {0}, \"striker_restitution\": {0}, \"restitution\": \
+         {{\"a/c\": {1}, \"a/e\": {1}}}, \"mass_ratio\": {0}, \"pair_mass_ratio\": {{}}, \"contact_friction\": {{}}}}",
+        objects(0.4),
+        known(0.5)
+    );
+    fs::write(folder.path().join("properties.json"), properties).unwrap();
+    let strike = ["--properties", "properties.json", "--strike", "pile.strike.json", "-o", "out.json"];
+    let args = [&["simulate", "pile.scene.toml"], strike.as_slice()].concat();
+    assert_refused(folder.path(), &args, &["c/e", "restitution", "needed"]);
+
+    let output = breakshot(folder.path(), &[args.as_slice(), &["--assume-restitution", "0.5"]].concat());
+    let message = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.code(), Some(3), "{message}");
+    assert!(message.contains("c/e") && message.contains("assumed"), "{message}");
+}

@@ -1,0 +1,54 @@
+//! The checks every change must pass.
+
+use std::process::Command;
+
+/// Formatting, lints, docs, tests.
+pub(crate) fn test() -> Result<(), String> {
+    ensure_component("rustfmt", "fmt")?;
+    ensure_component("clippy", "clippy")?;
+    cargo(&["fmt", "--all", "--check"], &[])?;
+    cargo(&["clippy", "--workspace", "--all-targets", "--", "-D", "warnings"], &[])?;
+    cargo(
+        &["doc", "--workspace", "--no-deps", "--document-private-items"],
+        &[("RUSTDOCFLAGS", "-D warnings")],
+    )?;
+    cargo(&["test", "--workspace"], &[])
+}
+
+/// Licences, duplicate versions and sources of all dependencies.
+pub(crate) fn deny() -> Result<(), String> {
+    if cargo(&["deny", "--version"], &[]).is_err() {
+        cargo(&["install", "cargo-deny", "--locked"], &[])?;
+    }
+    cargo(&["deny", "--workspace", "check", "licenses", "bans", "sources"], &[])
+}
+
+/// A toolchain component that some minimal installs leave out.
+fn ensure_component(component: &str, subcommand: &str) -> Result<(), String> {
+    if cargo_quiet(&[subcommand, "--version"]) {
+        return Ok(());
+    }
+    println!("xtask: installing {component}");
+    let installed = Command::new("rustup").args(["component", "add", component]).status();
+    match installed {
+        Ok(status) if status.success() => Ok(()),
+        _ => Err(format!(
+            "`cargo {subcommand}` is missing; needed: the {component} component of the toolchain"
+        )),
+    }
+}
+
+fn cargo_quiet(args: &[&str]) -> bool {
+    Command::new("cargo").args(args).output().is_ok_and(|output| output.status.success())
+}
+
+/// Runs cargo and shows what it does.
+pub(crate) fn cargo(args: &[&str], env: &[(&str, &str)]) -> Result<(), String> {
+    println!("xtask: cargo {}", args.join(" "));
+    let status = Command::new("cargo")
+        .args(args)
+        .envs(env.iter().copied())
+        .status()
+        .map_err(|e| format!("cargo cannot be started ({e})"))?;
+    if status.success() { Ok(()) } else { Err(format!("`cargo {}` failed ({status})", args.join(" "))) }
+}

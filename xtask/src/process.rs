@@ -1,0 +1,65 @@
+//! Runs a program and watches what it costs.
+
+use std::path::Path;
+use std::process::{Command, Stdio};
+use std::time::{Duration, Instant};
+
+/// What a run printed and cost.
+pub(crate) struct Run {
+    pub(crate) code: i32,
+    pub(crate) stdout: String,
+    pub(crate) wall_s: f64,
+    /// User and system time; unknown where the system has no `/proc`.
+    pub(crate) cpu_s: Option<f64>,
+    pub(crate) peak_memory_mb: Option<f64>,
+}
+
+/// How often the program's own account is read (its last reading may be this old).
+const POLL: Duration = Duration::from_millis(20);
+
+/// Runs a program to its end; its messages go to our own stderr.
+pub(crate) fn run(command: &mut Command) -> Result<Run, String> {
+    let name = command.get_program().to_string_lossy().into_owned();
+    let started = Instant::now();
+    let out = tempfile::tempfile().map_err(|e| e.to_string())?;
+    let writer = out.try_clone().map_err(|e| e.to_string())?;
+    let mut child =
+        command.stdout(Stdio::from(writer)).spawn().map_err(|e| format!("{name} cannot be started ({e})"))?;
+    let account = Path::new("/proc").join(child.id().to_string());
+    let (mut cpu_s, mut peak_memory_mb) = (None, None);
+    let status = loop {
+        cpu_s = cpu_seconds(&account).or(cpu_s);
+        peak_memory_mb = peak_megabytes(&account).or(peak_memory_mb);
+        if let Some(status) = child.try_wait().map_err(|e| e.to_string())? {
+            break status;
+        }
+        std::thread::sleep(POLL);
+    };
+    let wall_s = started.elapsed().as_secs_f64();
+    let stdout = read_from_start(out).map_err(|e| e.to_string())?;
+    Ok(Run { code: status.code().unwrap_or(-1), stdout, wall_s, cpu_s, peak_memory_mb })
+}
+
+fn read_from_start(mut file: std::fs::File) -> std::io::Result<String> {
+    use std::io::{Read, Seek, SeekFrom};
+    let mut text = String::new();
+    file.seek(SeekFrom::Start(0))?;
+    file.read_to_string(&mut text)?;
+    Ok(text)
+}
+
+fn cpu_seconds(account: &Path) -> Option<f64> {
+    /// Linux counts process time in hundredths of a second for every program.
+    const TICKS_PER_S: f64 = 100.0;
+    let text = std::fs::read_to_string(account.join("stat")).ok()?;
+    let fields: Vec<&str> = text.rsplit_once(')')?.1.split_whitespace().collect();
+    let ticks: f64 = fields.get(11)?.parse::<f64>().ok()? + fields.get(12)?.parse::<f64>().ok()?;
+    Some(ticks / TICKS_PER_S)
+}
+
+fn peak_megabytes(account: &Path) -> Option<f64> {
+    let text = std::fs::read_to_string(account.join("status")).ok()?;
+    let line = text.lines().find(|line| line.starts_with("VmHWM"))?;
+    let kilobytes: f64 = line.split_whitespace().nth(1)?.parse().ok()?;
+    Some(kilobytes / 1024.0)
+}

@@ -1,0 +1,79 @@
+//! Measures the program against films with known truth: `cargo xtask validate LAB`.
+//!
+//! LAB is a folder with `campaign/` and `scatter/`, each holding films and a `truth.json`.  The program is built in
+//! release mode and run as a user would run it; its files are compared with the truth.
+
+mod properties;
+mod row;
+mod scatter;
+mod tracks;
+mod truth;
+
+use crate::process;
+use row::Row;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use truth::Truth;
+
+/// The program under test, built in release mode.
+pub(crate) struct Program {
+    binary: PathBuf,
+    /// Where its results go.
+    pub(crate) output: PathBuf,
+}
+
+impl Program {
+    pub(crate) fn build() -> Result<Self, String> {
+        crate::check::cargo(&["build", "--release", "--package", "breakshot-cli"], &[])?;
+        let target = std::env::var_os("CARGO_TARGET_DIR").map_or_else(|| "target".into(), PathBuf::from);
+        let output = target.join("validate");
+        std::fs::create_dir_all(&output).map_err(|e| format!("{}: {e}", output.display()))?;
+        Ok(Self { binary: target.join("release/breakshot"), output })
+    }
+
+    /// Runs one command; exit codes other than 0 and 3 are errors.
+    pub(crate) fn run(&self, args: &[&str]) -> Result<process::Run, String> {
+        let run = process::run(Command::new(&self.binary).args(args))?;
+        if run.code == 0 || run.code == 3 {
+            return Ok(run);
+        }
+        Err(format!("`breakshot {}` ended with {}", args.join(" "), run.code))
+    }
+}
+
+/// Everything that is measured against the films in `lab`.
+pub(crate) fn lab(lab: &Path, details: bool) -> Result<(), String> {
+    let program = Program::build()?;
+    let properties = program.output.join("properties.json");
+    let mut all_hold = campaign(&program, &lab.join("campaign"), &properties, details)?;
+    all_hold &= scatter::films(&program, &lab.join("scatter"), &properties)?;
+    if all_hold { Ok(()) } else { Err("some targets were missed".into()) }
+}
+
+fn campaign(program: &Program, folder: &Path, properties: &Path, details: bool) -> Result<bool, String> {
+    let truth = Truth::read(folder)?;
+    let tracks = program.output.join("tracks");
+    let campaign = folder.join("campaign.toml");
+    let arguments = [
+        "estimate",
+        &campaign.to_string_lossy(),
+        "-o",
+        &properties.to_string_lossy(),
+        "--tracks",
+        &tracks.to_string_lossy(),
+    ];
+    let run = program.run(&arguments)?;
+    let mut holds = row::print_all(
+        "Estimating the whole campaign",
+        &[
+            Row::plain("clips", truth.clips.len() as f64, ""),
+            Row::at_most("wall time", run.wall_s, 90.0, "s"),
+            Row::plain("CPU time", run.cpu_s.unwrap_or(f64::NAN), "s"),
+            Row::at_most("peak memory", run.peak_memory_mb.unwrap_or(f64::NAN), 1000.0, "MB"),
+        ],
+    );
+    holds &= row::print_all("Tracks", &tracks::rows(&truth, &tracks)?);
+    let learned = breakshot::files::load_properties(properties).map_err(|e| e.to_string())?;
+    holds &= row::print_all("Properties", &properties::rows(&truth, &learned, details));
+    Ok(holds)
+}

@@ -1,0 +1,114 @@
+//! Learned properties against the lab's own.
+
+use super::row::{Row, mean_and_worst};
+use super::truth::Truth;
+use breakshot::properties::Properties;
+use breakshot::uncertain::Estimate;
+use std::collections::BTreeMap;
+
+/// One learned value beside the true one.
+struct Pair {
+    name: String,
+    learned: Estimate,
+    truth: f64,
+}
+
+impl Pair {
+    fn error_percent(&self) -> f64 {
+        100.0 * (self.learned.mean / self.truth - 1.0)
+    }
+
+    fn covered(&self) -> bool {
+        (self.learned.interval_95[0]..=self.learned.interval_95[1]).contains(&self.truth)
+    }
+
+    fn half_width_percent(&self) -> f64 {
+        50.0 * (self.learned.interval_95[1] - self.learned.interval_95[0]) / self.truth
+    }
+}
+
+/// Compares every learned value with the truth.
+pub(crate) fn rows(truth: &Truth, learned: &Properties, details: bool) -> Vec<Row> {
+    let friction = pairs(&learned.friction, |name| truth.mean_friction().get(name).copied());
+    let restitutions = truth.mean_restitution();
+    let striker =
+        pairs(&learned.striker_restitution, |name| restitutions.get(&format!("{name}/striker")).copied());
+    let between = pairs(&learned.restitution, |name| restitutions.get(name).copied());
+    let mass = |name: &str| truth.mass_kg.get(name).copied();
+    let ratio = |name: &str| name.split_once('/').and_then(|(a, b)| Some(mass(a)? / mass(b)?));
+    let pair_masses = pairs(&learned.pair_mass_ratio, ratio);
+    let reference_kg = mass(&learned.reference).unwrap_or(f64::NAN);
+    let mut masses = pairs(&learned.mass_ratio, |name| Some(mass(name)? / reference_kg));
+    masses.retain(|p| p.name != learned.reference);
+
+    let mut rows = Vec::new();
+    let groups = [
+        ("friction", &friction, 1.5, 0.6),
+        ("striker restitution", &striker, 2.0, 0.5),
+        ("pair restitution", &between, 2.0, 1.0),
+        ("pair mass ratio", &pair_masses, 1.2, 0.6),
+        ("joint mass ratio", &masses, 1.2, 0.3),
+    ];
+    for (what, group, target, aim) in groups {
+        if details {
+            print_details(what, group);
+        }
+        let errors: Vec<f64> = group.iter().map(Pair::error_percent).collect();
+        let (mean, worst) = mean_and_worst(&errors);
+        rows.push(Row::at_most(
+            format!("{what}: mean error of {} (aim {aim})", group.len()),
+            mean,
+            target,
+            "%",
+        ));
+        rows.push(if what == "pair mass ratio" {
+            Row::at_most(format!("{what}: worst error (aim 2)"), worst, 4.0, "%")
+        } else {
+            Row::plain(format!("{what}: worst error"), worst, "%")
+        });
+    }
+    rows.extend(coverage([&friction, &masses, &striker, &between]));
+    rows
+}
+
+/// How often the 95 % intervals hold the truth, over friction, masses, striker and pair restitution.
+fn coverage(groups: [&Vec<Pair>; 4]) -> Vec<Row> {
+    let all: Vec<&Pair> = groups.into_iter().flatten().collect();
+    let outside = all.iter().filter(|p| !p.covered()).count();
+    let widest = |groups: &[&Vec<Pair>]| {
+        groups.iter().flat_map(|g| g.iter()).map(Pair::half_width_percent).fold(0.0, f64::max)
+    };
+    vec![
+        Row::plain(format!("truths outside their 95 % interval, of {}", all.len()), outside as f64, ""),
+        Row::plain("widest half interval of friction and masses", widest(&groups[..2]), "%"),
+        Row::plain("widest half interval of restitutions", widest(&groups[2..]), "%"),
+    ]
+}
+
+fn pairs(learned: &BTreeMap<String, Estimate>, truth: impl Fn(&str) -> Option<f64>) -> Vec<Pair> {
+    learned
+        .iter()
+        .filter_map(|(name, &learned)| Some(Pair { name: name.clone(), learned, truth: truth(name)? }))
+        .collect()
+}
+
+fn print_details(what: &str, group: &[Pair]) {
+    println!(
+        "\n{what:<22} {:>9} {:>9} {:>8} {:>9} {:>8} {:>3}",
+        "learned", "true", "error %", "spread %", "+-95 %", "n"
+    );
+    for pair in group {
+        let spread = pair.learned.std.map_or(f64::NAN, |s| 100.0 * s / pair.truth);
+        println!(
+            "{:<22} {:>9.4} {:>9.4} {:>8.2} {:>9.2} {:>8.2} {:>3}{}",
+            pair.name,
+            pair.learned.mean,
+            pair.truth,
+            pair.error_percent(),
+            spread,
+            pair.half_width_percent(),
+            pair.learned.n,
+            if pair.covered() { "" } else { "  outside" }
+        );
+    }
+}

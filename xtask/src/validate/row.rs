@@ -1,0 +1,49 @@
+//! A measured line: what, how much, and what was wanted.
+
+/// A result beside its target.
+pub(crate) struct Row {
+    pub(crate) what: String,
+    pub(crate) figure: f64,
+    pub(crate) target: Option<f64>,
+    pub(crate) unit: &'static str,
+}
+
+impl Row {
+    /// A figure that must not exceed its target.
+    pub(crate) fn at_most(what: impl Into<String>, figure: f64, target: f64, unit: &'static str) -> Self {
+        Self { what: what.into(), figure, target: Some(target), unit }
+    }
+
+    /// A figure without a target.
+    pub(crate) fn plain(what: impl Into<String>, figure: f64, unit: &'static str) -> Self {
+        Self { what: what.into(), figure, target: None, unit }
+    }
+
+    /// Prints it as a line of a table; says whether the target holds.
+    pub(crate) fn print(&self) -> bool {
+        let holds = self.target.is_none_or(|target| self.figure <= target);
+        let target = self.target.map_or(String::new(), |t| format!("<= {t} {}", self.unit));
+        let verdict = match (self.target, holds) {
+            (None, _) => "",
+            (_, true) => "holds",
+            (_, false) => "MISSED",
+        };
+        println!(
+            "| {:<62} | {:>10.4} {:<4} | {:<14} | {verdict:<6} |",
+            self.what, self.figure, self.unit, target
+        );
+        holds
+    }
+}
+
+/// Prints all rows; says whether every target holds.
+pub(crate) fn print_all(title: &str, rows: &[Row]) -> bool {
+    println!("\n{title}");
+    rows.iter().fold(true, |all, row| row.print() && all)
+}
+
+/// Mean and largest of absolute values.
+pub(crate) fn mean_and_worst(values: &[f64]) -> (f64, f64) {
+    let mean = values.iter().map(|v| v.abs()).sum::<f64>() / values.len().max(1) as f64;
+    (mean, values.iter().fold(0.0, |worst: f64, v| worst.max(v.abs())))
+}

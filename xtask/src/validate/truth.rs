@@ -1,0 +1,78 @@
+//! What the lab knows about its own films (`truth.json`): read for measuring, never for tuning.
+
+use serde::Deserialize;
+use std::collections::BTreeMap;
+use std::path::Path;
+
+/// One folder of films.
+#[derive(Deserialize)]
+pub(crate) struct Truth {
+    pub(crate) clips: BTreeMap<String, Clip>,
+    pub(crate) mass_kg: BTreeMap<String, f64>,
+    pub(crate) friction: BTreeMap<String, f64>,
+}
+
+/// One film.
+#[derive(Deserialize)]
+pub(crate) struct Clip {
+    /// x, y, yaw of each object at every frame.
+    pub(crate) frames: BTreeMap<String, Vec<[f64; 3]>>,
+    pub(crate) friction_scale: f64,
+    pub(crate) measured: Measured,
+}
+
+#[derive(Deserialize)]
+pub(crate) struct Measured {
+    pub(crate) impacts: Vec<Impact>,
+}
+
+#[derive(Deserialize)]
+pub(crate) struct Impact {
+    pub(crate) pair: [String; 2],
+    pub(crate) time_s: f64,
+    pub(crate) single: bool,
+    pub(crate) restitution: Option<f64>,
+}
+
+impl Truth {
+    pub(crate) fn read(folder: &Path) -> Result<Self, String> {
+        let path = folder.join("truth.json");
+        let text = std::fs::read_to_string(&path).map_err(|e| format!("{}: {e}", path.display()))?;
+        serde_json::from_str(&text).map_err(|e| format!("{}: {e}", path.display()))
+    }
+
+    /// Friction of each object: the mean over its clips of friction x the clip's scale.
+    pub(crate) fn mean_friction(&self) -> BTreeMap<String, f64> {
+        let mut scales: BTreeMap<String, Vec<f64>> = BTreeMap::new();
+        for clip in self.clips.values() {
+            let mut kinds: Vec<&str> = clip.frames.keys().map(|name| kind(name)).collect();
+            kinds.dedup();
+            for kind in kinds {
+                scales.entry(kind.into()).or_default().push(self.friction[kind] * clip.friction_scale);
+            }
+        }
+        means(scales)
+    }
+
+    /// Restitution of every pair, `a/b` or `a/striker`: the mean over all single impacts.
+    pub(crate) fn mean_restitution(&self) -> BTreeMap<String, f64> {
+        let mut values: BTreeMap<String, Vec<f64>> = BTreeMap::new();
+        for impact in self.clips.values().flat_map(|clip| &clip.measured.impacts) {
+            if let (true, Some(restitution)) = (impact.single, impact.restitution) {
+                let mut kinds = [kind(&impact.pair[0]), kind(&impact.pair[1])];
+                // The striker is named last whatever the alphabet says.
+                kinds.sort_by_key(|k| (*k == "striker", *k));
+                values.entry(kinds.join("/")).or_default().push(restitution);
+            }
+        }
+        means(values)
+    }
+}
+
+fn means(groups: BTreeMap<String, Vec<f64>>) -> BTreeMap<String, f64> {
+    groups.into_iter().map(|(name, v)| (name, v.iter().sum::<f64>() / v.len() as f64)).collect()
+}
+
+fn kind(name: &str) -> &str {
+    name.split('#').next().unwrap_or(name)
+}
