@@ -135,7 +135,7 @@ pub struct Striker {
 }
 
 /// The arm and where it stands.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct RobotSpec {
     /// `indy7`, or a URDF file.

@@ -9,7 +9,7 @@
 //! | [`estimate`] | how do the objects slide and bounce? | [`Properties`](properties::Properties) |
 //! | [`physics`] | what does this strike do to this pile? | [`Trajectory`](physics::Trajectory) |
 //! | [`plan`] | which strike singulates it? | [`Plan`](plan::Plan) |
-//! | [`robot`] | how does the arm carry it out? | `Command` |
+//! | [`robot`] | how does the arm carry it out? | [`Command`](robot::Command) |
 //! | [`verify`] | did it happen as predicted? | [`Report`](verify::Report) |
 //!
 //! The files beside the folders are the vocabulary all stages share.  Everything is SI and radians; the table frame

@@ -29,8 +29,8 @@ impl Arm {
     /// The joint angles (rad) that bring the tip to `target`, near `start_rad` if there are any; `None` if no start
     /// leads there within the joints' ranges.
     pub fn inverse(&self, target: &Frame, start_rad: &[f64]) -> Option<Vec<f64>> {
-        self.descend(target, start_rad.to_vec())
-            .or_else(|| (0..STARTS).find_map(|k| self.descend(target, self.start_pose(k))))
+        self.descend(target, start_rad.to_vec(), None)
+            .or_else(|| (0..STARTS).find_map(|k| self.descend(target, self.start_pose(k), None)))
     }
 
     /// The different ways to bring the tip to `target`: each branch once, in a fixed order; for seven joints
@@ -38,7 +38,7 @@ impl Arm {
     pub fn branches(&self, target: &Frame) -> Vec<Vec<f64>> {
         let mut found: Vec<Vec<f64>> = Vec::new();
         for k in 0..STARTS {
-            let Some(angles) = self.descend(target, self.start_pose(k)) else { continue };
+            let Some(angles) = self.descend(target, self.start_pose(k), None) else { continue };
             let is_known = |known: &Vec<f64>| {
                 known.iter().zip(&angles).all(|(a, b)| wrapped_rad(a - b).abs() < SAME_POSE_RAD)
             };
@@ -49,8 +49,13 @@ impl Arm {
         found
     }
 
-    /// Walks from a start pose to the target, or gives up.
-    fn descend(&self, target: &Frame, mut angles: Vec<f64>) -> Option<Vec<f64>> {
+    /// Walks from a start pose to the target, or gives up; the joint `still` does not move.
+    pub(super) fn descend(
+        &self,
+        target: &Frame,
+        mut angles: Vec<f64>,
+        still: Option<usize>,
+    ) -> Option<Vec<f64>> {
         for _ in 0..STEPS_PER_START {
             let frames = self.link_frames(&angles);
             let tip = self.tip_of(&frames);
@@ -58,7 +63,10 @@ impl Arm {
             if error.norm() < TOLERANCE {
                 return self.within_ranges(angles);
             }
-            let jacobian = self.jacobian_at(&frames, &tip.translation.vector, frames.len());
+            let mut jacobian = self.jacobian_at(&frames, &tip.translation.vector, frames.len());
+            if let Some(still) = still {
+                jacobian.column_mut(still).fill(0.0);
+            }
             let damping = DAMPING * error.norm_squared() + LEAST_DAMPING;
             let mut normal = Matrix6::identity() * damping;
             for column in jacobian.column_iter() {
@@ -97,7 +105,7 @@ impl Arm {
     }
 
     /// The `k`-th of a sequence of poses that fill the joints' ranges evenly (Roberts' R sequence).
-    fn start_pose(&self, k: u32) -> Vec<f64> {
+    pub(super) fn start_pose(&self, k: u32) -> Vec<f64> {
         let ratio = roberts_ratio(self.links.len());
         let mut step = 1.0;
         let poses = self.links.iter().map(|link| {

@@ -1,7 +1,7 @@
 //! Where the links are, and how fast the tip moves with the joints.
 
-use super::Frame;
 use super::model::Arm;
+use super::{Frame, JointState};
 use nalgebra::{Matrix3, Matrix6xX, Rotation3, Vector3, Vector6};
 
 /// The tip's velocity per joint speed, one column per joint: three rows for the tip's point (m/s), three for its turning
@@ -56,6 +56,14 @@ impl Arm {
             jacobian.fixed_view_mut::<3, 1>(3, k).copy_from(&axis);
         }
         jacobian
+    }
+
+    /// The velocity of the tip's point (m/s, base axes).
+    pub fn tip_velocity(&self, state: &JointState) -> Vector3<f64> {
+        let jacobian = self.jacobian(&state.q_rad);
+        let speeds = nalgebra::DVector::from_column_slice(&state.qd_rad_s);
+        let velocity = jacobian * speeds;
+        Vector3::new(velocity[0], velocity[1], velocity[2])
     }
 
     /// The tip's acceleration while the joints turn evenly: what `J' qd` is in `a = J qdd + J' qd`.

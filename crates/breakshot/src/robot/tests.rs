@@ -1,0 +1,200 @@
+use super::*;
+use crate::geometry::{Point, Vec2};
+use crate::object::{Object, Shape};
+use crate::scene::{Goal, Placed};
+
+/// A table in front of an Indy 7: the table's middle 0.5 m before the base, its x axis along the base's y axis.
+fn cell() -> Cell {
+    let text = r#"
+        [camera]
+        scale_px_per_m = 1000.0
+        [workspace]
+        min_m = [-0.3, -0.2]
+        max_m = [0.3, 0.2]
+        [striker]
+        shape = { disc = { radius_m = 0.015 } }
+        height_m = 0.1
+        speed_range_m_s = [0.05, 1.0]
+        [robot]
+        arm = "indy7"
+        base_from_table = { position_m = [0.45, 0.0, 0.0], rpy_rad = [0.0, 0.0, 1.5707963] }
+        tool_offset_m = [0.0, 0.0, 0.15]
+        tool_mass_kg = 0.3
+    "#;
+    toml::from_str(text).expect("a cell")
+}
+
+fn scene() -> Scene {
+    let object = Object {
+        name: "a".into(),
+        shape: Shape::Disc { radius_m: 0.03 },
+        height_m: 0.04,
+        marker: toml::from_str("shape = { disc = { radius_m = 0.01 } }").expect("a marker"),
+        mass_kg: None,
+    };
+    Scene {
+        cell: cell(),
+        objects: vec![object],
+        observed_unix_s: None,
+        placed: vec![Placed { object: "a".into(), position_m: Point::new(0.0, 0.0), yaw_rad: 0.0 }],
+        walls: Vec::new(),
+        keep_out: Vec::new(),
+        goal: Goal::default(),
+    }
+}
+
+fn strike(heading_rad: f64, speed_m_s: f64) -> Strike {
+    let start_m = Point::ORIGIN - Vec2::from_heading(heading_rad) * 0.1;
+    Strike { object: Some("a".into()), start_m, heading_rad, speed_m_s, travel_m: 0.08 }
+}
+
+fn ready(strike: &Strike) -> Command {
+    match command(&cell(), strike, Some(&scene()), &Options::default()).expect("a cell with an arm") {
+        Answer::Ready(command) => *command,
+        Answer::Refused(refusal) => panic!("refused: {refusal:?}"),
+    }
+}
+
+#[test]
+fn the_tip_runs_straight_and_at_the_planned_speed_through_the_contact() {
+    for heading_rad in [0.0, 1.0, 2.5, -1.2] {
+        let strike = strike(heading_rad, 0.4);
+        let command = ready(&strike);
+        let station = Station::of_cell(&cell()).expect("an arm");
+        let speed_m_s = command.stroke.contact_speed_m_s;
+        assert!((speed_m_s - 0.4).abs() < 0.004, "{speed_m_s} m/s at the contact");
+        let phase = command.phase(PhaseName::Strike).expect("a strike");
+        let direction = Vec2::from_heading(heading_rad);
+        for q in &phase.q_rad {
+            let (tip, height_m) = station.tip_on_table(q);
+            let aside_m = direction.cross(tip - strike.start_m);
+            assert!(
+                aside_m.abs() < 1e-9 && (height_m - 0.01).abs() < 1e-9,
+                "{aside_m} m off the line, {height_m} m high"
+            );
+        }
+    }
+}
+
+#[test]
+fn the_samples_are_a_motion_their_speeds_are_its_slope_and_all_phases_join_at_rest() {
+    let command = ready(&strike(0.7, 0.5));
+    let names: Vec<PhaseName> = command.phases.iter().map(|phase| phase.name).collect();
+    assert_eq!(names, PhaseName::ALL);
+    let mut before: Option<(f64, Vec<f64>)> = None;
+    for phase in &command.phases {
+        if let Some((time_s, q)) = &before {
+            let apart = q.iter().zip(&phase.q_rad[0]).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+            assert!(apart < 1e-9, "{:?} starts {apart} rad away", phase.name);
+            assert_eq!(*time_s, phase.time_s[0]);
+        }
+        for k in [0, phase.time_s.len() - 1] {
+            let fastest = phase.qd_rad_s[k].iter().fold(0.0, |most: f64, qd| most.max(qd.abs()));
+            assert!(fastest < 1e-6, "{:?} has {fastest} rad/s at its end {k}", phase.name);
+        }
+        for k in 1..phase.time_s.len() {
+            let step_s = phase.time_s[k] - phase.time_s[k - 1];
+            assert!(step_s > 0.0 && step_s <= 0.002 + 1e-12, "{step_s} s between samples");
+            for joint in 0..6 {
+                // The trapezoid rule is right to a sixth of the jerk times the step cubed.
+                let slope = f64::midpoint(phase.qd_rad_s[k][joint], phase.qd_rad_s[k - 1][joint]);
+                let moved = phase.q_rad[k][joint] - phase.q_rad[k - 1][joint];
+                assert!((moved - slope * step_s).abs() < 1e-5, "{:?} joint {joint} jumps at {k}", phase.name);
+            }
+        }
+        before = Some((phase.span_s()[1], phase.q_rad[phase.q_rad.len() - 1].clone()));
+    }
+}
+
+#[test]
+fn every_limit_is_looked_at_and_kept() {
+    let command = ready(&strike(2.0, 0.5));
+    assert_eq!(command.checks.len(), 8, "{:?}", command.checks);
+    for check in &command.checks {
+        assert!(check.holds(), "{}", check.sentence());
+    }
+}
+
+fn refusal(strike: &Strike, scene: &Scene, limits: Limits) -> Refusal {
+    match command(&cell(), strike, Some(scene), &Options { limits }).expect("a cell with an arm") {
+        Answer::Ready(_) => panic!("not refused"),
+        Answer::Refused(refusal) => refusal,
+    }
+}
+
+#[test]
+fn a_strike_too_fast_for_a_joint_is_refused_with_the_joint_and_the_speed_that_would_do() {
+    let limits = Limits { speed_share: 0.15, ..Limits::default() };
+    let refused = refusal(&strike(0.0, 0.9), &scene(), limits.clone());
+    assert!(
+        refused.reason.contains("joint `joint") && refused.reason.contains("speed"),
+        "{}",
+        refused.reason
+    );
+    let fastest_m_s = refused.fastest_m_s.expect("a speed");
+    let slower = strike(0.0, fastest_m_s * 0.95);
+    let answer = command(&cell(), &slower, Some(&scene()), &Options { limits }).expect("a cell with an arm");
+    assert!(matches!(answer, Answer::Ready(_)), "{fastest_m_s} m/s: {answer:?}");
+}
+
+#[test]
+fn what_stands_in_the_way_is_named() {
+    let mut crowded = scene();
+    let behind = Placed { object: "a#2".into(), position_m: Point::new(-0.16, 0.0), yaw_rad: 0.0 };
+    crowded.placed.push(behind);
+    let refused = refusal(&strike(0.0, 0.5), &crowded, Limits::default());
+    assert!(refused.reason.contains("`a#2`"), "{}", refused.reason);
+}
+
+#[test]
+fn a_place_out_of_reach_is_refused() {
+    let mut far = strike(0.0, 0.3);
+    far.start_m = Point::new(2.0, 2.0);
+    let refused = refusal(&far, &scene(), Limits::default());
+    assert!(refused.reason.contains("out of its reach"), "{}", refused.reason);
+}
+
+#[test]
+fn a_heavy_tool_is_refused_with_the_joint_that_cannot_hold_it() {
+    let mut heavy = cell();
+    heavy.robot.as_mut().expect("an arm").tool_mass_kg = 60.0;
+    let answer = command(&heavy, &strike(0.0, 0.3), Some(&scene()), &Options::default()).expect("an arm");
+    let Answer::Refused(refused) = answer else { panic!("not refused") };
+    assert!(refused.reason.contains("torque"), "{}", refused.reason);
+}
+
+#[test]
+fn turning_the_table_turns_the_strike_and_changes_nothing_else() {
+    let plain = ready(&strike(0.3, 0.4));
+    let mut turned_cell = cell();
+    turned_cell.robot.as_mut().expect("an arm").base_from_table.rpy_rad[2] += 1.0;
+    let mut turned = scene();
+    turned.cell = turned_cell.clone();
+    turned_cell.workspace.min_m = Point::new(-0.4, -0.4);
+    turned_cell.workspace.max_m = Point::new(0.4, 0.4);
+    let answer =
+        command(&turned_cell, &strike(0.3 - 1.0, 0.4), Some(&turned), &Options::default()).expect("an arm");
+    let Answer::Ready(turned) = answer else { panic!("refused: {answer:?}") };
+    let (one, other) = (plain.stroke.effective_mass_kg, turned.stroke.effective_mass_kg);
+    assert!((one - other).abs() < 1e-6, "{one} kg and {other} kg");
+}
+
+#[test]
+fn the_hash_changes_with_the_scene_and_with_the_path() {
+    let command = ready(&strike(0.3, 0.4));
+    let mut moved = command.clone();
+    moved.scene.as_mut().expect("a scene").placed[0].position_m.x += 1e-9;
+    let mut bent = command.clone();
+    bent.phases[2].q_rad[7][3] += 1e-12;
+    let hashes = [&command, &moved, &bent].map(Command::short_hash);
+    assert!(hashes[0] != hashes[1] && hashes[0] != hashes[2], "{hashes:?}");
+    assert_eq!(hashes[0].len(), 8);
+}
+
+#[test]
+fn a_command_written_and_read_again_is_the_same() {
+    let command = ready(&strike(0.3, 0.4));
+    let text = serde_json::to_string(&command).expect("json");
+    let again: Command = serde_json::from_str(&text).expect("what was just written");
+    assert!(again == command, "the command changed on its way");
+}
