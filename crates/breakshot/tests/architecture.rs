@@ -126,3 +126,20 @@ fn only_the_loaders_touch_files_and_nothing_prints() {
         }
     }
 }
+
+#[test]
+fn the_map_of_the_paper_names_files_and_tests_that_exist() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let map = std::fs::read_to_string(root.join("../../docs/paper.md")).unwrap();
+    let mut all_code: Vec<PathBuf> = sources(&root.join("src"));
+    all_code.extend(sources(&root.join("tests")));
+    let all_code: String = all_code.iter().map(|path| std::fs::read_to_string(path).unwrap()).collect();
+    for name in map.split('`').skip(1).step_by(2) {
+        if name.ends_with(".rs") {
+            let found = root.join("src").join(name).exists() || root.join(name).exists();
+            assert!(found, "docs/paper.md names {name}, which is not there");
+        } else if name.contains('_') && name.chars().all(|c| c.is_ascii_lowercase() || c == '_') {
+            assert!(all_code.contains(name), "docs/paper.md names {name}, which is not in the code");
+        }
+    }
+}
