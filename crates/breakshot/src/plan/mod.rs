@@ -23,6 +23,8 @@
 //! simulating the strike as written gives the prediction to the last bit.
 
 mod candidate;
+#[cfg(test)]
+mod candidate_tests;
 mod feedback;
 mod goal;
 #[cfg(test)]

@@ -1,14 +1,10 @@
-//! Accessible central strikes, and the plan as a whole.
+//! The plan as a whole: promises kept, reasons given.
 
-use super::candidate::{Blocked, Candidate, candidates};
 use super::*;
-use crate::geometry::Vec2;
 use crate::object::{Marker, Object, Shape};
-use crate::outline::Outline;
-use crate::scene::{Goal, KeepOut, Wall};
+use crate::physics;
+use crate::scene::{Goal, Wall};
 use crate::uncertain::Estimate;
-use proptest::prelude::*;
-use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 /// Disc `a` (40 mm), triangle `b`, disc `c` (35 mm), square `d` (40 mm), disc `e` (30 mm) and a long triangle `t`.
 fn objects() -> Vec<Object> {
@@ -31,7 +27,7 @@ fn objects() -> Vec<Object> {
     shapes.into_iter().map(object).collect()
 }
 
-fn scene(placed: &[(&str, f64, f64, f64)]) -> Scene {
+pub(super) fn scene(placed: &[(&str, f64, f64, f64)]) -> Scene {
     let cell = "[camera]\nscale_px_per_m = 1000.0\n[workspace]\nmin_m = [-0.5, -0.4]\nmax_m = [0.5, 0.4]\n\
                 [striker]\nshape = { disc = { radius_m = 0.015 } }\nheight_m = 0.08\nspeed_range_m_s = [0.05, 1.0]";
     let place = |&(object, x, y, yaw_rad): &(&str, f64, f64, f64)| Placed {
@@ -50,7 +46,7 @@ fn scene(placed: &[(&str, f64, f64, f64)]) -> Scene {
     }
 }
 
-fn properties() -> Properties {
+pub(super) fn properties() -> Properties {
     let names = ["a", "b", "c", "d", "e", "t"];
     let all = |value: fn(usize) -> f64| {
         names.iter().enumerate().map(|(k, n)| ((*n).to_owned(), Estimate::exact(value(k)))).collect()
@@ -67,184 +63,146 @@ fn properties() -> Properties {
     }
 }
 
-fn on(scene: &Scene, name: &str) -> std::result::Result<Vec<Candidate>, Blocked> {
-    let target = scene.placed.iter().find(|p| p.object == name).expect("it is placed");
-    candidates(scene, &properties(), &Options::default(), target).expect("measured objects")
+fn planned(scene: &Scene) -> Plan {
+    plan(scene, &properties(), &Options::default()).expect("measured objects")
 }
 
-/// How far the line of action passes from a point (m).
-fn lever_m(candidate: &Candidate, about: Point) -> f64 {
-    Vec2::from_heading(candidate.heading_rad).cross(about - candidate.contact_m).abs()
-}
-
-#[test]
-fn every_strike_is_central_and_touches_without_overlap() {
-    let scene =
-        scene(&[("a", 0.0, 0.0, 0.4), ("b", 0.2, 0.0, 0.7), ("d", -0.2, 0.0, 0.2), ("t", 0.0, 0.25, 0.0)]);
-    for placed in &scene.placed {
-        let found = on(&scene, &placed.object).expect("reachable");
-        let target = Outline::new(&scene.object(&placed.object).expect("known").shape, placed.pose());
-        for candidate in &found {
-            let lever = lever_m(candidate, placed.position_m);
-            assert!(
-                lever < 1e-12,
-                "{}: the line of action passes {lever} m from the centroid",
-                placed.object
-            );
-            let pose = Pose { position: candidate.contact_m, yaw_rad: candidate.heading_rad };
-            let gap_m = Outline::new(&scene.cell.striker.shape, pose).gap_m(&target);
-            assert!(gap_m.abs() < 1e-12, "{}: a gap of {gap_m} m at contact", placed.object);
-        }
-    }
-    let count = |name| on(&scene, name).expect("reachable").len();
-    assert_eq!((count("a"), count("b"), count("d")), (72, 3, 4));
+/// Touching objects, as the paper's piles are.
+fn piles() -> Vec<Scene> {
+    vec![
+        scene(&[("a", 0.0, 0.0, 0.0), ("c", 0.075, 0.0, 0.0)]),
+        scene(&[("a", 0.0, 0.0, 0.0), ("c", 0.07, 0.028, 0.0), ("e", 0.05, -0.0495, 0.0)]),
+        scene(&[("a", 0.0, 0.0, 0.0), ("b", 0.062, 0.0, 1.1), ("d", 0.0, 0.065, 0.3)]),
+        scene(&[
+            ("a", 0.0, 0.0, 0.0),
+            ("a#2", 0.081, 0.0, 0.0),
+            ("d", 0.04, 0.08, 0.7),
+            ("e", 0.04, -0.06, 0.0),
+        ]),
+    ]
 }
 
 #[test]
-fn a_side_without_a_perpendicular_through_the_centroid_is_not_struck() {
-    // The two short ways around a long obtuse triangle: one side has its foot outside.
-    let scene = scene(&[("t", 0.0, 0.0, 0.0)]);
-    let corners = scene.object("t").expect("known").shape.corners();
-    let found = on(&scene, "t").expect("reachable");
-    assert!(found.len() < corners.len(), "{} of {} sides", found.len(), corners.len());
-}
-
-#[test]
-fn a_flat_striker_touches_with_the_middle_of_its_front() {
-    let mut scene = scene(&[("d", 0.0, 0.0, 0.0)]);
-    scene.cell.striker.shape = Shape::Rectangle { size_m: [0.02, 0.06] };
-    let found = on(&scene, "d").expect("reachable");
-    let from_the_left = found.iter().find(|c| c.heading_rad.abs() < 1e-12).expect("a strike to the right");
-    assert!(
-        from_the_left.contact_m.distance(Point::new(-0.03, 0.0)) < 1e-12,
-        "{:?}",
-        from_the_left.contact_m
-    );
-}
-
-#[test]
-fn a_neighbour_blocks_the_headings_on_its_side_and_is_named() {
-    let two = scene(&[("a", 0.0, 0.0, 0.0), ("c", 0.075, 0.0, 0.0)]);
-    let found = on(&two, "a").expect("reachable");
-    assert!(found.len() < 72 && found.iter().all(|c| c.contact_m.x < 0.04), "{} headings", found.len());
-    assert!(
-        found[0].heading_rad.abs() < 1e-12,
-        "the first one points at the pile: {} rad",
-        found[0].heading_rad
-    );
-    let ring: Vec<_> =
-        (0..6).map(|k| TAU * f64::from(k) / 6.0).map(|t| (0.0751 * t.cos(), 0.0751 * t.sin())).collect();
-    let names = ["c", "c#2", "c#3", "c#4", "c#5", "c#6"];
-    let mut placed: Vec<_> = names.iter().zip(ring).map(|(name, (x, y))| (*name, x, y, 0.0)).collect();
-    placed.push(("a", 0.0, 0.0, 0.0));
-    let blocked = on(&scene(&placed), "a").expect_err("surrounded");
-    assert_eq!(blocked.to_string(), "a is blocked by c, c#2, c#3, c#4, c#5, c#6");
-}
-
-#[test]
-fn walls_keep_out_areas_and_the_edge_shorten_the_way_or_bar_it() {
-    let mut scene = scene(&[("a", 0.0, 0.0, 0.0)]);
-    let to_the_right =
-        |scene: &Scene| on(scene, "a").expect("reachable").into_iter().find(|c| c.heading_rad.abs() < 1e-9);
-    let wall =
-        |x_m: f64| Wall { from_m: Point::new(x_m, -0.2), to_m: Point::new(x_m, 0.2), restitution: 0.5 };
-    assert_eq!(to_the_right(&scene).expect("free").lead_in_m, 0.07);
-    // Contact at -55 mm, 20 mm to draw back, 15 mm of striker, 3 mm clear.
-    for (x_m, lead_in_m) in [(-0.164, Some(0.07)), (-0.162, Some(0.05)), (-0.115, Some(0.02)), (-0.112, None)]
-    {
-        scene.walls = vec![wall(x_m)];
-        assert_eq!(to_the_right(&scene).map(|c| c.lead_in_m), lead_in_m, "a wall at {x_m} m");
-    }
-    scene.walls = Vec::new();
-    let points_m = [[-0.3, -0.01], [-0.2, -0.01], [-0.1, 0.0], [-0.2, 0.01]].map(Point::from).to_vec();
-    scene.keep_out = vec![KeepOut { points_m }];
-    assert_eq!(to_the_right(&scene), None);
-    scene.keep_out = Vec::new();
-    let outline_m = [[-0.1, -0.3], [0.3, -0.3], [0.3, 0.3], [-0.1, 0.3]].map(Point::from).to_vec();
-    scene.cell.table = Some(crate::cell::Table { outline_m });
-    assert_eq!(to_the_right(&scene).map(|c| c.lead_in_m), Some(0.02));
-}
-
-#[test]
-fn with_an_arm_the_heading_of_greatest_impulse_comes_first() {
-    let scene = scene(&[("a", 0.0, 0.0, 0.0), ("c", 0.2, 0.0, 0.0)]);
-    // An arm that is heaviest along +y and cannot strike downwards.
-    let mass_kg = |_: Point, heading_rad: f64| 3.0 * heading_rad.sin();
-    let options = Options { effective_mass_kg: Some(&mass_kg), ..Options::default() };
-    let found =
-        candidates(&scene, &properties(), &options, &scene.placed[0]).expect("measured").expect("reachable");
-    assert!((found[0].heading_rad - FRAC_PI_2).abs() < 1e-9, "{} rad", found[0].heading_rad);
-    assert!(found.iter().all(|c| c.heading_rad.sin() > 0.0));
-}
-
-#[test]
-fn the_striker_stops_before_it_meets_the_object_again() {
-    let mut properties = properties();
-    properties.friction.insert("a".into(), Estimate::exact(0.3));
-    properties.striker_restitution.insert("a".into(), Estimate::exact(0.5));
-    let scene = scene(&[("a", 0.0, 0.0, 0.0)]);
-    let found = candidates(&scene, &properties, &Options::default(), &scene.placed[0]).expect("measured");
-    let candidate = &found.expect("reachable")[0];
-    // The striker at v t, the object at (1 + e) v t - mu g t2 / 2: they meet at 0.136 s, 54 mm (0.4 m/s).
-    let (speed_m_s, time_s) = (0.4, 2.0 * 0.5 * 0.4 / (0.3 * 9.806_65));
-    let object_m = 1.5 * speed_m_s * time_s - 0.3 * 9.806_65 * time_s * time_s / 2.0;
-    let caught_m = candidate.catch_up_m(speed_m_s);
-    assert!(
-        (caught_m - speed_m_s * time_s).abs() < 1e-12 && (caught_m - object_m).abs() < 1e-12,
-        "{caught_m} m"
-    );
-    assert!((caught_m - 0.054).abs() < 5e-4, "{caught_m} m");
-    for speed_m_s in [0.13, 0.2, 0.4, 1.0] {
-        let (on_m, caught_m) = (candidate.follow_through_m(speed_m_s), candidate.catch_up_m(speed_m_s));
-        assert!(
-            on_m < caught_m,
-            "at {speed_m_s} m/s the striker runs {on_m} m and meets the object after {caught_m} m"
+fn simulating_the_strike_gives_what_the_plan_promised_to_the_last_bit() {
+    for scene in piles() {
+        let plan = planned(&scene);
+        assert_ne!(plan.outcome, Outcome::Unreachable, "{}", plan.reason);
+        // As it is written and read again.
+        let text = serde_json::to_string(&plan).expect("JSON");
+        let read: Plan = serde_json::from_str(&text).expect("the same plan");
+        assert_eq!(read, plan);
+        let (strike, promised) = (read.strike.expect("a strike"), read.prediction.expect("a prediction"));
+        let done =
+            physics::trajectory(&scene, &properties(), &strike, &physics::Options::default()).expect("a run");
+        assert_eq!(done.final_poses, promised.final_poses);
+        let distances = Singulation::of(&scene, &done.final_poses).expect("known objects");
+        assert_eq!(distances.min_distance_m(), promised.min_distance_m);
+        assert_eq!(distances.mean_distance_m(), promised.mean_distance_m);
+        assert_eq!(
+            distances.violations(&scene.goal).is_empty(),
+            plan.outcome == Outcome::Found,
+            "{}",
+            plan.reason
         );
     }
 }
 
-proptest! {
-    #[test]
-    fn the_approach_keeps_clear_of_everything(
-        places in proptest::collection::vec((-0.12..0.12f64, -0.12..0.12f64, -PI..PI), 4),
-    ) {
-        let names = ["a", "b", "c", "d"];
-        let placed: Vec<_> = names.iter().zip(&places).map(|(n, &(x, y, yaw))| (*n, x, y, yaw)).collect();
-        let scene = scene(&placed);
-        let outline = |p: &Placed| Outline::new(&scene.object(&p.object).expect("known").shape, p.pose());
-        for target in &scene.placed {
-            for candidate in on(&scene, &target.object).into_iter().flatten() {
-                let along = Vec2::from_heading(candidate.heading_rad);
-                for step in 0..=40 {
-                    let back_m = (candidate.lead_in_m + 0.02) * f64::from(step) / 40.0;
-                    let at = candidate.contact_m - along * back_m;
-                    let pose = Pose { position: at, yaw_rad: candidate.heading_rad };
-                    let striker = Outline::new(&scene.cell.striker.shape, pose);
-                    for other in scene.placed.iter().filter(|p| p.object != target.object) {
-                        let gap_m = striker.gap_m(&outline(other));
-                        prop_assert!(gap_m >= 0.003 - 1e-12, "{gap_m} m to {} before {}", other.object, target.object);
-                    }
-                }
-            }
-        }
+#[test]
+fn the_same_pile_gives_the_same_bytes_and_names_do_not_depend_on_the_order() {
+    for scene in piles() {
+        let text = |plan: &Plan| serde_json::to_string(plan).expect("JSON");
+        assert_eq!(text(&planned(&scene)), text(&planned(&scene)));
+        let mut reversed = scene.clone();
+        reversed.placed.reverse();
+        assert_eq!(planned(&reversed).strike, planned(&scene).strike);
     }
+}
 
-    #[test]
-    fn turning_the_table_turns_every_strike(turn_rad in -PI..PI) {
-        let placed = [("a", 0.0, 0.0, 0.0), ("b", 0.07, 0.03, 0.5), ("d", 0.0, 0.09, 1.0)];
-        let turned = placed.map(|(name, x, y, yaw_rad)| {
-            let place = Vec2::new(x, y).rotated(turn_rad);
-            (name, place.x, place.y, yaw_rad + turn_rad)
-        });
-        for name in ["a", "b", "d"] {
-            let (before, after) = (on(&scene(&placed), name), on(&scene(&turned), name));
-            let (before, after) = (before.unwrap_or_default(), after.unwrap_or_default());
-            prop_assert_eq!(before.len(), after.len(), "{} headings", name);
-            for one in before {
-                let expected = Point::ORIGIN + one.contact_m.to_vec().rotated(turn_rad);
-                let nearest_m = after.iter().map(|c| c.contact_m.distance(expected)).fold(f64::INFINITY, f64::min);
-                prop_assert!(nearest_m < 1e-9, "{name}: {nearest_m} m");
-            }
-        }
+#[test]
+fn two_touching_discs_are_singulated() {
+    let plan = planned(&piles()[0]);
+    assert_eq!(plan.outcome, Outcome::Found, "{}", plan.reason);
+    let strike = plan.strike.expect("a strike");
+    assert_eq!(strike.object.as_deref(), Some("a"));
+    assert!(strike.heading_rad.abs() < 1e-6, "through the other disc: {} rad", strike.heading_rad);
+    assert!(plan.iterations.last().expect("steps").fulfilled && plan.iterations.len() <= 12);
+}
+
+#[test]
+fn when_no_speed_works_the_best_strike_is_told_and_what_it_lacks() {
+    let mut slow = piles()[1].clone();
+    slow.cell.striker.speed_range_m_s = [0.05, 0.12];
+    let plan = planned(&slow);
+    assert_eq!(plan.outcome, Outcome::BestEffort);
+    assert!(plan.reason.contains("wanted") && plan.reason.contains("headings"), "{}", plan.reason);
+    let speed_m_s = plan.strike.expect("a strike").speed_m_s;
+    assert!((0.05..=0.12).contains(&speed_m_s), "{speed_m_s} m/s");
+    assert!(plan.iterations.iter().all(|i| !i.fulfilled));
+}
+
+#[test]
+fn the_largest_object_is_struck_and_another_one_where_it_cannot_be() {
+    assert_eq!(planned(&piles()[2]).strike.expect("a strike").object.as_deref(), Some("a"));
+    // Walls close around the largest disc, but not around its neighbour.
+    let mut scene = scene(&[("a", 0.0, 0.0, 0.0), ("c", 0.1, 0.0, 0.0)]);
+    let wall = |from: [f64; 2], to: [f64; 2]| Wall { from_m: from.into(), to_m: to.into(), restitution: 0.5 };
+    scene.walls = vec![
+        wall([-0.05, -0.05], [-0.05, 0.05]),
+        wall([-0.05, 0.05], [0.04, 0.05]),
+        wall([-0.05, -0.05], [0.04, -0.05]),
+    ];
+    let plan = planned(&scene);
+    assert_eq!(plan.strike.expect("a strike").object.as_deref(), Some("c"));
+    assert!(plan.reason.contains("a is blocked by a wall, c"), "{}", plan.reason);
+}
+
+#[test]
+fn what_cannot_be_is_answered_at_once_with_the_reason() {
+    let walled = |mut scene: Scene| {
+        let corners = [[-0.06, -0.06], [0.06, -0.06], [0.06, 0.06], [-0.06, 0.06]].map(Point::from);
+        let side = |k: usize| Wall { from_m: corners[k], to_m: corners[(k + 1) % 4], restitution: 0.5 };
+        scene.walls = (0..4).map(side).collect();
+        scene
+    };
+    let far_goal = |mut scene: Scene, goal: Goal| {
+        scene.goal = goal;
+        scene
+    };
+    let wide = Goal { min_distance_m: 0.8, mean_distance_m: [0.0, 2.0], ..Goal::default() };
+    let mean = Goal { mean_distance_m: [1.3, 2.0], ..Goal::default() };
+    for (scene, words) in [
+        (scene(&[]), "nothing lies on the table"),
+        (
+            walled(scene(&[("d", 0.0, 0.0, 0.0), ("b", 0.0, 0.045, 0.0)])),
+            "no central strike reaches any object",
+        ),
+        (far_goal(piles()[1].clone(), wide), "do not fit into the workspace of 1000 x 800 mm"),
+        (far_goal(piles()[0].clone(), mean), "at most 1280.6 mm apart on average"),
+    ] {
+        let plan = planned(&scene);
+        assert_eq!((plan.outcome, &plan.strike, &plan.prediction), (Outcome::Unreachable, &None, &None));
+        assert!(plan.iterations.is_empty() && plan.reason.contains(words), "{}", plan.reason);
     }
+}
+
+#[test]
+fn what_is_singulated_already_needs_no_strike() {
+    for (scene, words) in [
+        (scene(&[("a", 0.0, 0.0, 0.0)]), "only a lies on the table"),
+        (scene(&[("a", 0.0, 0.0, 0.0), ("b", 0.2, 0.0, 0.0)]), "already lie as wanted"),
+    ] {
+        let plan = planned(&scene);
+        assert_eq!((plan.outcome, &plan.strike), (Outcome::Found, &None));
+        assert!(plan.reason.contains(words), "{}", plan.reason);
+        let here = plan.prediction.expect("the poses as they are").final_poses;
+        assert!(scene.placed.iter().all(|p| here[&p.object] == p.pose()));
+    }
+}
+
+#[test]
+fn a_pair_that_was_never_filmed_is_an_error_with_its_name() {
+    let mut properties = properties();
+    properties.restitution.remove("a/c");
+    let error = plan(&piles()[0], &properties, &Options::default()).expect_err("not measured");
+    assert!(error.to_string().contains("a/c"), "{error}");
 }

@@ -212,8 +212,11 @@ fn draw_table(canvas: &mut Canvas, scene: &Scene) {
     canvas.polygon("workspace", &corners, true);
     let [x, y] = canvas.px(Point::new(low.x, high.y));
     let text = "workspace";
-    let (x, y) = (x.max(0.0) + 6.0 + width_px(text) / 2.0, y.max(0.0) + 12.0);
-    if let Some([x, y]) = canvas.labels.place(text, &[[x, y]]) {
+    let center = [x + 6.0 + width_px(text) / 2.0, y + 12.0];
+    if x >= 0.0
+        && y >= 0.0
+        && let Some([x, y]) = canvas.labels.place(text, &[center])
+    {
         canvas.svg.text("small muted", [x, y + 3.0], Anchor::Middle, text);
     }
     for area in &scene.keep_out {
@@ -243,11 +246,13 @@ fn draw_strike(canvas: &mut Canvas, scene: &Scene, strike: &Strike) {
     let wing = |side: f64| tip - along * ARROW_PX + along.perpendicular() * (side * 0.45 * ARROW_PX);
     let head = [tip, wing(1.0), wing(-1.0)].map(|v| [v.x, v.y]);
     canvas.svg.path("strike-head", &head, true);
-    for [x, y] in [from, to, [f64::midpoint(from[0], to[0]), f64::midpoint(from[1], to[1])]] {
-        canvas.labels.keep_free([x - 6.0, y - 6.0, x + 6.0, y + 6.0]);
+    let radius_px = shape.outer_radius_m() * canvas.px_per_m;
+    let middle = [f64::midpoint(from[0], to[0]), f64::midpoint(from[1], to[1])];
+    for ([x, y], half) in [(from, radius_px), (middle, 6.0), (to, 6.0)] {
+        canvas.labels.keep_free([x - half, y - half, x + half, y + half]);
     }
     let text = format!("{:.2} m/s", strike.speed_m_s);
-    let reach_px = shape.outer_radius_m() * canvas.px_per_m + 10.0;
+    let reach_px = radius_px + 10.0;
     let half_px = width_px(&text) / 2.0 + 4.0;
     let [x, y] = from;
     let centres = [
