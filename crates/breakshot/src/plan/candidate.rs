@@ -10,6 +10,7 @@ use crate::error::Result;
 use crate::geometry::{Point, Pose, Vec2, wrapped_rad};
 use crate::object::Shape;
 use crate::outline::Outline;
+use crate::physics::GRAVITY_M_S2;
 use crate::properties::Properties;
 use crate::scene::{Placed, Scene, Strike};
 use std::collections::BTreeSet;
@@ -31,8 +32,6 @@ const CATCH_UP_PART: f64 = 0.5;
 const HEADINGS: u32 = 72;
 /// Touching within this is a contact and no overlap (m).
 const TOUCH_M: f64 = 1e-6;
-/// Standard gravity (m/s2).
-const GRAVITY_M_S2: f64 = 9.806_65;
 
 /// One central strike, apart from its speed.
 #[derive(Clone, Debug, PartialEq)]

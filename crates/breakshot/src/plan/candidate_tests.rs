@@ -6,6 +6,7 @@ use super::*;
 use crate::geometry::Vec2;
 use crate::object::Shape;
 use crate::outline::Outline;
+use crate::physics::GRAVITY_M_S2;
 use crate::scene::{KeepOut, Wall};
 use crate::uncertain::Estimate;
 use proptest::prelude::*;
@@ -130,8 +131,8 @@ fn the_striker_stops_before_it_meets_the_object_again() {
     let found = candidates(&scene, &properties, &Options::default(), &scene.placed[0]).expect("measured");
     let candidate = &found.expect("reachable")[0];
     // The striker at v t, the object at (1 + e) v t - mu g t2 / 2: they meet at 0.136 s, 54 mm (0.4 m/s).
-    let (speed_m_s, time_s) = (0.4, 2.0 * 0.5 * 0.4 / (0.3 * 9.806_65));
-    let object_m = 1.5 * speed_m_s * time_s - 0.3 * 9.806_65 * time_s * time_s / 2.0;
+    let (speed_m_s, time_s) = (0.4, 2.0 * 0.5 * 0.4 / (0.3 * GRAVITY_M_S2));
+    let object_m = 1.5 * speed_m_s * time_s - 0.3 * GRAVITY_M_S2 * time_s * time_s / 2.0;
     let caught_m = candidate.catch_up_m(speed_m_s);
     assert!(
         (caught_m - speed_m_s * time_s).abs() < 1e-12 && (caught_m - object_m).abs() < 1e-12,

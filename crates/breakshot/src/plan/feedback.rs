@@ -14,10 +14,11 @@
 use super::candidate::Candidate;
 use super::{Contact, Iteration};
 use crate::error::Result;
-use crate::physics::{self, Trajectory};
-use crate::properties::Properties;
+use crate::geometry::Pose;
+use crate::physics::{Simulator, World};
 use crate::scene::Scene;
 use crate::singulation::{Area, Singulation, Violation};
+use std::collections::BTreeMap;
 
 /// How strongly the relative error acts on the speed's square.
 const GAIN: f64 = 1.5;
@@ -36,7 +37,7 @@ const FALLBACK_SCALE_M: f64 = 0.1;
 #[derive(Clone, Debug)]
 pub(super) struct Trial {
     pub iteration: Iteration,
-    pub trajectory: Trajectory,
+    pub final_poses: BTreeMap<String, Pose>,
     /// The conditions that do not hold, the worst first.
     pub violations: Vec<Violation>,
 }
@@ -57,14 +58,15 @@ impl Trial {
 /// All strikes simulated so far.
 pub(super) struct Search<'a> {
     scene: &'a Scene,
-    properties: &'a Properties,
+    world: &'a World,
+    simulator: Simulator,
     pub iterations: Vec<Iteration>,
     pub best: Option<Trial>,
 }
 
 impl<'a> Search<'a> {
-    pub(super) fn new(scene: &'a Scene, properties: &'a Properties) -> Self {
-        Self { scene, properties, iterations: Vec::new(), best: None }
+    pub(super) fn new(scene: &'a Scene, world: &'a World) -> Self {
+        Self { scene, world, simulator: Simulator::new(), iterations: Vec::new(), best: None }
     }
 
     /// A speed that fulfils the goal along this heading, by feedback, else by scan; the best trial is kept in any case.
@@ -130,9 +132,9 @@ impl<'a> Search<'a> {
         let mut strike = candidate.strike(speed_m_s);
         // Rounding may lead out of the striker's range.
         strike.speed_m_s = strike.speed_m_s.clamp(slowest, fastest);
-        let trajectory =
-            physics::trajectory(self.scene, self.properties, &strike, &physics::Options::default())?;
-        let singulation = Singulation::of(self.scene, &trajectory.final_poses)?;
+        let outcome = self.simulator.run(self.world, &strike)?;
+        let final_poses = self.world.names().iter().cloned().zip(outcome.poses).collect();
+        let singulation = Singulation::of(self.scene, &final_poses)?;
         let violations = singulation.violations(&self.scene.goal);
         let follow_through_m = strike.travel_m - candidate.lead_in_m;
         let scatters = candidate.catch_up_m(strike.speed_m_s) > follow_through_m;
@@ -144,7 +146,7 @@ impl<'a> Search<'a> {
             fulfilled: violations.is_empty(),
         };
         self.iterations.push(iteration.clone());
-        let trial = Trial { iteration, trajectory, violations };
+        let trial = Trial { iteration, final_poses, violations };
         let better = |best: &Trial| {
             let ((lost, lacks_m), (best_lost, best_lacks_m)) = (trial.badness(), best.badness());
             lost < best_lost || (lost == best_lost && lacks_m < best_lacks_m)

@@ -11,8 +11,7 @@ pub(super) fn impossible(scene: &Scene) -> Option<String> {
     }
     let size = scene.cell.workspace.max_m - scene.cell.workspace.min_m;
     let workspace = format!("the workspace of {:.0} x {:.0} mm", size.x * 1e3, size.y * 1e3);
-    let most = most_points(size.x, size.y, goal.min_distance_m);
-    if (count as f64) > most {
+    if count > most_points(size.x, size.y, goal.min_distance_m, count) {
         return Some(format!(
             "{count} centres at least {:.1} mm apart do not fit into {workspace}",
             goal.min_distance_m * 1e3
@@ -28,18 +27,22 @@ pub(super) fn impossible(scene: &Scene) -> Option<String> {
     })
 }
 
-/// An upper bound on how many points at least `apart_m` from each other a rectangle holds.
+/// An upper bound on how many points at least `apart_m` from each other a rectangle holds; of more than `count` only that
+/// they may fit.
 ///
-/// Two points: the diagonal.  More: N. Oler's inequality (1961), area and perimeter measured in `apart_m`.
-fn most_points(width_m: f64, height_m: f64, apart_m: f64) -> f64 {
-    if apart_m > width_m.hypot(height_m) {
-        return 1.0;
-    }
+/// N. Oler's inequality (1961), area and perimeter measured in `apart_m`; and the pigeonhole principle: cells with a
+/// diagonal below `apart_m` hold one point each.
+fn most_points(width_m: f64, height_m: f64, apart_m: f64, count: usize) -> usize {
     if apart_m <= 0.0 {
-        return f64::INFINITY;
+        return usize::MAX;
     }
     let (width, height) = (width_m / apart_m, height_m / apart_m);
-    (2.0 / 3f64.sqrt() * width * height + width + height + 1.0).floor()
+    let oler = (2.0 / 3f64.sqrt() * width * height + width + height + 1.0).floor() as usize;
+    let cells = (1..=count).flat_map(|columns| (1..=count / columns).map(move |rows| (columns, rows)));
+    let single =
+        |&(columns, rows): &(usize, usize)| (width / columns as f64).hypot(height / rows as f64) < 1.0;
+    let pigeonholes = cells.filter(single).map(|(columns, rows)| columns * rows).min();
+    oler.min(pigeonholes.unwrap_or(usize::MAX))
 }
 
 /// The greatest mean distance that so many points in a rectangle can have.
@@ -68,8 +71,8 @@ mod tests {
 
     #[test]
     fn two_centres_fit_up_to_the_diagonal() {
-        assert!(most_points(0.3, 0.4, 0.5) >= 2.0);
-        assert!(most_points(0.3, 0.4, 0.500_001) < 2.0);
+        assert!(most_points(0.3, 0.4, 0.5, 2) >= 2);
+        assert!(most_points(0.3, 0.4, 0.500_001, 2) < 2);
         assert!((greatest_mean_m(0.3, 0.4, 2) - 0.5).abs() < 1e-15);
     }
 
@@ -77,11 +80,17 @@ mod tests {
     fn the_bound_never_refuses_what_a_grid_or_a_triangular_lattice_shows_to_fit() {
         for (columns, rows) in [(2_u32, 2_u32), (3, 4), (5, 2), (7, 7)] {
             let (width_m, height_m) = (0.1 * f64::from(columns - 1), 0.1 * f64::from(rows - 1));
-            let most = most_points(width_m + 1e-9, height_m + 1e-9, 0.1);
-            assert!(most >= f64::from(columns * rows), "{columns} x {rows}: {most}");
+            let count = (columns * rows) as usize;
+            let most = most_points(width_m + 1e-9, height_m + 1e-9, 0.1, count);
+            assert!(most >= count, "{columns} x {rows}: {most}");
         }
         // Seven points: the middle of a hexagon and its corners.
-        assert!(most_points(2.0, 3f64.sqrt() + 1e-9, 1.0) >= 7.0);
+        assert!(most_points(2.0, 3f64.sqrt() + 1e-9, 1.0, 7) >= 7);
+    }
+
+    #[test]
+    fn three_points_do_not_fit_where_half_the_rectangle_is_too_small_for_two() {
+        assert!(most_points(1.0, 0.8, 0.95, 3) < 3);
     }
 
     #[test]

@@ -32,6 +32,7 @@ mod tests;
 
 use crate::error::Result;
 use crate::geometry::{Point, Pose, wrapped_rad};
+use crate::physics::{self, World};
 use crate::properties::Properties;
 use crate::scene::{Placed, Scene, Strike};
 use crate::singulation::Singulation;
@@ -184,13 +185,14 @@ fn prediction(final_poses: BTreeMap<String, Pose>, singulation: &Singulation) ->
 /// Rules iii to vii of section 5 for a goal that does not hold yet.
 fn paper(mut plan: Plan, properties: &Properties, options: &Options) -> Result<Plan> {
     let scene = plan.scene.clone();
+    let world = World::new(&scene, properties, &physics::Options::default())?;
     let (candidates, blocked) = target_candidates(&scene, properties, options)?;
     if candidates.is_empty() {
         let each: Vec<_> = blocked.iter().map(Blocked::to_string).collect();
         plan.reason = format!("no central strike reaches any object: {}", each.join("; "));
         return Ok(plan);
     }
-    let mut search = Search::new(&scene, properties);
+    let mut search = Search::new(&scene, &world);
     let headings = spread_out(candidates);
     let mut found = None;
     for candidate in &headings {
@@ -205,9 +207,9 @@ fn paper(mut plan: Plan, properties: &Properties, options: &Options) -> Result<P
     if let Some(trial) = found.or(best) {
         let unreached = blocked.first().map(|b| format!("; the largest object cannot be struck: {b}"));
         plan.reason = reason(&trial, &plan, headings.len()) + &unreached.unwrap_or_default();
-        let Trial { iteration, trajectory, .. } = trial;
+        let Trial { iteration, final_poses, .. } = trial;
         plan.prediction = Some(Prediction {
-            final_poses: trajectory.final_poses,
+            final_poses,
             min_distance_m: iteration.min_distance_m,
             mean_distance_m: iteration.mean_distance_m,
             success_probability: None,

@@ -11,7 +11,7 @@ mod figures;
 mod html;
 mod observed;
 
-pub use html::{ClipValue, Filmed, Impact, Motion, Simulated, Story};
+pub use html::{Filmed, Motion, Simulated, Story};
 pub use observed::{Observed, Seen};
 
 use crate::error::Result;

@@ -120,15 +120,16 @@ fn extent(rows: &[IntervalRow]) -> Vec<f64> {
 /// or it would press all others together.
 const MOST_ROOM: f64 = 0.35;
 
-/// Mean, half the interval and the number of clips; the interval has two digits that count.
+/// Mean, half the interval and the number of clips if known; the interval has two digits that count.
 fn numbers(estimate: &Estimate) -> String {
     let half = (estimate.interval_95[1] - estimate.interval_95[0]) / 2.0;
     if estimate.n == 0 && half == 0.0 {
         return format!("{} (unit)", estimate.mean);
     }
+    let clips = if estimate.n > 0 { format!(" ({})", estimate.n) } else { String::new() };
     if !half.is_finite() {
-        return format!("{:.3} ({})", estimate.mean, estimate.n);
+        return format!("{:.3}{clips}", estimate.mean);
     }
     let decimals = (1.0 - half.max(1e-9).log10().floor()).clamp(1.0, 5.0) as usize;
-    format!("{:.decimals$} \u{b1} {half:.decimals$} ({})", estimate.mean, estimate.n)
+    format!("{:.decimals$} \u{b1} {half:.decimals$}{clips}", estimate.mean)
 }

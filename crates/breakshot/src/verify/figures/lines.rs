@@ -50,6 +50,8 @@ const RIGHT_PX: f64 = 14.0;
 const BELOW_PX: f64 = 40.0;
 const LEGEND_LINE_PX: f64 = 20.0;
 const MARK_LINE_PX: f64 = 15.0;
+/// The radius of a dot (px).
+const DOT_PX: f64 = 2.2;
 /// Marks closer together than their labels are wide stack up to so many lines; what is left goes unlabelled.
 const MARK_LINES: usize = 4;
 
@@ -111,7 +113,7 @@ fn draw_panel(svg: &mut Svg, panel: &Panel, x_axis: &Axis, top_px: f64) {
             let run: Vec<_> = run.iter().map(px).collect();
             if series.dots || run.len() == 1 {
                 for &point in &run {
-                    svg.circle(&format!("dot {}", series.class), point, 3.0, "");
+                    svg.circle(&format!("dot {}", series.class), point, DOT_PX, "");
                 }
             } else if !run.is_empty() {
                 svg.path(&format!("curve {}", series.class), &run, false);

@@ -2,7 +2,8 @@
 
 use super::Story;
 use super::words::{figure, numbers, table};
-use crate::object::{self, Object};
+use crate::estimate::ClipFit;
+use crate::object::{self, Object, kind, pair_key};
 use crate::properties::Properties;
 use crate::uncertain::Estimate;
 use crate::verify::figures::{IntervalRow, Intervals, Palette, Scale, escaped, intervals};
@@ -18,7 +19,10 @@ pub(super) fn chapter(story: &Story, properties: &Properties, palette: &Palette)
     ];
     let told: String = sections.into_iter().flatten().collect();
     (!told.is_empty()).then(|| {
-        let from = if story.clips > 0 { format!(" from {} films", story.clips) } else { String::new() };
+        let from = match story.fits.len() {
+            0 => String::new(),
+            count => format!(" from {count} films"),
+        };
         format!(
             "<h2>What the films say about the objects</h2>\n<p>All values are learned{from}; nothing was weighed or \
              looked up. Small dots are single clips. The line through a dot holds the true mean with 95 % probability: \
@@ -27,6 +31,34 @@ pub(super) fn chapter(story: &Story, properties: &Properties, palette: &Palette)
     })
 }
 
+/// What one clip says about one property.
+struct ClipValue<'a> {
+    group: &'static str,
+    name: String,
+    clip: &'a str,
+    value: f64,
+}
+
+/// All that a clip says, property by property.
+fn clip_values(fit: &ClipFit) -> Vec<ClipValue<'_>> {
+    let value = |group, name, value| ClipValue { group, name, clip: &fit.name, value };
+    let sliding = fit.bodies.iter().filter_map(|b| Some((kind(&b.object).to_owned(), b.friction?.value)));
+    let mut values: Vec<_> = sliding.map(|(name, friction)| value("friction", name, friction)).collect();
+    for impact in &fit.impacts {
+        let Some(a) = impact.a.as_deref() else { continue };
+        let (group, name) = if a == STRIKER {
+            ("striker_restitution", kind(&impact.b).to_owned())
+        } else {
+            ("restitution", pair_key(a, &impact.b))
+        };
+        values.extend(impact.restitution.map(|e| value(group, name, e.value)));
+    }
+    values
+}
+
+/// What the fits call the striker.
+const STRIKER: &str = "striker";
+
 /// Rows for one group of properties.
 fn rows(
     story: &Story,
@@ -34,15 +66,15 @@ fn rows(
     values: &BTreeMap<String, Estimate>,
     palette: &Palette,
 ) -> Vec<IntervalRow> {
+    let said: Vec<ClipValue> = story.fits.iter().flat_map(clip_values).filter(|v| v.group == group).collect();
     let row = |(name, estimate): (&String, &Estimate)| {
-        let key = format!("{group}/{name}");
-        let clips = story.clip_values.iter().filter(|v| v.property == key && v.value.is_finite());
+        let clips = said.iter().filter(|v| v.name == *name && v.value.is_finite());
         IntervalRow {
             name: name.clone(),
             // A pair has the colour of its first object.
             class: palette.class(name.split('/').next().unwrap_or(name)),
             estimate: *estimate,
-            clips: clips.map(|v| (v.clip.clone(), v.value)).collect(),
+            clips: clips.map(|v| (v.clip.to_owned(), v.value)).collect(),
             known: None,
         }
     };

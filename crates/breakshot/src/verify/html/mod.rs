@@ -15,6 +15,7 @@ mod words;
 use super::Report;
 use super::figures::{Palette, escaped};
 use crate::detect::Tracks;
+use crate::estimate::ClipFit;
 use crate::object::Object;
 use crate::physics::Trajectory;
 use crate::plan::Plan;
@@ -28,14 +29,12 @@ pub struct Story<'a> {
     pub title: &'a str,
     /// The kinds of objects: weighed masses are compared with the learned ratios.
     pub objects: &'a [Object],
-    /// How many clips the properties were learned from.
-    pub clips: usize,
     /// One clip's motion (Fig. 6).
     pub motion: Option<Motion<'a>>,
     /// Friction, restitution, mass ratios (Figs. 7 to 9, Table 1).
     pub properties: Option<&'a Properties>,
-    /// What the single clips say about them.
-    pub clip_values: &'a [ClipValue],
+    /// The fits of the single clips that they rest on.
+    pub fits: &'a [ClipFit],
     /// The strike for a pile.
     pub plan: Option<&'a Plan>,
     /// What the simulation says that a strike does.
@@ -51,28 +50,8 @@ pub struct Story<'a> {
 pub struct Motion<'a> {
     /// Where its objects were.
     pub tracks: &'a Tracks,
-    /// When what hit what.
-    pub impacts: &'a [Impact],
-}
-
-/// An impact seen in a clip.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Impact {
-    /// When (s).
-    pub time_s: f64,
-    /// What, in words, such as `a hits c`.
-    pub what: String,
-}
-
-/// What one clip says about one property.
-#[derive(Clone, Debug, PartialEq)]
-pub struct ClipValue {
-    /// Which property: `friction/a`, `striker_restitution/a`, `restitution/a/b`, `pair_mass_ratio/a/b`.
-    pub property: String,
-    /// The clip.
-    pub clip: String,
-    /// The value.
-    pub value: f64,
+    /// What was fitted to them.
+    pub fit: Option<&'a ClipFit>,
 }
 
 /// A simulated strike.
@@ -148,7 +127,7 @@ fn palette(story: &Story) -> Palette {
 /// The stages as a row; those that this page tells of are marked.
 fn flow(story: &Story) -> String {
     let stages = [
-        ("Film", "strikes, seen from above", story.motion.is_some() || story.clips > 0),
+        ("Film", "strikes, seen from above", story.motion.is_some() || !story.fits.is_empty()),
         ("Track", "every marker, every frame", story.motion.is_some() || !story.filmed.is_empty()),
         ("Learn", "friction, restitution, mass", story.properties.is_some()),
         ("Plan", "the strike for a pile", story.plan.is_some()),

@@ -156,26 +156,21 @@ fn the_whole_story_makes_a_well_formed_page_of_one_file() {
     let (tracks, predicted) = (tracks(&scene, 0.12), predicted(&scene, 0.1));
     let report = comparison(&scene, &predicted, &Observed::from_tracks(&tracks)).expect("a report");
     let (properties, plan, objects, strike) = (properties(), plan(&scene), objects(), strike());
-    let impacts = [Impact { time_s: 0.16, what: "a hits b".into() }];
-    let values = [ClipValue { property: "friction/a".into(), clip: "one.mp4".into(), value: 0.2 }];
     let filmed =
         Filmed { scene: &scene, strike: &strike, tracks: Some(&tracks), trajectory: None, report: &report };
     let page = html(&Story {
         title: "A & B",
         objects: &objects,
-        clips: 3,
-        motion: Some(Motion { tracks: &tracks, impacts: &impacts }),
+        motion: Some(Motion { tracks: &tracks, fit: None }),
         properties: Some(&properties),
-        clip_values: &values,
+        fits: &[],
         plan: Some(&plan),
         simulated: None,
         filmed: &[filmed],
         warnings: &["one <more>".to_owned()],
     });
     assert_well_formed(&page);
-    for word in
-        ["Real against virtual", "Table 1", "one &lt;more&gt;", "was never filmed", "The search", "a hits b"]
-    {
+    for word in ["Real against virtual", "Table 1", "one &lt;more&gt;", "was never filmed", "The search"] {
         assert!(page.contains(word), "`{word}` is not told");
     }
     for outside in ["http://", "https://", "src=", "@import", "<script"] {
@@ -195,7 +190,7 @@ fn an_empty_story_is_still_a_page_and_every_chapter_stands_alone() {
     assert_well_formed(&html(&Story { plan: Some(&unreachable), ..Story::default() }));
     let empty = Tracks::default();
     assert_well_formed(&html(&Story {
-        motion: Some(Motion { tracks: &empty, impacts: &[] }),
+        motion: Some(Motion { tracks: &empty, fit: None }),
         ..Story::default()
     }));
 }
