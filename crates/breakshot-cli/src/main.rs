@@ -3,7 +3,6 @@
 mod args;
 mod commands;
 mod console;
-mod story;
 
 use args::{Arguments, Command};
 use clap::Parser;

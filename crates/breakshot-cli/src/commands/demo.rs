@@ -2,7 +2,7 @@
 
 use super::{estimate as estimate_command, plan as plan_command, verify as verify_command};
 use crate::args::DemoArgs;
-use crate::{Outcome, console, story};
+use crate::{Outcome, console};
 use breakshot::campaign::Campaign;
 use breakshot::detect::{self, Layout, Tracks};
 use breakshot::estimate::{self, ClipTracks, Estimation};
@@ -145,18 +145,16 @@ fn write(folder: &Path, results: &Results) -> Result<()> {
     files::write_json(&folder.join("pile.report.json"), report)?;
 
     let shown = results.clips.iter().find(|clip| clip.name == SHOWN_CLIP);
-    let impacts = shown.map(|clip| story::impacts(results.estimation, &clip.name)).unwrap_or_default();
-    let clip_values = story::clip_values(results.estimation);
+    let fit = results.estimation.clips.iter().find(|fit| fit.name == SHOWN_CLIP);
     let filmed =
         [Filmed { scene: results.scene, strike, tracks: Some(tracks), trajectory: Some(simulated), report }];
     let simulation = results.plan.strike.as_ref().zip(results.planned);
     let page = verify::html(&Story {
         title: "Breakshot: from strike videos to a strike",
         objects: &results.campaign.objects,
-        clips: results.clips.len(),
-        motion: shown.map(|clip| Motion { tracks: &clip.tracks, impacts: &impacts }),
+        motion: shown.map(|clip| Motion { tracks: &clip.tracks, fit }),
         properties: Some(&results.estimation.properties),
-        clip_values: &clip_values,
+        fits: &results.estimation.clips,
         plan: Some(results.plan),
         simulated: simulation.map(|(strike, trajectory)| Simulated {
             scene: results.scene,
