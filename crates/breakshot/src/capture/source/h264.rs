@@ -41,6 +41,8 @@ pub(super) struct Stream {
     pictures: BTreeMap<u32, Pps>,
     coded: Vec<u8>,
     period: u32,
+    /// Whether the first picture is an instant refresh: nothing in the film refers to what was before it.
+    pub(super) begins_anew: bool,
 }
 
 impl Stream {
@@ -53,6 +55,7 @@ impl Stream {
             pictures: BTreeMap::new(),
             coded: Vec::new(),
             period: 0,
+            begins_anew: true,
         };
         for unit in &coding.parameter_sets {
             stream.read_parameters(unit)?;
@@ -82,6 +85,7 @@ impl Stream {
         if self.slice(slice)?.kind != SliceKind::Intra {
             return Err(Refusal::damaged("a film that does not begin with a key frame"));
         }
+        self.begins_anew = slice[0] & 0x1f == 5;
         Ok(())
     }
 

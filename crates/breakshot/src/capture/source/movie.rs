@@ -20,6 +20,21 @@ pub(super) fn open(path: &Path, mut file: File) -> Result<Opened> {
     Ok(Opened { frames: Box::new(movie), ..opened })
 }
 
+/// The timeline of a film cut out of a longer one: the first pictures may need others that were cut away.
+fn without_leading(
+    ticks: &[i64],
+    track: &Track,
+    warnings: &mut Vec<String>,
+) -> std::result::Result<Timeline, Refusal> {
+    let all = Timeline::of(ticks, &track.edits, track.timescale)?;
+    let timeline = Timeline::of(ticks, &timeline::from(ticks[0], &track.edits), track.timescale)?;
+    let lost = all.times_s.len() - timeline.times_s.len();
+    if lost > 0 {
+        warnings.push(format!("its first {lost} frames need pictures that were cut away, and are left out"));
+    }
+    Ok(timeline)
+}
+
 /// A film that is being decoded.
 struct Movie {
     path: PathBuf,
@@ -38,13 +53,19 @@ struct Movie {
 }
 
 impl Movie {
-    fn of(path: &Path, mut file: File, track: Track) -> std::result::Result<(Opened, Self), Refusal> {
-        let ticks: Vec<i64> = track.samples.iter().map(|sample| sample.shown).collect();
-        let timeline = Timeline::of(&ticks, &track.edits, track.timescale)?;
-        let first = track.samples[0];
+    fn of(path: &Path, mut file: File, mut track: Track) -> std::result::Result<(Opened, Self), Refusal> {
+        let Some(&first) = track.samples.first() else {
+            return Err(Refusal { found: "a film of 0 frames".into(), needed: "at least one frame".into() });
+        };
         let coded = boxes::read_at(&mut file, first.offset, u64::from(first.size))?;
         let stream = Stream::new(&track.coding, &coded)?;
-        let mut warnings = track.warnings;
+        let mut warnings = std::mem::take(&mut track.warnings);
+        let ticks: Vec<i64> = track.samples.iter().map(|sample| sample.shown).collect();
+        let timeline = if stream.begins_anew {
+            Timeline::of(&ticks, &track.edits, track.timescale)?
+        } else {
+            without_leading(&ticks, &track, &mut warnings)?
+        };
         warnings.extend(timeline::warnings(&timeline.times_s, 1.0 / f64::from(track.timescale)));
         let opened = Opened {
             size_px: Orientation::size(stream.size_px()?, track.orientation),

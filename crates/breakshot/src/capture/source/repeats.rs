@@ -11,6 +11,8 @@ const ROW_STEP: usize = 4;
 const MOVING: f64 = 4.0;
 /// A repeated picture changes by less than this part of the change before and behind it.
 const STILL_SHARE: f64 = 0.25;
+/// Motion before and behind is of a kind: the lesser is more than this part of the greater.
+const STEADY_SHARE: f64 = 0.25;
 /// How many frames before and behind are looked at for motion (24 to 60 frames a second repeats up to twice).
 const NEIGHBOURS: usize = 3;
 
@@ -78,8 +80,8 @@ impl Repeats {
             |frames: &[(f64, f64)]| frames.iter().fold(0.0, |most: f64, (_, change)| most.max(*change));
         let before = greatest(&self.changes[n.saturating_sub(NEIGHBOURS)..n]);
         let behind = greatest(&self.changes[n + 1..(n + 1 + NEIGHBOURS).min(self.changes.len())]);
-        let motion = before.min(behind);
-        motion >= MOVING && self.changes[n].1 <= STILL_SHARE * motion
+        let (least, most) = (before.min(behind), before.max(behind));
+        least >= MOVING && least >= STEADY_SHARE * most && self.changes[n].1 <= STILL_SHARE * least
     }
 }
 

@@ -13,6 +13,22 @@ pub(super) struct Edit {
     pub shown_at: i64,
 }
 
+/// The same stretches from tick `start` on.
+pub(super) fn from(start: i64, edits: &[Edit]) -> Vec<Edit> {
+    if edits.is_empty() {
+        return vec![Edit { media_start: start, media_end: i64::MAX, shown_at: 0 }];
+    }
+    let late = |edit: &Edit| {
+        let hidden = start.saturating_sub(edit.media_start).max(0);
+        Edit {
+            media_start: edit.media_start.max(start),
+            shown_at: edit.shown_at.saturating_add(hidden),
+            ..*edit
+        }
+    };
+    edits.iter().map(late).filter(|edit| edit.media_start < edit.media_end).collect()
+}
+
 /// How far apart decoding and showing can be: H.264 keeps at most 16 pictures (A.3.1 h).
 const MAX_REORDERED: usize = 16;
 /// Steps that differ from the usual one by less are the usual step: clocks are rounded, cameras jitter.
@@ -36,20 +52,19 @@ impl Timeline {
         for (n, &tick) in ticks.iter().enumerate() {
             let edit = edits.iter().find(|edit| (edit.media_start..edit.media_end).contains(&tick));
             match edit {
-                Some(edit) => shown.push((tick - edit.media_start + edit.shown_at, n)),
+                Some(edit) => {
+                    shown.push((tick.saturating_sub(edit.media_start).saturating_add(edit.shown_at), n));
+                }
                 None if edits.is_empty() => shown.push((tick, n)),
                 None => {}
             }
         }
         shown.sort_unstable();
         let Some(&(first, _)) = shown.first() else {
-            let found = match ticks.len() {
-                0 => "a film of 0 frames".into(),
-                all => format!("an edit list that shows none of its {all} frames"),
-            };
+            let found = format!("an edit list that shows none of its {} frames", ticks.len());
             return Err(Refusal { found, needed: "at least one frame".into() });
         };
-        let seconds = |tick: i64| (tick - first) as f64 / f64::from(timescale);
+        let seconds = |tick: i64| tick.saturating_sub(first) as f64 / f64::from(timescale);
         if let Some(pair) = shown.windows(2).find(|pair| pair[0].0 == pair[1].0) {
             let found = format!("two frames at the same time ({:.4} s)", seconds(pair[0].0));
             return Err(Refusal { found, needed: NEEDED_TIMES.into() });
@@ -156,6 +171,17 @@ mod tests {
     }
 
     #[test]
+    fn leading_pictures_can_be_left_out() {
+        let timeline = Timeline::of(&[20, 0, 10, 30], &from(20, &[]), 10).unwrap();
+        assert_eq!(timeline.places, [Some(0), None, None, Some(1)]);
+        let edits = [
+            Edit { media_start: 5, media_end: 15, shown_at: 0 },
+            Edit { media_start: 15, media_end: 99, shown_at: 10 },
+        ];
+        assert_eq!(from(20, &edits), [Edit { media_start: 20, media_end: 99, shown_at: 15 }]);
+    }
+
+    #[test]
     fn two_edits_follow_one_another() {
         let edits = [
             Edit { media_start: 0, media_end: 20, shown_at: 0 },
@@ -173,7 +199,6 @@ mod tests {
         let mut ticks: Vec<i64> = (1..40).map(|n| 10 * n).collect();
         ticks.push(0);
         assert!(Timeline::of(&ticks, &[], 10).unwrap_err().found.contains("go back"));
-        assert!(Timeline::of(&[], &[], 10).unwrap_err().found.contains("0 frames"));
     }
 
     #[test]
