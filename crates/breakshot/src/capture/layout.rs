@@ -5,7 +5,7 @@ use super::lens::{self, Lens, middle_px};
 use super::pose::{self, Fit, Sighting, Unknown};
 use super::tags::{self, SeenTag};
 use super::{Camera, GreyImage};
-use crate::cell::{CameraSpec, Cell, Tag, Workspace};
+use crate::cell::{CameraSpec, Cell, ReferencePoint, Tag, Workspace};
 use crate::error::{Error, Result};
 use crate::geometry::{Pixel, Point};
 
@@ -132,10 +132,13 @@ impl Question<'_> {
     }
 
     fn by_points(&mut self) -> Result<Camera> {
-        let pairs: Vec<Sighting> = self.cell.points.iter().map(|p| (p.table_m, p.image_px)).collect();
-        let outside = pairs.iter().position(|(_, p)| !Camera::flat(self.size_px, 1.0, None).shows(*p));
+        let sighting =
+            |p: &ReferencePoint| Sighting { place: p.table_m, pixel: p.image_px, std_px: CLICK_NOISE_PX };
+        let sightings: Vec<Sighting> = self.cell.points.iter().map(sighting).collect();
+        let outside = sightings.iter().position(|s| !Camera::flat(self.size_px, 1.0, None).shows(s.pixel));
         if let Some(k) = outside {
-            let found = format!("points[{k}].image_px at ({}, {})", pairs[k].1.x, pairs[k].1.y);
+            let found =
+                format!("points[{k}].image_px at ({}, {})", sightings[k].pixel.x, sightings[k].pixel.y);
             return Err(failure(
                 self.name,
                 found,
@@ -143,31 +146,31 @@ impl Question<'_> {
             ));
         }
         let fit = match &self.lens {
-            Some(lens) => pose::pose(lens, &pairs, Unknown::Pose, CLICK_NOISE_PX),
-            None => self.unknown_focal(&pairs, false, CLICK_NOISE_PX).or_else(|| {
+            Some(lens) => pose::pose(lens, &sightings, Unknown::Pose),
+            None => self.unknown_focal(&sightings, false).or_else(|| {
                 self.warnings.push(heights_warning());
-                pose::plane(&pairs, CLICK_NOISE_PX)
+                pose::plane(&sightings)
             }),
         };
         let spanning = || failure(self.name, "points that do not span the table", "4 points, no 3 on a line");
         let fit = fit.ok_or_else(spanning)?;
         let mut camera = Camera::seeing(self.size_px, fit.projection.clone());
-        (camera.reprojection_rms_px, camera.reprojection_rms_m) = rms(&camera, &pairs);
+        (camera.reprojection_rms_px, camera.reprojection_rms_m) = rms(&camera, &sightings);
         self.judge(&mut camera, &fit);
         Ok(camera)
     }
 
     /// A lens of square pixels around the picture's middle, where the perspective is strong enough to tell its focal
     /// length; with `distorted` also k1, where that is significant.
-    fn unknown_focal(&self, pairs: &[Sighting], distorted: bool, noise_px: f64) -> Option<Fit> {
+    fn unknown_focal(&self, sightings: &[Sighting], distorted: bool) -> Option<Fit> {
         let center_px = self.spec.center_px.unwrap_or(middle_px(self.size_px));
         let fits = FOCAL_GUESSES.iter().filter_map(|part| {
             let guess = Lens::new([part * self.size_px[0] as f64; 2], center_px, [0.0; 5]);
-            pose::pose(&guess, pairs, Unknown::Focal, noise_px)
+            pose::pose(&guess, sightings, Unknown::Focal)
         });
-        let mut best = fits.min_by(|a, b| a.rms_px.total_cmp(&b.rms_px))?;
+        let mut best = fits.min_by(|a, b| a.misfit.total_cmp(&b.misfit))?;
         if distorted && let Projection::Space { lens, .. } = &best.projection {
-            let bent = pose::pose(lens, pairs, Unknown::FocalAndK1, noise_px).filter(|fit| {
+            let bent = pose::pose(lens, sightings, Unknown::FocalAndK1).filter(|fit| {
                 let k1 = match &fit.projection {
                     Projection::Space { lens, .. } => lens.distortion()[0],
                     Projection::Plane { .. } => 0.0,
@@ -186,23 +189,27 @@ impl Question<'_> {
             let found = format!("tag {} seen twice", list(&twice));
             return Err(failure(self.name, found, "each tag once, or other tags that say which is right"));
         }
-        if !twice.is_empty() {
-            self.warnings.push(format!("tag {} is seen twice in the picture and left out", list(&twice)));
-        }
         let mut used = self.agreeing(&mut seen)?;
         let mut fit = self.fit(&used)?;
         // Tags that shadow or glare hid from the first look are looked for where they must be.
         let found = self.hidden(pictures[0], &fit, &seen);
         if !found.is_empty() {
             seen.extend(found);
+            seen.sort_by_key(|tag| tag.id);
             used = self.agreeing(&mut seen)?;
             fit = self.fit(&used)?;
+        }
+        for id in twice {
+            let at_its_place = seen.iter().any(|tag| tag.id == id);
+            let taken =
+                if at_its_place { "the one where cell.toml has it is taken" } else { "both are left out" };
+            self.warnings.push(format!("tag {id} is seen twice in the picture: {taken}"));
         }
         averaged(&mut seen, pictures, self.lens.as_ref());
         used.retain_mut(|tag| seen.iter().find(|s| s.id == tag.id).map(|s| *tag = s.clone()).is_some());
         fit = self.fit(&used).unwrap_or(fit);
         let mut camera = Camera::seeing(self.size_px, fit.projection.clone());
-        (camera.reprojection_rms_px, camera.reprojection_rms_m) = rms(&camera, &self.pairs(&used));
+        (camera.reprojection_rms_px, camera.reprojection_rms_m) = rms(&camera, &self.sightings(&used));
         camera.tags_found = used.iter().map(|tag| tag.id).collect();
         camera.tags = seen.iter().map(|tag| self.tag_fit(&camera, tag)).collect();
         for tag in camera.tags.iter().filter(|tag| !tag.used) {
@@ -243,23 +250,24 @@ impl Question<'_> {
         self.cell.tags.iter().find(|tag| tag.id == id)
     }
 
-    fn pairs(&self, seen: &[SeenTag]) -> Vec<Sighting> {
+    fn sightings(&self, seen: &[SeenTag]) -> Vec<Sighting> {
         let corners = |tag: &SeenTag| {
             let places = self.tag(tag.id).map(Tag::corners_m).unwrap_or_default();
-            places.into_iter().zip(tag.corners_px)
+            let std_px = tag.std_px().map(|std_px| std_px.hypot(CORNER_NOISE_PX));
+            [0, 1, 2, 3].map(|k| Sighting { place: places[k], pixel: tag.corners_px[k], std_px: std_px[k] })
         };
         seen.iter().flat_map(corners).collect()
     }
 
     /// The projection that these tags tell.
     fn fit(&self, used: &[SeenTag]) -> Result<Fit> {
-        let pairs = self.pairs(used);
+        let sightings = self.sightings(used);
         let flat = || failure(self.name, "tags that do not span the table", "tags lying flat on the table");
         if let Some(lens) = &self.lens {
-            return pose::pose(lens, &pairs, Unknown::Pose, CORNER_NOISE_PX).ok_or_else(flat);
+            return pose::pose(lens, &sightings, Unknown::Pose).ok_or_else(flat);
         }
         let distorted = used.len() >= 4;
-        self.unknown_focal(&pairs, distorted, CORNER_NOISE_PX).ok_or_else(|| {
+        self.unknown_focal(&sightings, distorted).ok_or_else(|| {
             let found = format!("no focal_px, and tag {} seen too straight on to tell it", list(&ids(used)));
             let needed =
                 "camera.focal_px or camera_info (a camera tilted by 20 degrees or more tells it by itself)";
@@ -278,10 +286,7 @@ impl Question<'_> {
             return Ok(used);
         }
         for turns in 1..4 {
-            let mut turned = seen.to_vec();
-            for tag in &mut turned {
-                tag.corners_px.rotate_left(turns);
-            }
+            let turned: Vec<_> = seen.iter().map(|tag| tag.turned(turns)).collect();
             if let Some(used) = agreeing(self, &turned) {
                 let yaw_deg = 90 * turns;
                 let told = "the tags lie turned against cell.toml; taken as they lie: each yaw_rad should be";
@@ -306,17 +311,17 @@ impl Question<'_> {
 
     /// A camera for comparing tags: with the lens if it is known, else by homography.
     fn rough(&self, seen: &[SeenTag]) -> Option<Camera> {
-        let pairs = self.pairs(seen);
+        let sightings = self.sightings(seen);
         let fit = match &self.lens {
-            Some(lens) => pose::pose(lens, &pairs, Unknown::Pose, CORNER_NOISE_PX),
-            None => pose::plane(&pairs, CORNER_NOISE_PX),
+            Some(lens) => pose::pose(lens, &sightings, Unknown::Pose),
+            None => pose::plane(&sightings),
         };
         fit.map(|fit| Camera::seeing(self.size_px, fit.projection))
     }
 
     fn close_to(&self, camera: &Camera, seen: &[SeenTag]) -> Vec<SeenTag> {
         let close = |tag: &&SeenTag| {
-            let (rms_px, rms_m) = rms(camera, &self.pairs(std::slice::from_ref(tag)));
+            let (rms_px, rms_m) = rms(camera, &self.sightings(std::slice::from_ref(tag)));
             rms_m < MISPLACED_M || rms_px < MISPLACED_PX
         };
         seen.iter().filter(close).cloned().collect()
@@ -350,7 +355,7 @@ impl Question<'_> {
     }
 
     fn tag_fit(&self, camera: &Camera, tag: &SeenTag) -> TagFit {
-        let (rms_px, rms_m) = rms(camera, &self.pairs(std::slice::from_ref(tag)));
+        let (rms_px, rms_m) = rms(camera, &self.sightings(std::slice::from_ref(tag)));
         let used = camera.tags_found.contains(&tag.id);
         TagFit { id: tag.id, corners_px: tag.corners_px, rms_px, rms_m, used }
     }
@@ -402,12 +407,12 @@ fn once(seen: Vec<SeenTag>) -> (Vec<SeenTag>, Vec<u32>) {
 }
 
 /// Root mean square distance between seen and expected pixels (px), and between seen and true places (m).
-fn rms(camera: &Camera, pairs: &[Sighting]) -> (f64, f64) {
-    let n = pairs.len().max(1) as f64;
+fn rms(camera: &Camera, sightings: &[Sighting]) -> (f64, f64) {
+    let n = sightings.len().max(1) as f64;
     let (mut px2, mut m2) = (0.0, 0.0);
-    for &(place, pixel) in pairs {
-        px2 += camera.pixel_from_table(place, 0.0).distance_px(pixel).powi(2) / n;
-        m2 += (camera.table_from_pixel(pixel, 0.0) - place).length_squared() / n;
+    for s in sightings {
+        px2 += camera.pixel_from_table(s.place, 0.0).distance_px(s.pixel).powi(2) / n;
+        m2 += (camera.table_from_pixel(s.pixel, 0.0) - s.place).length_squared() / n;
     }
     (px2.sqrt(), m2.sqrt())
 }
@@ -438,7 +443,7 @@ impl Camera {
     pub fn shift_px(&self, later: &GreyImage) -> Option<f64> {
         let mut all = None;
         let shifts = self.tags.iter().filter_map(|fit| {
-            let tag = SeenTag { id: fit.id, corners_px: fit.corners_px };
+            let tag = SeenTag::remembered(fit.id, fit.corners_px);
             let again = tags::again(later, self.lens(), &tag).or_else(|| {
                 let seen = all.get_or_insert_with(|| tags::seen(later, self.lens(), |tags| !tags.is_empty()));
                 seen.iter().find(|tag| tag.id == fit.id).cloned()

@@ -3,6 +3,7 @@
 //! A video or a folder of pictures becomes [`Footage`]: grey frames with their presentation times.  The tags on the
 //! table tell the [`Camera`]: lens, pose, and the way from a pixel to a place at any height above the table and back.
 
+mod calibrate;
 mod camera;
 mod image;
 mod layout;
@@ -12,9 +13,11 @@ mod source;
 pub mod synthetic;
 mod tags;
 
+pub use calibrate::{Calibration, calibration};
 pub use camera::{Camera, TagFit};
 pub use layout::camera;
 pub use lens::Lens;
+pub use tags::tag_sheet;
 
 use crate::cell::Cell;
 use crate::error::Result;
@@ -165,3 +168,6 @@ impl Capture {
 pub fn capture(path: &Path, cell: &Cell) -> Result<Capture> {
     Capture::of(Footage::open(path)?, cell)
 }
+
+#[cfg(test)]
+mod tests;

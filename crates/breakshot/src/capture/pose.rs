@@ -9,7 +9,13 @@ use crate::geometry::{Pixel, Point};
 use nalgebra::{DMatrix, DVector, Matrix3, Rotation3, SMatrix, SymmetricEigen, Vector3};
 
 /// A place on the table and the pixel that shows it.
-pub(super) type Sighting = (Point, Pixel);
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Sighting {
+    pub(super) place: Point,
+    pub(super) pixel: Pixel,
+    /// One standard deviation of each of the pixel's coordinates (px).
+    pub(super) std_px: f64,
+}
 
 /// A map of one plane onto another that keeps straight lines.
 #[derive(Clone, Copy, Debug)]
@@ -18,7 +24,7 @@ pub(super) struct Homography(Matrix3<f64>);
 impl Homography {
     /// The map of least algebraic error, exact for four pairs (Hartley and Zisserman, algorithm 4.2); `None` for
     /// fewer or for points that do not span a plane.
-    pub(super) fn fitted(pairs: &[Sighting]) -> Option<Self> {
+    pub(super) fn fitted(pairs: &[(Point, Pixel)]) -> Option<Self> {
         if pairs.len() < 4 {
             return None;
         }
@@ -50,6 +56,11 @@ impl Homography {
         Some(Self(h / last.signum()))
     }
 
+    /// The way back; a place and a pixel change their roles.
+    pub(super) fn inverse(&self) -> Option<Self> {
+        self.0.try_inverse().map(Self)
+    }
+
     /// `None` past the horizon.
     pub(super) fn pixel(&self, place: Point) -> Option<Pixel> {
         let p = self.0 * Vector3::new(place.x, place.y, 1.0);
@@ -73,8 +84,8 @@ fn normalizing(points: impl Iterator<Item = (f64, f64)> + Clone) -> Option<Matri
 #[derive(Clone, Debug)]
 pub(super) struct Fit {
     pub(super) projection: Projection,
-    /// Root mean square distance in the picture (px).
-    pub(super) rms_px: f64,
+    /// The sum of the squares of what remains, each in standard deviations of its pixel.
+    pub(super) misfit: f64,
     /// Of the parameters of [`changed`].
     pub(super) covariance: DMatrix<f64>,
 }
@@ -101,25 +112,27 @@ impl Unknown {
 }
 
 /// Where the lens stands; of the two poses in which a small flat thing looks nearly the same, the one that fits
-/// better.  `noise_px` is the least standard deviation that a pixel's coordinates can have.
-pub(super) fn pose(lens: &Lens, pairs: &[Sighting], unknown: Unknown, noise_px: f64) -> Option<Fit> {
-    let rays = pairs
-        .iter()
-        .map(|&(place, pixel)| lens.ray_from_pixel(pixel).map(|[x, y]| (place, Pixel::new(x, y))));
-    let rays: Vec<Sighting> = rays.collect::<Option<_>>()?;
+/// better.
+pub(super) fn pose(lens: &Lens, sightings: &[Sighting], unknown: Unknown) -> Option<Fit> {
+    let rays =
+        sightings.iter().map(|s| lens.ray_from_pixel(s.pixel).map(|[x, y]| (s.place, Pixel::new(x, y))));
+    let rays: Vec<_> = rays.collect::<Option<_>>()?;
     let first = extrinsics(&Homography::fitted(&rays)?)?;
-    let starts = [Some(first), Some(flipped(&first, pairs))];
+    let starts = [Some(first), Some(flipped(&first, sightings))];
     let fits = starts.into_iter().flatten().filter_map(|pose| {
-        refined(Projection::Space { lens: lens.clone(), pose }, pairs, unknown.parameters(), noise_px)
+        refined(Projection::Space { lens: lens.clone(), pose }, sightings, unknown.parameters())
     });
-    fits.min_by(|a, b| a.rms_px.total_cmp(&b.rms_px))
+    fits.min_by(|a, b| a.misfit.total_cmp(&b.misfit))
 }
 
 /// The homography of least distances in the picture.
-pub(super) fn plane(pairs: &[Sighting], noise_px: f64) -> Option<Fit> {
-    let Homography(h) = Homography::fitted(pairs)?;
-    let h = h / h.norm();
-    refined(Projection::Plane { pixel_from_table: h.transpose().into() }, pairs, 9, noise_px)
+pub(super) fn plane(sightings: &[Sighting]) -> Option<Fit> {
+    let pairs: Vec<_> = sightings.iter().map(|s| (s.place, s.pixel)).collect();
+    let Homography(h) = Homography::fitted(&pairs)?;
+    // The middle of the places is in view: there the last coordinate is one, and only eight numbers are free.
+    let middle = middle(sightings);
+    let h = h / h.row(2).dot(&Vector3::new(middle.x, middle.y, 1.0).transpose());
+    refined(Projection::Plane { pixel_from_table: h.transpose().into() }, sightings, 8)
 }
 
 /// The rigid motion in a homography from the table to rays.
@@ -134,9 +147,8 @@ fn extrinsics(Homography(h): &Homography) -> Option<Extrinsics> {
 }
 
 /// The pose whose tilt is mirrored in the view ray through the points' middle: from afar it looks the same.
-fn flipped(pose: &Extrinsics, pairs: &[Sighting]) -> Extrinsics {
-    let n = pairs.len() as f64;
-    let middle = pairs.iter().fold(Vector3::zeros(), |sum, (p, _)| sum + Vector3::new(p.x, p.y, 0.0) / n);
+fn flipped(pose: &Extrinsics, sightings: &[Sighting]) -> Extrinsics {
+    let middle = middle(sightings);
     let rotation = pose.rotation();
     let seen = rotation * middle + pose.translation_m();
     let ray = seen.normalize();
@@ -149,8 +161,14 @@ fn flipped(pose: &Extrinsics, pairs: &[Sighting]) -> Extrinsics {
     Extrinsics::new(&rotation, &(seen - rotation * middle))
 }
 
+/// The mean of the places, on the table.
+fn middle(sightings: &[Sighting]) -> Vector3<f64> {
+    let n = sightings.len() as f64;
+    sightings.iter().fold(Vector3::zeros(), |sum, s| sum + Vector3::new(s.place.x, s.place.y, 0.0) / n)
+}
+
 /// A projection a little away: turned by the first three (rad, about the camera's axes), moved by the next three (m),
-/// then the logarithm of its focal length and its k1; a homography by its nine numbers.
+/// then the logarithm of its focal length and its k1; a homography by its first eight numbers.
 pub(super) fn changed(projection: &Projection, by: &[f64]) -> Projection {
     match projection {
         Projection::Space { lens, pose } => {
@@ -183,36 +201,38 @@ const SETTLED: f64 = 1e-13;
 /// Damping beyond which no step goes down any more.
 const MOST_DAMPING: f64 = 1e12;
 
-fn residuals(projection: &Projection, pairs: &[Sighting]) -> Option<DVector<f64>> {
-    let mut out = DVector::zeros(2 * pairs.len());
-    for (k, (place, seen)) in pairs.iter().enumerate() {
-        let pixel = projection.pixel(*place, 0.0)?;
-        (out[2 * k], out[2 * k + 1]) = (seen.x - pixel.x, seen.y - pixel.y);
+/// How far each pixel lies from where the projection has it, in its standard deviations.
+fn residuals(projection: &Projection, sightings: &[Sighting]) -> Option<DVector<f64>> {
+    let mut out = DVector::zeros(2 * sightings.len());
+    for (k, s) in sightings.iter().enumerate() {
+        let pixel = projection.pixel(s.place, 0.0)?;
+        out[2 * k] = (s.pixel.x - pixel.x) / s.std_px;
+        out[2 * k + 1] = (s.pixel.y - pixel.y) / s.std_px;
     }
     Some(out)
 }
 
 /// How the pixels change with the parameters, one column each.
-fn jacobian(projection: &Projection, pairs: &[Sighting], parameters: usize) -> Option<DMatrix<f64>> {
-    let mut out = DMatrix::zeros(2 * pairs.len(), parameters);
+fn jacobian(projection: &Projection, sightings: &[Sighting], parameters: usize) -> Option<DMatrix<f64>> {
+    let mut out = DMatrix::zeros(2 * sightings.len(), parameters);
     for k in 0..parameters {
         let mut by = vec![0.0; parameters];
         by[k] = SMALL;
-        let up = residuals(&changed(projection, &by), pairs)?;
+        let up = residuals(&changed(projection, &by), sightings)?;
         by[k] = -SMALL;
-        let down = residuals(&changed(projection, &by), pairs)?;
+        let down = residuals(&changed(projection, &by), sightings)?;
         out.set_column(k, &((down - up) / (2.0 * SMALL)));
     }
     Some(out)
 }
 
 /// Levenberg's and Marquardt's method from `start` on.
-fn refined(start: Projection, pairs: &[Sighting], parameters: usize, noise_px: f64) -> Option<Fit> {
+fn refined(start: Projection, sightings: &[Sighting], parameters: usize) -> Option<Fit> {
     let mut best = start;
-    let mut residual = residuals(&best, pairs)?;
+    let mut residual = residuals(&best, sightings)?;
     let mut damping = 1e-3;
     for _ in 0..MOST_STEPS {
-        let slope = jacobian(&best, pairs, parameters)?;
+        let slope = jacobian(&best, sightings, parameters)?;
         let normal = slope.tr_mul(&slope);
         let down = slope.tr_mul(&residual);
         let before = residual.norm_squared();
@@ -223,7 +243,7 @@ fn refined(start: Projection, pairs: &[Sighting], parameters: usize, noise_px: f
             }
             let tried = damped.cholesky().and_then(|c| {
                 let next = changed(&best, c.solve(&down).as_slice());
-                residuals(&next, pairs).map(|r| (next, r))
+                residuals(&next, sightings).map(|r| (next, r))
             });
             if let Some((next, r)) = tried
                 && r.norm_squared() <= before
@@ -238,16 +258,27 @@ fn refined(start: Projection, pairs: &[Sighting], parameters: usize, noise_px: f
             break;
         }
     }
-    let rms_px = (residual.norm_squared() / pairs.len() as f64).sqrt();
-    let freedom = (2 * pairs.len()).saturating_sub(parameters).max(1) as f64;
-    let variance = (residual.norm_squared() / freedom).max(noise_px * noise_px);
-    let slope = jacobian(&best, pairs, parameters)?;
-    let covariance = slope.tr_mul(&slope).pseudo_inverse(COVARIANCE_FLOOR).ok()? * variance;
-    Some(Fit { projection: best, rms_px, covariance })
+    let freedom = (2 * sightings.len()).saturating_sub(parameters).max(1) as f64;
+    let misfit = residual.norm_squared();
+    // What the pixels' own uncertainty does not explain makes the answer less certain.
+    let variance = (misfit / freedom).max(1.0);
+    let covariance = inverse(jacobian(&best, sightings, parameters)?) * variance;
+    Some(Fit { projection: best, misfit, covariance })
 }
 
-/// Directions that move no pixel (a homography's overall scale) have no variance of their own.
-const COVARIANCE_FLOOR: f64 = 1e-9;
+/// The inverse of the normal matrix of these slopes; what the pixels do not tell is infinitely uncertain.
+fn inverse(slope: DMatrix<f64>) -> DMatrix<f64> {
+    let n = slope.ncols();
+    let sizes: Vec<f64> = slope.column_iter().map(|column| column.norm()).collect();
+    let mut scaled = slope;
+    for (mut column, size) in scaled.column_iter_mut().zip(&sizes) {
+        column /= *size;
+    }
+    let cholesky = scaled.tr_mul(&scaled).cholesky();
+    let told = cholesky.map(|c| c.inverse()).filter(|inverse| inverse.iter().all(|v| v.is_finite()));
+    let inverse = told.unwrap_or_else(|| DMatrix::from_diagonal_element(n, n, f64::INFINITY));
+    DMatrix::from_fn(n, n, |i, k| inverse[(i, k)] / (sizes[i] * sizes[k]))
+}
 
 impl Fit {
     /// One standard deviation of the place on the table that a pixel shows, per axis (m).
@@ -293,7 +324,8 @@ mod tests {
     }
 
     fn sightings(camera: &Camera) -> Vec<Sighting> {
-        grid().map(|p| (p, camera.pixel_from_table(p, 0.0))).collect()
+        let seen = |place| Sighting { place, pixel: camera.pixel_from_table(place, 0.0), std_px: 0.02 };
+        grid().map(seen).collect()
     }
 
     fn tilted(roll_rad: f64, yaw_rad: f64, distortion: [f64; 5]) -> Camera {
@@ -308,7 +340,7 @@ mod tests {
         for (roll_rad, yaw_rad) in [(0.0, 0.0), (0.3, 1.0), (0.9, 3.1), (-0.7, -2.0)] {
             let truth = tilted(roll_rad, yaw_rad, [-0.1, 0.02, 0.001, -0.001, 0.0]);
             let lens = truth.lens().expect("has one").clone();
-            let fit = pose(&lens, &sightings(&truth), Unknown::Pose, 0.01).expect("20 points");
+            let fit = pose(&lens, &sightings(&truth), Unknown::Pose).expect("20 points");
             let found = Camera::seeing(SIZE, fit.projection);
             for place in grid() {
                 let raised = found.table_from_pixel(truth.pixel_from_table(place, 0.1), 0.1);
@@ -321,7 +353,7 @@ mod tests {
     fn an_unknown_focal_length_shows_under_tilt_and_hides_without() {
         let size_up = |truth: &Camera| {
             let guess = Lens::new([1000.0; 2], [650.0, 350.0], [0.0; 5]);
-            pose(&guess, &sightings(truth), Unknown::Focal, 0.02).expect("20 points")
+            pose(&guess, &sightings(truth), Unknown::Focal).expect("20 points")
         };
         let mut truth = tilted(0.5, 0.2, [0.0; 5]);
         truth.projection = match truth.projection {
@@ -341,15 +373,16 @@ mod tests {
     #[test]
     fn a_homography_maps_the_table_without_any_lens() {
         let truth = tilted(0.4, 0.3, [0.0; 5]);
-        let fit = plane(&sightings(&truth), 0.5).expect("20 points");
-        assert!(fit.rms_px < 1e-6, "{} px", fit.rms_px);
+        let clicks: Vec<_> = sightings(&truth).into_iter().map(|s| Sighting { std_px: 0.5, ..s }).collect();
+        let fit = plane(&clicks).expect("20 points");
+        assert!(fit.misfit < 1e-12, "{}", fit.misfit);
         let std_m = fit.place_std_m(Point::new(0.1, 0.1));
         assert!(std_m > 1e-5 && std_m < 1e-3, "{std_m} m for clicks of half a pixel");
     }
 
     #[test]
     fn points_on_a_line_give_no_homography() {
-        let line: Vec<Sighting> =
+        let line: Vec<_> =
             (0..6).map(f64::from).map(|t| (Point::new(t, 2.0 * t), Pixel::new(3.0 * t, t))).collect();
         assert!(Homography::fitted(&line).is_none());
     }

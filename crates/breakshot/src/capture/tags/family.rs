@@ -42,6 +42,17 @@ pub(in crate::capture) fn is_white(word: u64, row: usize, column: usize) -> bool
     word >> (SIDE * SIDE - 1 - (row * SIDE + column)) & 1 == 1
 }
 
+/// The six bits of the word next to side `k` of the square (top, right, bottom, left), clockwise.
+pub(super) fn outer_row(word: u64, k: usize) -> [bool; SIDE] {
+    let last = SIDE - 1;
+    std::array::from_fn(|i| match k {
+        0 => is_white(word, 0, i),
+        1 => is_white(word, i, last),
+        2 => is_white(word, last, last - i),
+        _ => is_white(word, last - i, 0),
+    })
+}
+
 /// The word inside a quad, row by row from its first corner, white is 1; `None` if nothing there is black in white.
 ///
 /// Black and white are planes of grey fitted to the square's border and to its margin, so that shading does not

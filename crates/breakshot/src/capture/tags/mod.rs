@@ -7,12 +7,15 @@
 mod edges;
 mod family;
 mod quads;
+mod sheet;
 
 use super::lens::Lens;
 use super::{GreyImage, camera::UNSEEN};
 use crate::cell::Tag;
 use crate::geometry::{Pixel, Point, Pose};
-use edges::Straight;
+use edges::{Step, Straight};
+
+pub use sheet::tag_sheet;
 
 pub(super) use family::{CODES, is_white};
 
@@ -23,9 +26,30 @@ pub(super) struct SeenTag {
     pub(super) id: u32,
     /// Top left, top right, bottom right, bottom left of the upright tag's black square (px).
     pub(super) corners_px: [Pixel; 4],
+    /// How its sides look: top, right, bottom, left.
+    steps: [Option<Step>; 4],
 }
 
 impl SeenTag {
+    /// A tag known from an earlier picture.
+    pub(super) fn remembered(id: u32, corners_px: [Pixel; 4]) -> Self {
+        Self { id, corners_px, steps: [None; 4] }
+    }
+
+    /// One standard deviation of each corner, as far as its sides' fits tell (px).
+    pub(super) fn std_px(&self) -> [f64; 4] {
+        let side = |k: usize| self.steps[k].as_ref().map_or(0.0, Step::std_px);
+        [0, 1, 2, 3].map(|k| side(k).max(side((k + 3) % 4)))
+    }
+
+    /// The same tag taken for turned clockwise by so many quarters less.
+    pub(super) fn turned(&self, quarters: usize) -> Self {
+        let mut turned = self.clone();
+        turned.corners_px.rotate_left(quarters);
+        turned.steps.rotate_left(quarters);
+        turned
+    }
+
     pub(super) fn center_px(&self) -> Pixel {
         let [x, y] =
             [|p: &Pixel| p.x, |p: &Pixel| p.y].map(|axis| self.corners_px.iter().map(axis).sum::<f64>());
@@ -101,28 +125,45 @@ fn add(tags: &mut Vec<SeenTag>, image: &GreyImage, straight: &Straight, quads: V
 
 /// The tag whose corners lie near these, whatever its number and turn.
 fn read(image: &GreyImage, straight: &Straight, near_px: [Pixel; 4]) -> Option<SeenTag> {
-    let ideal = edges::fitted(image, straight, near_px)?;
+    let (ideal, mut steps) = edges::fitted(image, straight, near_px, None, [None; 4])?;
     let (id, turns) = family::identified(family::code(image, straight, &ideal)?)?;
     let mut corners_px = ideal.map(|p| straight.bent(p).unwrap_or(UNSEEN));
     corners_px.rotate_left(turns);
-    Some(SeenTag { id, corners_px })
+    steps.rotate_left(turns);
+    // A tag that was read and yet does not fit its own code is covered in part; what was fitted stands.
+    let tag = SeenTag { id, corners_px, steps };
+    Some(known(image, straight, &tag).unwrap_or(tag))
+}
+
+/// The corners of a tag that was read, its code now part of the picture that is expected.
+fn known(image: &GreyImage, straight: &Straight, tag: &SeenTag) -> Option<SeenTag> {
+    let word = CODES.get(tag.id as usize).copied();
+    let (ideal, steps) = edges::fitted(image, straight, tag.corners_px, word, tag.steps)?;
+    let corners_px = ideal.map(|p| straight.bent(p).unwrap_or(UNSEEN));
+    Some(SeenTag { id: tag.id, corners_px, steps })
 }
 
 /// The tag `id`, looked for where its corners should be; `None` if it does not lie there upright.
+///
+/// Since nothing else is expected there, more bits may be wrong than in a tag met anywhere.
 pub(super) fn expected(
     image: &GreyImage,
     lens: Option<&Lens>,
     id: u32,
     near_px: [Pixel; 4],
 ) -> Option<SeenTag> {
-    let first = |tag: &SeenTag| tag.corners_px[0].distance_px(near_px[0]) < tag.side_px() / 2.0;
-    read(image, &Straight { lens }, near_px).filter(|tag| tag.id == id && first(tag))
+    let straight = Straight { lens };
+    let (ideal, steps) = edges::fitted(image, &straight, near_px, None, [None; 4])?;
+    let wrong = family::code(image, &straight, &ideal)? ^ CODES.get(id as usize)?;
+    let corners_px = ideal.map(|p| straight.bent(p).unwrap_or(UNSEEN));
+    let tag = SeenTag { id, corners_px, steps };
+    (wrong.count_ones() <= WRONG_BITS_EXPECTED).then(|| known(image, &straight, &tag)).flatten()
 }
+
+/// A pattern made by chance has half of its 36 bits wrong, and as few as this once in a million.
+const WRONG_BITS_EXPECTED: u32 = 5;
 
 /// The same tag's corners in another picture in which it hardly moved, without reading it again.
 pub(super) fn again(image: &GreyImage, lens: Option<&Lens>, tag: &SeenTag) -> Option<SeenTag> {
-    let straight = Straight { lens };
-    let ideal = edges::fitted(image, &straight, tag.corners_px)?;
-    let corners_px = ideal.map(|p| straight.bent(p).unwrap_or(UNSEEN));
-    Some(SeenTag { id: tag.id, corners_px })
+    known(image, &Straight { lens }, tag)
 }

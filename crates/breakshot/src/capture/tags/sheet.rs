@@ -1,0 +1,107 @@
+//! Tags to print.
+
+use super::family::{CODES, is_white};
+use crate::error::{Error, Result};
+use std::fmt::Write;
+
+/// A4, and what no printer reaches of it (mm).
+const PAGE_MM: [f64; 2] = [210.0, 297.0];
+const UNPRINTED_MM: f64 = 10.0;
+/// Below a tag stands one line of text (mm).
+const TEXT_MM: f64 = 5.0;
+/// Printers scale pages without asking; a ruler along this line finds out (mm).
+const CHECK_MM: f64 = 100.0;
+/// The least side of a tag worth printing (m).
+const LEAST_SIZE_M: f64 = 0.005;
+
+/// Pages of A4, each an SVG at true scale, with these tags of family 36h11, their black squares `size_m` wide, and a
+/// line to check the printer's scale.
+///
+/// # Errors
+/// Numbers above 586, a size that does not fit the page.
+pub fn tag_sheet(ids: &[u32], size_m: f64) -> Result<Vec<String>> {
+    if let Some(id) = ids.iter().find(|&&id| id as usize >= CODES.len()) {
+        return Err(Error::invalid("tag sheet", "id", id, format!("0 to {}", CODES.len() - 1)));
+    }
+    let side_mm = size_m * 1e3;
+    let bit_mm = side_mm / 8.0;
+    // A white margin of a bit all round, then the text.
+    let cell_mm = [side_mm + 2.0 * bit_mm, side_mm + 2.0 * bit_mm + TEXT_MM];
+    let room_mm = [PAGE_MM[0] - 2.0 * UNPRINTED_MM, PAGE_MM[1] - 2.0 * UNPRINTED_MM - 2.0 * TEXT_MM];
+    let fits = |axis: usize| (room_mm[axis] / cell_mm[axis]).floor();
+    if !(size_m >= LEAST_SIZE_M && fits(0) >= 1.0 && fits(1) >= 1.0) {
+        let largest_m = room_mm[0] * 0.8e-3;
+        let needed = format!("{LEAST_SIZE_M} to {largest_m:.3} m, the black square's side");
+        return Err(Error::invalid("tag sheet", "size_m", size_m, needed));
+    }
+    let (columns, rows) = (fits(0) as usize, fits(1) as usize);
+    let page = |ids: &[u32]| {
+        let mut svg = page_start();
+        for (k, &id) in ids.iter().enumerate() {
+            let left = UNPRINTED_MM + bit_mm + (k % columns) as f64 * cell_mm[0];
+            let top = UNPRINTED_MM + bit_mm + (k / columns) as f64 * cell_mm[1];
+            draw_tag(&mut svg, id, [left, top], bit_mm);
+        }
+        svg + "</svg>\n"
+    };
+    Ok(ids.chunks(columns * rows).map(page).collect())
+}
+
+fn page_start() -> String {
+    let [width, height] = PAGE_MM;
+    let (left, right, y) = (UNPRINTED_MM, UNPRINTED_MM + CHECK_MM, height - UNPRINTED_MM);
+    format!(
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width}mm\" height=\"{height}mm\" \
+         viewBox=\"0 0 {width} {height}\" font-family=\"sans-serif\" font-size=\"3\">\n\
+         <path d=\"M{left} {y}H{right}M{left} {}v4M{right} {}v4\" stroke=\"#000\" stroke-width=\"0.2\"/>\n\
+         <text x=\"{}\" y=\"{y}\" dy=\"1\">{CHECK_MM} mm, if the page was printed at 100 %</text>\n",
+        y - 2.0,
+        y - 2.0,
+        right + 3.0
+    )
+}
+
+fn draw_tag(svg: &mut String, id: u32, [left, top]: [f64; 2], bit_mm: f64) {
+    let side_mm = 8.0 * bit_mm;
+    let _ = write!(
+        svg,
+        "<path fill=\"#000\" fill-rule=\"evenodd\" d=\"M{left:.4} {top:.4}h{side_mm:.4}v{side_mm:.4}h-{side_mm:.4}z"
+    );
+    for (row, column) in (0..6).flat_map(|row| (0..6).map(move |column| (row, column))) {
+        if is_white(CODES[id as usize], row, column) {
+            let (x, y) = (left + (column as f64 + 1.0) * bit_mm, top + (row as f64 + 1.0) * bit_mm);
+            let _ = write!(svg, "M{x:.4} {y:.4}h{bit_mm:.4}v{bit_mm:.4}h-{bit_mm:.4}z");
+        }
+    }
+    let text_y = top + side_mm + bit_mm + 3.0;
+    let _ = writeln!(
+        svg,
+        "\"/>\n<text x=\"{left:.2}\" y=\"{text_y:.2}\">36h11, id {id}, size_m = {:.4}, this side down</text>",
+        side_mm * 1e-3
+    );
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_sheet_holds_every_tag_once_and_says_how_large_it_is() {
+        let ids: Vec<u32> = (0..11).collect();
+        let pages = tag_sheet(&ids, 0.05).expect("fits");
+        assert_eq!(pages.len(), 2, "3 by 3 of them fit a page");
+        for id in ids {
+            let told = format!("id {id}, size_m = 0.0500,");
+            assert_eq!(pages.iter().filter(|page| page.contains(&told)).count(), 1, "tag {id}");
+        }
+    }
+
+    #[test]
+    fn tags_that_do_not_exist_or_fit_are_refused() {
+        for (id, size_m, word) in [(587, 0.05, "587"), (0, 0.3, "0.3"), (0, f64::NAN, "NaN"), (0, -1.0, "-1")]
+        {
+            let message = tag_sheet(&[id], size_m).expect_err("refused").to_string();
+            assert!(message.contains(word), "{message}");
+        }
+    }
+}

@@ -1,0 +1,392 @@
+//! The camera found in drawn pictures, against the camera that drew them.
+
+use super::synthetic::{Thing, View, picture};
+use super::{Camera, GreyImage, Lens, camera};
+use crate::cell::{CameraSpec, Cell, ReferencePoint, Striker, Tag, Transform, Workspace};
+use crate::geometry::{Pixel, Point, Pose};
+use crate::object::Shape;
+use std::f64::consts::{FRAC_PI_2, PI};
+
+const SIZE: [usize; 2] = [1280, 720];
+
+/// A corner's distance from where it was drawn, root mean square over a picture (px).
+const CORNERS_PX: f64 = 0.05;
+/// A place at the workspace's corners, 5 cm above the table (m).
+const PLACES_M: f64 = 5e-5;
+
+/// A lens that bends the picture's corners by ten pixels.
+fn lens() -> Lens {
+    Lens::new([1300.0, 1302.0], [644.2, 355.1], [-0.11, 0.02, 0.0006, -0.0004, 0.0])
+}
+
+/// A camera 1.2 m from the table's origin, tilted and turned.
+fn looking(tilt_rad: f64, yaw_rad: f64) -> Camera {
+    let back_m = 1.2 * tilt_rad.sin();
+    let position_m = [back_m * yaw_rad.sin(), -back_m * yaw_rad.cos(), 1.2 * tilt_rad.cos()];
+    Camera::new(SIZE, lens(), Transform { position_m, rpy_rad: [tilt_rad, 0.0, yaw_rad] })
+}
+
+fn tag(id: u32, x: f64, y: f64, yaw_rad: f64) -> Tag {
+    Tag { family: "36h11".into(), id, size_m: 0.05, center_m: Point::new(x, y), yaw_rad }
+}
+
+fn four_tags() -> Vec<Tag> {
+    vec![
+        tag(0, -0.3, -0.15, 0.0),
+        tag(1, 0.3, -0.15, 0.4),
+        tag(22, 0.3, 0.15, -1.0),
+        tag(586, -0.3, 0.15, 3.0),
+    ]
+}
+
+fn cell(tags: Vec<Tag>) -> Cell {
+    let lens = lens();
+    Cell {
+        version: 1,
+        camera: CameraSpec {
+            image_size_px: Some([1280, 720]),
+            focal_px: Some(lens.focal_px()),
+            center_px: Some(lens.center_px()),
+            distortion: Some(lens.distortion().into()),
+            ..CameraSpec::default()
+        },
+        tags,
+        points: Vec::new(),
+        scale_px_per_m: None,
+        workspace: Workspace { min_m: Point::new(-0.25, -0.12), max_m: Point::new(0.25, 0.12) },
+        table: None,
+        striker: Striker {
+            shape: Shape::Disc { radius_m: 0.01 },
+            height_m: 0.1,
+            speed_range_m_s: [0.1, 1.0],
+            retract_speed_m_s: 0.15,
+        },
+        robot: None,
+    }
+}
+
+fn view(camera: &Camera) -> View {
+    View { noise: 2.0, shading: [0.2, -0.1], ..View::new(camera.clone()) }
+}
+
+fn drawn(camera: &Camera, tags: &[Tag]) -> GreyImage {
+    let things: Vec<Thing> = tags.iter().map(Thing::tag).collect();
+    picture(&view(camera), &things)
+}
+
+fn found(image: &GreyImage, cell: &Cell) -> crate::Result<Camera> {
+    camera("film.mp4", &[image], cell)
+}
+
+fn message(image: &GreyImage, cell: &Cell) -> String {
+    found(image, cell).expect_err("must be refused").to_string()
+}
+
+/// The worst error of the workspace's corners, 5 cm above the table (m).
+fn worst_place_m(truth: &Camera, found: &Camera, cell: &Cell) -> f64 {
+    let Workspace { min_m, max_m } = cell.workspace;
+    let corners = [min_m, max_m, Point::new(min_m.x, max_m.y), Point::new(max_m.x, min_m.y)];
+    let off =
+        |&place: &Point| found.table_from_pixel(truth.pixel_from_table(place, 0.05), 0.05).distance(place);
+    corners.iter().map(off).fold(0.0, f64::max)
+}
+
+/// Root mean square distance of the found corners from the drawn ones (px).
+fn corner_rms_px(truth: &Camera, found: &Camera, tags: &[Tag]) -> f64 {
+    let off = |tag: &Tag| {
+        let fit = found.tags.iter().find(|fit| fit.id == tag.id).expect("the tag was found");
+        let corners = tag.corners_m().map(|place| truth.pixel_from_table(place, 0.0));
+        corners.iter().zip(fit.corners_px).map(|(a, b)| a.distance_px(b).powi(2)).sum::<f64>()
+    };
+    (tags.iter().map(off).sum::<f64>() / (4.0 * tags.len() as f64)).sqrt()
+}
+
+#[test]
+fn four_tags_tell_the_pose_under_any_tilt_and_turn() {
+    for (tilt_rad, yaw_rad) in [(0.0, 0.0), (0.2, 1.0), (0.45, -2.0), (0.6, 3.0)] {
+        let truth = looking(tilt_rad, yaw_rad);
+        let mut tags = four_tags();
+        for tag in &mut tags {
+            // Turned with the camera, so that all of them stay in view.
+            tag.center_m = Point::ORIGIN + tag.center_m.to_vec().rotated(yaw_rad);
+        }
+        let cell = cell(tags.clone());
+        let camera = found(&drawn(&truth, &tags), &cell).expect("four tags in view");
+        assert_eq!(camera.tags_found, [0, 1, 22, 586]);
+        let corners_px = corner_rms_px(&truth, &camera, &tags);
+        assert!(corners_px < CORNERS_PX, "tilt {tilt_rad} rad: corners {corners_px} px off");
+        let off_m = worst_place_m(&truth, &camera, &cell);
+        assert!(off_m < PLACES_M, "tilt {tilt_rad} rad: {} mm off", off_m * 1e3);
+        assert!(camera.warnings.is_empty(), "{:?}", camera.warnings);
+    }
+}
+
+#[test]
+fn an_upside_down_camera_is_solved_by_its_tags() {
+    let truth = looking(0.1, PI);
+    let camera = found(&drawn(&truth, &four_tags()), &cell(four_tags())).expect("tags read in any turn");
+    let right = camera.pixel_from_table(Point::new(0.1, 0.0), 0.0);
+    assert!(right.x < 640.0, "x points to the picture's left: {right:?}");
+    assert!(worst_place_m(&truth, &camera, &cell(four_tags())) < PLACES_M);
+}
+
+#[test]
+fn light_noise_blur_and_distance_hardly_move_the_corners() {
+    let truth = looking(0.3, 0.0);
+    let tags = four_tags();
+    // Name, blur (px), noise, white, black, and how far the corners may lie off (px).
+    for (name, blur_px, noise, white, black, limit_px) in [
+        ("sharp", 0.4, 0.0, 235.0, 20.0, 0.02),
+        ("blurred", 2.0, 2.0, 235.0, 20.0, 0.15),
+        ("noisy", 0.7, 8.0, 235.0, 20.0, 0.06),
+        ("dim", 0.7, 2.0, 50.0, 15.0, 0.08),
+        ("overexposed", 0.7, 2.0, 300.0, 60.0, 0.08),
+    ] {
+        let seen = View { blur_px, noise, table_grey: 0.6 * white, ..view(&truth) };
+        let thing = |tag: &Tag| Thing { grey: black, side_grey: white, ..Thing::tag(tag) };
+        let things: Vec<Thing> = tags.iter().map(thing).collect();
+        let camera = found(&picture(&seen, &things), &cell(tags.clone())).expect(name);
+        let corners_px = corner_rms_px(&truth, &camera, &tags);
+        assert!(corners_px < limit_px, "{name}: corners {corners_px} px off");
+    }
+}
+
+#[test]
+fn tags_of_twenty_pixels_are_read() {
+    let truth = looking(0.1, 0.0);
+    let mut tags = four_tags();
+    for tag in &mut tags {
+        tag.size_m = 0.0195;
+    }
+    let camera = found(&drawn(&truth, &tags), &cell(tags.clone())).expect("tags of 21 px");
+    assert_eq!(camera.tags_found.len(), 4);
+    let corners_px = corner_rms_px(&truth, &camera, &tags);
+    assert!(corners_px < 0.1, "corners {corners_px} px off");
+}
+
+#[test]
+fn one_tag_is_enough_and_its_uncertainty_is_told() {
+    let truth = looking(0.3, 0.0);
+    let tags = vec![tag(3, 0.05, 0.02, 0.5)];
+    let camera = found(&drawn(&truth, &tags), &cell(tags.clone())).expect("one tag");
+    assert!(camera.place_std_m > 1e-4, "one small tag cannot tell to {} m", camera.place_std_m);
+    assert!(camera.warnings.iter().any(|w| w.contains("one tag")), "{:?}", camera.warnings);
+    let off_m = worst_place_m(&truth, &camera, &cell(tags));
+    assert!(off_m < 6.0 * camera.place_std_m, "{off_m} m off, {} m promised", camera.place_std_m);
+}
+
+#[test]
+fn a_moved_tag_is_left_out_by_name() {
+    let truth = looking(0.3, 0.0);
+    let mut moved = four_tags();
+    moved[2].center_m = Point::new(0.28, 0.14);
+    let cell = cell(four_tags());
+    let camera = found(&drawn(&truth, &moved), &cell).expect("three tags agree");
+    assert_eq!(camera.tags_found, [0, 1, 586]);
+    assert!(camera.warnings.iter().any(|w| w.contains("tag 22")), "{:?}", camera.warnings);
+    assert!(worst_place_m(&truth, &camera, &cell) < 2.0 * PLACES_M);
+}
+
+#[test]
+fn tags_that_contradict_each_other_are_refused_by_name() {
+    let mut moved = four_tags();
+    moved.truncate(2);
+    moved[1].yaw_rad += 0.3;
+    let told = message(&drawn(&looking(0.3, 0.0), &moved), &cell(four_tags()[..2].to_vec()));
+    assert!(told.contains("film.mp4") && told.contains("tag 1 by") && told.contains("cell.toml"), "{told}");
+}
+
+#[test]
+fn tags_that_are_all_printed_half_a_turn_round_are_understood_and_told() {
+    let truth = looking(0.3, 0.0);
+    let mut turned = four_tags();
+    for tag in &mut turned {
+        tag.yaw_rad += PI;
+    }
+    let cell = cell(four_tags());
+    let camera = found(&drawn(&truth, &turned), &cell).expect("four tags agree on the turn");
+    assert!(camera.warnings.iter().any(|w| w.contains("180 degrees")), "{:?}", camera.warnings);
+    assert!(worst_place_m(&truth, &camera, &cell) < PLACES_M);
+}
+
+#[test]
+fn of_a_tag_seen_twice_the_one_at_its_place_is_taken() {
+    let truth = looking(0.2, 0.0);
+    let mut tags = four_tags();
+    tags.push(tag(1, 0.0, 0.0, 0.0));
+    let camera = found(&drawn(&truth, &tags), &cell(four_tags())).expect("three others");
+    assert_eq!(camera.tags_found, [0, 1, 22, 586]);
+    assert!(worst_place_m(&truth, &camera, &cell(four_tags())) < PLACES_M);
+    assert!(camera.warnings.iter().any(|w| w.contains("tag 1 is seen twice")), "{:?}", camera.warnings);
+    let told = message(&drawn(&truth, &tags), &cell(vec![tag(1, 0.3, -0.15, 0.4)]));
+    assert!(told.contains("tag 1 seen twice"), "{told}");
+}
+
+#[test]
+fn a_picture_without_the_cells_tags_says_what_was_looked_for_and_found() {
+    let truth = looking(0.2, 0.0);
+    let none = message(&drawn(&truth, &[]), &cell(four_tags()));
+    assert!(
+        none.contains("film.mp4") && none.contains("0, 1, 22, 586") && none.contains("no AprilTag"),
+        "{none}"
+    );
+    let others =
+        message(&drawn(&truth, &[tag(7, 0.1, 0.0, 0.0), tag(9, -0.1, 0.0, 0.0)]), &cell(four_tags()));
+    assert!(others.contains("tag 7, 9") && others.contains("0, 1, 22, 586"), "{others}");
+    let mirrored = message(&drawn(&truth, &four_tags()).mirrored(), &cell(four_tags()));
+    assert!(mirrored.contains("mirror"), "{mirrored}");
+}
+
+#[test]
+fn pictures_that_show_nothing_are_refused() {
+    for (width, height) in [(1, 1), (7, 1000), (64, 64), (1280, 720)] {
+        for grey in [0, 128, 255] {
+            let image = GreyImage { width, height, pixels: vec![grey; width * height] };
+            let mut cell = cell(four_tags());
+            cell.camera = CameraSpec { focal_px: Some([1300.0; 2]), ..CameraSpec::default() };
+            assert!(message(&image, &cell).contains("no AprilTag"));
+        }
+    }
+}
+
+#[test]
+fn a_tag_in_a_hard_shadow_is_found_where_it_must_be() {
+    let truth = looking(0.2, 0.0);
+    let mut image = drawn(&truth, &four_tags());
+    // A shadow's edge runs through the lower right tag.
+    let edge = truth.pixel_from_table(Point::new(0.3, -0.15), 0.0);
+    for (k, grey) in image.pixels.iter_mut().enumerate() {
+        if (k % SIZE[0]) as f64 > edge.x {
+            *grey = (f64::from(*grey) * 0.35) as u8;
+        }
+    }
+    let camera = found(&image, &cell(four_tags())).expect("the others lead there");
+    assert_eq!(camera.tags_found, [0, 1, 22, 586]);
+    let off_m = worst_place_m(&truth, &camera, &cell(four_tags()));
+    assert!(off_m < 2.0 * PLACES_M, "{off_m} m off: {:#?}", camera.tags);
+}
+
+#[test]
+fn a_film_of_another_size_is_refused_with_both_sizes_and_the_numbers_for_a_scaled_one() {
+    let mut cell = cell(four_tags());
+    cell.camera.image_size_px = Some([2560, 1440]);
+    let told = message(&drawn(&looking(0.2, 0.0), &four_tags()), &cell);
+    assert!(told.contains("1280 x 720") && told.contains("2560 x 1440"), "{told}");
+    assert!(told.contains("focal_px = [650.0000, 651.0000], center_px = [321.8500, 177.3000]"), "{told}");
+    cell.camera.image_size_px = Some([640, 480]);
+    let told = message(&drawn(&looking(0.2, 0.0), &four_tags()), &cell);
+    assert!(told.contains("640 x 480") && !told.contains("focal_px"), "{told}");
+}
+
+#[test]
+fn without_intrinsics_a_tilted_camera_finds_its_focal_length_and_a_straight_one_asks() {
+    let mut cell = cell(four_tags());
+    cell.camera = CameraSpec::default();
+    let plain = |tilt_rad: f64| {
+        let mut truth = looking(tilt_rad, 0.0);
+        let back_m = 1.2 * tilt_rad.sin();
+        let at =
+            Transform { position_m: [0.0, -back_m, 1.2 * tilt_rad.cos()], rpy_rad: [tilt_rad, 0.0, 0.0] };
+        truth = Camera::new(truth.size_px, Lens::pinhole(SIZE, 1300.0), at);
+        truth
+    };
+    let truth = plain(0.6);
+    let camera = found(&drawn(&truth, &four_tags()), &cell).expect("a strong perspective");
+    let focal_px = camera.lens().expect("found").focal_px()[0];
+    assert!((focal_px / 1300.0 - 1.0).abs() < 0.01, "{focal_px} px");
+    assert!(worst_place_m(&truth, &camera, &cell) < 10.0 * PLACES_M);
+    let told = message(&drawn(&plain(0.0), &four_tags()), &cell);
+    assert!(told.contains("focal_px"), "{told}");
+}
+
+fn clicked(truth: &Camera, off_px: f64) -> Vec<ReferencePoint> {
+    let places = [(-0.3, -0.15), (0.3, -0.15), (0.3, 0.15), (-0.3, 0.15), (0.0, 0.0)];
+    let click = |(k, (x, y)): (usize, (f64, f64))| {
+        let table_m = Point::new(x, y);
+        let p = truth.pixel_from_table(table_m, 0.0);
+        let image_px = Pixel::new(p.x + off_px * (k as f64).sin(), p.y + off_px * (k as f64).cos());
+        ReferencePoint { image_px, table_m }
+    };
+    places.into_iter().enumerate().map(click).collect()
+}
+
+#[test]
+fn points_read_off_by_hand_tell_the_pose() {
+    let truth = looking(0.4, 0.3);
+    let mut cell = cell(Vec::new());
+    cell.points = clicked(&truth, 0.0);
+    let blank = drawn(&truth, &[]);
+    let camera = found(&blank, &cell).expect("five points and a lens");
+    assert!(camera.knows_heights() && worst_place_m(&truth, &camera, &cell) < 1e-6);
+    assert!(camera.place_std_m > 1e-4, "clicks are good to half a pixel, not {} m", camera.place_std_m);
+
+    // Without a lens the plane itself is still known, and that heights are not is said.
+    let straight = Camera::new(
+        SIZE,
+        Lens::pinhole(SIZE, 1300.0),
+        Transform { position_m: [0.0, 0.0, 1.2], rpy_rad: [0.02, -0.01, 0.3] },
+    );
+    cell.camera = CameraSpec::default();
+    cell.points = clicked(&straight, 0.3);
+    let camera = found(&blank, &cell).expect("five points");
+    assert!(!camera.knows_heights());
+    assert!(camera.warnings.iter().any(|w| w.contains("heights")), "{:?}", camera.warnings);
+    let place = Point::new(0.1, -0.1);
+    let off_m = camera.table_from_pixel(straight.pixel_from_table(place, 0.0), 0.0).distance(place);
+    assert!(off_m < 5e-4, "{off_m} m off");
+
+    for point in &mut cell.points {
+        point.table_m.y = 0.0;
+    }
+    assert!(message(&blank, &cell).contains("span"));
+    cell.points[2].image_px.x = 5000.0;
+    assert!(message(&blank, &cell).contains("points[2]"));
+}
+
+#[test]
+fn a_scale_alone_is_a_camera_straight_above_and_with_a_focal_length_knows_heights() {
+    let mut cell = cell(Vec::new());
+    cell.camera = CameraSpec::default();
+    cell.scale_px_per_m = Some(1000.0);
+    let blank = GreyImage { width: 640, height: 480, pixels: vec![128; 640 * 480] };
+    let camera = found(&blank, &cell).expect("a scale");
+    assert!(camera.table_from_pixel(Pixel::new(419.5, 139.5), 0.0).distance(Point::new(0.1, 0.1)) < 1e-12);
+    assert!(camera.warnings.iter().any(|w| w.contains("heights")));
+    cell.camera.focal_px = Some([1500.0; 2]);
+    cell.camera.center_px = Some([319.5, 239.5]);
+    let camera = found(&blank, &cell).expect("a scale and a lens");
+    assert_eq!(camera.position_m().map(|p| p[2]), Some(1.5));
+    assert!(camera.warnings.is_empty(), "{:?}", camera.warnings);
+    cell.camera.focal_px = None;
+    cell.camera.distortion = Some(vec![-0.1]);
+    assert!(message(&blank, &cell).contains("focal_px"));
+}
+
+#[test]
+fn a_camera_that_was_moved_shows_by_how_much() {
+    let truth = looking(0.2, 0.0);
+    let camera = found(&drawn(&truth, &four_tags()), &cell(four_tags())).expect("four tags");
+    let later =
+        picture(&View { seed: 9, ..view(&truth) }, &four_tags().iter().map(Thing::tag).collect::<Vec<_>>());
+    let still_px = camera.shift_px(&later).expect("tags in view");
+    assert!(still_px < 0.1, "{still_px} px of a camera that stood still");
+    for (x_m, expected_px) in [(0.002, 2.2), (0.03, 32.0)] {
+        let mut pushed = four_tags();
+        for tag in &mut pushed {
+            tag.center_m.x += x_m;
+        }
+        let shift_px = camera.shift_px(&drawn(&truth, &pushed)).expect("tags in view");
+        assert!((shift_px / expected_px - 1.0).abs() < 0.1, "{shift_px} px instead of {expected_px}");
+    }
+    assert_eq!(camera.shift_px(&drawn(&truth, &[])), None);
+}
+
+#[test]
+fn a_marker_that_looks_like_a_tag_from_afar_is_none() {
+    let truth = looking(0.2, 0.0);
+    let square = Shape::Rectangle { size_m: [0.05, 0.05] };
+    let paper = Thing::flat(Shape::Rectangle { size_m: [0.07, 0.07] }, Pose::default(), 0.0, 235.0);
+    let dark = Thing::flat(square, Pose::new(0.0, 0.0, FRAC_PI_2 / 3.0), 0.0, 20.0);
+    let told = message(&picture(&view(&truth), &[paper, dark]), &cell(four_tags()));
+    assert!(told.contains("no AprilTag"), "{told}");
+}
