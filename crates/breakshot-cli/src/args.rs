@@ -23,6 +23,12 @@ pub(crate) enum Command {
     /// Writes commented templates of the input files, and how to film.
     #[command(after_help = "Example: breakshot init my-cell")]
     Init(InitArgs),
+    /// Writes a printable sheet of AprilTags at true scale (SVG).
+    #[command(after_help = "Example: breakshot tags --ids 0,1,2,3 --size-m 0.05 -o tags.svg")]
+    Tags(TagsArgs),
+    /// Where the camera stands: pose, reprojection error and a picture of the fit.
+    #[command(after_help = "Example: breakshot calibrate cell.toml clip.mp4 -o fit.svg")]
+    Calibrate(CalibrateArgs),
     /// What lies on the table now: writes a scene file.
     #[command(
         after_help = "Example: breakshot look cell.toml objects.toml pile.png --objects a,b,c -o scene.toml"
@@ -66,6 +72,35 @@ pub(crate) struct InitArgs {
     /// The folder to write the templates to.
     #[arg(default_value = ".", value_name = "DIR")]
     pub(crate) folder: PathBuf,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct TagsArgs {
+    /// Which tags, separated by commas (0 to 586).
+    #[arg(long, value_name = "IDS", value_delimiter = ',', default_value = "0,1,2,3")]
+    pub(crate) ids: Vec<u32>,
+    /// The side of the black square.
+    #[arg(long, value_name = "M", default_value_t = 0.05)]
+    pub(crate) size_m: f64,
+    /// The sheet to write.
+    #[arg(short, long, value_name = "FILE")]
+    pub(crate) output: PathBuf,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct CalibrateArgs {
+    /// The cell file.
+    #[arg(value_name = "CELL")]
+    pub(crate) cell: PathBuf,
+    /// A video or picture in which the tags are seen.
+    #[arg(value_name = "VIDEO_OR_IMAGE")]
+    pub(crate) film: PathBuf,
+    /// Where to write the picture of the fit (SVG).
+    #[arg(short, long, value_name = "FILE")]
+    pub(crate) output: Option<PathBuf>,
+    /// Prints the result as JSON.
+    #[arg(long)]
+    pub(crate) json: bool,
 }
 
 #[derive(Debug, Args)]

@@ -34,6 +34,8 @@ fn main() -> ExitCode {
     let result = match arguments.command {
         Command::Demo(args) => commands::demo::run(&args),
         Command::Init(args) => commands::init::run(&args),
+        Command::Tags(args) => commands::tags::run(&args),
+        Command::Calibrate(args) => commands::calibrate::run(&args),
         Command::Look(args) => commands::look::run(&args),
         Command::Detect(args) => commands::detect::run(&args),
         Command::Estimate(args) => commands::estimate::run(&args),

@@ -3,6 +3,7 @@
 use crate::args::LookArgs;
 use crate::{Outcome, console};
 use breakshot::files::{self, SceneFile};
+use breakshot::geometry::Point;
 use breakshot::scene::{Goal, Placed};
 use breakshot::{Error, Result, capture, detect};
 use std::path::{Path, PathBuf};
@@ -21,7 +22,7 @@ pub(crate) fn run(args: &LookArgs) -> Result<Outcome> {
         cell: from_folder_of(&args.output, &args.cell)?,
         objects: from_folder_of(&args.output, &args.objects)?,
         observed_unix_s: taken_unix_s(&args.film),
-        placed,
+        placed: placed.into_iter().map(rounded).collect(),
         walls: Vec::new(),
         keep_out: Vec::new(),
         goal: Goal::default(),
@@ -35,6 +36,16 @@ pub(crate) fn run(args: &LookArgs) -> Result<Outcome> {
         println!("Wrote {}", args.output.display());
     }
     Ok(Outcome::doubtful_if(!warnings.is_empty()))
+}
+
+/// To the micrometre and microradian: finer is noise, and nobody wants to read it.
+fn rounded(placed: Placed) -> Placed {
+    let round = |value: f64| (value * 1e6).round() / 1e6;
+    Placed {
+        object: placed.object,
+        position_m: Point::new(round(placed.position_m.x), round(placed.position_m.y)),
+        yaw_rad: round(placed.yaw_rad),
+    }
 }
 
 fn print_table(placed: &[Placed]) {

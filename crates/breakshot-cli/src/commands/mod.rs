@@ -1,5 +1,6 @@
 //! One file a command.
 
+pub(crate) mod calibrate;
 pub(crate) mod demo;
 pub(crate) mod detect;
 pub(crate) mod estimate;
@@ -7,4 +8,5 @@ pub(crate) mod init;
 pub(crate) mod look;
 pub(crate) mod plan;
 pub(crate) mod simulate;
+pub(crate) mod tags;
 pub(crate) mod verify;
