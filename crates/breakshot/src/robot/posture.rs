@@ -108,7 +108,7 @@ impl Station {
     }
 
     /// The joint of a seven-joint arm without which the tip moves most evenly.
-    fn still_joint(&self, angles: &[f64]) -> Option<usize> {
+    pub(super) fn still_joint(&self, angles: &[f64]) -> Option<usize> {
         if self.arm.joint_count() == 6 {
             return None;
         }
