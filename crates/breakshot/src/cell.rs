@@ -144,7 +144,8 @@ pub struct RobotSpec {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub flange: Option<String>,
     /// Where the table's frame lies in the robot's base frame.
-    pub base_from_table: Transform,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub base_from_table: Option<Transform>,
     /// From the flange to the striker's tip, in the flange's frame (m).
     #[serde(default)]
     pub tool_offset_m: [f64; 3],

@@ -1,8 +1,11 @@
 //! What the robot is told: joint angles over time, phase by phase (`command.json`).
 
 use super::checks::Check;
+use super::posture::Station;
 use crate::cell::RobotSpec;
+use crate::error::Result;
 use crate::geometry::Point;
+use crate::object::Shape;
 use crate::scene::{Scene, Strike};
 use serde::{Deserialize, Serialize};
 
@@ -17,6 +20,8 @@ pub struct Command {
     pub joints: Vec<String>,
     /// The arm's place, tool and limits, as planned with.
     pub robot: RobotSpec,
+    /// The striker's outline.
+    pub striker: Shape,
     /// What was planned.
     pub strike: Strike,
     /// What lay where; none if only the strike was known.
@@ -181,6 +186,14 @@ impl Command {
     /// The phase of that name.
     pub fn phase(&self, name: PhaseName) -> Option<&Phase> {
         self.phases.iter().find(|phase| phase.name == name)
+    }
+
+    /// The arm in its place, as the command was made for it.
+    ///
+    /// # Errors
+    /// An arm that cannot be read again.
+    pub fn station(&self) -> Result<Station> {
+        Station::new(&self.robot, self.striker.clone())
     }
 
     /// How long it takes in all (s).

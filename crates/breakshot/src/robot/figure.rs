@@ -30,7 +30,7 @@ pub fn impulse_figure(geometries: &[ImpulseGeometry], hit: &Hit) -> String {
         text(&mut svg, (GAP, GAP), "(a) impulse per unit of approach speed, normalized");
         let view =
             View { center: (GAP + LARGE / 2.0, GAP * 2.0 + LARGE / 2.0), origin: [0.0; 3], px: LARGE * 0.42 };
-        surface(&mut svg, &view, [0.0; 3], first, hit, 1.0);
+        surface(&mut svg, &view, ([0.0; 3], 1.0), first, hit);
         axes(&mut svg, &view);
     }
     for (k, geometry) in poses.iter().enumerate() {
@@ -75,7 +75,13 @@ fn polyline(svg: &mut String, points: &[(f64, f64)], style: &str) {
 }
 
 /// The normalized surface around a place, `size` metres at its largest.
-fn surface(svg: &mut String, view: &View, at: [f64; 3], geometry: &ImpulseGeometry, hit: &Hit, size: f64) {
+fn surface(
+    svg: &mut String,
+    view: &View,
+    (at, size): ([f64; 3], f64),
+    geometry: &ImpulseGeometry,
+    hit: &Hit,
+) {
     let point = |azimuth: f64, polar: f64| {
         let direction = [polar.sin() * azimuth.cos(), polar.sin() * azimuth.sin(), polar.cos()];
         let radius = size * geometry.normalized(direction, hit);
@@ -115,7 +121,7 @@ fn pose(svg: &mut String, (left, top): (f64, f64), geometry: &ImpulseGeometry, h
     let middle =
         std::array::from_fn(|k| f64::midpoint(base[k], geometry.tip_m[k]) + if k == 2 { 0.2 } else { 0.0 });
     let view = View { center: (left + PANEL / 2.0, top + PANEL / 2.0), origin: middle, px: PANEL / WIDTH_M };
-    surface(svg, &view, geometry.tip_m, geometry, hit, SIZE_M);
+    surface(svg, &view, (geometry.tip_m, SIZE_M), geometry, hit);
     let stick: Vec<_> = geometry.skeleton_m.iter().map(|&point| view.px(point)).collect();
     polyline(
         svg,

@@ -11,6 +11,7 @@ mod command;
 mod course;
 mod dynamics;
 mod ellipsoid;
+mod export;
 mod failure;
 mod figure;
 mod indy7;
@@ -21,18 +22,25 @@ mod motion;
 mod path;
 mod posture;
 mod profile;
+mod recording;
+mod safety;
 #[cfg(test)]
 mod tests;
+mod touch;
 mod urdf;
 
 pub use body::Body;
 pub use checks::{Check, Limits, Quantity};
 pub use command::{Command, JointState, Phase, PhaseName, Stroke};
 pub use ellipsoid::{Direction, HeadingImpulse, Hit, ImpulseGeometry};
+pub use export::{FollowJointTrajectory, JointTrajectory, RosDuration, TrajectoryPoint};
 pub use figure::impulse_figure;
 pub use kinematics::Jacobian;
 pub use model::{Arm, Base, Capsule, Joint, Link, Tool};
 pub use posture::{Capability, Station};
+pub use recording::{Level, Recording};
+pub use safety::{ContactSpeed, SLOW_M_S};
+pub use touch::{Touch, TouchFit, base_from_table};
 
 use crate::cell::Cell;
 use crate::error::{Error, Result};

@@ -157,8 +157,11 @@ impl Arm {
             Some(armature_kg_m2) => arm.with_armature(armature_kg_m2)?,
             None => arm,
         };
-        let table = frame(robot.base_from_table.position_m, robot.base_from_table.rpy_rad);
-        arm.gravity_m_s2 = table.rotation * Vector3::new(0.0, 0.0, -GRAVITY_M_S2);
+        // The table is level: an arm that stands askew feels gravity askew.
+        if let Some(base_from_table) = robot.base_from_table {
+            let turn = frame([0.0; 3], base_from_table.rpy_rad).rotation;
+            arm.gravity_m_s2 = turn * Vector3::new(0.0, 0.0, -GRAVITY_M_S2);
+        }
         arm.with_tool(Tool { offset_m: robot.tool_offset_m.into(), mass_kg: robot.tool_mass_kg })
     }
 

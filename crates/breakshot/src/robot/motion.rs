@@ -5,8 +5,9 @@ use super::checks::{Check, Quantity};
 use super::command::{Phase, PhaseName};
 use super::failure::{Attempted, Failure, Stage};
 use super::model::Arm;
-use super::path::{Attempt, SLOW_M_S};
+use super::path::Attempt;
 use super::profile::{self, Profile};
+use super::safety::SLOW_M_S;
 use nalgebra::{Vector3, Vector6};
 use std::collections::BTreeMap;
 
@@ -178,7 +179,7 @@ impl Attempt<'_> {
     fn joint_samples(&self, from: &[f64], to: &[f64]) -> Samples {
         let arm = &self.station.arm;
         let way: Vec<f64> = from.iter().zip(to).map(|(from, to)| to - from).collect();
-        let speed = share_per_s(arm, from, &way);
+        let speed = share_per_s(arm, JOINT_MOVE_SHARE.min(self.limits.speed_share), (from, &way));
         let limits = profile::Limits {
             speed,
             acceleration: speed / JOINT_MOVE_RAMP_S * 2.0,
@@ -198,11 +199,11 @@ impl Attempt<'_> {
 }
 
 /// The share of a joint move that may pass per second.
-fn share_per_s(arm: &Arm, from: &[f64], way: &[f64]) -> f64 {
+fn share_per_s(arm: &Arm, speed_share: f64, (from, way): (&[f64], &[f64])) -> f64 {
     /// Places on the way at which the tip's speed is looked at.
     const STEPS: u32 = 32;
     let joints = way.iter().zip(&arm.links);
-    let by_joint = joints.map(|(part, link)| JOINT_MOVE_SHARE * link.joint.speed_rad_s / part.abs());
+    let by_joint = joints.map(|(part, link)| speed_share * link.joint.speed_rad_s / part.abs());
     let by_tip = (0..=STEPS).map(|k| {
         let part = f64::from(k) / f64::from(STEPS);
         let q_rad = from.iter().zip(way).map(|(from, way)| from + way * part).collect();

@@ -2,7 +2,7 @@
 //!
 //! The striker stays upright and runs on a straight line at the strike's speed; the arm follows by inverse kinematics every
 //! 2 ms, its speeds and accelerations by the Jacobian and its change.  All postures of the arm that reach the line are tried,
-//! the one with most room first, and each run-up and stop from gentle to hard, until one keeps all limits.
+//! the one with most room and nearest to home first, and each run-up and stop from gentle to hard, until one keeps all limits.
 
 use super::capsule::SelfCollision;
 use super::checks::{Check, Limits, Quantity, TipBox, Watch};
@@ -12,6 +12,7 @@ use super::failure::{Attempted, Blame, Failure, Stage};
 use super::motion::{Line, Path};
 use super::posture::{Posture, Station};
 use super::profile;
+use super::safety::SLOW_M_S;
 use super::{Answer, Frame, Refusal};
 use crate::cell::Cell;
 use crate::error::Result;
@@ -23,8 +24,6 @@ use std::collections::BTreeMap;
 const HOVER_M: f64 = 0.05;
 /// How much higher a detour goes if the straight way is not free (m).
 const DETOUR_M: f64 = 0.2;
-/// The fastest the tip moves other than in the strike (m/s): the reduced speed of ISO 10218-1.
-pub(super) const SLOW_M_S: f64 = 0.25;
 /// Acceleration and jerk then (m/s2, m/s3).
 const SLOW_M_S2: f64 = 0.8;
 const SLOW_M_S3: f64 = 8.0;
@@ -32,6 +31,8 @@ const SLOW_M_S3: f64 = 8.0;
 const BOX_MARGIN_M: f64 = 0.15;
 /// Postures tried in full for each run-up and stop.
 const POSTURES: usize = 6;
+/// What a radian of way from home counts against room to the limits: arms that turn round are slow to get there.
+const FAR_FROM_HOME_PER_RAD: f64 = 0.2;
 /// Postures whose use of the limits differs by less rank in the order in which they were found.
 const RANK_STEP: f64 = 1e-6;
 /// The speed at the contact may differ from the plan's by this share.
@@ -140,7 +141,8 @@ impl Attempt<'_> {
             match self.use_of_limits(&usual, posture) {
                 Ok((share, speed_m_s)) => {
                     fastest_m_s = fastest_m_s.max(speed_m_s);
-                    ranked.push(((share / RANK_STEP).round(), posture));
+                    let rank = share + FAR_FROM_HOME_PER_RAD * distance_rad(&posture.angles, &self.home);
+                    ranked.push(((rank / RANK_STEP).round(), posture));
                 }
                 Err(failure) => nearest = nearest.better(failure),
             }
@@ -322,6 +324,7 @@ impl Attempt<'_> {
             arm: station.arm.name.clone(),
             joints: station.arm.joint_names(),
             robot: plan.cell.robot.clone().unwrap_or_default(),
+            striker: station.striker.clone(),
             strike: plan.strike.clone(),
             scene: plan.scene.cloned(),
             stroke: Stroke {
@@ -378,6 +381,11 @@ impl Attempt<'_> {
             command.warnings.push("no rotor inertias are known: the effective mass is a lower bound".into());
         }
     }
+}
+
+/// The farthest that any joint is away (rad).
+fn distance_rad(one: &[f64], other: &[f64]) -> f64 {
+    one.iter().zip(other).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
 }
 
 /// What a command is made for.

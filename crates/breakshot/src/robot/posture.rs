@@ -58,12 +58,24 @@ impl Station {
     pub fn of_cell(cell: &Cell) -> Result<Self> {
         let needed = "a [robot] table with `arm` and `base_from_table`";
         let robot = cell.robot.as_ref().ok_or_else(|| Error::invalid("cell", "robot", "missing", needed))?;
+        Self::new(robot, cell.striker.shape.clone())
+    }
+
+    /// The arm in its place, with a striker of that outline.
+    ///
+    /// # Errors
+    /// Where the table lies is not told, and see [`Arm::of_cell`].
+    pub fn new(robot: &RobotSpec, striker: Shape) -> Result<Self> {
+        let needed = "where the table lies for the robot; `breakshot command --touch` finds it";
+        let base_from_table = robot
+            .base_from_table
+            .ok_or_else(|| Error::invalid("cell: robot", "base_from_table", "missing", needed))?;
         let arm = Arm::of_cell(robot)?;
         let strike_height_m = robot.strike_height_m.unwrap_or(STRIKE_HEIGHT_M);
         crate::object::positive("cell: robot", "strike_height_m", strike_height_m)?;
         let home_rad = home(&arm, robot)?;
-        let base_from_table = frame(robot.base_from_table.position_m, robot.base_from_table.rpy_rad);
-        Ok(Self { arm, base_from_table, strike_height_m, striker: cell.striker.shape.clone(), home_rad })
+        let base_from_table = frame(base_from_table.position_m, base_from_table.rpy_rad);
+        Ok(Self { arm, base_from_table, strike_height_m, striker, home_rad })
     }
 
     /// The place of the tip on the table, and its height (m).

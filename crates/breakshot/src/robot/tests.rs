@@ -167,7 +167,8 @@ fn a_heavy_tool_is_refused_with_the_joint_that_cannot_hold_it() {
 fn turning_the_table_turns_the_strike_and_changes_nothing_else() {
     let plain = ready(&strike(0.3, 0.4));
     let mut turned_cell = cell();
-    turned_cell.robot.as_mut().expect("an arm").base_from_table.rpy_rad[2] += 1.0;
+    let robot = turned_cell.robot.as_mut().expect("an arm");
+    robot.base_from_table.as_mut().expect("a place").rpy_rad[2] += 1.0;
     let mut turned = scene();
     turned.cell = turned_cell.clone();
     turned_cell.workspace.min_m = Point::new(-0.4, -0.4);
@@ -197,4 +198,80 @@ fn a_command_written_and_read_again_is_the_same() {
     let text = serde_json::to_string(&command).expect("json");
     let again: Command = serde_json::from_str(&text).expect("what was just written");
     assert!(again == command, "the command changed on its way");
+}
+
+#[test]
+fn the_ros_goal_holds_every_instant_once_in_order() {
+    let command = ready(&strike(0.3, 0.4));
+    let goal = command.follow_joint_trajectory();
+    let times: Vec<u64> = goal
+        .trajectory
+        .points
+        .iter()
+        .map(|point| {
+            point.time_from_start.sec as u64 * 1_000_000_000 + u64::from(point.time_from_start.nanosec)
+        })
+        .collect();
+    assert!(times.is_sorted_by(|a, b| a < b), "times repeat or go back");
+    let strike = command.phase(PhaseName::Strike).expect("a strike");
+    for time_s in &strike.time_s {
+        let ns = (time_s * 1e9).round() as u64;
+        assert!(times.contains(&ns), "the instant {time_s} s of the strike is missing");
+    }
+    let end_ns = (command.duration_s() * 1e9).round() as u64;
+    assert_eq!((times.first(), times.last()), (Some(&0), Some(&end_ns)));
+    let read: FollowJointTrajectory = serde_saphyr::from_str(&goal.yaml()).expect("yaml");
+    assert!(read == goal, "the goal changed on its way through YAML");
+}
+
+#[test]
+fn the_urscript_strikes_at_the_planned_speed_and_reaches_it_before_the_contact() {
+    let command = ready(&strike(0.3, 0.4));
+    let script = command.urscript().expect("six joints");
+    assert!(script.starts_with("def breakshot_strike():\n") && script.ends_with("end\n"), "{script}");
+    assert_eq!(script.matches("movel(").count(), 4, "{script}");
+    assert!(script.contains("v=0.4)"), "{script}");
+    let stroke = &command.stroke;
+    let ramp_m = 0.4 * 0.4 / (2.0 * stroke.acceleration_m_s2);
+    let touch_m =
+        stroke.begin_m.distance(command.strike.start_m) + stroke.contact_after_m.expect("a contact");
+    let whole_m = stroke.begin_m.distance(stroke.end_m);
+    assert!(
+        ramp_m < touch_m && touch_m < whole_m - ramp_m,
+        "{ramp_m} m to gain speed, contact after {touch_m} m"
+    );
+}
+
+#[test]
+fn the_recording_tells_the_same_every_time() {
+    let command = ready(&strike(0.3, 0.4));
+    let file = |command: &Command| command.recording(None).expect("an arm").finished();
+    let bytes = file(&command);
+    assert_eq!(bytes, file(&command.clone()));
+    let text = String::from_utf8_lossy(&bytes);
+    for word in ["foxglove.SceneUpdate", "foxglove.JointStates", "object/a", &command.short_hash()] {
+        assert!(text.contains(word), "no `{word}` in the file");
+    }
+}
+
+#[test]
+fn a_person_is_told_to_keep_away_from_a_fast_strike() {
+    let slow = ready(&strike(0.3, 0.2)).safety_notes().expect("an arm").join(" ");
+    let fast = ready(&strike(0.3, 0.7)).safety_notes().expect("an arm").join(" ");
+    assert!(!slow.contains("nobody in the cell") && fast.contains("nobody in the cell"), "{slow} / {fast}");
+    assert!(fast.contains("chest") && slow.contains("not a safety function"), "{slow} / {fast}");
+}
+
+#[test]
+fn the_picture_of_the_impulse_geometry_is_well_formed() {
+    let station = Station::of_cell(&cell()).expect("an arm");
+    let hit = Hit { object_mass_kg: 0.143, restitution: 0.7, speed_cap_m_s: 1.0 };
+    let places = [[-0.1, -0.1], [0.1, 0.1]].map(|[x, y]| Point::new(x, y));
+    let geometries: Vec<_> =
+        places.iter().filter_map(|&place| station.impulse_geometry(place, &hit)).collect();
+    assert_eq!(geometries.len(), 2);
+    let svg = impulse_figure(&geometries, &hit);
+    roxmltree::Document::parse(&svg).expect("well-formed XML");
+    assert!(!svg.contains("NaN"), "a number is missing");
+    assert!(svg.contains("(c)"), "{svg}");
 }
