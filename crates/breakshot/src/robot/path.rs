@@ -41,7 +41,7 @@ const SPEED_TOLERANCE: f64 = 0.01;
 /// What stays the same for all attempts.
 pub(super) struct Attempt<'a> {
     pub(super) station: &'a Station,
-    limits: &'a Limits,
+    pub(super) limits: &'a Limits,
     collision: SelfCollision,
     tip_box: TipBox,
     hover_m: f64,
