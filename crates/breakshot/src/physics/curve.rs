@@ -415,7 +415,7 @@ mod tests {
                         let square = span.per_length * span.per_length;
                         let (df, dt) = (way[1] * square - force, turn[1] * square * kappa - torque);
                         assert!(
-                            df.abs().max(dt.abs()) < 6e-5,
+                            df.abs().max(dt.abs()) < 1.5e-4,
                             "kappa {kappa}, from {}: {df} {dt}",
                             span.start
                         );

@@ -6,6 +6,7 @@
 //! [`trajectory`] tells everything about one strike; a [`World`] and a [`Simulator`] do many strikes quickly.
 
 mod body;
+mod cluster;
 mod contact;
 mod curve;
 mod decompose;
@@ -20,6 +21,7 @@ mod support;
 mod trajectory;
 mod world;
 
+pub use cluster::{Compliance, ContactForce, Stiffness};
 pub use evolve::Spin;
 pub use resolve::{ImpactLaw, RestitutionLaw};
 pub use simulator::{Outcome, Simulator};
@@ -53,11 +55,18 @@ pub struct Options {
 }
 
 /// How contacts that close together are resolved.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Touching {
-    /// One after the other.
-    #[default]
+    /// Together, as springs: the answer does not depend on any order.
+    Compliant(Compliance),
+    /// One after the other, the earliest first.
     Pairwise,
+}
+
+impl Default for Touching {
+    fn default() -> Self {
+        Self::Compliant(Compliance::default())
+    }
 }
 
 impl Options {

@@ -1,6 +1,7 @@
 //! What happened: events, exact states in between, energies.
 
 use super::body::Body;
+use super::cluster::Cluster;
 use super::evolve::{Law, Motion, State};
 use super::resolve::Touch;
 use super::simulator::Outcome;
@@ -129,6 +130,7 @@ impl Log {
         self.motions[body].push(*motion);
     }
 
+    /// One impact of two bodies.
     pub(crate) fn impact(
         &mut self,
         world: &World,
@@ -136,34 +138,35 @@ impl Log {
         (touch, impulse): (&Touch, Vec2),
         (before, after): (&[State; 2], &[State; 2]),
     ) {
-        let mut loss_j = 0.0;
-        let mut work_j = 0.0;
-        for k in 0..2 {
-            if bodies[k] == STRIKER {
-                // A prescribed motion gives the work of its velocity along the impulse.
-                let on_striker = if k == 0 { -impulse } else { impulse };
-                work_j -= on_striker.dot(before[k].velocity);
-            } else {
-                let body = &world.bodies[bodies[k]];
-                loss_j += kinetic_energy_j(body, &before[k]) - kinetic_energy_j(body, &after[k]);
+        let work_j = striker_work_j(bodies, impulse, before);
+        let mut loss_j = work_j;
+        for (&index, (before, after)) in bodies.iter().zip(before.iter().zip(after)) {
+            if index != STRIKER {
+                let body = &world.bodies[index];
+                loss_j += kinetic_energy_j(body, before) - kinetic_energy_j(body, after);
             }
         }
-        loss_j += work_j;
         self.energy.striker_work_j += work_j;
         self.energy.impact_loss_j += loss_j;
-        self.events.push(Event {
-            time_s,
-            kind: EventKind::Impact,
-            bodies: bodies.iter().map(|&b| world.name(b)).collect(),
-            point_m: touch.point,
-            normal: touch.normal_ab,
-            impulse_n_s: impulse,
-            velocities_before_m_s: before.iter().map(|s| s.velocity).collect(),
-            velocities_after_m_s: after.iter().map(|s| s.velocity).collect(),
-            yaw_rates_before_rad_s: before.iter().map(|s| s.yaw_rate_rad_s).collect(),
-            yaw_rates_after_rad_s: after.iter().map(|s| s.yaw_rate_rad_s).collect(),
-            loss_j,
-        });
+        self.events.push(event(world, (time_s, bodies), (touch, impulse), (before, after), loss_j));
+    }
+
+    /// The contacts of a cluster, each as an impact of its own; velocities are those before and after all of them.
+    pub(crate) fn cluster(&mut self, world: &World, time_s: f64, cluster: &Cluster) {
+        for contact in &cluster.contacts {
+            if contact.impulse.normal <= 0.0 {
+                continue;
+            }
+            let members = contact.members.map(|i| &cluster.members[i]);
+            let (bodies, before, after) =
+                (members.map(|m| m.body), members.map(|m| m.before), members.map(|m| m.after));
+            let n = contact.touch.normal_ab;
+            let impulse = n * contact.impulse.normal + n.perpendicular() * contact.impulse.tangent;
+            self.energy.striker_work_j += striker_work_j(bodies, impulse, &before);
+            self.energy.impact_loss_j += contact.loss_j;
+            let (what, states) = ((&contact.touch, impulse), (&before, &after));
+            self.events.push(event(world, (time_s, bodies), what, states, contact.loss_j));
+        }
     }
 
     pub(crate) fn trajectory(mut self, world: &World, outcome: &Outcome) -> Trajectory {
@@ -195,6 +198,39 @@ impl Log {
             notes: world.notes.clone(),
         }
     }
+}
+
+fn event(
+    world: &World,
+    (time_s, bodies): (f64, [usize; 2]),
+    (touch, impulse): (&Touch, Vec2),
+    (before, after): (&[State; 2], &[State; 2]),
+    loss_j: f64,
+) -> Event {
+    Event {
+        time_s,
+        kind: EventKind::Impact,
+        bodies: bodies.iter().map(|&b| world.name(b)).collect(),
+        point_m: touch.point,
+        normal: touch.normal_ab,
+        impulse_n_s: impulse,
+        velocities_before_m_s: before.iter().map(|s| s.velocity).collect(),
+        velocities_after_m_s: after.iter().map(|s| s.velocity).collect(),
+        yaw_rates_before_rad_s: before.iter().map(|s| s.yaw_rate_rad_s).collect(),
+        yaw_rates_after_rad_s: after.iter().map(|s| s.yaw_rate_rad_s).collect(),
+        loss_j,
+    }
+}
+
+/// The work that a striker of prescribed velocity does with an impulse on the second body (J).
+fn striker_work_j(bodies: [usize; 2], impulse: Vec2, before: &[State; 2]) -> f64 {
+    let mut work_j = 0.0;
+    for ((body, state), sign) in bodies.iter().zip(before).zip([1.0, -1.0]) {
+        if *body == STRIKER {
+            work_j += sign * impulse.dot(state.velocity);
+        }
+    }
+    work_j
 }
 
 /// Kinetic energy of a body that moves freely (J).

@@ -6,8 +6,10 @@
 
 mod advance;
 mod discs;
+mod manifold;
 mod witness;
 
+pub(crate) use manifold::contact_points;
 pub(crate) use witness::{nearest, witness};
 
 use advance::first_contact_convex;

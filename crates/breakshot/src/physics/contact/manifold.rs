@@ -1,0 +1,89 @@
+//! At which points do two bodies that nearly touch press on each other?
+//!
+//! Two flat sides that face each other touch along a line: its two ends stand for it (the incident edge clipped to the
+//! reference edge, as Box2D does).  Everything else touches in one point.
+
+use super::witness::{Feature, witness};
+use crate::geometry::{Point, Vec2};
+use crate::physics::body::Body;
+use crate::physics::evolve::State;
+use crate::physics::resolve::Touch;
+use crate::physics::rotation::Rotation;
+use crate::physics::shape::Laid;
+
+/// Calls `found` with every contact point of two bodies whose gap is at most `reach_m`, and with its gap (m).
+pub(crate) fn contact_points(
+    a: (&Body, &State),
+    b: (&Body, &State),
+    reach_m: f64,
+    mut found: impl FnMut(Touch, f64),
+) {
+    let (turn_a, turn_b) = (Rotation::new(a.1.yaw_rad), Rotation::new(b.1.yaw_rad));
+    for part_a in &a.0.plate.parts {
+        let laid_a = Laid { part: part_a, origin: a.1.position, rotation: turn_a };
+        for part_b in &b.0.plate.parts {
+            let laid_b = Laid { part: part_b, origin: b.1.position, rotation: turn_b };
+            let seen = witness(&laid_a, &laid_b);
+            if seen.gap_m > reach_m {
+                continue;
+            }
+            match seen.feature {
+                Feature::EdgeOfFirst(k) if !part_b.edges.is_empty() => {
+                    clipped(&laid_a, k, &laid_b, seen.normal, |point, gap_m| {
+                        if gap_m <= reach_m {
+                            found(Touch { point, normal_ab: seen.normal }, gap_m);
+                        }
+                    });
+                }
+                Feature::EdgeOfSecond(k) if !part_a.edges.is_empty() => {
+                    clipped(&laid_b, k, &laid_a, -seen.normal, |point, gap_m| {
+                        if gap_m <= reach_m {
+                            found(Touch { point, normal_ab: seen.normal }, gap_m);
+                        }
+                    });
+                }
+                _ => found(Touch { point: seen.point, normal_ab: seen.normal }, seen.gap_m),
+            }
+        }
+    }
+}
+
+/// The ends of the other part's facing edge, cut to the width of the reference edge, with their gaps.
+fn clipped(owner: &Laid, edge: usize, other: &Laid, normal: Vec2, mut found: impl FnMut(Point, f64)) {
+    let next = |k: usize, n: usize| if k + 1 < n { k + 1 } else { 0 };
+    let n = owner.part.corners.len();
+    let (from, to) = (owner.corner(edge), owner.corner(next(edge, n)));
+    let along = to - from;
+    let width = along.dot(along);
+    let facing = facing_edge(other, normal);
+    let ends = [other.corner(facing), other.corner(next(facing, other.part.corners.len()))];
+    let parts = ends.map(|p| (p - from).dot(along) / width);
+    let mut last: Option<Point> = None;
+    for i in 0..2 {
+        let (here, there) = (parts[i], parts[1 - i]);
+        let cut = here.clamp(0.0, 1.0);
+        let share = if here == there { 0.0 } else { (cut - here) / (there - here) };
+        let point = ends[i] + (ends[1 - i] - ends[i]) * share.clamp(0.0, 1.0);
+        if last.is_some_and(|p| (p - point).length_squared() < SAME_POINT_M * SAME_POINT_M) {
+            continue;
+        }
+        last = Some(point);
+        found(point, (point - from).dot(normal));
+    }
+}
+
+/// Two contact points closer than this are one (m).
+const SAME_POINT_M: f64 = 1e-6;
+
+/// The edge of a part that faces a normal most.
+fn facing_edge(laid: &Laid, normal: Vec2) -> usize {
+    let mine = laid.rotation.turned_back(normal);
+    let mut best = (0, f64::INFINITY);
+    for (k, edge) in laid.part.edges.iter().enumerate() {
+        let facing = edge.normal.dot(mine);
+        if facing < best.1 {
+            best = (k, facing);
+        }
+    }
+    best.0
+}
