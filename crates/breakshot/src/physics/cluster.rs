@@ -167,11 +167,6 @@ impl Contact {
         }
     }
 
-    /// The approach speed at the start (m/s).
-    pub(crate) fn approach_m_s(&self) -> f64 {
-        self.impact.approach
-    }
-
     /// Closing speed and slip from the members' present speeds (m/s).
     fn present_speeds(&self, members: &[Member]) -> [f64; 2] {
         let [a, b] = self.members.map(|i| &members[i].after);

@@ -74,6 +74,17 @@ pub(crate) struct Remainder {
     pub(crate) rim_speed: f64,
 }
 
+/// Bounds of the decelerations, over mu g.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Bounds {
+    /// Least and greatest deceleration.
+    pub(crate) way: [f64; 2],
+    /// Greatest deceleration of the rim.
+    pub(crate) turn: f64,
+}
+
+/// The table's second derivatives are this good (relative).
+const BOUND_SLACK: f64 = 1e-3;
 /// Beyond it one speed is a thousandth of the other and bends nothing.
 const EXTREME_EPS: f64 = 1e3;
 /// How far from the final ray the table starts (relative); closer, the ray itself is as good.
@@ -118,6 +129,33 @@ impl SlideCurve {
             }
             None => Place::Even { remaining: (v + w) / (self.ray[0] + self.ray[1]) },
         }
+    }
+
+    /// Bounds of both decelerations from a remaining time on: on either branch they only rise or only fall.
+    pub(crate) fn bounds(&self, branch: u8, remaining: f64) -> Bounds {
+        let span = self.branches[usize::from(branch)].span(remaining);
+        let part = (remaining - span.start) * span.per_length;
+        let square = span.per_length * span.per_length;
+        let way = speed_and_change(&span.way, part)[1] * square;
+        let turn = speed_and_change(&span.turn, part)[1] * square;
+        Bounds {
+            way: [way.min(self.ray[0]) * (1.0 - BOUND_SLACK), way.max(self.ray[0]) * (1.0 + BOUND_SLACK)],
+            turn: turn.max(self.ray[1]) * (1.0 + BOUND_SLACK),
+        }
+    }
+
+    /// The remaining time at which a way is left, below a time at which more is left.
+    pub(crate) fn remaining_of_way(&self, branch: u8, left: f64, mut remaining: f64) -> f64 {
+        // The way left is convex in the remaining time: Newton's method falls towards the root and never passes it.
+        for _ in 0..2 * NEWTON_STEPS {
+            let rest = self.remainder(branch, remaining);
+            let step = (rest.way - left) / rest.speed;
+            remaining -= step;
+            if step <= PART_TOLERANCE * remaining {
+                break;
+            }
+        }
+        remaining
     }
 
     /// What remains of a slide, in the table's units.

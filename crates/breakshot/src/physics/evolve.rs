@@ -38,6 +38,10 @@ pub(crate) struct Motion {
     pub(crate) speed_m_s: f64,
     /// Rate of turn at the start (rad/s).
     pub(crate) yaw_rate_rad_s: f64,
+    /// Least and greatest deceleration on the way (m/s2).
+    pub(crate) deceleration_m_s2: [f64; 2],
+    /// Greatest deceleration of the turn (rad/s2).
+    pub(crate) yaw_deceleration_rad_s2: f64,
     /// How both speeds fall.
     pub(crate) law: Law,
 }
@@ -48,12 +52,7 @@ pub(crate) enum Law {
     /// The body rests.
     Rest,
     /// Evenly, sliding and spinning apart from each other.
-    Even {
-        /// Deceleration (m/s2).
-        deceleration_m_s2: f64,
-        /// Deceleration of the turn (rad/s2), not negative.
-        yaw_deceleration_rad_s2: f64,
-    },
+    Even,
     /// Along the shape's slide curve.
     Curved {
         /// The curve's branch.
@@ -84,43 +83,41 @@ impl Motion {
             direction: Vec2::ZERO,
             speed_m_s: 0.0,
             yaw_rate_rad_s: 0.0,
+            deceleration_m_s2: [0.0; 2],
+            yaw_deceleration_rad_s2: 0.0,
             law: Law::Rest,
         }
     }
 
-    /// A body that something else moves at a constant velocity.
-    pub(crate) fn prescribed(pose: Pose, velocity: Vec2, time_s: f64) -> Self {
+    /// A body that something else moves at a constant velocity until a time.
+    pub(crate) fn prescribed(pose: Pose, velocity: Vec2, start_s: f64, stop_s: f64) -> Self {
         let speed_m_s = length(velocity);
-        let law = Law::Even { deceleration_m_s2: 0.0, yaw_deceleration_rad_s2: 0.0 };
-        let rest = Self::rest(pose, time_s);
-        Self { stop_s: f64::INFINITY, direction: velocity / speed_m_s, speed_m_s, law, ..rest }
+        let end = Pose { position: pose.position + velocity * (stop_s - start_s), ..pose };
+        let rest = Self::rest(pose, start_s);
+        Self { stop_s, end, direction: velocity / speed_m_s, speed_m_s, law: Law::Even, ..rest }
     }
 
     /// A body let go: it slides and spins until friction has stopped it.
     pub(crate) fn slide(state: &State, time_s: f64, body: &Body, spin: Spin) -> Self {
-        let (v, w) = (length(state.velocity), state.yaw_rate_rad_s.abs());
-        let grip = body.grip_m_s2;
-        let (at_rest_v, at_rest_w) = (v < SPEED_AT_REST_M_S, w * body.patch_radius_m < SPEED_AT_REST_M_S);
+        let (v, w) = (length(state.velocity), state.yaw_rate_rad_s.abs() * body.patch_radius_m);
         let pose = Pose { position: state.position, yaw_rad: state.yaw_rad };
         let mut motion = Self::rest(pose, time_s);
-        if at_rest_v && at_rest_w {
-            return motion;
-        }
-        let yaw_deceleration_rad_s2 = body.spin_deceleration_rad_s2();
-        let even = Law::Even { deceleration_m_s2: grip, yaw_deceleration_rad_s2 };
-        motion.law = even;
-        if !at_rest_v {
+        if v >= SPEED_AT_REST_M_S {
             motion.direction = state.velocity / v;
             motion.speed_m_s = v;
+            motion.law = Law::Even;
+            motion.deceleration_m_s2 = [body.grip_m_s2; 2];
+            motion.stop_s = time_s + v / body.grip_m_s2;
         }
-        if !at_rest_w {
+        if w >= SPEED_AT_REST_M_S {
             motion.yaw_rate_rad_s = state.yaw_rate_rad_s;
-        }
-        if spin == Spin::Coupled && !at_rest_v && !at_rest_w {
-            motion.couple(body);
-        } else {
+            motion.law = Law::Even;
+            motion.yaw_deceleration_rad_s2 = body.spin_deceleration_rad_s2();
             motion.stop_s =
-                time_s + (motion.speed_m_s / grip).max(motion.yaw_rate_rad_s.abs() / yaw_deceleration_rad_s2);
+                motion.stop_s.max(time_s + state.yaw_rate_rad_s.abs() / motion.yaw_deceleration_rad_s2);
+        }
+        if spin == Spin::Coupled && motion.speed_m_s > 0.0 && motion.yaw_rate_rad_s != 0.0 {
+            motion.couple(body);
         }
         motion.find_end(body);
         motion
@@ -134,28 +131,30 @@ impl Motion {
         match body.curve.place(v, w) {
             Place::Even { remaining } => {
                 self.stop_s = self.start_s + remaining;
-                self.law = Law::Even {
-                    deceleration_m_s2: self.speed_m_s / remaining,
-                    yaw_deceleration_rad_s2: self.yaw_rate_rad_s.abs() / remaining,
-                };
+                self.deceleration_m_s2 = [self.speed_m_s / remaining; 2];
+                self.yaw_deceleration_rad_s2 = self.yaw_rate_rad_s.abs() / remaining;
             }
             Place::Curved { branch, remaining, scale } => {
                 self.stop_s = self.start_s + remaining * scale;
                 self.law = Law::Curved { branch, scale_s: scale };
+                let bounds = body.curve.bounds(branch, remaining);
+                self.deceleration_m_s2 = bounds.way.map(|f| f * grip);
+                self.yaw_deceleration_rad_s2 = bounds.turn * grip / radius_m;
             }
         }
     }
 
     fn find_end(&mut self, body: &Body) {
         let (way_m, turn_rad) = match self.law {
-            Law::Rest => (0.0, 0.0),
-            Law::Even { deceleration_m_s2, yaw_deceleration_rad_s2 } => (
-                0.5 * self.speed_m_s * self.speed_m_s / deceleration_m_s2,
-                0.5 * self.yaw_rate_rad_s * self.yaw_rate_rad_s.abs() / yaw_deceleration_rad_s2,
+            Law::Rest => return,
+            Law::Even => (
+                stopping_way(self.speed_m_s, self.deceleration_m_s2[0]),
+                stopping_way(self.yaw_rate_rad_s.abs(), self.yaw_deceleration_rad_s2)
+                    .copysign(self.yaw_rate_rad_s),
             ),
             Law::Curved { branch, scale_s } => {
-                let (way_m, _, turn_rad, _) = self.remainder(branch, scale_s, self.start_s, body);
-                (way_m, turn_rad)
+                let left = self.left(branch, scale_s, self.start_s, body);
+                (left.way_m, left.turn_rad)
             }
         };
         self.end = Pose {
@@ -164,18 +163,18 @@ impl Motion {
         };
     }
 
-    /// Way (m), speed (m/s), turn (rad) and rate (rad/s) that remain at a time.
-    fn remainder(&self, branch: u8, scale_s: f64, time_s: f64, body: &Body) -> (f64, f64, f64, f64) {
+    /// What is left of a curved slide at a time.
+    fn left(&self, branch: u8, scale_s: f64, time_s: f64, body: &Body) -> Left {
         let rest = body.curve.remainder(branch, (self.stop_s - time_s) / scale_s);
         let speed_unit = body.grip_m_s2 * scale_s;
         let way_unit = speed_unit * scale_s;
         let per_radius = 1.0f64.copysign(self.yaw_rate_rad_s) / body.patch_radius_m;
-        (
-            rest.way * way_unit,
-            rest.speed * speed_unit,
-            rest.turn * way_unit * per_radius,
-            rest.rim_speed * speed_unit * per_radius,
-        )
+        Left {
+            way_m: rest.way * way_unit,
+            speed_m_s: rest.speed * speed_unit,
+            turn_rad: rest.turn * way_unit * per_radius,
+            rate_rad_s: rest.rim_speed * speed_unit * per_radius,
+        }
     }
 
     /// Where the body is at a time not before the start.
@@ -184,32 +183,67 @@ impl Motion {
             let Pose { position, yaw_rad } = self.end;
             return State { position, yaw_rad, ..State::default() };
         }
-        let time = time_s - self.start_s;
         match self.law {
             Law::Rest => State { position: self.end.position, yaw_rad: self.end.yaw_rad, ..State::default() },
-            Law::Even { deceleration_m_s2, yaw_deceleration_rad_s2 } => {
-                let (way_m, speed_m_s) = fallen(self.speed_m_s, deceleration_m_s2, time);
-                let (turn_rad, rate) = fallen(self.yaw_rate_rad_s.abs(), yaw_deceleration_rad_s2, time);
-                let sign = 1.0f64.copysign(self.yaw_rate_rad_s);
-                State {
+            Law::Even => {
+                let time = time_s - self.start_s;
+                let (way_m, speed_m_s) = fallen(self.speed_m_s, self.deceleration_m_s2[0], time);
+                let mut state = State {
                     position: self.start.position + self.direction * way_m,
                     velocity: self.direction * speed_m_s,
-                    yaw_rad: self.start.yaw_rad + sign * turn_rad,
-                    yaw_rate_rad_s: sign * rate,
+                    yaw_rad: self.start.yaw_rad,
+                    yaw_rate_rad_s: 0.0,
+                };
+                if self.yaw_rate_rad_s != 0.0 {
+                    let (turn_rad, rate) =
+                        fallen(self.yaw_rate_rad_s.abs(), self.yaw_deceleration_rad_s2, time);
+                    state.yaw_rad += turn_rad.copysign(self.yaw_rate_rad_s);
+                    state.yaw_rate_rad_s = rate.copysign(self.yaw_rate_rad_s);
                 }
+                state
             }
             Law::Curved { branch, scale_s } => {
-                let (way_m, speed_m_s, turn_rad, yaw_rate_rad_s) =
-                    self.remainder(branch, scale_s, time_s, body);
+                let left = self.left(branch, scale_s, time_s, body);
                 State {
-                    position: self.end.position - self.direction * way_m,
-                    velocity: self.direction * speed_m_s,
-                    yaw_rad: self.end.yaw_rad - turn_rad,
-                    yaw_rate_rad_s,
+                    position: self.end.position - self.direction * left.way_m,
+                    velocity: self.direction * left.speed_m_s,
+                    yaw_rad: self.end.yaw_rad - left.turn_rad,
+                    yaw_rate_rad_s: left.rate_rad_s,
                 }
             }
         }
     }
+
+    /// When the body has gone a way from where it is at `from_s`; none if it stops before.
+    pub(crate) fn time_of_way_s(&self, way_m: f64, from_s: f64, body: &Body) -> Option<f64> {
+        let Law::Curved { branch, scale_s } = self.law else {
+            let deceleration = self.deceleration_m_s2[0];
+            let speed_m_s = self.speed_m_s - deceleration * (from_s - self.start_s);
+            let square = speed_m_s * speed_m_s - 2.0 * deceleration * way_m;
+            let time_s = from_s + 2.0 * way_m / (speed_m_s + square.max(0.0).sqrt());
+            return (square >= 0.0 && time_s < self.stop_s).then_some(time_s);
+        };
+        let remaining = (self.stop_s - from_s) / scale_s;
+        let rest = body.curve.remainder(branch, remaining);
+        let left = rest.way - way_m / (body.grip_m_s2 * scale_s * scale_s);
+        if left <= 0.0 {
+            return None;
+        }
+        Some(self.stop_s - scale_s * body.curve.remaining_of_way(branch, left, remaining))
+    }
+}
+
+/// What is left of a slide.
+struct Left {
+    way_m: f64,
+    speed_m_s: f64,
+    turn_rad: f64,
+    rate_rad_s: f64,
+}
+
+/// The way (or turn) in which even deceleration stops a speed; zero for nothing that moves.
+fn stopping_way(speed: f64, deceleration: f64) -> f64 {
+    if speed == 0.0 { 0.0 } else { 0.5 * speed * speed / deceleration }
 }
 
 /// Below a nanometre a second a body rests: friction stops it within an atom's width.

@@ -5,13 +5,17 @@
 //!
 //! [`trajectory`] tells everything about one strike; a [`World`] and a [`Simulator`] do many strikes quickly.
 
+mod agenda;
 mod body;
 mod cluster;
+mod collide;
 mod contact;
 mod curve;
 mod decompose;
 mod evolve;
+mod neighbours;
 mod resolve;
+mod rollout;
 mod roots;
 mod rotation;
 mod shape;
@@ -24,7 +28,7 @@ mod world;
 pub use cluster::{Compliance, ContactForce, Stiffness};
 pub use evolve::Spin;
 pub use resolve::{ImpactLaw, RestitutionLaw};
-pub use simulator::{Outcome, Simulator};
+pub use simulator::{Outcome, Simulator, rollouts};
 pub use striker::{AfterStrike, RETRACT_PAST_START_M};
 pub use trajectory::{Energy, Event, EventKind, Segment, Trajectory};
 pub use world::World;

@@ -15,6 +15,8 @@ pub(crate) struct Plate {
     pub(crate) parts: Vec<Convex>,
     /// The radius of the circle about the origin that holds it (m).
     pub(crate) outer_radius_m: f64,
+    /// Whether it is that circle.
+    pub(crate) is_disc: bool,
 }
 
 /// A convex core thickened by a radius, in the body's frame.
@@ -66,15 +68,8 @@ impl Plate {
 
     fn from_parts(parts: Vec<Convex>) -> Self {
         let outer_radius_m = parts.iter().map(|p| p.reach_m + p.radius_m).fold(0.0, f64::max);
-        Self { parts, outer_radius_m }
-    }
-
-    /// The radius of a disc about the origin; none for anything else.
-    pub(crate) fn disc_radius_m(&self) -> Option<f64> {
-        match self.parts.as_slice() {
-            [only] if only.corners.len() == 1 && only.reach_m == 0.0 => Some(only.radius_m),
-            _ => None,
-        }
+        let is_disc = matches!(parts.as_slice(), [only] if only.corners.len() == 1 && only.reach_m == 0.0);
+        Self { parts, outer_radius_m, is_disc }
     }
 }
 

@@ -5,7 +5,7 @@
 //! effective mass (Eq. 8) only softens the blow.  Whether an object is scattered or pushed (Eq. 27 and 28) follows
 //! from the impacts: with e > 0 it always leaves at `(1 + e) v`, and the striker catches up after `2 e v / (mu g)`.
 
-use super::evolve::Motion;
+use super::evolve::{Motion, length};
 use crate::geometry::{Pose, Vec2};
 use crate::scene::Strike;
 
@@ -56,23 +56,21 @@ impl Program {
         }
     }
 
-    /// The striker's first motion, and when it ends.
-    pub(crate) fn forward(&self) -> (Motion, f64) {
-        (Motion::prescribed(self.start, self.velocity, 0.0), self.forward_s)
+    /// The striker's first motion.
+    pub(crate) fn forward(&self) -> Motion {
+        Motion::prescribed(self.start, self.velocity, 0.0, self.forward_s)
     }
 
-    /// The motion after a phase has ended at a place, with its phase and its end.
-    pub(crate) fn next(&self, phase: Phase, pose: Pose, time_s: f64) -> (Phase, Motion, f64) {
+    /// The phase and the motion after another phase has ended at a place.
+    pub(crate) fn next(&self, phase: Phase, pose: Pose, time_s: f64) -> (Phase, Motion) {
         match (phase, self.back) {
             (Phase::Forward, Some((velocity, back_s))) => {
                 // A striker that was blocked has less way back.
-                let end_s = time_s + back_s
-                    - (self.forward_s - time_s) * self.velocity.dot(velocity).abs()
-                        / velocity.length_squared();
-                (Phase::Back, Motion::prescribed(pose, velocity, time_s), end_s)
+                let spared_s = (self.forward_s - time_s) * length(self.velocity) / length(velocity);
+                (Phase::Back, Motion::prescribed(pose, velocity, time_s, time_s + back_s - spared_s))
             }
-            (Phase::Forward, None) => (Phase::Gone, Motion::rest(pose, time_s), f64::INFINITY),
-            _ => (Phase::Standing, Motion::rest(pose, time_s), f64::INFINITY),
+            (Phase::Forward, None) => (Phase::Gone, Motion::rest(pose, time_s)),
+            _ => (Phase::Standing, Motion::rest(pose, time_s)),
         }
     }
 }

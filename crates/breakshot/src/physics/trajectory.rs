@@ -248,9 +248,7 @@ impl Motion {
         let end_s = until_s.min(self.stop_s);
         let mut segments = match self.law {
             Law::Rest => Vec::new(),
-            Law::Even { deceleration_m_s2, yaw_deceleration_rad_s2 } => {
-                self.even_segments(end_s, deceleration_m_s2, yaw_deceleration_rad_s2)
-            }
+            Law::Even => self.even_segments(end_s),
             Law::Curved { branch, scale_s } => self.curved_segments(end_s, branch, scale_s, body),
         };
         if until_s > end_s || segments.is_empty() {
@@ -291,7 +289,8 @@ impl Motion {
     }
 
     /// Sliding and spinning may stop at different times: then there are two segments.
-    fn even_segments(&self, end_s: f64, deceleration: f64, yaw_deceleration: f64) -> Vec<Segment> {
+    fn even_segments(&self, end_s: f64) -> Vec<Segment> {
+        let (deceleration, yaw_deceleration) = (self.deceleration_m_s2[0], self.yaw_deceleration_rad_s2);
         let stop = |speed: f64, lost: f64| if lost > 0.0 { self.start_s + speed / lost } else { self.stop_s };
         let slide_stop_s = stop(self.speed_m_s, deceleration);
         let spin_stop_s = stop(self.yaw_rate_rad_s.abs(), yaw_deceleration);

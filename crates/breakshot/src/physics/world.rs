@@ -11,10 +11,10 @@ use super::shape::{Laid, Plate};
 use super::support::{PATCH_RADIUS_PER_ARM, mean_arm_m};
 use super::{GRAVITY_M_S2, Options};
 use crate::error::{Error, Result};
-use crate::geometry::Pose;
+use crate::geometry::{Point, Pose};
 use crate::object::{Shape, kind};
 use crate::properties::Properties;
-use crate::scene::{Scene, Strike};
+use crate::scene::{Scene, Strike, Wall};
 use std::sync::Arc;
 
 /// How two kinds of bodies hit each other.
@@ -76,15 +76,7 @@ impl World {
             bodies.push(shapes.body(shape, placed.pose(), (mass, friction), kind));
         }
         for (k, wall) in scene.walls.iter().enumerate() {
-            let plate = Plate::segment(wall.from_m, wall.to_m);
-            bodies.push(Body {
-                plate: Arc::new(plate),
-                kind: 1 + kinds.len() + k,
-                ..bodies[STRIKER].clone()
-            });
-            let last = bodies.len() - 1;
-            bodies[last].pose = Pose::default();
-            bodies[last].inverse_mass = 0.0;
+            bodies.push(wall_body(wall, 1 + kinds.len() + k, &bodies[STRIKER]));
         }
         let coefficients = coefficients(scene, properties, &kinds, &mut notes)?;
         let world = Self {
@@ -222,6 +214,14 @@ fn mass_unit_kg(scene: &Scene, properties: &Properties, notes: &mut Vec<String>)
 
 fn fixed_body(shapes: &mut Shapes, shape: &Shape, pose: Pose, kind: usize) -> Body {
     Body { inverse_mass: 0.0, inverse_inertia: 0.0, ..shapes.body(shape, pose, (1.0, 1.0), kind) }
+}
+
+/// A wall is a body about its middle that nothing moves.
+fn wall_body(wall: &Wall, kind: usize, like: &Body) -> Body {
+    let half = (wall.to_m - wall.from_m) * 0.5;
+    let pose = Pose { position: wall.from_m + half, yaw_rad: 0.0 };
+    let plate = Arc::new(Plate::segment(Point::ORIGIN - half, Point::ORIGIN + half));
+    Body { plate, pose, inverse_mass: 0.0, inverse_inertia: 0.0, kind, ..like.clone() }
 }
 
 /// Outlines and slide curves already made: copies of an object share them.

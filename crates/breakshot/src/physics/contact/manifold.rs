@@ -29,14 +29,14 @@ pub(crate) fn contact_points(
             }
             match seen.feature {
                 Feature::EdgeOfFirst(k) if !part_b.edges.is_empty() => {
-                    clipped(&laid_a, k, &laid_b, seen.normal, |point, gap_m| {
+                    clipped(&laid_a, usize::from(k), &laid_b, seen.normal, |point, gap_m| {
                         if gap_m <= reach_m {
                             found(Touch { point, normal_ab: seen.normal }, gap_m);
                         }
                     });
                 }
                 Feature::EdgeOfSecond(k) if !part_a.edges.is_empty() => {
-                    clipped(&laid_b, k, &laid_a, -seen.normal, |point, gap_m| {
+                    clipped(&laid_b, usize::from(k), &laid_a, -seen.normal, |point, gap_m| {
                         if gap_m <= reach_m {
                             found(Touch { point, normal_ab: seen.normal }, gap_m);
                         }

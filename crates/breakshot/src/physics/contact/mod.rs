@@ -1,22 +1,20 @@
 //! When will two bodies touch?
 //!
-//! Discs that do not spin: the first root of a polynomial (`discs`).  All others: conservative advancement (`advance`),
-//! time after time the latest instant up to which a line is known to keep the two apart.  A search that has used its
-//! budget answers "not before", never "not at all".
+//! Discs: the first root of a polynomial in time, or of their way (`discs`).  All others: first the circles around them
+//! (`circles`), then conservative advancement (`advance`), from time to time the latest instant up to which a line is known
+//! to keep the two apart.  A search that has gone far enough answers "not before", never "not at all".
 
 mod advance;
+mod circles;
 mod discs;
 mod manifold;
 mod witness;
 
 pub(crate) use manifold::contact_points;
-pub(crate) use witness::{nearest, witness};
-
-use advance::first_contact_convex;
-use discs::first_contact_discs;
+pub(crate) use witness::{Feature, nearest, witness};
 
 use super::body::Body;
-use super::evolve::{Law, Motion};
+use super::evolve::Motion;
 
 /// A body on its way.
 #[derive(Clone, Copy, Debug)]
@@ -30,23 +28,59 @@ pub(crate) struct Mover<'a> {
 pub(crate) enum Outlook {
     /// As they move now, they never touch.
     Never,
-    /// They touch at this time.
+    /// They touch at this time (s).
     Touch(f64),
-    /// They do not touch before this time; ask again then.
+    /// They do not touch before this time (s); ask again then.
     NotBefore(f64),
 }
 
-/// The first contact of two bodies from a time on, as they move now.
-pub(crate) fn first_contact(a: Mover, b: Mover, from_s: f64) -> Outlook {
+/// Closer than this bodies touch (m): a fiftieth of the shortest wavelength of light.
+pub(crate) const CONTACT_GAP_M: f64 = 1e-8;
+/// Below this approach speed a contact presses rather than hits (m/s).
+pub(crate) const PRESSING_M_S: f64 = 2e-3;
+/// A pressing contact is looked at again after this time (s): bodies approaching at the pressing speed while friction
+/// brakes one of them come closer by less than a micrometre.
+pub(crate) const PRESSING_S: f64 = 2.5e-4;
+
+/// A first look at the next contact of two bodies from a time on; what costs more is left to [`closer_look`].
+///
+/// Contacts that press are overlooked until `pressing_s`.
+pub(crate) fn first_look(a: Mover, b: Mover, from_s: f64, pressing_s: f64) -> Outlook {
     if a.motion.stop_s <= from_s && b.motion.stop_s <= from_s {
         return Outlook::Never;
     }
-    if let (Some(ra), Some(rb)) = (a.body.plate.disc_radius_m(), b.body.plate.disc_radius_m())
-        && !matches!(a.motion.law, Law::Curved { .. })
-        && !matches!(b.motion.law, Law::Curved { .. })
-    {
-        return first_contact_discs(a.motion, b.motion, ra + rb, from_s)
-            .map_or(Outlook::Never, Outlook::Touch);
+    if a.body.plate.is_disc && b.body.plate.is_disc {
+        return discs::first_contact(a, b, from_s, pressing_s);
     }
-    first_contact_convex(a, b, from_s)
+    circles::first_look(a, b, from_s)
+}
+
+/// The next contact from a time on, followed until it is found or lies beyond `until_s`.
+///
+/// `hint` is the feature that kept the two apart before, if any; it is updated.
+pub(crate) fn closer_look(
+    pair: (Mover, Mover),
+    (from_s, until_s): (f64, f64),
+    pressing_s: f64,
+    hint: &mut Option<Feature>,
+) -> Outlook {
+    let (a, b) = pair;
+    if a.body.plate.is_disc && b.body.plate.is_disc {
+        return discs::first_contact(a, b, from_s, pressing_s);
+    }
+    advance::first_contact(pair, (from_s, until_s), pressing_s, hint)
+}
+
+/// How long `gap + change t - bend t^2 / 2` stays positive (s); `gap` positive.
+pub(crate) fn time_apart_s(gap_m: f64, change_m_s: f64, bend_m_s2: f64) -> f64 {
+    let square = change_m_s * change_m_s + 2.0 * bend_m_s2 * gap_m;
+    if square < 0.0 {
+        return f64::INFINITY;
+    }
+    let root = square.sqrt();
+    if change_m_s > 0.0 {
+        return if bend_m_s2 > 0.0 { (change_m_s + root) / bend_m_s2 } else { f64::INFINITY };
+    }
+    let below = root - change_m_s;
+    if below > 0.0 { 2.0 * gap_m / below } else { f64::INFINITY }
 }

@@ -13,11 +13,11 @@ use crate::physics::shape::{Convex, Laid};
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Feature {
     /// An edge of the first part.
-    EdgeOfFirst(usize),
+    EdgeOfFirst(u16),
     /// An edge of the second part.
-    EdgeOfSecond(usize),
+    EdgeOfSecond(u16),
     /// A corner of each.
-    Corners(usize, usize),
+    Corners(u16, u16),
 }
 
 /// The gap between two convex parts.
@@ -65,7 +65,7 @@ pub(crate) fn witness(a: &Laid, b: &Laid) -> Witness {
             }
             let normal = a.rotation.turned(a.part.edges[k].normal);
             let point = b.corner(j) - normal * b.part.radius_m;
-            Witness { gap_m, normal, point, feature: Feature::EdgeOfFirst(k) }
+            Witness { gap_m, normal, point, feature: Feature::EdgeOfFirst(k as u16) }
         }
         (_, Some((k, j, gap_m))) => {
             if rounded_corner(b, a, k, j) {
@@ -73,7 +73,7 @@ pub(crate) fn witness(a: &Laid, b: &Laid) -> Witness {
             }
             let normal = -b.rotation.turned(b.part.edges[k].normal);
             let point = a.corner(j) + normal * a.part.radius_m;
-            Witness { gap_m, normal, point, feature: Feature::EdgeOfSecond(k) }
+            Witness { gap_m, normal, point, feature: Feature::EdgeOfSecond(k as u16) }
         }
         _ => corners(a, b, 0, 0),
     }
@@ -124,15 +124,20 @@ fn nearest_end(owner: &Laid, edge: usize, point: Point) -> usize {
     if squared(edge) <= squared(next) { edge } else { next }
 }
 
-/// The gap between two rounded corners.
-fn corners(a: &Laid, b: &Laid, i: usize, j: usize) -> Witness {
+/// Unit vector from a corner of one part to a corner of the other.
+pub(crate) fn corner_normal(a: &Laid, b: &Laid, i: usize, j: usize) -> Vec2 {
     let way = b.corner(j) - a.corner(i);
     let distance_m = way.length_squared().sqrt();
-    let normal = if distance_m > 0.0 { way / distance_m } else { Vec2::new(1.0, 0.0) };
+    if distance_m > 0.0 { way / distance_m } else { Vec2::new(1.0, 0.0) }
+}
+
+/// The gap between two rounded corners.
+fn corners(a: &Laid, b: &Laid, i: usize, j: usize) -> Witness {
+    let normal = corner_normal(a, b, i, j);
     Witness {
-        gap_m: distance_m - a.part.radius_m - b.part.radius_m,
+        gap_m: normal.dot(b.corner(j) - a.corner(i)) - a.part.radius_m - b.part.radius_m,
         normal,
         point: a.corner(i) + normal * a.part.radius_m,
-        feature: Feature::Corners(i, j),
+        feature: Feature::Corners(i as u16, j as u16),
     }
 }

@@ -1,0 +1,185 @@
+//! The event loop: predict, take the earliest contact, resolve, let go.
+
+use super::agenda::{Agenda, Prediction};
+use super::cluster::Cluster;
+use super::contact::{Mover, Outlook, PRESSING_S, closer_look, first_look};
+use super::evolve::{Motion, State};
+use super::neighbours::Neighbours;
+use super::simulator::Outcome;
+use super::striker::{Phase, Program};
+use super::trajectory::Log;
+use super::world::{STRIKER, World};
+use crate::geometry::Pose;
+use crate::scene::Strike;
+
+/// What a rollout needs to remember; used again by the next one.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Memory {
+    pub(super) motions: Vec<Motion>,
+    pub(super) cluster: Cluster,
+    pub(super) neighbours: Neighbours,
+    /// Bodies with new states, to be let go.
+    pub(super) changed: Vec<(usize, State)>,
+    agenda: Agenda,
+    /// Pairs that press on each other, and until when that is overlooked.
+    pressing: Vec<([usize; 2], f64)>,
+}
+
+/// One strike under way.
+pub(crate) struct Rollout<'a> {
+    pub(super) world: &'a World,
+    pub(super) memory: &'a mut Memory,
+    pub(super) log: Option<&'a mut Log>,
+    pub(super) impacts: usize,
+    pub(super) phase: Phase,
+    program: Program,
+}
+
+impl<'a> Rollout<'a> {
+    /// Everything at rest, the striker about to start.
+    pub(crate) fn new(
+        world: &'a World,
+        strike: &Strike,
+        memory: &'a mut Memory,
+        mut log: Option<&'a mut Log>,
+    ) -> Self {
+        let program = Program::new(strike, world.retract_speed_m_s, world.options.after_strike);
+        memory.motions.clear();
+        memory.motions.extend(world.bodies.iter().map(|b| Motion::rest(b.pose, 0.0)));
+        memory.motions[STRIKER] = program.forward();
+        memory.agenda.clear(world.bodies.len());
+        memory.neighbours.start(&world.bodies, &memory.motions);
+        memory.pressing.clear();
+        if let Some(log) = &mut log {
+            log.start(&memory.motions);
+        }
+        Self { world, memory, log, impacts: 0, phase: Phase::Forward, program }
+    }
+
+    /// Follows the strike until everything rests.
+    pub(crate) fn outcome(mut self) -> Outcome {
+        self.predict(STRIKER, 0.0);
+        loop {
+            let next = self.memory.agenda.first();
+            let time_s = next.map_or(f64::INFINITY, |p| p.time_s);
+            let phase_end_s = self.memory.motions[STRIKER].stop_s;
+            if phase_end_s <= time_s && matches!(self.phase, Phase::Forward | Phase::Back) {
+                self.end_phase(phase_end_s);
+                continue;
+            }
+            let Some(prediction) = next else { break };
+            let after_s = self.memory.agenda.take();
+            let [a, b] = prediction.bodies.map(|i| i as usize);
+            if prediction.touch {
+                self.touch(a, b, time_s);
+            } else {
+                self.look_closer([a, b], &prediction, after_s.min(phase_end_s.max(time_s)));
+            }
+        }
+        let motions = &self.memory.motions;
+        Outcome {
+            poses: self.world.body_of.iter().map(|&b| motions[b].end).collect(),
+            duration_s: motions.iter().map(|m| m.stop_s).fold(0.0, f64::max),
+            impacts: self.impacts,
+        }
+    }
+
+    pub(super) fn mover(&self, body: usize) -> Mover<'_> {
+        Mover { body: &self.world.bodies[body], motion: &self.memory.motions[body] }
+    }
+
+    /// Whether a body moves freely: neither striker nor wall.
+    pub(super) fn is_object(&self, body: usize) -> bool {
+        body != STRIKER && body <= self.world.objects
+    }
+
+    /// The striker stops, turns back or is gone.
+    pub(super) fn end_phase(&mut self, time_s: f64) {
+        let state = self.memory.motions[STRIKER].state(time_s, &self.world.bodies[STRIKER]);
+        let pose = Pose { position: state.position, yaw_rad: state.yaw_rad };
+        let (phase, motion) = self.program.next(self.phase, pose, time_s);
+        self.phase = phase;
+        self.set(STRIKER, motion);
+        self.predict(STRIKER, time_s);
+    }
+
+    /// Gives a body a new motion; all predictions about it are void.
+    fn set(&mut self, body: usize, motion: Motion) {
+        self.memory.motions[body] = motion;
+        self.memory.agenda.void(body);
+        self.memory.neighbours.change(body, &self.world.bodies[body], &motion);
+        if let Some(log) = &mut self.log {
+            log.motion(body, &motion);
+        }
+    }
+
+    /// Bodies with new states go their ways, and their next contacts are looked for.
+    pub(super) fn let_go(&mut self, time_s: f64) {
+        for k in 0..self.memory.changed.len() {
+            let (body, state) = self.memory.changed[k];
+            let motion = Motion::slide(&state, time_s, &self.world.bodies[body], self.world.options.spin);
+            self.set(body, motion);
+        }
+        for k in 0..self.memory.changed.len() {
+            self.predict(self.memory.changed[k].0, time_s);
+        }
+    }
+
+    /// Looks for a body's next contacts.
+    fn predict(&mut self, body: usize, time_s: f64) {
+        if body == STRIKER && self.phase == Phase::Gone {
+            return;
+        }
+        let Motion { start, end, .. } = self.memory.motions[body];
+        let count =
+            self.memory.neighbours.around(&self.world.bodies[body], start.position, end.position).len();
+        for k in 0..count {
+            let other = self.memory.neighbours.found(k);
+            let gone = other == STRIKER && self.phase == Phase::Gone;
+            // Two bodies that both go new ways are looked at once.
+            let later = other < body && self.memory.changed.iter().any(|c| c.0 == other) && body != STRIKER;
+            if other != body && !gone && !later && (self.is_object(body) || self.is_object(other)) {
+                self.look([body.min(other), body.max(other)], time_s);
+            }
+        }
+    }
+
+    fn look(&mut self, pair: [usize; 2], from_s: f64) {
+        let pressing_s = self.pressing_s(pair);
+        let outlook = first_look(self.mover(pair[0]), self.mover(pair[1]), from_s, pressing_s);
+        self.note(pair, outlook, None);
+    }
+
+    fn look_closer(&mut self, pair: [usize; 2], prediction: &Prediction, until_s: f64) {
+        let pressing_s = self.pressing_s(pair);
+        let mut hint = prediction.hint;
+        let movers = (self.mover(pair[0]), self.mover(pair[1]));
+        let outlook = closer_look(movers, (prediction.time_s, until_s), pressing_s, &mut hint);
+        self.note(pair, outlook, hint);
+    }
+
+    fn note(&mut self, pair: [usize; 2], outlook: Outlook, hint: Option<super::contact::Feature>) {
+        match outlook {
+            Outlook::Never => {}
+            Outlook::Touch(time_s) => self.memory.agenda.add(time_s, pair, true, hint),
+            Outlook::NotBefore(time_s) => self.memory.agenda.add(time_s, pair, false, hint),
+        }
+    }
+
+    /// Until when a pair's pressing is overlooked (s).
+    fn pressing_s(&self, pair: [usize; 2]) -> f64 {
+        self.memory.pressing.iter().find(|p| p.0 == pair).map_or(0.0, |p| p.1)
+    }
+
+    /// From now on a pair's pressing is overlooked for a while.
+    pub(super) fn overlook(&mut self, pair: [usize; 2], time_s: f64) {
+        self.memory.pressing.retain(|p| p.0 != pair && p.1 > time_s);
+        self.memory.pressing.push((pair, time_s + PRESSING_S));
+    }
+
+    /// Looks again at a pair whose contact came to nothing.
+    pub(super) fn look_again(&mut self, pair: [usize; 2], time_s: f64) {
+        self.overlook(pair, time_s);
+        self.look(pair, time_s);
+    }
+}
