@@ -18,9 +18,9 @@ pub struct Camera {
     pub reprojection_rms_px: f64,
     /// The same on the table (m).
     pub reprojection_rms_m: f64,
-    /// One standard deviation of a place on the table at the worst corner of the workspace, as far as the noise of
-    /// the corners tells (m).
-    pub place_std_m: f64,
+    /// One standard deviation of a place on the table at the worst corner of the workspace, as far as what was seen
+    /// tells (m); unknown for a scale, which says nothing of itself, and for a corner that no ray reaches.
+    pub place_std_m: Option<f64>,
     /// The numbers of the tags that were found and used.
     pub tags_found: Vec<u32>,
     /// Every tag that was seen, used or not.
@@ -174,7 +174,7 @@ impl Camera {
             projection,
             reprojection_rms_px: 0.0,
             reprojection_rms_m: 0.0,
-            place_std_m: 0.0,
+            place_std_m: None,
             tags_found: Vec::new(),
             tags: Vec::new(),
             readout_s: 0.0,
@@ -253,6 +253,7 @@ impl Camera {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use proptest::{prop_assert, prop_assume, proptest};
 
     fn camera(rpy_rad: [f64; 3]) -> Camera {
         let lens = Lens::new([1100.0, 1098.0], [642.0, 355.0], [-0.12, 0.03, 0.001, -0.0005, 0.0]);
@@ -271,6 +272,22 @@ mod tests {
                     assert!(back.distance(place) < 1e-11, "{place:?} at {height_m} m came back as {back:?}");
                 }
             }
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn any_place_in_view_of_any_camera_is_found_again(
+            roll_rad in -0.8..0.8, pitch_rad in -0.8..0.8, yaw_rad in -3.0..3.0,
+            k1 in -0.2..0.2, x_px in 0.0..1279.0, y_px in 0.0..719.0, height_m in 0.0..0.3,
+        ) {
+            let lens = Lens::new([1100.0, 1098.0], [642.0, 355.0], [k1, 0.03, 0.001, -0.0005, 0.0]);
+            let at = Transform { position_m: [0.05, -0.1, 1.2], rpy_rad: [roll_rad, pitch_rad, yaw_rad] };
+            let camera = Camera::new([1280, 720], lens, at);
+            let place = camera.table_from_pixel(Pixel::new(x_px, y_px), height_m);
+            prop_assume!(place.is_finite());
+            let back = camera.pixel_from_table(place, height_m);
+            prop_assert!(back.distance_px(Pixel::new(x_px, y_px)) < 1e-6, "came back as {back:?}");
         }
     }
 

@@ -41,7 +41,7 @@ impl GreyImage {
 
     /// The picture as a mirror shows it.
     pub(super) fn mirrored(&self) -> Self {
-        let rows = self.pixels.chunks_exact(self.width);
+        let rows = self.pixels.chunks_exact(self.width.max(1));
         Self { pixels: rows.flat_map(|row| row.iter().rev().copied()).collect(), ..*self }
     }
 }

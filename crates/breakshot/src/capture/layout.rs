@@ -364,22 +364,25 @@ impl Question<'_> {
     fn judge(&mut self, camera: &mut Camera, fit: &Fit) {
         let Workspace { min_m, max_m } = self.cell.workspace;
         let corners = [min_m, max_m, Point::new(min_m.x, max_m.y), Point::new(max_m.x, min_m.y)];
-        camera.place_std_m = corners.map(|corner| fit.place_std_m(corner)).into_iter().fold(0.0, f64::max);
+        let worst_m = corners.map(|corner| fit.place_std_m(corner)).into_iter().fold(0.0, f64::max);
+        camera.place_std_m = Some(worst_m).filter(|std_m| std_m.is_finite());
         let off_mm = camera.reprojection_rms_m * 1e3;
         if camera.reprojection_rms_m > DOUBTFUL_M && camera.reprojection_rms_px > STILL_PX / 2.0 {
             self.warnings.push(format!(
                 "on average the table's marks lie {off_mm:.2} mm from where cell.toml has them"
             ));
         }
-        if camera.place_std_m > UNCERTAIN_M {
+        if camera.place_std_m.is_none_or(|std_m| std_m > UNCERTAIN_M) {
             let marks = match camera.tags_found.len() {
                 0 => "the points".into(),
                 1 => "one tag".into(),
                 n => format!("{n} tags"),
             };
-            let std_mm = camera.place_std_m * 1e3;
-            self.warnings
-                .push(format!("{marks} tell places at the workspace's corners to {std_mm:.2} mm only"));
+            let told = match camera.place_std_m {
+                Some(std_m) => format!("to {:.2} mm only", std_m * 1e3),
+                None => "not at all".into(),
+            };
+            self.warnings.push(format!("{marks} tell places at the workspace's corners {told}"));
         }
     }
 }

@@ -180,7 +180,8 @@ pub(super) fn middle_px([width, height]: [usize; 2]) -> [f64; 2] {
 
 fn border([width, height]: [usize; 2]) -> impl Iterator<Item = Pixel> {
     let (right, bottom) = (width as f64 - 1.0, height as f64 - 1.0);
-    let along = |length: usize| (0..length).step_by(BORDER_STEP_PX).chain([length - 1]).map(|k| k as f64);
+    let along =
+        |length: usize| (0..length).step_by(BORDER_STEP_PX).chain(length.checked_sub(1)).map(|k| k as f64);
     let rows = along(width).flat_map(move |x| [Pixel::new(x, 0.0), Pixel::new(x, bottom)]);
     rows.chain(along(height).flat_map(move |y| [Pixel::new(0.0, y), Pixel::new(right, y)]))
 }

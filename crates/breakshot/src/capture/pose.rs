@@ -281,7 +281,8 @@ fn inverse(slope: DMatrix<f64>) -> DMatrix<f64> {
 }
 
 impl Fit {
-    /// One standard deviation of the place on the table that a pixel shows, per axis (m).
+    /// One standard deviation of the place on the table that a pixel shows, per axis (m); not finite where the
+    /// sightings do not tell.
     pub(super) fn place_std_m(&self, place: Point) -> f64 {
         let pixel = self.projection.pixel(place, 0.0);
         let n = self.covariance.nrows();

@@ -11,6 +11,10 @@ const UNPRINTED_MM: f64 = 10.0;
 const TEXT_MM: f64 = 5.0;
 /// Printers scale pages without asking; a ruler along this line finds out (mm).
 const CHECK_MM: f64 = 100.0;
+/// The text is no wider than its tag: a letter is on average so many times its font's height wide...
+const LETTER_WIDTH: f64 = 0.52;
+/// ... which is at most this (mm).
+const LARGEST_FONT_MM: f64 = 3.0;
 /// The least side of a tag worth printing (m).
 const LEAST_SIZE_M: f64 = 0.005;
 
@@ -53,6 +57,7 @@ fn page_start() -> String {
     format!(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width}mm\" height=\"{height}mm\" \
          viewBox=\"0 0 {width} {height}\" font-family=\"sans-serif\" font-size=\"3\">\n\
+         <rect width=\"{width}\" height=\"{height}\" fill=\"#fff\"/>\n\
          <path d=\"M{left} {y}H{right}M{left} {}v4M{right} {}v4\" stroke=\"#000\" stroke-width=\"0.2\"/>\n\
          <text x=\"{}\" y=\"{y}\" dy=\"1\">{CHECK_MM} mm, if the page was printed at 100 %</text>\n",
         y - 2.0,
@@ -74,10 +79,11 @@ fn draw_tag(svg: &mut String, id: u32, [left, top]: [f64; 2], bit_mm: f64) {
         }
     }
     let text_y = top + side_mm + bit_mm + 3.0;
+    let text = format!("36h11, id {id}, size_m = {:.4}, this side down", side_mm * 1e-3);
+    let font_mm = (side_mm / (LETTER_WIDTH * text.len() as f64)).min(LARGEST_FONT_MM);
     let _ = writeln!(
         svg,
-        "\"/>\n<text x=\"{left:.2}\" y=\"{text_y:.2}\">36h11, id {id}, size_m = {:.4}, this side down</text>",
-        side_mm * 1e-3
+        "\"/>\n<text x=\"{left:.2}\" y=\"{text_y:.2}\" font-size=\"{font_mm:.2}\">{text}</text>"
     );
 }
 
