@@ -3,7 +3,8 @@
 //! **Law.** What an object slides grows with the square of its speed (Eq. 30), so the speed's square is corrected in
 //! proportion to the relative error: `v2 <- v2 (1 + GAIN error / wanted)`, at most by a factor of two either way.  The
 //! error is the worst condition's: positive where distances are too small, negative where the mean distance or an object's
-//! way is too large.  Speeds known to be too slow and too fast bracket the next one.
+//! way is too large; it is measured to 2 % beyond what is wanted, which is else approached without end.  Speeds known to be
+//! too slow and too fast bracket the next one.
 //!
 //! **Stop.** The first speed that fulfils the goal; else when the speed changes by less than 2 mm/s, stands at the end
 //! of the striker's range, or after twelve strikes.
@@ -22,6 +23,8 @@ use std::collections::BTreeMap;
 
 /// How strongly the relative error acts on the speed's square.
 const GAIN: f64 = 1.5;
+/// The feedback aims this part beyond what is wanted.
+const AIM_BEYOND: f64 = 0.02;
 /// One correction changes the speed's square at most by this factor.
 const MOST_FACTOR: f64 = 2.0;
 /// A smaller change than this is no change (m/s).
@@ -87,7 +90,7 @@ impl<'a> Search<'a> {
             let Some(worst) = trial.violations.first() else {
                 return Ok(Some(trial));
             };
-            let error = worst.shortfall_m() / scale_m;
+            let error = worst.shortfall_m() / scale_m + AIM_BEYOND;
             let error = if worst.is_excess() { -error } else { error };
             if error > 0.0 {
                 too_slow = too_slow.max(speed_m_s);

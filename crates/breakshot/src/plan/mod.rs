@@ -273,19 +273,19 @@ fn reason(trial: &Trial, plan: &Plan, headings: usize) -> String {
         Contact::Pushing => "pushing",
     };
     let object = strike.object.as_deref().unwrap_or_default();
-    let speed = format!("{object} struck at {:.3} m/s ({contact})", strike.speed_m_s);
+    let what = format!("striking {object} at {:.3} m/s ({contact})", strike.speed_m_s);
     if let Some(worst) = trial.violations.first() {
         return format!(
-            "none of {} simulated strikes along {headings} headings fulfils the goal; the nearest is {speed}: {worst}",
+            "none of {} simulated strikes along {headings} headings fulfils the goal; the nearest is {what}: {worst}",
             plan.iterations.len()
         );
     }
     let (Some(least_m), Some(mean_m)) = (trial.iteration.min_distance_m, trial.iteration.mean_distance_m)
     else {
-        return format!("{speed}: it ends where it is wanted");
+        return format!("{what}: it ends where it is wanted");
     };
     format!(
-        "{speed}: the least distance becomes {:.1} mm ({:.1} mm wanted), the mean {:.1} mm ({:.1} to {:.1} mm wanted)",
+        "{what}: the least distance becomes {:.1} mm ({:.1} mm wanted), the mean {:.1} mm ({:.1} to {:.1} mm wanted)",
         least_m * 1e3,
         goal.min_distance_m * 1e3,
         mean_m * 1e3,

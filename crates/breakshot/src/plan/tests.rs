@@ -159,7 +159,7 @@ fn the_largest_object_is_struck_and_another_one_where_it_cannot_be() {
 #[test]
 fn what_cannot_be_is_answered_at_once_with_the_reason() {
     let walled = |mut scene: Scene| {
-        let corners = [[-0.06, -0.06], [0.06, -0.06], [0.06, 0.06], [-0.06, 0.06]].map(Point::from);
+        let corners = [[-0.075, -0.075], [0.075, -0.075], [0.075, 0.075], [-0.075, 0.075]].map(Point::from);
         let side = |k: usize| Wall { from_m: corners[k], to_m: corners[(k + 1) % 4], restitution: 0.5 };
         scene.walls = (0..4).map(side).collect();
         scene
@@ -173,7 +173,7 @@ fn what_cannot_be_is_answered_at_once_with_the_reason() {
     for (scene, words) in [
         (scene(&[]), "nothing lies on the table"),
         (
-            walled(scene(&[("d", 0.0, 0.0, 0.0), ("b", 0.0, 0.045, 0.0)])),
+            walled(scene(&[("d", 0.0, 0.0, 0.0), ("b", 0.0, 0.0365, 0.0)])),
             "no central strike reaches any object",
         ),
         (far_goal(piles()[1].clone(), wide), "do not fit into the workspace of 1000 x 800 mm"),
