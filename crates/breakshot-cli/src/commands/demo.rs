@@ -146,8 +146,15 @@ fn write(folder: &Path, results: &Results) -> Result<()> {
 
     let shown = results.clips.iter().find(|clip| clip.name == SHOWN_CLIP);
     let fit = results.estimation.clips.iter().find(|fit| fit.name == SHOWN_CLIP);
-    let filmed =
-        [Filmed { scene: results.scene, strike, tracks: Some(tracks), trajectory: Some(simulated), report }];
+    let pictures = verify_command::first_and_last(&folder.join("pile.mp4"))?;
+    let filmed = [Filmed {
+        scene: results.scene,
+        strike,
+        tracks: Some(tracks),
+        trajectory: Some(simulated),
+        report,
+        pictures: pictures.as_ref().map(|[first, last]| [first, last]),
+    }];
     let simulation = results.plan.strike.as_ref().zip(results.planned);
     let page = verify::html(&Story {
         title: "Breakshot: from strike videos to a strike",

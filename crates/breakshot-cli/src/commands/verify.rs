@@ -3,9 +3,11 @@
 use super::simulate;
 use crate::args::VerifyArgs;
 use crate::{Outcome, console};
+use breakshot::capture::{Footage, GreyImage};
 use breakshot::detect::{self, Layout};
 use breakshot::verify::{self, Filmed, Observed, Report, Story};
 use breakshot::{Error, Result, capture, files, physics};
+use std::path::Path;
 
 /// Tracks the film, simulates the strike, writes `report.html`, `report.json`, `distances.csv`, `tracks.json` and
 /// `trajectory.json`.
@@ -21,12 +23,14 @@ pub(crate) fn run(args: &VerifyArgs) -> Result<Outcome> {
     console::warn(&trajectory.notes);
     console::warn(&report.warnings);
 
+    let pictures = first_and_last(&args.video)?;
     let filmed = [Filmed {
         scene: &scene,
         strike: &strike,
         tracks: Some(&tracks),
         trajectory: Some(&trajectory),
         report: &report,
+        pictures: pictures.as_ref().map(|[first, last]| [first, last]),
     }];
     let page = verify::html(&Story {
         title: "Real against virtual",
@@ -49,6 +53,14 @@ pub(crate) fn run(args: &VerifyArgs) -> Result<Outcome> {
         println!("Wrote {}", folder.join("report.html").display());
     }
     Ok(outcome.and(Outcome::doubtful_if(!report.warnings.is_empty())))
+}
+
+/// The film's first and last frame.
+pub(crate) fn first_and_last(film: &Path) -> Result<Option<[GreyImage; 2]>> {
+    let mut frames = Footage::open(film)?;
+    let Some(first) = frames.next().transpose()? else { return Ok(None) };
+    let last = frames.last().transpose()?;
+    Ok(last.map(|last| [first.image, last.image]))
 }
 
 /// Pairwise distances side by side (Fig. 17).

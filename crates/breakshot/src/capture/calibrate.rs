@@ -67,19 +67,19 @@ impl Calibration {
     /// as it was seen: one SVG that holds all it needs.
     ///
     /// # Errors
-    /// The picture cannot be encoded.
+    /// A picture without pixels.
     pub fn drawing(&self) -> Result<String> {
         let [width, height] = self.camera.size_px;
-        let png = png(&self.image, &self.picture)?;
+        let empty = || Error::invalid(&self.picture, "picture", "no pixels", "a picture");
+        let picture = self.image.data_url().ok_or_else(empty)?;
         // Lines must stay visible whatever the picture's size.
         let line = width.max(height) as f64 / 1000.0;
         let mut svg = format!(
             "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"-0.5 -0.5 {width} {height}\" \
              font-family=\"sans-serif\" font-size=\"{:.1}\">\n\
              <image x=\"-0.5\" y=\"-0.5\" width=\"{width}\" height=\"{height}\" \
-             href=\"data:image/png;base64,{}\"/>\n",
-            12.0 * line,
-            base64(&png)
+             href=\"{picture}\"/>\n",
+            12.0 * line
         );
         self.draw_grid(&mut svg, line);
         self.draw_tags(&mut svg, line);
@@ -210,44 +210,4 @@ fn draw_cross(svg: &mut String, at: Pixel, line: f64) {
         y + arm,
         0.5 * line
     );
-}
-
-fn png(image: &GreyImage, name: &str) -> Result<Vec<u8>> {
-    let failed = |e: png::EncodingError| Error::Write { path: name.into(), source: std::io::Error::other(e) };
-    let mut bytes = Vec::new();
-    let mut encoder = png::Encoder::new(&mut bytes, image.width as u32, image.height as u32);
-    encoder.set_color(png::ColorType::Grayscale);
-    encoder.set_depth(png::BitDepth::Eight);
-    let mut writer = encoder.write_header().map_err(failed)?;
-    writer.write_image_data(&image.pixels).map_err(failed)?;
-    writer.finish().map_err(failed)?;
-    Ok(bytes)
-}
-
-/// RFC 4648, with padding.
-fn base64(bytes: &[u8]) -> String {
-    const LETTERS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-    let mut text = String::with_capacity(bytes.len().div_ceil(3) * 4);
-    for three in bytes.chunks(3) {
-        let word = (0..3).fold(0, |word, k| word << 8 | usize::from(three.get(k).copied().unwrap_or(0)));
-        for k in 0..4 {
-            let letter = char::from(LETTERS[word >> (18 - 6 * k) & 63]);
-            text.push(if k <= three.len() { letter } else { '=' });
-        }
-    }
-    text
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn base64_is_that_of_the_standard() {
-        for (plain, coded) in
-            [("", ""), ("f", "Zg=="), ("fo", "Zm8="), ("foo", "Zm9v"), ("foobar", "Zm9vYmFy")]
-        {
-            assert_eq!(base64(plain.as_bytes()), coded);
-        }
-    }
 }

@@ -8,6 +8,7 @@ mod camera;
 mod image;
 mod layout;
 mod lens;
+mod picture;
 mod pose;
 mod source;
 pub mod synthetic;

@@ -13,8 +13,19 @@ pub(in crate::verify) struct Series {
     pub class: String,
     /// Where it runs; a value that is no number interrupts it.
     pub points: Vec<[f64; 2]>,
-    /// Whether it is drawn as dots, not as a line.
-    pub dots: bool,
+    /// How it is drawn.
+    pub stroke: Stroke,
+}
+
+/// How a curve is drawn.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(in crate::verify) enum Stroke {
+    /// A line.
+    Line,
+    /// A dot for every point.
+    Dots,
+    /// Dots joined by a line.
+    Both,
 }
 
 /// A level that a curve should reach or stay below.
@@ -41,9 +52,14 @@ pub(in crate::verify) struct Panel {
     pub series: Vec<Series>,
     /// Its levels.
     pub bounds: Vec<Bound>,
+    /// Its height (px).
+    pub height_px: f64,
 }
 
-const PANEL_PX: f64 = 150.0;
+/// The height of a panel that shows detail (px).
+pub(in crate::verify) const PANEL_PX: f64 = 150.0;
+/// The height of a panel that shows a trend (px).
+pub(in crate::verify) const LOW_PANEL_PX: f64 = 92.0;
 const BETWEEN_PX: f64 = 16.0;
 const LEFT_PX: f64 = 62.0;
 const RIGHT_PX: f64 = 14.0;
@@ -66,12 +82,14 @@ pub(in crate::verify) fn lines(x_label: &str, panels: &[Panel], marks: &[Mark], 
     let mark_lines = placed.iter().map(|m| m.1 + 1).max().unwrap_or(0);
     let marks_top_px = legend.len() as f64 * LEGEND_LINE_PX + 4.0;
     let top_px = marks_top_px + mark_lines as f64 * MARK_LINE_PX + 6.0;
-    let bottom_px = top_px + panels.len() as f64 * (PANEL_PX + BETWEEN_PX) - BETWEEN_PX;
+    let heights_px: f64 = panels.iter().map(|p| p.height_px + BETWEEN_PX).sum();
+    let bottom_px = top_px + heights_px - BETWEEN_PX;
     let mut svg = Svg::new(WIDTH_PX, bottom_px + BELOW_PX);
     draw_legend(&mut svg, &legend);
-    for (k, panel) in panels.iter().enumerate() {
-        let top_px = top_px + k as f64 * (PANEL_PX + BETWEEN_PX);
-        draw_panel(&mut svg, panel, &x_axis, top_px);
+    let mut panel_top_px = top_px;
+    for panel in panels {
+        draw_panel(&mut svg, panel, &x_axis, panel_top_px);
+        panel_top_px += panel.height_px + BETWEEN_PX;
     }
     for (mark, line) in &placed {
         let x = x_axis.px(mark.x);
@@ -90,18 +108,20 @@ pub(in crate::verify) fn lines(x_label: &str, panels: &[Panel], marks: &[Mark], 
 fn draw_panel(svg: &mut Svg, panel: &Panel, x_axis: &Axis, top_px: f64) {
     let mut values: Vec<f64> = panel.series.iter().flat_map(|s| &s.points).map(|p| p[1]).collect();
     values.extend(panel.bounds.iter().map(|b| b.value));
-    let y_axis = Axis::new(&values, [top_px + PANEL_PX, top_px], 4, Scale::Linear);
+    let panel_bottom_px = top_px + panel.height_px;
+    let count = if panel.height_px < PANEL_PX { 3 } else { 4 };
+    let y_axis = Axis::new(&values, [panel_bottom_px, top_px], count, Scale::Linear);
     let right_px = WIDTH_PX - RIGHT_PX;
     for &tick in &x_axis.ticks {
         let x = x_axis.px(tick);
-        svg.line("grid", [x, top_px], [x, top_px + PANEL_PX]);
+        svg.line("grid", [x, top_px], [x, panel_bottom_px]);
     }
     for &tick in &y_axis.ticks {
         let y = y_axis.px(tick);
         svg.line(if tick == 0.0 { "zero" } else { "grid" }, [LEFT_PX, y], [right_px, y]);
         svg.text("tick", [LEFT_PX - 6.0, y + 4.0], Anchor::End, &y_axis.tick_text(tick));
     }
-    svg.text_upwards("label", [14.0, top_px + PANEL_PX / 2.0], &panel.label);
+    svg.text_upwards("label", [14.0, top_px + panel.height_px / 2.0], &panel.label);
     for bound in &panel.bounds {
         let y = y_axis.px(bound.value);
         svg.line("bound", [LEFT_PX, y], [right_px, y]);
@@ -111,12 +131,13 @@ fn draw_panel(svg: &mut Svg, panel: &Panel, x_axis: &Axis, top_px: f64) {
         let px = |p: &[f64; 2]| [x_axis.px(p[0]), y_axis.px(p[1])];
         for run in series.points.split(|p| !(p[0].is_finite() && p[1].is_finite())) {
             let run: Vec<_> = run.iter().map(px).collect();
-            if series.dots || run.len() == 1 {
+            if series.stroke != Stroke::Dots && run.len() > 1 {
+                svg.path(&format!("curve {}", series.class), &run, false);
+            }
+            if series.stroke != Stroke::Line || run.len() == 1 {
                 for &point in &run {
                     svg.circle(&format!("dot {}", series.class), point, DOT_PX, "");
                 }
-            } else if !run.is_empty() {
-                svg.path(&format!("curve {}", series.class), &run, false);
             }
         }
     }

@@ -8,13 +8,15 @@ mod bars;
 mod intervals;
 mod labels;
 mod lines;
+mod photo;
 mod pile;
 mod svg;
 
 pub(super) use axis::Scale;
 pub(super) use bars::{BarPair, bars};
 pub(super) use intervals::{IntervalRow, Intervals, intervals};
-pub(super) use lines::{Bound, Mark, Panel, Series, lines};
+pub(super) use lines::{Bound, LOW_PANEL_PX, Mark, PANEL_PX, Panel, Series, Stroke, lines};
+pub(super) use photo::photo;
 pub(super) use pile::{Lay, Layer, Pile, View, pile};
 pub(super) use svg::escaped;
 

@@ -1,10 +1,15 @@
 //! Filmed strikes beside their simulations (Figs. 12 to 17).
 
 use super::Filmed;
-use super::words::{figure, figure_pair, mm, mm_or_dash, numbers, sentence, table, verdict};
+use super::simulated::{lays, simulated_pile};
+use super::words::{
+    HALF_WIDTH_PX, HALF_WORKSPACE_FACTOR, figure, figure_pair, mm, mm_or_dash, numbers, sentence, table,
+    verdict,
+};
 use crate::geometry::{Point, Pose};
-use crate::verify::figures::{BarPair, Lay, Layer, Palette, Pile, View, bars, escaped, pile};
-use crate::verify::{GoalCheck, Report, Spread};
+use crate::verify::figures::{BarPair, Layer, Palette, Pile, View, bars, escaped, photo, pile};
+use crate::verify::{GoalCheck, Report, Seen, Spread};
+use std::collections::BTreeMap;
 
 pub(super) fn chapter(filmed: &[Filmed], palette: &Palette) -> Option<String> {
     if filmed.is_empty() {
@@ -63,8 +68,13 @@ fn strike(film: &Filmed, palette: &Palette) -> String {
     let least_m = film.scene.goal.min_distance_m;
     let least_text = format!("least distance wanted ({:.0} mm)", least_m * 1e3);
     let least = (least_m > 0.0).then_some((least_m * 1e3, least_text.as_str()));
-    let mut told =
-        format!("<h3>{}</h3>\n{}{}", escaped(&report.video), goal_verdict(report), beside(film, palette));
+    let mut told = format!("<h3>{}</h3>\n{}", escaped(&report.video), goal_verdict(report));
+    if let Some([before, after]) = film.pictures {
+        let (before, after) =
+            (photo(before, "The pile before the strike"), photo(after, "The objects after it"));
+        told += &figure_pair(("Before", &before), ("After", &after), "Two frames of the film.");
+    }
+    told += &beside(film, palette);
     told += &figure(
         &overlay(film, palette),
         "Where the objects came to rest (filled) and where they were expected (dashed).",
@@ -100,12 +110,8 @@ fn goal_verdict(report: &Report) -> String {
 /// Filmed at the left, simulated at the right.
 fn beside(film: &Filmed, palette: &Palette) -> String {
     let real = filmed_pile(film, palette);
-    let virtual_ = super::planned::simulated_pile(
-        film.scene,
-        film.strike,
-        (&film.report.predicted, film.trajectory),
-        palette,
-    );
+    let virtual_ =
+        simulated_pile(film.scene, film.strike, (&film.report.predicted, film.trajectory), palette);
     let view = View::of(&[&real, &virtual_], HALF_WORKSPACE_FACTOR);
     let left = pile(&real, view, HALF_WIDTH_PX, "The pile before and after the strike, as filmed");
     let right = pile(&virtual_, view, HALF_WIDTH_PX, "The pile before and after the strike, as simulated");
@@ -114,30 +120,23 @@ fn beside(film: &Filmed, palette: &Palette) -> String {
     figure_pair(("Filmed", &left), ("Simulated", &right), caption)
 }
 
-/// Two drawings fit beside each other (px).
-const HALF_WIDTH_PX: f64 = 418.0;
-/// Two drawings beside each other show a workspace as a whole if it is at most so many times as wide as the event.
-const HALF_WORKSPACE_FACTOR: f64 = 1.5;
 /// The drawing of the final places alone (px).
 const OVERLAY_WIDTH_PX: f64 = 520.0;
 
 fn filmed_pile<'a>(film: &Filmed<'a>, palette: &Palette) -> Pile<'a> {
     let report = film.report;
-    let lays = [(&report.before, Layer::Before), (&report.observed, Layer::Here)];
-    let lays = lays.into_iter().flat_map(|(seen, layer)| {
-        seen.iter().filter_map(move |(name, seen)| {
-            let shape = &film.scene.object(name).ok()?.shape;
-            let pose = Pose { position: seen.position, yaw_rad: seen.yaw_rad.unwrap_or(0.0) };
-            Some(Lay { name, class: palette.class(name), shape, pose, layer })
-        })
-    });
+    let pose = |seen: &Seen| Pose { position: seen.position, yaw_rad: seen.yaw_rad.unwrap_or(0.0) };
+    let seen =
+        |seen: &'a BTreeMap<String, Seen>| seen.iter().map(move |(name, seen)| (name.as_str(), pose(seen)));
+    let mut drawn = lays(film.scene, seen(&report.before), Layer::Before, palette);
+    drawn.extend(lays(film.scene, seen(&report.observed), Layer::Here, palette));
     let tracks = film.tracks.into_iter().flat_map(|t| &t.tracks);
     let paths = tracks.filter(|t| report.observed.contains_key(&t.object)).map(|track| {
         let way: Vec<Point> =
             track.samples.iter().filter(|s| !s.doubtful).map(crate::detect::Sample::position).collect();
         (palette.class(&track.object), way)
     });
-    Pile { scene: film.scene, lays: lays.collect(), paths: paths.collect(), strike: Some(film.strike) }
+    Pile { scene: film.scene, lays: drawn, paths: paths.collect(), strike: Some(film.strike) }
 }
 
 /// Filmed and expected final places on one drawing.
@@ -146,12 +145,8 @@ fn overlay(film: &Filmed, palette: &Palette) -> String {
     drawing.lays.retain(|lay| lay.layer == Layer::Here);
     drawing.paths.clear();
     drawing.strike = None;
-    for (name, pose) in &film.report.predicted {
-        if let Ok(object) = film.scene.object(name) {
-            let class = palette.class(name);
-            drawing.lays.push(Lay { name, class, shape: &object.shape, pose: *pose, layer: Layer::Expected });
-        }
-    }
+    let expected = film.report.predicted.iter().map(|(name, pose)| (name.as_str(), *pose));
+    drawing.lays.extend(lays(film.scene, expected, Layer::Expected, palette));
     let view = View::close(&drawing);
     pile(&drawing, view, OVERLAY_WIDTH_PX, "Final places, filmed and expected")
 }

@@ -8,12 +8,14 @@ mod film;
 mod learned;
 mod motion;
 mod planned;
+mod simulated;
 #[cfg(test)]
 mod tests;
 mod words;
 
 use super::Report;
 use super::figures::{Palette, escaped};
+use crate::capture::GreyImage;
 use crate::detect::Tracks;
 use crate::estimate::ClipFit;
 use crate::object::Object;
@@ -78,6 +80,8 @@ pub struct Filmed<'a> {
     pub trajectory: Option<&'a Trajectory>,
     /// Predicted against observed.
     pub report: &'a Report,
+    /// A frame from before the strike and one from after it.
+    pub pictures: Option<[&'a GreyImage; 2]>,
 }
 
 /// The whole page.
@@ -87,7 +91,7 @@ pub(super) fn page(story: &Story) -> String {
         story.motion.and_then(|motion| motion::chapter(&motion, &palette)),
         story.properties.and_then(|properties| learned::chapter(story, properties, &palette)),
         story.plan.map(|plan| planned::plan_chapter(plan, &palette)),
-        story.simulated.map(|simulated| planned::simulation_chapter(&simulated, &palette)),
+        story.simulated.map(|simulated| simulated::chapter(&simulated, &palette)),
         film::chapter(story.filmed, &palette),
         warnings_chapter(story),
     ]

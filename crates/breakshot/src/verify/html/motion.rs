@@ -5,7 +5,7 @@ use super::words::figure;
 use crate::detect::{Sample, Track};
 use crate::estimate::{BodyFit, ClipFit};
 use crate::geometry::Vec2;
-use crate::verify::figures::{Mark, Palette, Panel, Series, escaped, lines};
+use crate::verify::figures::{Mark, PANEL_PX, Palette, Panel, Series, Stroke, escaped, lines};
 
 /// Below this an object has no direction of motion that noise would not change (m/s).
 const MOVING_M_S: f64 = 0.03;
@@ -33,6 +33,7 @@ pub(super) fn chapter(motion: &Motion, palette: &Palette) -> Option<String> {
                 .flat_map(|(track, seen, fit)| series(track, [seen, fit], k, palette))
                 .collect(),
             bounds: Vec::new(),
+            height_px: PANEL_PX,
         })
         .collect();
     let svg =
@@ -78,13 +79,16 @@ fn marks(motion: &Motion) -> Vec<Mark> {
 
 /// Dots for the film, a line for the fit; without a fit the film is the line.
 fn series(track: &Track, [seen, fit]: [&[Row]; 2], k: usize, palette: &Palette) -> Vec<Series> {
-    let one = |rows: &[Row], dots: bool| Series {
+    let one = |rows: &[Row], stroke: Stroke| Series {
         name: track.object.clone(),
         class: palette.class(&track.object),
         points: rows.iter().map(|(time_s, values)| [*time_s, values[k].unwrap_or(f64::NAN)]).collect(),
-        dots,
+        stroke,
     };
-    if fit.is_empty() { vec![one(seen, false)] } else { vec![one(seen, true), one(fit, false)] }
+    match fit {
+        [] => vec![one(seen, Stroke::Line)],
+        _ => vec![one(seen, Stroke::Dots), one(fit, Stroke::Line)],
+    }
 }
 
 fn filmed(track: &Track) -> Vec<Row> {

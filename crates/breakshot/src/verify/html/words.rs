@@ -2,6 +2,11 @@
 
 use crate::verify::figures::escaped;
 
+/// Two drawings fit beside each other (px).
+pub(super) const HALF_WIDTH_PX: f64 = 418.0;
+/// Two drawings beside each other show a workspace as a whole if it is at most so many times as wide as the event.
+pub(super) const HALF_WORKSPACE_FACTOR: f64 = 1.5;
+
 /// A length in millimetres, one digit after the point.
 pub(super) fn mm(length_m: f64) -> String {
     format!("{:.1} mm", length_m * 1e3)

@@ -1,0 +1,78 @@
+//! Grey pictures as text that a page or a drawing can hold.
+
+use super::GreyImage;
+
+impl GreyImage {
+    /// The picture as a `data:` URL of a PNG; `None` for a picture without pixels.
+    pub fn data_url(&self) -> Option<String> {
+        Some(format!("data:image/png;base64,{}", base64(&self.png_bytes()?)))
+    }
+
+    fn png_bytes(&self) -> Option<Vec<u8>> {
+        let mut bytes = Vec::new();
+        let mut encoder = png::Encoder::new(&mut bytes, self.width as u32, self.height as u32);
+        encoder.set_color(png::ColorType::Grayscale);
+        encoder.set_depth(png::BitDepth::Eight);
+        let mut writer = encoder.write_header().ok()?;
+        writer.write_image_data(&self.pixels).ok()?;
+        writer.finish().ok()?;
+        Some(bytes)
+    }
+
+    /// Smaller by a whole factor: every pixel is the mean of `factor` by `factor` pixels.
+    #[must_use]
+    pub fn shrunk(&self, factor: usize) -> Self {
+        let (width, height) = (self.width / factor, self.height / factor);
+        let mut pixels = Vec::with_capacity(width * height);
+        for y in 0..height {
+            for x in 0..width {
+                let row = |row: usize| &self.pixels[row * self.width + x * factor..][..factor];
+                let grey =
+                    (y * factor..(y + 1) * factor).flat_map(row).map(|&p| usize::from(p)).sum::<usize>();
+                pixels.push((grey / (factor * factor)) as u8);
+            }
+        }
+        Self { width, height, pixels }
+    }
+}
+
+/// RFC 4648, with padding.
+fn base64(bytes: &[u8]) -> String {
+    const LETTERS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+    let mut text = String::with_capacity(bytes.len().div_ceil(3) * 4);
+    for three in bytes.chunks(3) {
+        let word = (0..3).fold(0, |word, k| word << 8 | usize::from(three.get(k).copied().unwrap_or(0)));
+        for k in 0..4 {
+            let letter = char::from(LETTERS[word >> (18 - 6 * k) & 63]);
+            text.push(if k <= three.len() { letter } else { '=' });
+        }
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn base64_is_that_of_the_standard() {
+        for (plain, coded) in
+            [("", ""), ("f", "Zg=="), ("fo", "Zm8="), ("foo", "Zm9v"), ("foobar", "Zm9vYmFy")]
+        {
+            assert_eq!(base64(plain.as_bytes()), coded);
+        }
+    }
+
+    #[test]
+    fn a_shrunk_picture_keeps_its_mean_greys() {
+        let image = GreyImage { width: 5, height: 2, pixels: vec![0, 10, 100, 100, 9, 20, 30, 100, 104, 9] };
+        assert_eq!(image.shrunk(2), GreyImage { width: 2, height: 1, pixels: vec![15, 101] });
+    }
+
+    #[test]
+    fn a_picture_without_pixels_has_no_url() {
+        let image = GreyImage { width: 0, height: 0, pixels: Vec::new() };
+        assert_eq!(image.data_url(), None);
+        assert_eq!(image.shrunk(2), image);
+    }
+}
