@@ -122,7 +122,7 @@ fn an_unknown_key_names_its_nearest_known_one() {
     assert_file_refused(
         "cell.toml",
         ("focal_px", "focal_pix"),
-        &["cell.toml", "`focal_pix`", "line 4", "`focal_px`"],
+        &["cell.toml", "`focal_pix`", "line 5", "`focal_px`"],
     );
     assert_file_refused(
         "objects.toml",

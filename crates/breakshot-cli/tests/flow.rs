@@ -1,0 +1,150 @@
+//! The program from outside: exit codes, files, the same bytes for any number of threads.
+
+use serde_json::Value;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+fn fixtures() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fixtures/demo")
+}
+
+fn breakshot(folder: &Path, args: &[&str], threads: usize) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_breakshot"))
+        .current_dir(folder)
+        .args(args)
+        .env("RAYON_NUM_THREADS", threads.to_string())
+        .output()
+        .unwrap()
+}
+
+/// Runs a command that must succeed; gives what it printed.
+fn ran(folder: &Path, args: &[&str]) -> String {
+    let output = breakshot(folder, args, 2);
+    let message = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(
+        matches!(output.status.code(), Some(0 | 3)),
+        "{args:?} ended with {:?}: {message}",
+        output.status
+    );
+    String::from_utf8(output.stdout).unwrap()
+}
+
+fn json(path: &Path) -> Value {
+    serde_json::from_str(&fs::read_to_string(path).unwrap()).unwrap()
+}
+
+#[test]
+fn the_demo_writes_every_stage_and_its_commands_run_on_its_files() {
+    let folder = tempfile::tempdir().unwrap();
+    let printed = ran(folder.path(), &["demo", "-o", "demo"]);
+    assert!(printed.contains("report.html"), "{printed}");
+    let demo = folder.path().join("demo");
+    let page = fs::read_to_string(demo.join("report.html")).unwrap();
+    assert!(
+        page.contains("<svg") && !page.contains("NaN") && !page.contains("<script"),
+        "a page of pictures"
+    );
+
+    // Weighed masses never enter an estimate, so they judge it.
+    let properties = json(&demo.join("properties.json"));
+    for (object, ratio) in [("c", 112.0 / 143.0), ("e", 61.0 / 143.0)] {
+        let learned = properties["mass_ratio"][object]["mean"].as_f64().unwrap();
+        assert!((learned / ratio - 1.0).abs() < 0.03, "mass of {object}: {learned}, weighed {ratio}");
+    }
+
+    // What the plan promises, the simulation of its strike gives to the last bit.
+    let plan = json(&demo.join("plan.json"));
+    let inputs = ["pile.scene.toml", "--properties", "properties.json", "--strike"];
+    ran(&demo, &[&["simulate"], inputs.as_slice(), &["plan.json", "-o", "again.json"]].concat());
+    assert_eq!(plan["prediction"]["final"], json(&demo.join("again.json"))["final"]);
+
+    let verify = ["verify", "pile.scene.toml", "pile.mp4", "--properties", "properties.json"];
+    let printed =
+        ran(&demo, &[&verify, ["--strike", "pile.strike.json", "-o", "report"].as_slice()].concat());
+    assert!(printed.contains("a - c"), "{printed}");
+    for file in ["report.html", "report.json", "distances.csv", "tracks.json", "trajectory.json"] {
+        assert!(demo.join("report").join(file).exists(), "{file} is missing");
+    }
+}
+
+#[test]
+fn the_same_clips_give_the_same_bytes_on_one_and_on_three_threads() {
+    let folder = tempfile::tempdir().unwrap();
+    let campaign = fixtures().join("campaign.toml").display().to_string();
+    let properties = [1, 3].map(|threads| {
+        let output = breakshot(folder.path(), &["estimate", &campaign, "-o", "p.json"], threads);
+        assert!(matches!(output.status.code(), Some(0 | 3)), "{}", String::from_utf8_lossy(&output.stderr));
+        fs::read(folder.path().join("p.json")).unwrap()
+    });
+    assert!(properties[0] == properties[1], "the number of threads changed the answer");
+}
+
+#[test]
+fn looking_at_the_pile_finds_what_the_scene_says() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = |name: &str| fixtures().join(name).display().to_string();
+    let (cell, objects, film) = (file("cell.toml"), file("objects.toml"), file("pile.mp4"));
+    let args = ["look", &cell, &objects, &film, "--objects", "e,a,c", "-o", "scene.toml", "--json"];
+    let seen: Value = serde_json::from_str(&ran(folder.path(), &args)).unwrap();
+    let said = fs::read_to_string(fixtures().join("pile.scene.toml")).unwrap();
+    for placed in seen["placed"].as_array().unwrap() {
+        let name = placed["object"].as_str().unwrap();
+        let entry = said.split("[[placed]]").find(|e| e.contains(&format!("\"{name}\""))).unwrap();
+        let numbers = entry.split('[').nth(1).unwrap().split(']').next().unwrap();
+        for (k, number) in numbers.split(',').enumerate() {
+            let (said_m, seen_m) =
+                (number.trim().parse::<f64>().unwrap(), placed["position_m"][k].as_f64().unwrap());
+            assert!((said_m - seen_m).abs() < 5e-4, "{name}: seen at {seen_m} m, said at {said_m} m");
+        }
+    }
+    assert!(fs::read_to_string(folder.path().join("scene.toml")).unwrap().contains("[[placed]]"));
+}
+
+#[test]
+fn the_tracks_are_a_table_with_the_promised_columns() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = |name: &str| fixtures().join(name).display().to_string();
+    let (cell, objects, film) = (file("cell.toml"), file("objects.toml"), file("pair_a_c_3.mp4"));
+    let args =
+        ["detect", &cell, &objects, &film, "--objects", "a,c", "--strike-heading-rad", "0", "-o", "t.csv"];
+    ran(folder.path(), &args);
+    let table = fs::read_to_string(folder.path().join("t.csv")).unwrap();
+    let mut lines = table.lines();
+    assert_eq!(
+        lines.next(),
+        Some("object,time_s,x_m,y_m,yaw_rad,vx_m_s,vy_m_s,yaw_rate_rad_s,ax_m_s2,ay_m_s2")
+    );
+    let of = |name: &str| table.lines().filter(|line| line.starts_with(&format!("{name},"))).count();
+    assert!(of("a") == of("c") && of("a") > 40, "a has {} samples, c has {}", of("a"), of("c"));
+    assert!(lines.all(|line| line.split(',').count() == 10));
+}
+
+#[test]
+fn templates_can_be_read_and_are_never_overwritten() {
+    let folder = tempfile::tempdir().unwrap();
+    ran(folder.path(), &["init", "cell"]);
+    let cell = folder.path().join("cell");
+    for file in ["cell.toml", "objects.toml", "campaign.toml", "scene.toml", "FILMING.md"] {
+        assert!(cell.join(file).exists(), "{file} is missing");
+    }
+    // The templates are valid: what is missing is only what the user films.
+    let output = breakshot(&cell, &["estimate", "campaign.toml", "-o", "p.json"], 1);
+    let message = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.code(), Some(2), "{message}");
+    assert!(message.contains("puck_1.mp4"), "{message}");
+    assert_eq!(breakshot(folder.path(), &["init", "cell"], 1).status.code(), Some(2));
+}
+
+#[test]
+fn every_command_helps_with_an_example() {
+    let folder = tempfile::tempdir().unwrap();
+    let help = ran(folder.path(), &["--help"]);
+    let commands = help.split("Commands:").nth(1).unwrap().split("\n\n").next().unwrap();
+    let names =
+        commands.lines().filter_map(|line| line.split_whitespace().next()).filter(|name| *name != "help");
+    for name in names.filter(|name| !name.is_empty() && *name != "help") {
+        let help = ran(folder.path(), &[name, "--help"]);
+        assert!(help.contains("Example: breakshot "), "{name} has no example:\n{help}");
+    }
+}
