@@ -4,6 +4,7 @@
 //! recordings in `../shared`, `bench` against other programs; both need more than a user has.
 
 mod check;
+mod decode;
 mod process;
 mod validate;
 
@@ -15,6 +16,8 @@ usage: cargo xtask TASK
   test             formatting, lints, docs and all tests: what CI runs
   validate LAB [--details]
                    accuracy, speed and memory on films with known truth (LAB holds campaign/ and scatter/)
+  bench decode CLIPS
+                   decoded films against ffmpeg's, and the CPU time of both on a folder of MP4 clips
   deny             licences and sources of all dependencies (installs cargo-deny)
 ";
 
@@ -25,6 +28,7 @@ fn main() -> ExitCode {
         ["test"] => check::test(),
         ["validate", lab] => validate::lab(lab.as_ref(), false),
         ["validate", lab, "--details"] => validate::lab(lab.as_ref(), true),
+        ["bench", "decode", clips] => decode::bench(clips.as_ref()),
         ["deny"] => check::deny(),
         _ => {
             eprint!("{USAGE}");
