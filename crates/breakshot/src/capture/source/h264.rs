@@ -352,3 +352,82 @@ fn refusal(error: &DecodeError) -> Refusal {
         other => Refusal::damaged(format!("a picture that cannot be decoded ({other})")),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Writes bits and Exp-Golomb numbers, as [`Bits`] reads them.
+    #[derive(Default)]
+    struct Writer(Vec<bool>);
+
+    impl Writer {
+        fn bits(mut self, value: u32, count: u32) -> Self {
+            self.0.extend((0..count).rev().map(|k| value >> k & 1 == 1));
+            self
+        }
+
+        fn golomb(self, number: u32) -> Self {
+            let length = (number + 1).ilog2();
+            self.bits(0, length).bits(number + 1, length + 1)
+        }
+
+        fn bytes(mut self) -> Vec<u8> {
+            self.0.resize(self.0.len().div_ceil(8) * 8, false);
+            self.0.chunks(8).map(|bits| bits.iter().fold(0, |byte, &bit| byte << 1 | u8::from(bit))).collect()
+        }
+    }
+
+    /// A baseline sequence of so many blocks and reference pictures.
+    fn sequence(width_blocks: u32, height_blocks: u32, references: u32) -> Vec<u8> {
+        let head = Writer::default().bits(0x67, 8).bits(66, 8).bits(0, 8).bits(30, 8);
+        let counts = head.golomb(0).golomb(0).golomb(2).golomb(references).bits(0, 1);
+        let size = counts.golomb(width_blocks - 1).golomb(height_blocks - 1).bits(1, 1);
+        // Direct inference, no crop, no further parameters, the end.
+        size.bits(0b1001, 4).bytes()
+    }
+
+    fn opened(parameters: Vec<u8>) -> Result<Stream> {
+        Stream::new(&Coding { length_bytes: 4, parameter_sets: vec![parameters] }, &[])
+    }
+
+    #[test]
+    fn numbers_are_read_as_they_are_written() {
+        let bytes = Writer::default().golomb(0).golomb(1).golomb(6).golomb(70_000).bits(1, 1).bytes();
+        let mut bits = Bits { bytes: &bytes, at: 0 };
+        let read: Vec<u32> = (0..4).map(|_| bits.golomb().unwrap()).collect();
+        assert_eq!(read, [0, 1, 6, 70_000]);
+        assert!(bits.bit().unwrap());
+        assert!(Bits { bytes: &[0; 9], at: 0 }.golomb().is_err(), "72 zeros are no number");
+        assert!(Bits { bytes: &[], at: 0 }.bit().is_err());
+    }
+
+    #[test]
+    fn escaped_bytes_are_restored() {
+        assert_eq!(unescaped(&[1, 0, 0, 3, 1, 0, 0, 3, 0, 0, 3], 99), [1, 0, 0, 1, 0, 0, 0, 0]);
+        assert_eq!(unescaped(&[9; 20], 4), [9; 4]);
+    }
+
+    #[test]
+    fn a_header_that_asks_for_too_much_is_refused_before_memory_is() {
+        let said = |parameters| opened(parameters).err().unwrap().found;
+        // 1250 x 1250 blocks are 20,000 x 20,000 px; the second size is below the decoder's own limit.
+        assert!(
+            said(sequence(1250, 1250, 1)).contains("frame too large"),
+            "said: {}",
+            said(sequence(1250, 1250, 1))
+        );
+        assert!(said(sequence(1250, 3, 1)).contains("20000 x 48 px"), "said: {}", said(sequence(1250, 3, 1)));
+        assert!(said(sequence(4, 3, 900)).contains("900 reference pictures"));
+        // What is left to miss is the first picture.
+        assert!(said(sequence(4, 3, 1)).contains("without a picture"), "said: {}", said(sequence(4, 3, 1)));
+    }
+
+    #[test]
+    fn parts_longer_than_their_frame_are_damage() {
+        assert_eq!(units(&[0, 2, 0x65, 1, 0, 1, 0x06], 2).unwrap(), [&[0x65, 1][..], &[0x06]]);
+        assert!(units(&[0, 3, 0x65, 1], 2).is_err());
+        assert!(units(&[0, 1, 0x65, 0], 2).is_err());
+        assert!(units(&[0, 1, 0xe5], 2).is_err());
+    }
+}
