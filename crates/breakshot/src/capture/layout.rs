@@ -8,6 +8,7 @@ use super::{Camera, GreyImage};
 use crate::cell::{CameraSpec, Cell, ReferencePoint, Tag, Workspace};
 use crate::error::{Error, Result};
 use crate::geometry::{Pixel, Point};
+use std::f64::consts::{FRAC_PI_2, SQRT_2};
 
 /// A tag's corners farther than this from where the other tags have them (m): no ruler errs so much...
 const MISPLACED_M: f64 = 2e-3;
@@ -22,6 +23,8 @@ const CORNER_NOISE_PX: f64 = 0.02;
 const CLICK_NOISE_PX: f64 = 0.5;
 /// A focal length must be known to this part of itself: at 5 cm height 1 % of it is 0.04 % of a place.
 const FOCAL_STD: f64 = 0.01;
+/// Tags are as wide as told, and as each other, to this part of their width: a ruler on the smallest errs so much.
+const SAME_SIZE: f64 = 0.03;
 /// k1 is estimated if it differs from zero by this many standard deviations.
 const SIGNIFICANT: f64 = 5.0;
 /// Guesses at an unknown focal length, as parts of the picture's width: from wide angle to telephoto.
@@ -37,6 +40,8 @@ struct Question<'a> {
     spec: CameraSpec,
     /// The lens, if its focal length is given.
     lens: Option<Lens>,
+    /// By how many quarters the tags are printed or laid turned clockwise against the cell.
+    turns: usize,
     warnings: Vec<String>,
 }
 
@@ -88,7 +93,7 @@ fn question<'a>(name: &'a str, size_px: [usize; 2], cell: &'a Cell) -> Result<Qu
         }
         None => None,
     };
-    Ok(Question { name, size_px, cell, spec, lens, warnings })
+    Ok(Question { name, size_px, cell, spec, lens, turns: 0, warnings })
 }
 
 /// A film of another size may be scaled, binned or cropped: only the user knows, so the numbers for a scaled one are
@@ -128,7 +133,7 @@ impl Question<'_> {
         let down = nalgebra::Matrix3::from_diagonal(&nalgebra::Vector3::new(1.0, -1.0, -1.0));
         let far = nalgebra::Vector3::new(0.0, 0.0, lens.focal_px()[0] / scale_px_per_m);
         let pose = super::camera::Extrinsics::new(&down, &far);
-        Ok(Camera::seeing(self.size_px, Projection::Space { lens: lens.clone(), pose }))
+        Ok(self.seeing(Projection::Space { lens: lens.clone(), pose }))
     }
 
     fn by_points(&mut self) -> Result<Camera> {
@@ -154,7 +159,7 @@ impl Question<'_> {
         };
         let spanning = || failure(self.name, "points that do not span the table", "4 points, no 3 on a line");
         let fit = fit.ok_or_else(spanning)?;
-        let mut camera = Camera::seeing(self.size_px, fit.projection.clone());
+        let mut camera = self.seeing(fit.projection.clone());
         (camera.reprojection_rms_px, camera.reprojection_rms_m) = rms(&camera, &sightings);
         self.judge(&mut camera, &fit);
         Ok(camera)
@@ -183,20 +188,20 @@ impl Question<'_> {
     }
 
     fn by_tags(&mut self, pictures: &[&GreyImage]) -> Result<Camera> {
-        let seen = self.sighted(pictures)?;
+        let (pictures, seen) = self.sighted(pictures)?;
         let (mut seen, twice) = once(seen);
         if seen.is_empty() {
             let found = format!("tag {} seen twice", list(&twice));
             return Err(failure(self.name, found, "each tag once, or other tags that say which is right"));
         }
-        let mut used = self.agreeing(&mut seen)?;
+        let mut used = self.agreeing(&seen)?;
         let mut fit = self.fit(&used)?;
         // Tags that shadow or glare hid from the first look are looked for where they must be.
         let found = self.hidden(pictures[0], &fit, &seen);
         if !found.is_empty() {
             seen.extend(found);
             seen.sort_by_key(|tag| tag.id);
-            used = self.agreeing(&mut seen)?;
+            used = self.agreeing(&seen)?;
             fit = self.fit(&used)?;
         }
         for id in twice {
@@ -208,7 +213,7 @@ impl Question<'_> {
         averaged(&mut seen, pictures, self.lens.as_ref());
         used.retain_mut(|tag| seen.iter().find(|s| s.id == tag.id).map(|s| *tag = s.clone()).is_some());
         fit = self.fit(&used).unwrap_or(fit);
-        let mut camera = Camera::seeing(self.size_px, fit.projection.clone());
+        let mut camera = self.seeing(fit.projection.clone());
         (camera.reprojection_rms_px, camera.reprojection_rms_m) = rms(&camera, &self.sightings(&used));
         camera.tags_found = used.iter().map(|tag| tag.id).collect();
         camera.tags = seen.iter().map(|tag| self.tag_fit(&camera, tag)).collect();
@@ -220,26 +225,30 @@ impl Question<'_> {
         Ok(camera)
     }
 
-    /// The cell's tags in the first picture.
-    fn sighted(&self, pictures: &[&GreyImage]) -> Result<Vec<SeenTag>> {
+    /// The cell's tags in the first picture that shows one, and the pictures from that one on.
+    fn sighted<'p>(&self, pictures: &'p [&'p GreyImage]) -> Result<(&'p [&'p GreyImage], Vec<SeenTag>)> {
         let known = |tag: &SeenTag| self.tag(tag.id).is_some();
         let wanted = self.cell.tags.len().min(2);
         let enough = |tags: &[SeenTag]| tags.iter().filter(|tag| known(tag)).count() >= wanted;
-        let all = tags::seen(pictures[0], self.lens.as_ref(), enough);
-        let (ours, others): (Vec<_>, Vec<_>) = all.into_iter().partition(known);
-        if !ours.is_empty() {
-            return Ok(ours);
+        let mut strangers = Vec::new();
+        for (k, picture) in pictures.iter().enumerate() {
+            let all = tags::seen(picture, self.lens.as_ref(), enough);
+            let (ours, others): (Vec<_>, Vec<_>) = all.into_iter().partition(known);
+            if !ours.is_empty() {
+                return Ok((&pictures[k..], ours));
+            }
+            strangers.extend(ids(&others));
         }
         let looked_for: Vec<u32> = self.cell.tags.iter().map(|tag| tag.id).collect();
-        let found = match &others[..] {
-            [] if !tags::seen(&pictures[0].mirrored(), None, |tags| !tags.is_empty()).is_empty() => {
-                "a mirrored picture: its tags read right only in a mirror".into()
-            }
-            [] => format!("no AprilTag of family 36h11, none of the cell's tags {}", list(&looked_for)),
-            others => {
-                let ids: Vec<u32> = others.iter().map(|tag| tag.id).collect();
-                format!("tag {}, none of the cell's tags {}", list(&ids), list(&looked_for))
-            }
+        strangers.sort_unstable();
+        strangers.dedup();
+        let in_a_mirror = || tags::seen(&pictures[0].mirrored(), None, |tags| !tags.is_empty());
+        let found = if !strangers.is_empty() {
+            format!("tag {}, none of the cell's tags {}", list(&strangers), list(&looked_for))
+        } else if in_a_mirror().is_empty() {
+            format!("no AprilTag of family 36h11, none of the cell's tags {}", list(&looked_for))
+        } else {
+            "a mirrored picture: its tags read right only in a mirror".into()
         };
         let needed =
             "one of them or better four, whole and flat in view, each side 20 px or longer, white around it";
@@ -250,9 +259,16 @@ impl Question<'_> {
         self.cell.tags.iter().find(|tag| tag.id == id)
     }
 
+    /// Where the corners of a tag should be, in the order in which they are seen.
+    fn corners_m(&self, tag: &Tag) -> [Point; 4] {
+        let mut corners = tag.corners_m();
+        corners.rotate_right(self.turns);
+        corners
+    }
+
     fn sightings(&self, seen: &[SeenTag]) -> Vec<Sighting> {
         let corners = |tag: &SeenTag| {
-            let places = self.tag(tag.id).map(Tag::corners_m).unwrap_or_default();
+            let places = self.tag(tag.id).map(|tag| self.corners_m(tag)).unwrap_or_default();
             let std_px = tag.std_px().map(|std_px| std_px.hypot(CORNER_NOISE_PX));
             [0, 1, 2, 3].map(|k| Sighting { place: places[k], pixel: tag.corners_px[k], std_px: std_px[k] })
         };
@@ -276,27 +292,47 @@ impl Question<'_> {
     }
 
     /// The tags that lie where the cell has them, as far as they tell among themselves.
-    fn agreeing(&mut self, seen: &mut [SeenTag]) -> Result<Vec<SeenTag>> {
-        let agreeing = |question: &Self, seen: &[SeenTag]| {
-            let all = question.rough(seen).map(|camera| question.close_to(&camera, seen));
-            let all = all.filter(|close| close.len() == seen.len());
-            all.or_else(|| question.largest_agreement(seen))
-        };
-        if let Some(used) = agreeing(self, seen) {
+    fn agreeing(&mut self, seen: &[SeenTag]) -> Result<Vec<SeenTag>> {
+        if let Some(used) = self.agreement(seen) {
             return Ok(used);
         }
         for turns in 1..4 {
-            let turned: Vec<_> = seen.iter().map(|tag| tag.turned(turns)).collect();
-            if let Some(used) = agreeing(self, &turned) {
-                let yaw_deg = 90 * turns;
-                let told = "the tags lie turned against cell.toml; taken as they lie: each yaw_rad should be";
+            self.turns = turns;
+            if let Some(used) = self.agreement(seen) {
+                let (less_deg, less_rad) = (90 * turns, FRAC_PI_2 * turns as f64);
                 self.warnings.push(format!(
-                    "{told} {:.4} less ({yaw_deg} degrees)",
-                    f64::from(yaw_deg as u32).to_radians()
+                    "the tags lie turned against cell.toml and are taken as they lie: \
+                     each yaw_rad should be {less_rad:.4} less ({less_deg} degrees)"
                 ));
-                seen.clone_from_slice(&turned);
                 return Ok(used);
             }
+        }
+        self.turns = 0;
+        Err(self.contradiction(seen))
+    }
+
+    /// All tags if they agree with each other, or else the most of them that do.
+    fn agreement(&self, seen: &[SeenTag]) -> Option<Vec<SeenTag>> {
+        let all = self.rough(seen).map(|camera| self.close_to(&camera, seen));
+        all.filter(|close| close.len() == seen.len()).or_else(|| self.largest_agreement(seen))
+    }
+
+    /// What is wrong with tags that do not agree with each other.
+    fn contradiction(&self, seen: &[SeenTag]) -> Error {
+        if let Some(times) = self.size_factor(seen) {
+            let found = format!("tags whose black squares are {times:.3} times as wide as size_m");
+            return failure(
+                self.name,
+                found,
+                "size_m, the side of the black square without its white margin",
+            );
+        }
+        let without_lens = pose::plane(&self.sightings(seen)).map(|fit| self.seeing(fit.projection));
+        let flat = without_lens.is_some_and(|camera| self.close_to(&camera, seen).len() == seen.len());
+        if flat && self.lens.is_some() {
+            let found = "tags that lie to each other as in cell.toml, but not through this lens";
+            let needed = "focal_px, center_px and distortion of this film: its zoom, size and crop";
+            return failure(self.name, found, needed);
         }
         let distances = self.rough(seen).map_or(String::new(), |camera| {
             let each = seen.iter().map(|tag| self.tag_fit(&camera, tag));
@@ -306,17 +342,45 @@ impl Question<'_> {
         let found = format!("tags that do not lie to each other as in cell.toml{distances}");
         let needed =
             "center_m, size_m (the black square's side) and yaw_rad as measured on the table, within 2 mm";
-        Err(failure(self.name, found, needed))
+        failure(self.name, found, needed)
     }
 
-    /// A camera for comparing tags: with the lens if it is known, else by homography.
-    fn rough(&self, seen: &[SeenTag]) -> Option<Camera> {
-        let sightings = self.sightings(seen);
-        let fit = match &self.lens {
-            Some(lens) => pose::pose(lens, &sightings, Unknown::Pose),
-            None => pose::plane(&sightings),
+    /// How many times as wide as told the tags are, if their centres lie right and tell it.
+    fn size_factor(&self, seen: &[SeenTag]) -> Option<f64> {
+        let center = |tag: &SeenTag| {
+            let place = self.tag(tag.id)?.center_m;
+            Some(Sighting { place, pixel: tag.center_px(), std_px: CLICK_NOISE_PX })
         };
-        fit.map(|fit| Camera::seeing(self.size_px, fit.projection))
+        let centers: Vec<Sighting> = seen.iter().map(center).collect::<Option<_>>()?;
+        let camera = self.seeing(self.projection(&centers)?);
+        let ratio = |tag: &SeenTag| {
+            let [a, b, c, d] = tag.corners_px.map(|corner| camera.table_from_pixel(corner, 0.0));
+            let diagonals_m = a.distance(c) + b.distance(d);
+            Some(diagonals_m / (2.0 * SQRT_2 * self.tag(tag.id)?.size_m))
+        };
+        let ratios: Vec<f64> = seen.iter().map(ratio).collect::<Option<_>>()?;
+        let mean = ratios.iter().sum::<f64>() / ratios.len() as f64;
+        let alike = ratios.iter().all(|ratio| (ratio / mean - 1.0).abs() < SAME_SIZE);
+        let right = rms(&camera, &centers).1 < MISPLACED_M;
+        (alike && right && (mean - 1.0).abs() > SAME_SIZE).then_some(mean)
+    }
+
+    fn seeing(&self, projection: Projection) -> Camera {
+        Camera::seeing(self.size_px, projection)
+    }
+
+    /// With the lens if it is known, else by homography.
+    fn projection(&self, sightings: &[Sighting]) -> Option<Projection> {
+        let fit = match &self.lens {
+            Some(lens) => pose::pose(lens, sightings, Unknown::Pose),
+            None => pose::plane(sightings),
+        };
+        fit.map(|fit| fit.projection)
+    }
+
+    /// A camera for comparing tags.
+    fn rough(&self, seen: &[SeenTag]) -> Option<Camera> {
+        self.projection(&self.sightings(seen)).map(|projection| self.seeing(projection))
     }
 
     fn close_to(&self, camera: &Camera, seen: &[SeenTag]) -> Vec<SeenTag> {
@@ -344,10 +408,10 @@ impl Question<'_> {
 
     /// Tags of the cell that were not seen, but are there when looked for at their place.
     fn hidden(&self, picture: &GreyImage, fit: &Fit, seen: &[SeenTag]) -> Vec<SeenTag> {
-        let camera = Camera::seeing(self.size_px, fit.projection.clone());
+        let camera = self.seeing(fit.projection.clone());
         let missing = self.cell.tags.iter().filter(|tag| seen.iter().all(|s| s.id != tag.id));
         let look = |tag: &Tag| {
-            let near_px = tag.corners_m().map(|place| camera.pixel_from_table(place, 0.0));
+            let near_px = self.corners_m(tag).map(|place| camera.pixel_from_table(place, 0.0));
             let in_view = near_px.iter().all(|&p| camera.shows(p));
             in_view.then(|| tags::expected(picture, self.lens.as_ref(), tag.id, near_px)).flatten()
         };

@@ -198,6 +198,33 @@ fn tags_that_contradict_each_other_are_refused_by_name() {
 }
 
 #[test]
+fn one_mistake_about_all_tags_or_the_lens_is_named() {
+    let truth = looking(0.3, 0.0);
+    let image = drawn(&truth, &four_tags());
+    let mut with_margin = four_tags();
+    for tag in &mut with_margin {
+        tag.size_m *= 1.25;
+    }
+    let told = message(&image, &cell(with_margin));
+    assert!(told.contains("0.800 times as wide as size_m"), "{told}");
+    let mut other_lens = cell(four_tags());
+    other_lens.camera.focal_px = Some([400.0; 2]);
+    other_lens.camera.distortion = None;
+    let told = message(&image, &other_lens);
+    assert!(told.contains("not through this lens") && told.contains("focal_px"), "{told}");
+}
+
+#[test]
+fn a_film_that_begins_in_the_dark_is_seen_as_soon_as_there_is_light() {
+    let truth = looking(0.3, 0.0);
+    let dark = GreyImage { width: SIZE[0], height: SIZE[1], pixels: vec![3; SIZE[0] * SIZE[1]] };
+    let lit = drawn(&truth, &four_tags());
+    let cell = cell(four_tags());
+    let camera = camera("film.mp4", &[&dark, &lit, &lit], &cell).expect("the second picture shows them");
+    assert!(worst_place_m(&truth, &camera, &cell) < PLACES_M);
+}
+
+#[test]
 fn tags_that_are_all_printed_half_a_turn_round_are_understood_and_told() {
     let truth = looking(0.3, 0.0);
     let mut turned = four_tags();

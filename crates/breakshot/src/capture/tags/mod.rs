@@ -42,18 +42,13 @@ impl SeenTag {
         [0, 1, 2, 3].map(|k| side(k).max(side((k + 3) % 4)))
     }
 
-    /// The same tag taken for turned clockwise by so many quarters less.
-    pub(super) fn turned(&self, quarters: usize) -> Self {
-        let mut turned = self.clone();
-        turned.corners_px.rotate_left(quarters);
-        turned.steps.rotate_left(quarters);
-        turned
-    }
-
+    /// The picture of its centre: where its diagonals cross, whatever the perspective.
     pub(super) fn center_px(&self) -> Pixel {
-        let [x, y] =
-            [|p: &Pixel| p.x, |p: &Pixel| p.y].map(|axis| self.corners_px.iter().map(axis).sum::<f64>());
-        Pixel::new(x / 4.0, y / 4.0)
+        let [a, b, c, d] = self.corners_px;
+        let cross = |p: (f64, f64), q: (f64, f64)| p.0 * q.1 - p.1 * q.0;
+        let (ac, bd, ab) = ((c.x - a.x, c.y - a.y), (d.x - b.x, d.y - b.y), (b.x - a.x, b.y - a.y));
+        let part = cross(ab, bd) / cross(ac, bd);
+        Pixel::new(a.x + part * ac.0, a.y + part * ac.1)
     }
 
     fn side_px(&self) -> f64 {
