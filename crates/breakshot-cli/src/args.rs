@@ -50,6 +50,13 @@ pub(crate) enum Command {
     /// Plans the strike that singulates a pile.
     #[command(after_help = "Example: breakshot plan scene.toml --properties properties.json -o plan.json")]
     Plan(PlanArgs),
+    /// The joint path of a planned strike, checked against the arm's limits.
+    #[command(
+        name = "command",
+        after_help = "Example: breakshot command plan.json --cell cell.toml -o command.json\n\
+        Example: breakshot command --touch touches.toml --cell cell.toml     (where the table lies for the robot)"
+    )]
+    Arm(CommandArgs),
     /// Compares a filmed strike with its simulation.
     #[command(
         after_help = "Example: breakshot verify scene.toml strike.mp4 --properties properties.json --strike plan.json -o report/"
@@ -239,6 +246,49 @@ pub(crate) struct PlanArgs {
     #[arg(short, long, value_name = "FILE")]
     pub(crate) output: PathBuf,
     /// Prints the plan as JSON.
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct CommandArgs {
+    /// A plan, or a file with just the strike.
+    #[arg(value_name = "PLAN", required_unless_present = "touch")]
+    pub(crate) plan: Option<PathBuf>,
+    /// The cell file; its [robot] says which arm, where the table lies for it, and the tool.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) cell: PathBuf,
+    /// Another arm than the cell's: `indy7`, `indy7_v2` or a URDF file.
+    #[arg(long, value_name = "ARM")]
+    pub(crate) arm: Option<String>,
+    /// What lies on the table, for a strike without a plan.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) scene: Option<PathBuf>,
+    /// The command to write.
+    #[arg(short, long, value_name = "FILE", default_value = "command.json")]
+    pub(crate) output: PathBuf,
+    /// Also writes a goal for ROS 2 (a `FollowJointTrajectory` action): `.yaml` or `.json`.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) ros: Option<PathBuf>,
+    /// Also writes a URScript program.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) urscript: Option<PathBuf>,
+    /// Also writes a recording of the planned strike (MCAP, for Foxglove, Lichtblick or Rerun).
+    #[arg(long, value_name = "FILE")]
+    pub(crate) mcap: Option<PathBuf>,
+    /// Lets the objects in the recording move as these properties predict.
+    #[arg(long, value_name = "FILE", requires = "mcap")]
+    pub(crate) properties: Option<PathBuf>,
+    /// Also draws what impulse the arm can give in which direction (SVG, Fig. 10).
+    #[arg(long, value_name = "FILE")]
+    pub(crate) impulse: Option<PathBuf>,
+    /// Also writes the arm with its tool as a URDF.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) urdf: Option<PathBuf>,
+    /// Instead: finds where the table lies for the robot from touched points, and writes it into the cell file.
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["plan", "ros", "urscript", "mcap", "impulse", "urdf"])]
+    pub(crate) touch: Option<PathBuf>,
+    /// Prints the result as JSON.
     #[arg(long)]
     pub(crate) json: bool,
 }

@@ -41,6 +41,7 @@ fn main() -> ExitCode {
         Command::Estimate(args) => commands::estimate::run(&args),
         Command::Simulate(args) => commands::simulate::run(&args),
         Command::Plan(args) => commands::plan::run(&args),
+        Command::Arm(args) => commands::command::run(&args),
         Command::Verify(args) => commands::verify::run(&args),
     };
     match result {

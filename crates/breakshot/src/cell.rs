@@ -4,7 +4,7 @@ use crate::error::{Error, Result};
 use crate::geometry::{Pixel, Point};
 use crate::object::{Shape, positive};
 use serde::{Deserialize, Serialize};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Everything that stays the same from strike to strike.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -161,6 +161,13 @@ pub struct RobotSpec {
     /// How high above the table the striker's tip runs (m).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub strike_height_m: Option<f64>,
+}
+
+impl RobotSpec {
+    /// Whether the arm is a URDF file, not a built-in model.
+    pub fn is_file(&self) -> bool {
+        Path::new(&self.arm).extension().is_some_and(|extension| extension.eq_ignore_ascii_case("urdf"))
+    }
 }
 
 /// A rigid motion in space: first turned about the fixed axes x, y, z, then moved.

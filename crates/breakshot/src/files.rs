@@ -131,7 +131,7 @@ pub fn load_cell(path: &Path) -> Result<Cell> {
         *info = beside(path, info);
     }
     if let Some(robot) = &mut cell.robot
-        && robot.arm.ends_with(".urdf")
+        && robot.is_file()
     {
         robot.arm = beside(path, Path::new(&robot.arm)).display().to_string();
     }

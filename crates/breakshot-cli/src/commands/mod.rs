@@ -1,6 +1,7 @@
 //! One file a command.
 
 pub(crate) mod calibrate;
+pub(crate) mod command;
 pub(crate) mod demo;
 pub(crate) mod detect;
 pub(crate) mod estimate;
@@ -9,4 +10,5 @@ pub(crate) mod look;
 pub(crate) mod plan;
 pub(crate) mod simulate;
 pub(crate) mod tags;
+mod touch;
 pub(crate) mod verify;

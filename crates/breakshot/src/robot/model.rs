@@ -147,8 +147,7 @@ impl Arm {
     /// See [`Arm::built_in`], [`Arm::from_urdf`], [`Arm::with_tool`] and [`Arm::with_armature`].
     pub fn of_cell(robot: &RobotSpec) -> Result<Self> {
         let path = Path::new(&robot.arm);
-        let is_file = path.extension().is_some_and(|extension| extension == "urdf");
-        let arm = if is_file {
+        let arm = if robot.is_file() {
             Self::from_urdf(&files::text(path)?, path, robot.flange.as_deref())?
         } else {
             Self::built_in(&robot.arm)?
