@@ -29,6 +29,11 @@ pub(super) struct Blob {
 }
 
 impl Blob {
+    /// The contrast as a part of the grey level around: the same in light and shade.
+    pub(super) fn relative_contrast(&self) -> f64 {
+        self.contrast / self.background.max(1.0)
+    }
+
     /// The level halfway between the marker and its surroundings.
     pub(super) fn level(&self) -> Level {
         let middle = (self.background - self.contrast / 2.0).round().clamp(1.0, 254.0) as u8;

@@ -54,6 +54,7 @@ pub(super) fn starts(
         .map(|t| candidates.iter().map(|c| fit(image, camera, t, c, layout)).collect())
         .collect();
     let fits = costs(&matches, |_, m| m.cost);
+    let mut out_of_order = None;
     let given = match layout {
         Layout::Unknown => assignment(&fits),
         Layout::Placed(_) => {
@@ -72,10 +73,15 @@ pub(super) fn starts(
                     m.cost + known * half_square(way(m.pose).cross(ahead) / std_m)
                 }
             });
-            in_order(&beside, &matches, ahead)
+            in_order(&beside, &matches, ahead).unwrap_or_else(|| {
+                out_of_order =
+                    Some("doubtful: the markers do not lie in the order given along the strike".to_string());
+                assignment(&beside)
+            })
         }
     };
     let mut warnings = doubts(targets, &fits, &given, layout);
+    warnings.extend(out_of_order);
     let starts: Vec<Option<Start>> = given
         .iter()
         .enumerate()
@@ -113,7 +119,7 @@ fn fit(
         return None;
     }
     let object = target.object;
-    let pose = |yaw_rad: f64| target.pose(camera, blob.sight(), yaw_rad);
+    let pose = |yaw_rad: f64| target.pose(camera, blob.aim(), yaw_rad);
     let known_yaw_rad = placed(layout, target).map(|pose| pose.yaw_rad);
     let yaws_rad: Vec<f64> = match known_yaw_rad {
         Some(yaw_rad) => vec![yaw_rad],
@@ -136,8 +142,8 @@ fn misplaced(layout: &Layout, target: &Target, pose: Pose) -> f64 {
     placed(layout, target).map_or(0.0, |due| half_square(due.position.distance(pose.position) / PLACED_STD_M))
 }
 
-/// The cheapest way to give the rows columns that lie one behind the other along `ahead`.
-fn in_order(costs: &[Vec<f64>], matches: &[Vec<Option<Match>>], ahead: Vec2) -> Vec<Option<usize>> {
+/// The cheapest way to give the rows columns that lie one behind the other along `ahead`, if there is any.
+fn in_order(costs: &[Vec<f64>], matches: &[Vec<Option<Match>>], ahead: Vec2) -> Option<Vec<Option<usize>>> {
     let columns = costs.first().map_or(0, Vec::len);
     let along = |column: usize| {
         let pose = matches.iter().find_map(|row| row[column]).map(|m| m.pose.position.to_vec().dot(ahead));
@@ -159,10 +165,8 @@ fn in_order(costs: &[Vec<f64>], matches: &[Vec<Option<Match>>], ahead: Vec2) -> 
         }
         best = next;
     }
-    match best.pop() {
-        Some((total, columns)) if total.is_finite() => columns.into_iter().map(Some).collect(),
-        _ => vec![None; costs.len()],
-    }
+    let (total, columns) = best.pop()?;
+    total.is_finite().then(|| columns.into_iter().map(Some).collect())
 }
 
 /// Pairs of objects that could as well be the other way round.

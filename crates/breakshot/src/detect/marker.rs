@@ -129,6 +129,11 @@ impl<'a> Target<'a> {
         self.axis_rad.is_some()
     }
 
+    /// See [`fullness`].
+    pub(super) fn fullness(&self) -> f64 {
+        self.fullness
+    }
+
     /// Whether the centroid's place depends on the yaw.
     pub(super) fn off_centre(&self) -> bool {
         self.object.marker.at_m.to_vec().length() > 0.0
@@ -163,18 +168,18 @@ impl<'a> Target<'a> {
     ///
     /// A picture's centroid is not the picture of the centroid: the nearer half looks larger.  `yaw_near_rad` chooses
     /// between the two directions of the axis, and stands where the marker tells none.
-    pub(super) fn pose(&self, camera: &Camera, sight: Sight, yaw_near_rad: f64) -> Pose {
+    pub(super) fn pose(&self, camera: &Camera, aim: Aim, yaw_near_rad: f64) -> Pose {
         let height_m = self.object.height_m;
         let heading_rad = |axis_rad: f64| {
             let (dx, dy) = (axis_rad.cos(), axis_rad.sin());
-            let Pixel { x, y } = sight.centroid;
+            let Pixel { x, y } = aim.centroid;
             let ahead = camera.table_from_pixel(Pixel::new(x + dx, y + dy), height_m);
             (ahead - camera.table_from_pixel(Pixel::new(x - dx, y - dy), height_m)).heading_rad()
         };
-        let seen = camera.table_from_pixel(sight.centroid, height_m);
+        let seen = camera.table_from_pixel(aim.centroid, height_m);
         let mut yaw_rad = yaw_near_rad;
         if let Some(marker_axis_rad) = self.axis_rad {
-            yaw_rad += half_turn_wrapped_rad(heading_rad(sight.axis_rad) - marker_axis_rad - yaw_rad);
+            yaw_rad += half_turn_wrapped_rad(heading_rad(aim.axis_rad) - marker_axis_rad - yaw_rad);
         }
         let marker_at = self.object.marker.at_m.to_vec();
         let mut pose = Pose { position: seen - marker_at.rotated(yaw_rad), yaw_rad };
@@ -182,7 +187,7 @@ impl<'a> Target<'a> {
             let picture = self.picture(camera, pose);
             if self.axis_rad.is_some() {
                 let (_, _, axis_rad) = principal(picture.covariance);
-                pose.yaw_rad += half_turn_wrapped_rad(heading_rad(sight.axis_rad) - heading_rad(axis_rad));
+                pose.yaw_rad += half_turn_wrapped_rad(heading_rad(aim.axis_rad) - heading_rad(axis_rad));
             }
             let turned = marker_at.rotated(yaw_rad) - marker_at.rotated(pose.yaw_rad);
             let off = seen - camera.table_from_pixel(picture.centroid.into(), height_m);
@@ -194,7 +199,7 @@ impl<'a> Target<'a> {
 
     /// How the blob differs from this marker, were it this marker.
     pub(super) fn mismatch(&self, camera: &Camera, blob: &Blob) -> Mismatch {
-        let pose = self.pose(camera, blob.sight(), 0.0);
+        let pose = self.pose(camera, blob.aim(), 0.0);
         let picture = self.picture(camera, pose);
         let (long, short, _) = principal(picture.covariance);
         let (seen_long, seen_short, _) = principal(blob.covariance_px2);
@@ -219,14 +224,14 @@ const ROUGH_FULLNESS: f64 = 0.8;
 
 /// Where a marker's picture has its centroid and its long axis.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Sight {
+pub(super) struct Aim {
     pub centroid: Pixel,
     pub axis_rad: f64,
 }
 
 impl Blob {
-    pub(super) fn sight(&self) -> Sight {
-        Sight { centroid: self.centroid, axis_rad: principal(self.covariance_px2).2 }
+    pub(super) fn aim(&self) -> Aim {
+        Aim { centroid: self.centroid, axis_rad: principal(self.covariance_px2).2 }
     }
 }
 

@@ -5,6 +5,7 @@
 
 mod assignment;
 mod blob;
+mod follower;
 mod identity;
 pub mod label;
 mod marker;
@@ -217,13 +218,11 @@ impl Clip<'_> {
     fn reviewed(&self, tracker: &Tracker, mut warnings: Vec<String>) -> Tracks {
         let camera = self.camera;
         let exposure_s = review::exposure_s(camera, &tracker.followers).or(camera.exposure_s).unwrap_or(0.0);
-        let mut tracks = Vec::new();
-        for follower in &tracker.followers {
-            let mut track = review::track(camera, follower, exposure_s);
-            motion::fill(&mut track.samples);
-            warnings.extend(review::gaps(camera, follower, tracker.times_s()));
-            tracks.push(track);
-        }
+        let mut tracks: Vec<Track> =
+            tracker.followers.iter().map(|follower| review::track(camera, follower, exposure_s)).collect();
+        review::scale_noise(&mut tracks);
+        tracks.iter_mut().for_each(|track| motion::fill(&mut track.samples));
+        warnings.extend(tracker.followers.iter().flat_map(|f| review::gaps(camera, f, tracker.times_s())));
         Tracks {
             version: 1,
             video: self.name.clone(),

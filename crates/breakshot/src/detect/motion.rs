@@ -30,6 +30,26 @@ pub(super) fn fill(samples: &mut [Sample]) {
     }
 }
 
+/// How far the samples of a moving object lie from smooth motion, in their own standard deviations: one number for
+/// each sample, about 1 where those are right.
+pub(super) fn unsteadiness(samples: &[Sample]) -> Vec<f64> {
+    let runs = runs(samples);
+    let moving = |window: &Range<usize>| {
+        let (first, last) = (&samples[window.start], &samples[window.end - 1]);
+        first.position().distance(last.position()) > MOVING_STDS * first.std_m
+    };
+    let of_sample = |k: usize| {
+        let run = runs.iter().find(|run| run.contains(&k))?;
+        Some(best(samples, k, windows(run, k, NEIGHBOURS).filter(moving))?.missed_stds / BEST_OF_THREE)
+    };
+    (0..samples.len()).filter_map(of_sample).collect()
+}
+
+/// An object that came this many standard deviations far within a window was in motion.
+const MOVING_STDS: f64 = 30.0;
+/// The best of three overlapping windows fits better than a chosen one, by chance alone, by this factor.
+const BEST_OF_THREE: f64 = 0.7;
+
 struct Motion {
     velocity: Vec2,
     acceleration: Vec2,

@@ -4,9 +4,9 @@
 //! marked, and the smear along the motion while the shutter was open is taken out of the angles.
 
 use super::blob::{NORMAL_PER_MEDIAN, median};
-use super::marker::{Sight, Target, principal};
-use super::track::{Follower, Seen};
-use super::{Sample, Track};
+use super::follower::{Follower, Seen};
+use super::marker::{Aim, Target, principal};
+use super::{Sample, Track, motion};
 use crate::capture::Camera;
 use crate::geometry::Pixel;
 use std::f64::consts::PI;
@@ -27,8 +27,8 @@ pub(super) fn track(camera: &Camera, follower: &Follower, exposure_s: f64) -> Tr
     let strange = strangeness(&looks);
     let mut yaw_near_rad = follower.seen.first().map_or(0.0, |s| s.pose.yaw_rad);
     let samples = follower.seen.iter().zip(&looks).zip(strange).map(|((s, look), strange_px)| {
-        let sight = Sight { centroid: s.blob.centroid, axis_rad: look.axis_rad };
-        let pose = target.pose(camera, sight, yaw_near_rad);
+        let aim = Aim { centroid: s.blob.centroid, axis_rad: look.axis_rad };
+        let pose = target.pose(camera, aim, yaw_near_rad);
         yaw_near_rad = pose.yaw_rad;
         let scale_m_per_px = camera.scale_m_per_px(s.blob.centroid, target.object.height_m);
         let doubtful = strange_px.is_some() || s.blob.cut;
@@ -166,6 +166,20 @@ fn strangeness(looks: &[Look]) -> Vec<Option<f64>> {
 /// How well the length of a smear is known: the shutter's opening and closing is anyone's guess.
 const SMEAR_KNOWN: f64 = 0.1;
 
+/// Makes the standard deviations at least as large as the samples' scatter about smooth motion shows: compression
+/// moves edges by more than the grey levels' noise.
+pub(super) fn scale_noise(tracks: &mut [Track]) {
+    let unsteadiness: Vec<f64> =
+        tracks.iter().flat_map(|track| motion::unsteadiness(&track.samples)).collect();
+    if unsteadiness.len() < LEAST_FAST {
+        return;
+    }
+    let factor = median(unsteadiness).max(1.0);
+    for sample in tracks.iter_mut().flat_map(|track| &mut track.samples) {
+        sample.std_m *= factor;
+    }
+}
+
 /// When a follower was out of sight, and whether it left the picture.
 pub(super) fn gaps(camera: &Camera, follower: &Follower, times_s: &[f64]) -> Vec<String> {
     let name = follower.target.name;
@@ -175,7 +189,9 @@ pub(super) fn gaps(camera: &Camera, follower: &Follower, times_s: &[f64]) -> Vec
         let missed = pair[1].frame - pair[0].frame - 1;
         if missed > 0 {
             let (from_s, to_s) = (pair[0].time_s, pair[1].time_s);
-            gaps.push(format!("`{name}` was covered in {missed} frames between {from_s:.3} and {to_s:.3} s"));
+            gaps.push(format!(
+                "`{name}` was not seen in {missed} frames between {from_s:.3} and {to_s:.3} s"
+            ));
         }
     }
     let missed = times_s.len() - 1 - last.frame;

@@ -1,125 +1,44 @@
 //! Which blob of this frame is which object of the last one?
 //!
 //! Every object is expected where sliding on would have brought it; the blobs near enough are given out so that all
-//! objects together are nearest to where they were expected.  Each marker is looked for at a level about halfway
-//! between its own grey and its surroundings', which follows it through shade and light.
+//! objects together are nearest to where they were expected, and look most like their own markers.  Each marker is
+//! looked for at a level about halfway between its own grey and its surroundings', which follows it through shade and
+//! light.
 
 use super::assignment::assignment;
 use super::blob::{self, Blob};
+use super::follower::{Follower, Sight, WHOLE};
 use super::identity::Start;
 use super::label::{Component, Labeller, Level, Window};
-use super::marker::Target;
+use super::marker::{Target, fullness};
 use super::threshold::component_areas_px;
 use crate::capture::{Camera, Frame, GreyImage};
-use crate::geometry::{Pixel, Pose};
+use crate::geometry::{Pixel, Pose, Vec2};
+use std::collections::BTreeMap;
 use std::ops::RangeInclusive;
-
-/// A marker in one frame.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Seen {
-    pub frame: usize,
-    pub time_s: f64,
-    pub pose: Pose,
-    pub blob: Blob,
-    /// Whether it looked as whole as before.
-    pub whole: bool,
-}
 
 /// No struck object outruns this (m/s): strikes end at 1 or 2 m/s, and what is struck leaves at less than twice that.
 const FASTEST_M_S: f64 = 4.0;
-/// A change of speed from frame to frame that is nothing unusual (m/s): it weighs as much as ...
+/// A change of speed from frame to frame that is nothing unusual (m/s).
 const USUAL_CHANGE_M_S: f64 = 0.5;
-/// ... an area that differs from the usual one by this part.
-const USUAL_AREA_CHANGE: f64 = 0.2;
 /// How far off a prediction is anyway (m).
 const PREDICTION_STD_M: f64 = 0.002;
-/// While unseen an object is taken to slow down like this (m/s2): friction 0.25.
-const SLOWING_M_S2: f64 = 2.5;
+/// A marker's area in whole pixels differs by about this part (its logarithm's standard deviation), ...
+const AREA_STD: f64 = 0.2;
+/// ... its contrast and its fullness by this.
+const LOOK_STD: f64 = 0.1;
+/// Within this many standard deviations a marker may show in part; further off only the whole of it is believed.
+const NEAR_STDS: f64 = 3.0;
 /// Parts of the expected area between which a component may be the marker, partly covered or not.
 const AREA_RATIOS: RangeInclusive<f64> = 0.2..=1.6;
-/// A marker counts as whole within this part of its usual area.
-const WHOLE: f64 = 0.1;
-/// A part of a marker is as dark as the whole, within this part of the contrast.
-const SAME_CONTRAST: f64 = 0.35;
-/// Weight of the newest frame in running means.
-const NEWEST: f64 = 0.2;
-/// Shares of the contrast, from the marker's grey, between which a level cuts the marker out cleanly.
-const CLEAN_SHARES: [f64; 2] = [0.35, 0.65];
+/// A part of a marker is as dark as the whole, within this ratio.
+const SAME_CONTRAST: f64 = 1.5;
 /// A film's shutter is usually open for at most half the time from frame to frame.
 const USUAL_SHUTTER: f64 = 0.5;
-
-/// One object through the clip.
-#[derive(Clone, Debug)]
-pub(super) struct Follower<'a> {
-    pub target: Target<'a>,
-    pub seen: Vec<Seen>,
-    start: Pose,
-    /// Usual ratio of the marker's area to the expected one.
-    area_ratio: f64,
-    /// Usual contrast, and usual grey level around it.
-    contrast: f64,
-    background: f64,
-}
-
-impl<'a> Follower<'a> {
-    pub(super) fn new(target: Target<'a>, start: &Start, camera: &Camera) -> Self {
-        let Blob { area_px2, contrast, background, .. } = start.candidate.blob;
-        let area_ratio = area_px2 / target.picture(camera, start.pose).area;
-        Self { target, seen: Vec::new(), start: start.pose, area_ratio, contrast, background }
-    }
-
-    /// Where it will be if it slides on.
-    fn predicted(&self, time_s: f64) -> Pose {
-        let mut whole = self.seen.iter().rev().filter(|s| s.whole);
-        let Some(last) = whole.next() else { return self.start };
-        let Some(before) = whole.next() else { return last.pose };
-        let (velocity, yaw_rate_rad_s) = rates(before, last);
-        let speed_m_s = velocity.length();
-        let sliding_s = (time_s - last.time_s).min(speed_m_s / SLOWING_M_S2);
-        let lost_m_s = SLOWING_M_S2 * sliding_s / 2.0;
-        let way = velocity.direction().map_or(velocity, |d| d * ((speed_m_s - lost_m_s) * sliding_s));
-        Pose { position: last.pose.position + way, yaw_rad: last.pose.yaw_rad + yaw_rate_rad_s * sliding_s }
-    }
-
-    /// Time since it was last seen whole (s).
-    fn unseen_s(&self, time_s: f64) -> Option<f64> {
-        self.seen.iter().rev().find(|s| s.whole).map(|s| time_s - s.time_s)
-    }
-
-    /// The grey levels between which the marker is cut out cleanly.
-    fn clean_levels(&self) -> [f64; 2] {
-        let marker = self.background - self.contrast;
-        let [one, other] = CLEAN_SHARES.map(|share| marker + share * self.contrast);
-        [one.min(other), one.max(other)]
-    }
-
-    /// The area expected of this very marker at a pose (px2).
-    fn area_due_px2(&self, camera: &Camera, pose: Pose) -> f64 {
-        self.target.picture(camera, pose).area * self.area_ratio
-    }
-
-    fn add(&mut self, camera: &Camera, frame: usize, time_s: f64, sight: (Pose, Blob)) {
-        let (pose, blob) = sight;
-        let area_ratio = blob.area_px2 / self.target.picture(camera, pose).area;
-        let change = (area_ratio / self.area_ratio).ln();
-        let whole = !blob.cut && change.abs() < WHOLE;
-        if whole {
-            self.contrast += NEWEST * (blob.contrast - self.contrast);
-            self.background += NEWEST * (blob.background - self.background);
-        }
-        // Nothing but being uncovered makes a marker grow.
-        if change > 0.0 && self.target.mismatch(camera, &blob).tolerable() {
-            self.area_ratio += NEWEST * (area_ratio - self.area_ratio);
-        }
-        self.seen.push(Seen { frame, time_s, pose, blob, whole });
-    }
-}
-
-/// Velocity and yaw rate from one sight to the next.
-fn rates(before: &Seen, after: &Seen) -> (crate::geometry::Vec2, f64) {
-    let dt_s = after.time_s - before.time_s;
-    ((after.pose.position - before.pose.position) / dt_s, (after.pose.yaw_rad - before.pose.yaw_rad) / dt_s)
-}
+/// Levels this far apart are tried in a second look.
+const SEARCH_STEP: usize = 8;
+/// Components at two levels are the same thing if their centroids are nearer than this part of their size.
+const SAME_PLACE: f64 = 0.3;
 
 /// All objects through the clip, frame by frame.
 pub(super) struct Tracker<'a> {
@@ -133,11 +52,14 @@ pub(super) struct Tracker<'a> {
 }
 
 /// A component that may be a follower's marker.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug)]
 struct Part {
     component: Component,
     level: Level,
 }
+
+/// One thing in the picture, at each level at which it was found.
+type Thing = Vec<Part>;
 
 impl<'a> Tracker<'a> {
     /// Follows targets from where they start; `interval_s` is about the time from frame to frame.
@@ -157,6 +79,11 @@ impl<'a> Tracker<'a> {
         Self { camera, followers, areas_px, labeller, threshold, times_s: Vec::new(), interval_s }
     }
 
+    /// The times of the frames so far.
+    pub(super) fn times_s(&self) -> &[f64] {
+        &self.times_s
+    }
+
     /// Finds every follower in the next frame, or not.
     pub(super) fn follow(&mut self, frame: &Frame) {
         if let Some(last_s) = self.times_s.last() {
@@ -164,48 +91,48 @@ impl<'a> Tracker<'a> {
         }
         self.times_s.push(frame.time_s);
         let due: Vec<Pose> = self.followers.iter().map(|f| f.predicted(frame.time_s)).collect();
-        let parts = self.parts(&frame.image);
-        let costs: Vec<Vec<f64>> = (0..due.len())
-            .map(|k| parts.iter().map(|part| self.cost(k, due[k], part, frame.time_s)).collect())
-            .collect();
-        let given = assignment(&costs);
-        let mut sights: Vec<Option<(Pose, Blob)>> = given
-            .iter()
-            .enumerate()
-            .map(|(k, part)| self.sight(&frame.image, k, due[k], &parts[(*part)?]))
-            .collect();
+        let things = self.things(&frame.image);
+        let mut sights = self.sights(frame, &due, &things);
         for k in 0..sights.len() {
             if sights[k].is_none() {
                 sights[k] = self.searched(frame, k, due[k], &sights);
             }
         }
+        let at = (self.times_s.len() - 1, frame.time_s);
         for (follower, sight) in self.followers.iter_mut().zip(sights) {
             if let Some(sight) = sight {
-                follower.add(self.camera, self.times_s.len() - 1, frame.time_s, sight);
+                follower.add(self.camera, at, &sight);
             }
         }
     }
 
-    /// The times of the frames so far.
-    pub(super) fn times_s(&self) -> &[f64] {
-        &self.times_s
-    }
-
-    /// All components of about a marker's size, at each level that some marker needs.
-    fn parts(&mut self, image: &GreyImage) -> Vec<Part> {
-        let mut parts = Vec::new();
+    /// What has about a marker's size, at each level that some marker needs.
+    fn things(&mut self, image: &GreyImage) -> Vec<Thing> {
+        let mut things: Vec<Thing> = Vec::new();
         for level in self.levels() {
-            let found = self.labeller.components(image, Window::whole(image), level, &self.areas_px);
-            parts.extend(found.iter().map(|&component| Part { component, level }));
+            let same_side =
+                |part: &Part| matches!(part.level, Level::Below(_)) == matches!(level, Level::Below(_));
+            for &component in self.labeller.components(image, Window::whole(image), level, &self.areas_px) {
+                let reach_px = SAME_PLACE * (component.area_px as f64).sqrt();
+                let same = |thing: &&mut Thing| {
+                    let off_px = thing[0].component.centroid().distance_px(component.centroid());
+                    same_side(&thing[0]) && off_px < reach_px
+                };
+                let part = Part { component, level };
+                match things.iter_mut().find(same) {
+                    Some(thing) => thing.push(part),
+                    None => things.push(vec![part]),
+                }
+            }
         }
-        parts
+        things
     }
 
     /// As few levels as cut out every marker cleanly.
     fn levels(&self) -> Vec<Level> {
         let mut shared: Vec<(bool, [f64; 2])> = Vec::new();
         for follower in &self.followers {
-            let (darker, [low, high]) = (follower.contrast > 0.0, follower.clean_levels());
+            let (darker, [low, high]) = (follower.darker(), follower.clean_levels());
             let common =
                 |&&mut (side, [l, h]): &&mut (bool, [f64; 2])| side == darker && l.max(low) < h.min(high);
             match shared.iter_mut().find(common) {
@@ -222,17 +149,55 @@ impl<'a> Tracker<'a> {
         levels
     }
 
+    /// What each follower is given.
+    ///
+    /// A component's place and area give the least its cost can be; how it looks adds to that, and is measured only
+    /// for what would be given out: until nothing changes any more, which makes the answer the best of all.
+    fn sights(&self, frame: &Frame, due: &[Pose], things: &[Thing]) -> Vec<Option<Sight>> {
+        let mut costs: Vec<Vec<f64>> = (0..due.len())
+            .map(|k| things.iter().map(|thing| self.nearest(k, due[k], thing, frame.time_s).0).collect())
+            .collect();
+        let mut measured: BTreeMap<(usize, usize), Option<Sight>> = BTreeMap::new();
+        loop {
+            let given = assignment(&costs);
+            let mut news = false;
+            for (k, thing) in given.iter().enumerate().filter_map(|(k, thing)| Some((k, (*thing)?))) {
+                measured.entry((k, thing)).or_insert_with(|| {
+                    news = true;
+                    let (_, part) = self.nearest(k, due[k], &things[thing], frame.time_s);
+                    let sight = self.sight(frame, k, due[k], part);
+                    costs[k][thing] += sight.map_or(f64::INFINITY, |s| s.strangeness);
+                    sight
+                });
+            }
+            if !news {
+                let sight = |(k, thing): (usize, &Option<usize>)| *measured.get(&(k, (*thing)?))?;
+                return given.iter().enumerate().map(sight).collect();
+            }
+        }
+    }
+
     /// How far from its prediction an object may be (m).
     fn reach_m(&self, k: usize, time_s: f64) -> f64 {
         let follower = &self.followers[k];
-        let unseen_s = follower.unseen_s(time_s).unwrap_or(self.interval_s);
-        FASTEST_M_S * unseen_s + follower.target.object.marker.shape.outer_radius_m()
+        let not_whole_s = follower.not_whole_s(time_s).unwrap_or(self.interval_s);
+        FASTEST_M_S * not_whole_s + follower.target.object.marker.shape.outer_radius_m()
+    }
+
+    /// One standard deviation of where it will be around where it is due (m).
+    fn prediction_std_m(&self, k: usize, time_s: f64) -> f64 {
+        PREDICTION_STD_M + USUAL_CHANGE_M_S * self.followers[k].unseen_s(time_s).unwrap_or(self.interval_s)
+    }
+
+    /// The part of a thing that is most likely a follower's marker, by place and area, and its cost.
+    fn nearest<'t>(&self, k: usize, due: Pose, thing: &'t Thing, time_s: f64) -> (f64, &'t Part) {
+        let costs = thing.iter().map(|part| (self.cost(k, due, part, time_s), part));
+        costs.min_by(|a, b| a.0.total_cmp(&b.0)).unwrap_or((f64::INFINITY, &thing[0]))
     }
 
     fn cost(&self, k: usize, due: Pose, part: &Part, time_s: f64) -> f64 {
         let follower = &self.followers[k];
-        let darker = matches!(part.level, Level::Below(_));
-        if darker != (follower.contrast > 0.0) {
+        if matches!(part.level, Level::Below(_)) != follower.darker() {
             return f64::INFINITY;
         }
         let off_m = self.off_m(follower, due, part.component.centroid());
@@ -240,9 +205,7 @@ impl<'a> Tracker<'a> {
         if off_m.is_nan() || off_m > self.reach_m(k, time_s) || !AREA_RATIOS.contains(&ratio) {
             return f64::INFINITY;
         }
-        let unseen_s = follower.unseen_s(time_s).unwrap_or(self.interval_s);
-        let std_m = PREDICTION_STD_M + USUAL_CHANGE_M_S * unseen_s;
-        (off_m / std_m).powi(2) + (ratio.ln() / USUAL_AREA_CHANGE).powi(2)
+        (off_m / self.prediction_std_m(k, time_s)).powi(2) + (ratio.ln() / AREA_STD).powi(2)
     }
 
     /// How far the object would be from where it is due, if its marker were here (m).
@@ -252,22 +215,46 @@ impl<'a> Tracker<'a> {
         place.distance(due.table_from_body(follower.target.object.marker.at_m))
     }
 
-    /// The pose and the blob of a follower, if the part is its marker or a part of it.
-    fn sight(&self, image: &GreyImage, k: usize, due: Pose, part: &Part) -> Option<(Pose, Blob)> {
+    /// The part as the follower's marker or a part of it, if it can be that.
+    fn sight(&self, frame: &Frame, k: usize, due: Pose, part: &Part) -> Option<Sight> {
         let follower = &self.followers[k];
-        let blob = blob::measured(image, &part.component, part.level, self.blur_px(k, due))?;
-        let pose = follower.target.pose(self.camera, blob.sight(), due.yaw_rad);
-        let area_change = (blob.area_px2 / follower.area_due_px2(self.camera, pose)).ln().abs();
-        let contrast_change = (blob.contrast / follower.contrast - 1.0).abs();
-        (area_change < WHOLE || contrast_change < SAME_CONTRAST).then_some((pose, blob))
+        let expected = self.blur_px(follower, due, follower.velocity());
+        let mut best = self.measured(frame, k, due, part, expected)?;
+        if follower.uneven(&best.blob)
+            && let Some(came) = follower.came(best.pose, frame.time_s)
+        {
+            // Struck since the last frame, perhaps halfway: its speed now is up to twice the mean.
+            for share in [1.0, 2.0] {
+                let blur_px = self.blur_px(follower, due, came * share);
+                let again = self.measured(frame, k, due, part, blur_px);
+                best = again.filter(|s| s.blob.unevenness < best.blob.unevenness).unwrap_or(best);
+            }
+        }
+        let change = follower.change(self.camera, best.pose, &best.blob).abs();
+        let near = self.off_m(follower, due, best.blob.centroid)
+            < NEAR_STDS * self.prediction_std_m(k, frame.time_s);
+        let possible = if near {
+            change < WHOLE || follower.contrast_ratio(&best.blob).ln().abs() < SAME_CONTRAST.ln()
+        } else {
+            change < 2.0 * WHOLE && follower.target.mismatch(self.camera, &best.blob).tolerable()
+        };
+        possible.then_some(best)
+    }
+
+    fn measured(&self, frame: &Frame, k: usize, due: Pose, part: &Part, blur_px: [f64; 2]) -> Option<Sight> {
+        let follower = &self.followers[k];
+        let blob: Blob = blob::measured(&frame.image, &part.component, part.level, blur_px)?;
+        let pose = follower.target.pose(self.camera, blob.aim(), due.yaw_rad);
+        let look = [
+            follower.contrast_ratio(&blob),
+            fullness(blob.area_px2, blob.covariance_px2) / follower.target.fullness(),
+        ];
+        let strangeness = look.iter().map(|ratio| (ratio.ln() / LOOK_STD).powi(2)).sum();
+        Some(Sight { pose, blob, blur_px: blur_px[0].hypot(blur_px[1]), strangeness })
     }
 
     /// How far the marker moves in the picture while the shutter is open, as far as one can say.
-    fn blur_px(&self, k: usize, due: Pose) -> [f64; 2] {
-        let follower = &self.followers[k];
-        let mut whole = follower.seen.iter().rev().filter(|s| s.whole);
-        let (Some(last), Some(before)) = (whole.next(), whole.next()) else { return [0.0, 0.0] };
-        let (velocity, _) = rates(before, last);
+    fn blur_px(&self, follower: &Follower, due: Pose, velocity: Vec2) -> [f64; 2] {
         let exposure_s = self.camera.exposure_s.unwrap_or(USUAL_SHUTTER * self.interval_s);
         let height_m = follower.target.object.height_m;
         let from = self.camera.pixel_from_table(due.position, height_m);
@@ -276,49 +263,37 @@ impl<'a> Tracker<'a> {
         if blur_px.iter().all(|b| b.is_finite()) { blur_px } else { [0.0, 0.0] }
     }
 
-    /// A second look at every level near where a follower is due: shade may have moved its own, or something dark
-    /// may touch it.
-    fn searched(
-        &mut self,
-        frame: &Frame,
-        k: usize,
-        due: Pose,
-        sights: &[Option<(Pose, Blob)>],
-    ) -> Option<(Pose, Blob)> {
-        let image = &frame.image;
+    /// A second look at every level near where a follower is due: shade may have moved its own, motion may have
+    /// faded it, or something dark may touch it.
+    fn searched(&mut self, frame: &Frame, k: usize, due: Pose, sights: &[Option<Sight>]) -> Option<Sight> {
         let follower = &self.followers[k];
-        let height_m = follower.target.object.height_m;
         let marker = due.table_from_body(follower.target.object.marker.at_m);
+        let height_m = follower.target.object.height_m;
         let at = self.camera.pixel_from_table(marker, height_m);
         let reach_px = self.reach_m(k, frame.time_s) / self.camera.scale_m_per_px(at, height_m);
         if !reach_px.is_finite() {
             return None;
         }
-        let window = Window::around(at, reach_px, image);
+        let window = Window::around(at, reach_px, &frame.image);
         let area_px2 = follower.area_due_px2(self.camera, due);
-        let areas_px = (area_px2 * (1.0 - 2.0 * WHOLE)) as u64..=(area_px2 * (1.0 + 2.0 * WHOLE)) as u64;
-        let darker = follower.contrast > 0.0;
+        let [bx, by] = self.blur_px(follower, due, follower.velocity());
+        let smeared_px2 = area_px2 + area_px2.sqrt() * bx.hypot(by);
+        let areas_px = (area_px2 * (1.0 - 2.0 * WHOLE)) as u64..=(smeared_px2 * (1.0 + 2.0 * WHOLE)) as u64;
+        let taken = |component: &Component| {
+            let near = |s: &Sight| s.blob.centroid.distance_px(component.centroid()) < area_px2.sqrt() / 2.0;
+            sights.iter().flatten().any(near)
+        };
         let mut best: Option<(f64, Part)> = None;
         for level in (SEARCH_STEP..256).step_by(SEARCH_STEP).map(|l| l as u8) {
-            let level = if darker { Level::Below(level) } else { Level::Above(level) };
-            for component in self.labeller.components(image, window, level, &areas_px) {
-                let part = Part { component: *component, level };
-                let taken = sights
-                    .iter()
-                    .flatten()
-                    .any(|(_, blob)| blob.centroid.distance_px(component.centroid()) < area_px2.sqrt() / 2.0);
-                let fits = self.followers[k]
-                    .target
-                    .full_enough(component.area_px as f64, component.covariance_px2());
+            let level = if follower.darker() { Level::Below(level) } else { Level::Above(level) };
+            for component in self.labeller.components(&frame.image, window, level, &areas_px) {
+                let full = follower.target.full_enough(component.area_px as f64, component.covariance_px2());
                 let off_px = component.centroid().distance_px(at);
-                if !taken && fits && best.is_none_or(|(least, _)| off_px < least) {
-                    best = Some((off_px, part));
+                if full && !taken(component) && best.is_none_or(|(least_px, _)| off_px < least_px) {
+                    best = Some((off_px, Part { component: *component, level }));
                 }
             }
         }
-        best.and_then(|(_, part)| self.sight(image, k, due, &part))
+        best.and_then(|(_, part)| self.sight(frame, k, due, &part))
     }
 }
-
-/// Levels this far apart are tried in a second look.
-const SEARCH_STEP: usize = 8;
