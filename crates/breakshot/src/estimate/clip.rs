@@ -1,9 +1,10 @@
 //! The model of one clip: bodies that rest, slide and hit each other, and what the camera sees of them.
 
 use super::least_squares::Residual;
-use super::slide::{GRAVITY_M_S2, Grip, Motion, Slide};
+use super::slide::{Grip, Motion, Slide};
 use crate::geometry::{Point, Pose, Vec2};
 use crate::object::Shape;
+use crate::physics::GRAVITY_M_S2;
 
 /// One body of a clip as it was seen.
 #[derive(Clone, Debug)]
@@ -48,19 +49,11 @@ pub(super) struct Event {
     pub(super) members: Vec<usize>,
 }
 
-/// A value that is expected from elsewhere, and how far off it may be.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Prior {
-    pub(super) mean: f64,
-    pub(super) std: f64,
-}
-
 /// Bodies, events, and how the camera looks.
 #[derive(Clone, Debug)]
 pub(super) struct Model {
     pub(super) bodies: Vec<Body>,
     pub(super) events: Vec<Event>,
-    pub(super) friction_priors: Vec<Prior>,
     pub(super) exposure: Exposure,
     /// Deviation of the yaw's noise (rad).
     pub(super) yaw_std_rad: f64,
@@ -117,6 +110,7 @@ const SIGHTS_OF_A_REST: f64 = 4.0;
 /// Speeds, spins and frictions are within a few of these; times within a few of it of their first guess.
 const SPEED_SPAN_M_S: f64 = 10.0;
 const SPIN_SPAN_RAD_S: f64 = 300.0;
+const FRICTION_SPAN: f64 = 3.0;
 
 impl Path {
     /// The motion at a time; at the instant of an impact, the one after it.
@@ -145,8 +139,16 @@ impl Path {
         self.slides.first().map_or(f64::INFINITY, |(start_s, _)| *start_s)
     }
 
+    /// When the velocity jumps (s).
+    pub(super) fn impacts_s(&self) -> impl Iterator<Item = f64> + '_ {
+        self.slides.iter().map(|(start_s, _)| *start_s)
+    }
+
     /// The pose that a shutter open for `exposure_s` around a time sees: the mean.
-    fn mean_pose(&self, time_s: f64, exposure_s: f64) -> Pose {
+    pub(super) fn mean_pose(&self, time_s: f64, exposure_s: f64) -> Pose {
+        if exposure_s <= 0.0 {
+            return self.motion(time_s).pose;
+        }
         let (open, shut) = (time_s - exposure_s / 2.0, time_s + exposure_s / 2.0);
         let breaks = self.slides.iter().map(|(start_s, _)| *start_s).filter(|s| (open..shut).contains(s));
         let mut mean = [0.0; 3];
@@ -181,8 +183,7 @@ impl Body {
 impl Model {
     pub(super) fn new(bodies: Vec<Body>, exposure: Exposure) -> Self {
         let stds_m = bodies.iter().map(|b| b.sights.iter().map(|s| s.std_m).collect()).collect();
-        let friction_priors = vec![Prior { mean: 0.3, std: 3.0 }; bodies.len()];
-        Self { bodies, events: Vec::new(), friction_priors, exposure, yaw_std_rad: YAW_STD_RAD, stds_m }
+        Self { bodies, events: Vec::new(), exposure, yaw_std_rad: YAW_STD_RAD, stds_m }
     }
 
     /// Where each parameter stands.
@@ -291,9 +292,9 @@ impl Model {
                 expect_velocity(&self.bodies[member], slot);
             }
         }
-        for (slots, prior) in layout.bodies.iter().zip(&self.friction_priors) {
+        for slots in &layout.bodies {
             if let Some(slot) = slots.friction {
-                expect([(parameters[slot] - prior.mean) / prior.std, 0.0]);
+                expect([parameters[slot] / FRICTION_SPAN, 0.0]);
             }
         }
     }

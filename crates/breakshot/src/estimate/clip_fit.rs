@@ -1,6 +1,6 @@
 //! The fit of one clip: how many impacts it shows, and the most likely motion of all its bodies.
 
-use super::clip::{Cause, Event, Exposure, Layout, Model, Path, Prior};
+use super::clip::{Cause, Event, Exposure, Layout, Model, Path};
 use super::least_squares::{Minimum, minimum};
 use super::segment::{Draft, SIGHTS_NEEDED, fitted_partner, frame_s};
 use super::striker::StrikerRun;
@@ -44,7 +44,9 @@ const MOST_EVENTS: usize = 12;
 /// the velocity by this many of its deviations.
 const EVENT_GAIN: f64 = 40.0;
 const EVENT_STDS: f64 = 5.0;
-/// The same where no partner is near.
+/// No impact changes the velocity by a smaller part: a body that rocks after an impact slides unevenly.
+const EVENT_JUMP: f64 = 0.04;
+/// The gain needed where no partner is near.
 const LONE_EVENT_GAIN: f64 = 400.0;
 
 impl Fitted {
@@ -63,21 +65,38 @@ impl Fitted {
         fitted.without_outliers()
     }
 
-    /// Fits again with what all clips together tell about noise and friction.
-    pub(super) fn refined(&self, place_scale: f64, yaw_scale: f64, frictions: &[Option<Prior>]) -> Self {
+    /// Fits again with what all clips together tell about noise and shutter.
+    pub(super) fn refined(&self, place_scale: f64, yaw_scale: f64, exposure: Exposure) -> Self {
         let mut model = self.model.clone();
+        model.exposure = exposure;
         for body in &mut model.bodies {
             for sight in &mut body.sights {
                 sight.std_m *= place_scale;
             }
         }
         model.yaw_std_rad *= yaw_scale;
-        for (own, known) in model.friction_priors.iter_mut().zip(frictions) {
-            if let Some(prior) = known {
-                *own = *prior;
-            }
-        }
-        Self { remarks: self.remarks.clone(), ..Self::run(model, self.minimum.parameters.clone()) }
+        let refined =
+            Self { remarks: self.remarks.clone(), ..Self::run(model, self.minimum.parameters.clone()) };
+        refined.without_idle_events()
+    }
+
+    /// The fit without the events that, seen closely, change no velocity.
+    fn without_idle_events(self) -> Self {
+        let idle = (0..self.model.events.len()).find(|&n| {
+            let at_s = self.minimum.parameters[self.layout.events[n].time];
+            self.model.events[n].members.iter().all(|&k| {
+                let speed_m_s = self.paths[k].motion_before(at_s).velocity.length();
+                let (_, jump_m_s, std_m_s) = self.jump_near(k, at_s).unwrap_or_default();
+                speed_m_s > 0.0 && (jump_m_s < EVENT_STDS * std_m_s || jump_m_s < EVENT_JUMP * speed_m_s)
+            })
+        });
+        let Some(n) = idle else { return self };
+        let mut model = self.model.clone();
+        model.events.remove(n);
+        let slots = &self.layout.events[n];
+        let mut parameters = self.minimum.parameters.clone();
+        parameters.drain(slots.time..slots.time + layout_len(&self.layout, slots));
+        Self { remarks: self.remarks.clone(), ..Self::run(model, parameters) }.without_idle_events()
     }
 
     /// The least loss from these parameters.
@@ -116,13 +135,29 @@ impl Fitted {
             None if struck_again => Event { cause: Cause::Striker, members: vec![body] },
             None => Event { cause: Cause::Unknown, members: vec![body] },
         };
-        let needed = if event.cause == Cause::Unknown { LONE_EVENT_GAIN } else { EVENT_GAIN };
-        let trial = self.inserted(event, time_s, body, jump);
-        let gained = self.minimum.loss - trial.minimum.loss;
-        let (jump_m_s, std_m_s) = trial.least_jump(body, time_s)?;
+        let trial = self.inserted(event.clone(), time_s, body, jump);
+        // A spin that does not decay as told is no impact: only the places count.
+        let gained = self.place_loss() - trial.place_loss();
+        let (at_s, jump_m_s, std_m_s) = trial.jump_near(body, time_s)?;
+        // The instant has moved in the fit: the partner must still be near.
+        let alone = match event.cause {
+            Cause::Contact => fitted_partner(&trial.model.bodies, &trial.paths, body, at_s) != partner,
+            cause => cause == Cause::Unknown,
+        };
+        let needed = if alone { LONE_EVENT_GAIN } else { EVENT_GAIN };
+        let speed_m_s = trial.paths[body].motion_before(at_s).velocity.length();
         let believed = gained > needed * trial.place_variance()
-            && jump_m_s > EVENT_STDS * std_m_s * trial.place_variance().sqrt();
+            && jump_m_s > EVENT_STDS * std_m_s * trial.place_variance().sqrt()
+            && jump_m_s > EVENT_JUMP * speed_m_s;
         believed.then_some(trial)
+    }
+
+    /// The part of the loss that the places are to blame for.
+    fn place_loss(&self) -> f64 {
+        let mut row = 0;
+        let rows =
+            (0..self.model.bodies.len()).flat_map(|k| self.place_rows(k, &mut row)).collect::<Vec<_>>();
+        rows.iter().map(|r| self.minimum.residuals[r.row].loss()).sum()
     }
 
     /// The instant at which a jump of one body's velocity would lower the loss most: gain, body, time, jump.
@@ -235,8 +270,8 @@ impl Fitted {
         Self { remarks: self.remarks.clone(), ..Self::run(model, parameters) }
     }
 
-    /// The jump of a body's velocity at its event next to a time, and its deviation (m/s).
-    fn least_jump(&self, body: usize, time_s: f64) -> Option<(f64, f64)> {
+    /// A body's event next to a time: when, its jump of velocity, and the jump's deviation (m/s).
+    fn jump_near(&self, body: usize, time_s: f64) -> Option<(f64, f64, f64)> {
         let (event, slots) = (self.model.events.iter().zip(&self.layout.events))
             .filter(|(event, _)| event.members.contains(&body))
             .min_by(|p, q| {
@@ -249,6 +284,7 @@ impl Fitted {
         let slot = slots.velocities[event.members.iter().position(|&m| m == body)?];
         let covariance = &self.minimum.covariance;
         Some((
+            at_s,
             jump.length(),
             f64::midpoint(covariance[(slot, slot)], covariance[(slot + 1, slot + 1)]).sqrt(),
         ))
@@ -415,9 +451,4 @@ fn noise(model: &Model, minimum: &Minimum, paths: &[Path]) -> Noise {
         }
     }
     noise
-}
-
-/// How long a shutter may be open if nobody says: half the time between two frames.
-pub(super) fn exposure(known_s: Option<f64>, frame_s: f64) -> Exposure {
-    known_s.map_or(Exposure::UpTo(frame_s / 2.0), Exposure::Known)
 }

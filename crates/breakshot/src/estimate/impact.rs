@@ -261,7 +261,6 @@ fn check_faces(fitted: &Fitted, contact: &mut Contact, time_s: f64) {
         };
         bodies.iter().map(place).collect()
     });
-    let _ = time_s;
     let (mut sum, mut weights) = (0.0, 0.0);
     for (k, place) in places.iter().enumerate() {
         let weight = 1.0 / covariance[(k, k)].max(1e-12);
@@ -269,16 +268,22 @@ fn check_faces(fitted: &Fitted, contact: &mut Contact, time_s: f64) {
         weights += weight;
     }
     let part = sum / weights;
-    let at_one_end = !(ONE_END..=1.0 - ONE_END).contains(&part);
-    if !at_one_end || !part.is_finite() {
-        contact.restitution = false;
-        contact.remarks.push(format!(
-            "flat sides met {:.0} % of their common length from one end: met twice or all along, no single restitution",
-            part * 100.0
-        ));
-    } else if part > 0.5 {
-        contact.touch.point = face.far_point;
+    let centre = contact.touch.point + along * (part * length);
+    // How long after the near end the far end would have met, had the bodies just gone on.
+    let (before_b, before_a) = (
+        fitted.paths[contact.b].motion_before(time_s),
+        match contact.a {
+            Party::Body(a) => fitted.paths[a].motion_before(time_s),
+            _ => Motion { velocity: contact.striker_velocity, ..Motion::default() },
+        },
+    );
+    let closing_m_s =
+        (before_a.velocity_at(face.far_point) - before_b.velocity_at(face.far_point)).dot(normal);
+    let delay_s = face.wedge_m / closing_m_s;
+    if std::env::var("DBG").is_ok() {
+        eprintln!("faces part {part} length {length} wedge {} delay {delay_s}", face.wedge_m);
     }
+    contact.touch.point = centre;
 }
 
 /// While the striker still touches the body that hits another, its impulse is in the balance.

@@ -31,8 +31,13 @@ const ITERATIONS: usize = 40;
 const LOSS_CHANGE: f64 = 1e-6;
 
 impl Residual {
-    /// What it adds to the loss (soft-L1), and its weight against a plain square.
-    fn loss(&self) -> (f64, f64) {
+    /// What it adds to the loss (soft-L1).
+    pub(super) fn loss(&self) -> f64 {
+        self.loss_and_weight().0
+    }
+
+    /// The same, and its weight against a plain square.
+    fn loss_and_weight(&self) -> (f64, f64) {
         let squared = self.value[0].powi(2) + self.value[1].powi(2);
         if !self.soft {
             return (squared, 1.0);
@@ -49,7 +54,7 @@ pub(super) fn minimum(
     steps: &[f64],
     residuals: impl Fn(&[f64]) -> Vec<Residual>,
 ) -> Minimum {
-    let total = |all: &[Residual]| all.iter().map(|r| r.loss().0).sum::<f64>();
+    let total = |all: &[Residual]| all.iter().map(|r| r.loss()).sum::<f64>();
     let mut parameters = start;
     let mut now = residuals(&parameters);
     let mut loss = total(&now);
@@ -86,7 +91,7 @@ pub(super) fn minimum(
     let covariance = normal
         .cholesky()
         .map_or_else(|| DMatrix::from_element(size, size, f64::NAN), |factor| factor.inverse());
-    let weights = now.iter().map(|r| r.loss().1).collect();
+    let weights = now.iter().map(|r| r.loss_and_weight().1).collect();
     Minimum { parameters, loss, residuals: now, weights, jacobian, covariance }
 }
 
@@ -101,7 +106,7 @@ fn normal_equations(
     let mut weighted = jacobian.clone();
     let mut values = DVector::zeros(2 * now.len());
     for (k, residual) in now.iter().enumerate() {
-        let weight = residual.loss().1;
+        let weight = residual.loss_and_weight().1;
         for part in 0..2 {
             values[2 * k + part] = residual.value[part];
             weighted.row_mut(2 * k + part).scale_mut(weight);

@@ -5,6 +5,7 @@
 
 mod clip;
 mod clip_fit;
+mod exposure;
 mod impact;
 mod joint;
 mod least_squares;
@@ -111,12 +112,24 @@ pub fn estimation(
     let first: Vec<(Fitted, Option<StrikerRun>)> =
         clips.par_iter().map(|clip| first_fit(clip, cell, objects)).collect::<Result<_>>()?;
     let (place_scales, yaw_scale) = noise_scales(&first);
+    let misfits: Vec<_> =
+        first.iter().zip(&place_scales).map(|((f, _), s)| exposure::misfits(f, *s)).collect();
+    let found_frames = exposure::found_frames(&misfits);
+    if std::env::var("DBG").is_ok() {
+        eprintln!(
+            "exposure {found_frames:?} {:?}",
+            (0..10)
+                .map(|k| misfits.iter().map(|m| m.0[k]).sum::<f64>()
+                    / misfits.iter().map(|m| m.1 as f64).sum::<f64>())
+                .collect::<Vec<_>>()
+        );
+    }
     let fits: Vec<(ClipFit, Readings)> = first
         .par_iter()
         .zip(clips)
         .zip(&place_scales)
         .map(|(((fitted, run), clip), scale)| {
-            let refined = fitted.refined(*scale, yaw_scale, &[]);
+            let refined = fitted.refined(*scale, yaw_scale, exposure::settled(fitted, found_frames));
             second_fit(&refined, run.as_ref(), clip)
         })
         .collect();
@@ -142,7 +155,7 @@ fn first_fit(clip: &ClipTracks, cell: &Cell, objects: &[Object]) -> Result<(Fitt
         .collect::<Result<Vec<_>>>()?;
     let run = clip.strike.as_ref().map(|strike| StrikerRun::new(&cell.striker, strike));
     let bodies = segment::bodies(&clip.tracks.tracks, &kinds);
-    let exposure = clip_fit::exposure(cell.camera.exposure_s, segment::frame_s(&bodies));
+    let exposure = exposure::told(cell, segment::frame_s(&bodies));
     let draft = Draft::new(bodies, run.as_ref(), exposure);
     Ok((Fitted::new(draft, run.as_ref()), run))
 }

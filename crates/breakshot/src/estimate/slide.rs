@@ -1,16 +1,14 @@
 //! How a body slides to rest under Coulomb friction, with or without spin.
 //!
 //! Without spin the deceleration is `mu g` against the velocity until the body stops (Eq. 26 and 30).  Spin lowers it:
-//! every point of the support slides in its own direction.  A compact support behaves like a uniform disc whose
-//! radius is 1.5 times its mean lever arm, for which force and torque are closed forms (Farkas, Bartels, Unger and
-//! Wolf, PRL 90, 248302, 2003); the path stays straight, and sliding and spinning stop together.
+//! every point of the support slides in its own direction.  The simulator's law of the support holds here too: the
+//! path stays straight, and sliding and spinning stop together.
 
 use crate::geometry::{Point, Pose, Vec2};
 use crate::object::Shape;
-use std::f64::consts::PI;
-
-/// Standard gravity (m/s2).
-pub(super) const GRAVITY_M_S2: f64 = 9.81;
+use crate::physics::GRAVITY_M_S2;
+use crate::physics::support::{PATCH_RADIUS_PER_ARM, mean_arm_m, patch_force_and_torque};
+use std::f64::consts::FRAC_PI_2;
 
 /// Where a body is, and how it moves.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -191,14 +189,14 @@ fn knots(start: &Motion, grip: &Grip) -> Vec<Knot> {
         // The midpoint stands for the step; the last one ends at rest, where the angle no longer changes.
         let (slowing, turning_rate) = resistance(angle, inertia);
         let u_mid = f64::midpoint(u, u_next);
-        let mid = (angle + turning_rate / slowing * (u_mid / u).ln()).clamp(0.0, PI / 2.0);
+        let mid = (angle + turning_rate / slowing * (u_mid / u).ln()).clamp(0.0, FRAC_PI_2);
         let (slowing, turning_rate) = resistance(mid, inertia);
         let dt = (u - u_next) / (deceleration * slowing);
         knot.time_s += dt;
         knot.distance_m += u_mid * mid.cos() * dt;
         knot.turn_rad += turning * u_mid * mid.sin() / radius * dt;
         if u_next > 0.0 {
-            angle = (angle + turning_rate / slowing * (u_next / u).ln()).clamp(0.0, PI / 2.0);
+            angle = (angle + turning_rate / slowing * (u_next / u).ln()).clamp(0.0, FRAC_PI_2);
         }
         knot.speed_m_s = u_next * angle.cos();
         knot.spin_rad_s = turning * u_next * angle.sin() / radius;
@@ -210,78 +208,13 @@ fn knots(start: &Motion, grip: &Grip) -> Vec<Knot> {
 /// How fast `u` falls and `angle` turns, both over `mu g`; the latter times `u`.
 fn resistance(angle: f64, inertia: f64) -> (f64, f64) {
     let (sin, cos) = angle.sin_cos();
-    let (force, torque) = disc_patch(cos, sin);
+    let [force, torque] = patch_force_and_torque(cos / sin);
     (force * cos + inertia * torque * sin, inertia * torque * cos - force * sin)
 }
 
-/// Force over `mu m g` and torque over `mu m g R` of a uniform disc that slides at `speed` while its rim turns at
-/// `rim` (both >= 0, any unit).
-pub(super) fn disc_patch(speed: f64, rim: f64) -> (f64, f64) {
-    // The closed forms cancel far from a ratio of one; there the series' next terms are below 1e-11.
-    const FAST: f64 = 100.0;
-    const SLOW: f64 = 1e-4;
-    if rim * FAST <= speed {
-        let a = if speed > 0.0 { rim / speed } else { 0.0 };
-        return (1.0 - a * a / 8.0 - a.powi(4) / 64.0, a / 4.0 + a.powi(3) / 48.0);
-    }
-    if speed <= SLOW * rim {
-        return (speed / rim, 2.0 / 3.0);
-    }
-    let ratio = speed / rim;
-    let squared = ratio * ratio;
-    if ratio <= 1.0 {
-        let (k, e) = elliptic(squared);
-        let force = 4.0 * ((squared + 1.0) * e - (1.0 - squared) * k) / (3.0 * PI * ratio);
-        (force, 4.0 * ((4.0 - 2.0 * squared) * e + (squared - 1.0) * k) / (9.0 * PI))
-    } else {
-        let (k, e) = elliptic(1.0 / squared);
-        let force = 4.0 * ((squared + 1.0) * e - (squared - 1.0) * k) / (3.0 * PI);
-        let bracket = (4.0 - 2.0 * squared) * e + (2.0 * squared - 5.0 + 3.0 / squared) * k;
-        (force, 4.0 * ratio * bracket / (9.0 * PI))
-    }
-}
-
-/// The complete elliptic integrals K and E of the parameter m < 1, by the arithmetic-geometric mean.
-fn elliptic(m: f64) -> (f64, f64) {
-    // At m = 1 K is infinite, but here it is always multiplied by a zero.
-    let m = m.min(1.0 - 1e-12);
-    let (mut a, mut b, mut c, mut power, mut sum) = (1.0, (1.0 - m).sqrt(), m.sqrt(), 0.5, m / 2.0);
-    while c > 1e-9 {
-        (a, b, c) = (f64::midpoint(a, b), f64::sqrt(a * b), (a - b) / 2.0);
-        power *= 2.0;
-        sum += power * c * c;
-    }
-    let k = PI / (2.0 * a);
-    (k, k * (1.0 - sum))
-}
-
-/// The radius of the uniform disc that resists like an outline resting on its whole area: 1.5 times the mean
-/// distance of the area from the centroid (m).
+/// The radius of the uniform disc that resists like an outline resting on its whole area (m).
 pub(super) fn patch_radius_m(shape: &Shape) -> f64 {
-    if let Shape::Disc { radius_m } = shape {
-        return *radius_m;
-    }
-    let corners = shape.corners();
-    let n = corners.len();
-    let moment: f64 = (0..n).map(|k| lever_moment(corners[k].to_vec(), corners[(k + 1) % n].to_vec())).sum();
-    1.5 * moment / shape.area_m2()
-}
-
-/// The integral of the distance from the origin over the triangle (origin, p, q), signed as the triangle's area.
-///
-/// In polar form: `h^3/3` times the integral of `sec^3` between the ends' angles from the foot of the perpendicular.
-fn lever_moment(p: Vec2, q: Vec2) -> f64 {
-    let Some(along) = (q - p).direction() else { return 0.0 };
-    let height = p.cross(along);
-    if height.abs() < 1e-12 {
-        return 0.0;
-    }
-    let primitive = |foot: f64| {
-        let tan = foot / height.abs();
-        let sec = tan.hypot(1.0);
-        f64::midpoint(tan * sec, tan.asinh())
-    };
-    height.signum() * height.abs().powi(3) / 3.0 * (primitive(q.dot(along)) - primitive(p.dot(along)))
+    PATCH_RADIUS_PER_ARM * mean_arm_m(shape)
 }
 
 #[cfg(test)]
@@ -335,27 +268,6 @@ mod tests {
             );
             assert!((turned / turn - 1.0).abs() < 4e-3, "eps {ratio}: turn {turned}");
         }
-    }
-
-    #[test]
-    fn the_patch_functions_meet_their_limits() {
-        let (force, torque) = disc_patch(1.0, 1.0);
-        assert!((force - 8.0 / (3.0 * PI)).abs() < 1e-6 && (torque - 8.0 / (9.0 * PI)).abs() < 1e-6);
-        // Either side of where the closed forms give way to the series.
-        for (near, far) in [((1.0, 0.01001), (1.0, 0.00999)), ((1.001e-4, 1.0), (0.999e-4, 1.0))] {
-            let (one, other) = (disc_patch(near.0, near.1), disc_patch(far.0, far.1));
-            assert!((one.0 - other.0).abs() < 1e-6 && (one.1 - other.1).abs() < 1e-5, "{one:?} {other:?}");
-        }
-    }
-
-    #[test]
-    fn a_square_resists_spin_like_a_disc_of_one_and_a_half_mean_lever_arms() {
-        // The mean distance of a unit square from its centre is 0.3826.
-        let square = Shape::Rectangle { size_m: [0.08, 0.08] };
-        assert!((patch_radius_m(&square) / (1.5 * 0.382_598 * 0.08) - 1.0).abs() < 1e-5);
-        let many: Vec<_> =
-            (0..400).map(|k| Point::ORIGIN + Vec2::from_heading(f64::from(k) * PI / 200.0) * 0.03).collect();
-        assert!((patch_radius_m(&Shape::Polygon { points_m: many }) / 0.03 - 1.0).abs() < 1e-4);
     }
 
     #[test]

@@ -21,7 +21,7 @@ mod rotation;
 mod shape;
 mod simulator;
 mod striker;
-mod support;
+pub(crate) mod support;
 mod trajectory;
 mod world;
 
