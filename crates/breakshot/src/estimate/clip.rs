@@ -13,6 +13,7 @@ pub(super) struct Body {
     pub(super) shape: Shape,
     pub(super) patch_radius_m: f64,
     pub(super) gyration_m: f64,
+    pub(super) height_m: f64,
     pub(super) sights: Vec<Sight>,
     /// Whether its marker tells how it is turned.
     pub(super) sees_yaw: bool,
@@ -105,6 +106,15 @@ pub(super) struct Path {
     slides: Vec<(f64, Slide)>,
 }
 
+/// A slide between two impacts.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Leg {
+    pub(super) start_s: f64,
+    pub(super) end_s: f64,
+    /// At its start.
+    pub(super) velocity: Vec2,
+}
+
 /// Rest counts as no more than this many independent sights: a codec repeats the same picture, noise and all.
 const SIGHTS_OF_A_REST: f64 = 4.0;
 /// Speeds, spins and frictions are within a few of these; times within a few of it of their first guess.
@@ -137,6 +147,18 @@ impl Path {
     /// When the body is first set in motion.
     pub(super) fn onset_s(&self) -> f64 {
         self.slides.first().map_or(f64::INFINITY, |(start_s, _)| *start_s)
+    }
+
+    /// The slides, each from its start to the next impact or to rest.
+    pub(super) fn legs(&self) -> Vec<Leg> {
+        (0..self.slides.len())
+            .map(|k| {
+                let (start_s, slide) = &self.slides[k];
+                let next_s = self.slides.get(k + 1).map_or(f64::INFINITY, |(next_s, _)| *next_s);
+                let velocity = slide.motion(*start_s).velocity;
+                Leg { start_s: *start_s, end_s: next_s.min(slide.stop_s()), velocity }
+            })
+            .collect()
     }
 
     /// When the velocity jumps (s).

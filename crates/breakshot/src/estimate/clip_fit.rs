@@ -6,7 +6,7 @@ use super::segment::{Draft, SIGHTS_NEEDED, fitted_partner, frame_s};
 use super::striker::StrikerRun;
 use super::touch::{Outline, touch};
 use crate::geometry::Vec2;
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, DVector};
 
 /// The most likely motion of a clip's bodies.
 #[derive(Clone, Debug)]
@@ -206,28 +206,46 @@ impl Fitted {
     /// By how much the loss would fall if the places moved by `lever` times a velocity, the other parameters
     /// following (a score test), and that velocity.
     fn score(&self, rows: &[PlaceRow], lever: impl Fn(f64) -> f64) -> (f64, Vec2) {
-        let minimum = &self.minimum;
         let mut gain = 0.0;
         let mut jump = [0.0; 2];
-        for (part, jump) in jump.iter_mut().enumerate() {
-            let size = minimum.parameters.len();
-            let (mut cross, mut own, mut against) = (nalgebra::DVector::zeros(size), 0.0, 0.0);
-            for &PlaceRow { row, time_s, std_m } in rows {
-                let pull = -lever(time_s) / std_m;
-                let weight = minimum.weights[row];
-                own += weight * pull * pull;
-                against += weight * pull * minimum.residuals[row].value[part];
-                for column in 0..size {
-                    cross[column] += weight * pull * minimum.jacobian[(2 * row + part, column)];
-                }
-            }
-            let free = own - (cross.transpose() * &minimum.covariance * &cross)[(0, 0)];
-            if free > 1e-9 * own && free > 0.0 {
-                gain += against * against / free;
-                *jump = -against / free;
+        for (axis, jump) in [Vec2::new(1.0, 0.0), Vec2::new(0.0, 1.0)].into_iter().zip(&mut jump) {
+            if let Some((value, variance)) = self.pulled(rows, |t| axis * lever(t)) {
+                gain += value * value / variance;
+                *jump = value;
             }
         }
         (gain, jump.into())
+    }
+
+    /// What a further parameter would be that moves body `k` by `moved` per unit, the others following, and its
+    /// deviation.
+    pub(super) fn response(&self, k: usize, moved: impl Fn(f64) -> Vec2) -> Option<(f64, f64)> {
+        let mut row = 0;
+        let rows = (0..=k).map(|j| self.place_rows(j, &mut row)).last()?;
+        let (value, variance) = self.pulled(&rows, moved)?;
+        Some((value, variance.sqrt()))
+    }
+
+    /// The value of a parameter that moves the places of `rows` by `moved` per unit, and its variance.
+    fn pulled(&self, rows: &[PlaceRow], moved: impl Fn(f64) -> Vec2) -> Option<(f64, f64)> {
+        /// Less than this part of the pull left by the other parameters is rounding.
+        const ROUNDING: f64 = 1e-9;
+        let minimum = &self.minimum;
+        let mut cross = DVector::zeros(minimum.parameters.len());
+        let (mut own, mut against) = (0.0, 0.0);
+        for &PlaceRow { row, time_s, std_m } in rows {
+            let pull: [f64; 2] = (moved(time_s) / -std_m).into();
+            let weight = minimum.weights[row];
+            for (part, pull) in pull.into_iter().enumerate() {
+                own += weight * pull * pull;
+                against += weight * pull * minimum.residuals[row].value[part];
+                for (column, sum) in cross.iter_mut().enumerate() {
+                    *sum += weight * pull * minimum.jacobian[(2 * row + part, column)];
+                }
+            }
+        }
+        let free = own - (cross.transpose() * &minimum.covariance * &cross)[(0, 0)];
+        (free > ROUNDING * own && free > 0.0).then(|| (-against / free, 1.0 / free))
     }
 
     /// The fit with an event added at a time, at which `body` jumps by `jump`.
@@ -372,6 +390,19 @@ impl Fitted {
             return self;
         }
         Self { remarks: self.remarks.clone(), ..Self::run(model, self.minimum.parameters) }
+    }
+
+    /// How far the sights of moving bodies lie from the fit (m, root mean square, both axes together).
+    pub(super) fn residual_rms_m(&self) -> f64 {
+        let (mut squares, mut count) = (0.0, 0);
+        for (body, path) in self.model.bodies.iter().zip(&self.paths) {
+            let moving = path.onset_s()..path.stop_s();
+            for sight in body.sights.iter().filter(|s| !s.ignored && moving.contains(&s.time_s)) {
+                squares += (sight.position - path.motion(sight.time_s).pose.position).length_squared();
+                count += 1;
+            }
+        }
+        if count > 0 { (squares / f64::from(count)).sqrt() } else { 0.0 }
     }
 
     /// The covariance of functions of the parameters, and their values.

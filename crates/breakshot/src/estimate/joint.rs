@@ -1,30 +1,13 @@
 //! All clips at once: means over clips, masses that agree around every loop of pairs, and how their errors go together.
 
 use super::impact::Measured;
+use super::mass_ratio::{Masses, pressing_std};
+use super::reading::{KINDS, Key, Readings, grouped};
 use super::spread::{Group, Mean, Spread, quantile_95, spread};
 use crate::properties::Covariance;
 use crate::uncertain::Estimate;
 use nalgebra::{DMatrix, DVector};
-use std::collections::{BTreeMap, BTreeSet};
-
-/// What a reading is a reading of.
-#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub(super) enum Key {
-    Friction(String),
-    StrikerRestitution(String),
-    /// Names in alphabetical order.
-    Restitution(String, String),
-    /// Logarithm of the mass of the first over the second, in alphabetical order.
-    MassRatio(String, String),
-}
-
-/// What one clip tells: values and the covariance of their noise.
-#[derive(Clone, Debug)]
-pub(super) struct Readings {
-    pub(super) keys: Vec<Key>,
-    pub(super) values: DVector<f64>,
-    pub(super) covariance: DMatrix<f64>,
-}
+use std::collections::BTreeMap;
 
 /// The means of all quantities.
 #[derive(Clone, Debug)]
@@ -35,132 +18,74 @@ pub(super) struct Joint {
     pub(super) covariance: Covariance,
 }
 
-impl Key {
-    /// Its name in the covariance.
-    fn name(&self) -> String {
-        match self {
-            Self::Friction(object) => format!("friction/{object}"),
-            Self::StrikerRestitution(object) => format!("striker_restitution/{object}"),
-            Self::Restitution(a, b) => format!("restitution/{a}/{b}"),
-            Self::MassRatio(a, b) => format!("log_pair_mass_ratio/{a}/{b}"),
-        }
-    }
-
-    fn kind(&self) -> usize {
-        match self {
-            Self::Friction(_) => 0,
-            Self::StrikerRestitution(_) => 1,
-            Self::Restitution(..) => 2,
-            Self::MassRatio(..) => 3,
-        }
-    }
-}
-
-impl Readings {
-    /// The readings after what all clips tell about friction: noise in it and in the others goes together.
-    ///
-    /// `expected` gives mean and spread of a friction, where known.
-    pub(super) fn given_friction(&self, expected: &BTreeMap<String, Measured>) -> Self {
-        let known: Vec<(usize, Measured)> = (self.keys.iter().enumerate())
-            .filter_map(|(k, key)| match key {
-                Key::Friction(object) => expected.get(object).map(|m| (k, *m)),
-                _ => None,
-            })
-            .collect();
-        let others: Vec<usize> =
-            (0..self.keys.len()).filter(|k| !matches!(self.keys[*k], Key::Friction(_))).collect();
-        let size = known.len();
-        let own = DMatrix::from_fn(size, size, |r, c| {
-            let spread = if r == c { known[r].1.std.powi(2) } else { 0.0 };
-            self.covariance[(known[r].0, known[c].0)] + spread
-        });
-        let Some(factor) = own.cholesky() else { return self.clone() };
-        let cross = DMatrix::from_fn(others.len(), size, |r, c| self.covariance[(others[r], known[c].0)]);
-        let surprise = DVector::from_fn(size, |r, _| self.values[known[r].0] - known[r].1.value);
-        let gain = factor.solve(&cross.transpose()).transpose();
-        let change = &gain * surprise;
-        let less = &gain * cross.transpose();
-        let mut updated = self.clone();
-        for (r, &k) in others.iter().enumerate() {
-            updated.values[k] -= change[r];
-            for (c, &l) in others.iter().enumerate() {
-                updated.covariance[(k, l)] -= less[(r, c)];
-            }
-        }
-        updated
-    }
-}
-
-/// All values of each quantity, with the clip and the place in its readings.
-fn grouped(clips: &[Readings]) -> BTreeMap<&Key, Vec<(usize, usize)>> {
-    let mut places: BTreeMap<&Key, Vec<(usize, usize)>> = BTreeMap::new();
-    for (clip, readings) in clips.iter().enumerate() {
-        for (k, key) in readings.keys.iter().enumerate() {
-            places.entry(key).or_default().push((clip, k));
-        }
-    }
-    places
-}
-
-fn measured(clips: &[Readings], (clip, k): (usize, usize)) -> Measured {
-    Measured { value: clips[clip].values[k], std: clips[clip].covariance[(k, k)].max(0.0).sqrt() }
-}
-
-fn group(clips: &[Readings], key: &Key, places: &[(usize, usize)]) -> Group {
-    let values: Vec<Measured> = places.iter().map(|&p| measured(clips, p)).collect();
-    let scale = match key {
-        // Masses do not vary, and a logarithm is relative as it is.
-        Key::MassRatio(..) => 1.0,
-        _ => super::segment::median(values.iter().map(|m| m.value.abs())).max(1e-3),
-    };
-    Group { values, scale }
-}
-
-/// Mean and spread of the friction of every object that enough clips show.
-pub(super) fn expected_frictions(clips: &[Readings]) -> BTreeMap<String, Measured> {
-    let places = grouped(clips);
-    let groups: Vec<(&String, Group)> = (places.iter())
-        .filter_map(|(key, places)| match key {
-            Key::Friction(object) => Some((object, group(clips, key, places))),
-            _ => None,
-        })
-        .collect();
-    let typical = spread(&groups.iter().map(|(_, g)| g.clone()).collect::<Vec<_>>());
-    groups
-        .iter()
-        .filter(|(_, group)| group.values.len() >= 3)
-        .filter_map(|(object, group)| {
-            let mean = group.mean(typical)?;
-            let spread = typical.relative * group.scale * mean.dispersion.sqrt();
-            Some(((*object).clone(), Measured { value: mean.value, std: spread.hypot(mean.standard_error) }))
-        })
-        .collect()
-}
+/// Bodies rock after an impact, and exchange impulse with the table within it: every pair's mass ratio is off by about
+/// this part, whatever its clips agree on.
+const ROCKING_STD: f64 = 0.005;
 
 impl Joint {
     /// The means over all clips, with the object whose mass is the unit.
-    pub(super) fn new(clips: &[Readings], reference: &str) -> Self {
+    pub(super) fn new(clips: &[Readings], reference: &str, contact_friction: Measured) -> Self {
         let places = grouped(clips);
-        let all: BTreeMap<&Key, Group> = places.iter().map(|(key, p)| (*key, group(clips, key, p))).collect();
-        let mut typical = [Spread { relative: 0.0, freedom: 0.0 }; 4];
+        let all: BTreeMap<&Key, Group> =
+            places.iter().map(|(key, p)| (*key, Group::of(clips, key, p))).collect();
+        let mut typical = [Spread { relative: 0.0, freedom: 0.0 }; KINDS];
         for (kind, typical) in typical.iter_mut().enumerate() {
             let alike: Vec<Group> =
                 all.iter().filter(|(k, _)| k.kind() == kind).map(|(_, g)| g.clone()).collect();
             *typical = spread(&alike);
         }
-        let groups: BTreeMap<Key, (Group, Mean)> = all
+        let mut groups: BTreeMap<Key, (Group, Mean)> = all
             .into_iter()
             .filter_map(|(key, group)| {
                 let mean = group.mean(typical[key.kind()])?;
                 Some((key.clone(), (group, mean)))
             })
             .collect();
-        let keys: Vec<&Key> = groups.keys().collect();
+        let frictions: BTreeMap<String, f64> = (groups.iter())
+            .filter_map(|(key, (_, mean))| match key {
+                Key::Friction(object) => Some((object.clone(), mean.value)),
+                _ => None,
+            })
+            .collect();
+        let mut masses = Masses::new(&groups, reference);
+        let misfit = masses.misfit.max(ROCKING_STD);
+        let pressing = pressing_std(contact_friction);
         let base = base_covariance(clips, &places, &groups);
-        let masses = Masses::new(&groups, reference);
-        let covariance = covariance(&keys, &base, &masses);
-        let log_masses = masses.means(&base, &keys);
+        // What is common to all pairs shifts the masses as the frictions differ; loops of pairs do not show it.
+        let shift = |object: &str| {
+            let friction = |name: &str| frictions.get(name).copied();
+            Some(pressing * (friction(object)? - friction(reference)?))
+        };
+        masses.shifts =
+            masses.objects.iter().map(|o| shift(o).unwrap_or(pressing * ASSUMED_DIFFERENCE)).collect();
+        masses.misfit = misfit;
+        let keys: Vec<&Key> = groups.keys().collect();
+        let (covariance, log_masses) = covariance(&keys, &base, &masses);
+        widen_pairs(&mut groups, &frictions, misfit, pressing);
         Self { groups, log_masses, covariance }
+    }
+}
+
+/// By how much the frictions of two objects differ if nobody knows.
+const ASSUMED_DIFFERENCE: f64 = 0.1;
+
+/// What a pair's own clips cannot tell widens its interval too.
+fn widen_pairs(
+    groups: &mut BTreeMap<Key, (Group, Mean)>,
+    frictions: &BTreeMap<String, f64>,
+    misfit: f64,
+    pressing: f64,
+) {
+    for (key, (_, mean)) in groups {
+        if let Key::MassRatio(a, b) = key
+            && a != b
+        {
+            let difference = match (frictions.get(a), frictions.get(b)) {
+                (Some(a), Some(b)) => a - b,
+                _ => ASSUMED_DIFFERENCE,
+            };
+            mean.standard_error = mean.standard_error.hypot(misfit).hypot(pressing * difference);
+        }
     }
 }
 
@@ -198,128 +123,46 @@ fn base_covariance(
     })
 }
 
-/// The logarithms of the masses as a linear function of those of the pairs' ratios.
-struct Masses {
-    objects: Vec<String>,
-    pairs: Vec<Key>,
-    /// One row per object, one column per pair.
-    from_pairs: DMatrix<f64>,
-    values: DVector<f64>,
-    /// How much the loops disagree, in variances, and the degrees of freedom.
-    dispersion: f64,
-    freedom: f64,
-}
-
-impl Masses {
-    /// Weighted least squares on the logarithms; objects that no chain of pairs connects with the reference are left out.
-    fn new(groups: &BTreeMap<Key, (Group, Mean)>, reference: &str) -> Self {
-        let pairs: Vec<(&Key, &str, &str, &Mean)> = groups
-            .iter()
-            .filter_map(|(key, (_, mean))| match key {
-                Key::MassRatio(a, b) if a != b => Some((key, a.as_str(), b.as_str(), mean)),
-                _ => None,
-            })
-            .collect();
-        let links: Vec<(&str, &str)> = pairs.iter().map(|p| (p.1, p.2)).collect();
-        let objects: Vec<String> =
-            connected(reference, &links).into_iter().filter(|o| o != reference).collect();
-        let column = |name: &str| objects.iter().position(|o| o == name);
-        let known = |name: &str| name == reference || column(name).is_some();
-        let pairs: Vec<_> = pairs.into_iter().filter(|(_, a, b, _)| known(a) && known(b)).collect();
-        let mut design = DMatrix::zeros(pairs.len(), objects.len());
-        for (row, (_, a, b, _)) in pairs.iter().enumerate() {
-            if let Some(c) = column(a) {
-                design[(row, c)] = 1.0;
-            }
-            if let Some(c) = column(b) {
-                design[(row, c)] = -1.0;
-            }
-        }
-        let weights =
-            DVector::from_iterator(pairs.len(), pairs.iter().map(|p| p.3.standard_error.max(1e-9).powi(-2)));
-        let ratios = DVector::from_iterator(pairs.len(), pairs.iter().map(|p| p.3.value));
-        let weighted = DMatrix::from_fn(pairs.len(), objects.len(), |r, c| weights[r] * design[(r, c)]);
-        let normal = design.tr_mul(&weighted);
-        let inverse =
-            normal.cholesky().map_or_else(|| DMatrix::zeros(objects.len(), objects.len()), |f| f.inverse());
-        let from_pairs = inverse * weighted.transpose();
-        let values = &from_pairs * &ratios;
-        let misfit = &ratios - &design * &values;
-        let squares: f64 = misfit.iter().zip(weights.iter()).map(|(m, w)| w * m * m).sum();
-        let loops = pairs.len() as f64 - objects.len() as f64;
-        let clips: f64 = pairs.iter().map(|p| p.3.freedom).sum();
-        let pairs = pairs.into_iter().map(|p| p.0.clone()).collect();
-        // Loops that do not close widen the masses; that they close by luck does not narrow them.
-        let dispersion = if loops > 0.0 { (squares / loops).max(1.0) } else { 1.0 };
-        Self { objects, pairs, from_pairs, values, dispersion, freedom: clips }
-    }
-
-    fn means(&self, base: &DMatrix<f64>, keys: &[&Key]) -> BTreeMap<String, Mean> {
-        let selected = self.selected(keys);
-        let covariance = &selected * base * selected.transpose();
-        (self.objects.iter().enumerate())
-            .map(|(k, object)| {
-                let standard_error = (covariance[(k, k)] * self.dispersion).max(0.0).sqrt();
-                let mean = Mean {
-                    value: self.values[k],
-                    standard_error,
-                    freedom: self.freedom,
-                    shares: Vec::new(),
-                    dispersion: self.dispersion,
-                };
-                (object.clone(), mean)
-            })
-            .collect()
-    }
-
-    /// The same linear function, of all means.
-    fn selected(&self, keys: &[&Key]) -> DMatrix<f64> {
-        let mut selected = DMatrix::zeros(self.objects.len(), keys.len());
-        for (column, pair) in self.pairs.iter().enumerate() {
-            if let Some(place) = keys.iter().position(|k| *k == pair) {
-                selected.column_mut(place).copy_from(&self.from_pairs.column(column));
-            }
-        }
-        selected
-    }
-}
-
-/// All that a chain of pairs connects with `start`.
-fn connected(start: &str, pairs: &[(&str, &str)]) -> BTreeSet<String> {
-    let mut reached = BTreeSet::from([start.to_owned()]);
-    loop {
-        let before = reached.len();
-        for &(a, b) in pairs {
-            if reached.contains(a) || reached.contains(b) {
-                reached.insert(a.to_owned());
-                reached.insert(b.to_owned());
-            }
-        }
-        if reached.len() == before {
-            return reached;
-        }
-    }
-}
-
-/// The named covariance: frictions and restitutions as they are, masses from their pairs.
-fn covariance(keys: &[&Key], base: &DMatrix<f64>, masses: &Masses) -> Covariance {
+/// The named covariance, frictions and restitutions as they are, masses from their pairs; and the masses' means.
+fn covariance(keys: &[&Key], base: &DMatrix<f64>, masses: &Masses) -> (Covariance, BTreeMap<String, Mean>) {
     let kept: Vec<usize> = (0..keys.len()).filter(|&k| !matches!(keys[k], Key::MassRatio(..))).collect();
     let size = kept.len() + masses.objects.len();
+    let column = |pair: &Key| keys.iter().position(|k| *k == pair);
+    let columns: Vec<usize> = masses.pairs.iter().filter_map(column).collect();
+    let mut widened = base.clone();
+    for &pair in &columns {
+        widened[(pair, pair)] += masses.misfit * masses.misfit;
+    }
     let mut transform = DMatrix::zeros(size, keys.len());
     for (row, &k) in kept.iter().enumerate() {
         transform[(row, k)] = 1.0;
     }
-    let selected = masses.selected(keys) * masses.dispersion.sqrt();
-    for row in 0..masses.objects.len() {
-        transform.row_mut(kept.len() + row).copy_from(&selected.row(row));
+    for (row, _) in masses.objects.iter().enumerate() {
+        for (from, &pair) in columns.iter().enumerate() {
+            transform[(kept.len() + row, pair)] = masses.from_pairs[(row, from)];
+        }
     }
-    let full = &transform * base * transform.transpose();
+    let mut shifts = DVector::zeros(size);
+    for (row, shift) in masses.shifts.iter().enumerate() {
+        shifts[kept.len() + row] = *shift;
+    }
+    let full = &transform * widened * transform.transpose() + &shifts * shifts.transpose();
+    let means = masses.objects.iter().enumerate().map(|(k, object)| {
+        let place = kept.len() + k;
+        let mean = Mean {
+            value: masses.values[k],
+            standard_error: full[(place, place)].max(0.0).sqrt(),
+            freedom: masses.freedom,
+            shares: Vec::new(),
+            dispersion: 1.0,
+        };
+        (object.clone(), mean)
+    });
+    let log_masses = means.collect();
     let names = kept.iter().map(|&k| keys[k].name());
-    let masses = masses.objects.iter().map(|o| format!("log_mass_ratio/{o}"));
-    Covariance {
-        names: names.chain(masses).collect(),
-        matrix: (0..size).map(|r| (0..size).map(|c| full[(r, c)]).collect()).collect(),
-    }
+    let objects = masses.objects.iter().map(|o| format!("log_mass_ratio/{o}"));
+    let matrix = (0..size).map(|r| (0..size).map(|c| full[(r, c)]).collect()).collect();
+    (Covariance { names: names.chain(objects).collect(), matrix }, log_masses)
 }
 
 /// The estimate of `exp` of a mean.

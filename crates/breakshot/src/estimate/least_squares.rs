@@ -54,7 +54,7 @@ pub(super) fn minimum(
     steps: &[f64],
     residuals: impl Fn(&[f64]) -> Vec<Residual>,
 ) -> Minimum {
-    let total = |all: &[Residual]| all.iter().map(|r| r.loss()).sum::<f64>();
+    let total = |all: &[Residual]| all.iter().map(Residual::loss).sum::<f64>();
     let mut parameters = start;
     let mut now = residuals(&parameters);
     let mut loss = total(&now);

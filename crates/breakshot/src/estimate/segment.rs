@@ -58,6 +58,7 @@ fn body(track: &Track, object: &Object) -> Body {
         shape: object.shape.clone(),
         patch_radius_m: patch_radius_m(&object.shape),
         gyration_m: object.shape.radius_of_gyration_m(),
+        height_m: object.height_m,
         sights,
         sees_yaw,
         moves_at_start: false,

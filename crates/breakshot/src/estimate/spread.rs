@@ -5,6 +5,8 @@
 //! steadies the spread of one group with few clips (an empirical Bayes estimate of the variance).
 
 use super::impact::Measured;
+use super::reading::{Key, Readings};
+use super::segment::median;
 use crate::uncertain::{Estimate, student_t_95};
 
 /// The typical spread of groups of one kind.
@@ -39,8 +41,21 @@ pub(super) struct Mean {
 /// No kind of group is steadier than if this many clips had told its spread: groups do differ.
 const MOST_FREEDOM: f64 = 12.0;
 const LARGEST_SPREAD: f64 = 1.0;
+/// A quantity near zero has no relative spread to speak of.
+const SMALLEST_SCALE: f64 = 1e-3;
 
 impl Group {
+    /// The readings at these places of the clips.
+    pub(super) fn of(clips: &[Readings], key: &Key, places: &[(usize, usize)]) -> Self {
+        let values: Vec<Measured> = places.iter().map(|&(clip, k)| clips[clip].measured(k)).collect();
+        let scale = match key {
+            // A logarithm is relative as it is.
+            Key::MassRatio(..) => 1.0,
+            _ => median(values.iter().map(|m| m.value.abs())).max(SMALLEST_SCALE),
+        };
+        Self { values, scale }
+    }
+
     fn weights(&self, relative: f64) -> Vec<f64> {
         let spread = relative * self.scale;
         self.values.iter().map(|m| 1.0 / (m.std * m.std + spread * spread).max(f64::MIN_POSITIVE)).collect()
