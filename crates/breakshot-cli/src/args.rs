@@ -17,7 +17,7 @@ pub(crate) struct Arguments {
 
 #[derive(Debug, Subcommand)]
 pub(crate) enum Command {
-    /// The whole flow on the built-in example: videos, properties, plan, simulation, comparison, report.
+    /// The whole flow on the built-in example, from videos to a report.
     #[command(after_help = "Example: breakshot demo -o breakshot-demo")]
     Demo(DemoArgs),
     /// Writes commented templates of the input files, and how to film.
