@@ -1,5 +1,7 @@
 //! Wrong input ends with exit code 2 (or 3) and one message that names the thing, what was found and what is needed.
 
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
+
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};

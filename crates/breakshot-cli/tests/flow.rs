@@ -1,5 +1,7 @@
 //! The program from outside: exit codes, files, the same bytes for any number of threads.
 
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
+
 use serde_json::Value;
 use std::fs;
 use std::path::{Path, PathBuf};

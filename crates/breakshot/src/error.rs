@@ -117,13 +117,13 @@ impl Error {
     pub fn invalid(
         name: impl Into<String>,
         what: impl Into<String>,
-        found: impl ToString,
+        found: impl std::fmt::Display,
         needed: impl Into<String>,
     ) -> Self {
         Self::Invalid {
             name: name.into(),
             what: what.into(),
-            found: found.to_string(),
+            found: format!("{found}"),
             needed: needed.into(),
         }
     }

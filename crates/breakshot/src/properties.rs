@@ -139,23 +139,14 @@ impl Properties {
     /// # Errors
     /// Restitution outside 0..1, negative friction, masses not above zero, numbers that are none.
     pub fn check(&self, file: &str) -> Result<()> {
-        let in_unit = |v: f64| (0.0..=1.0).contains(&v);
+        let restitution = |v: f64| (0.0..=1.0).contains(&v);
         let positive = |v: f64| v > 0.0 && v.is_finite();
-        let groups: [(&str, &BTreeMap<String, Estimate>, &dyn Fn(f64) -> bool, &str); 5] = [
-            ("friction", &self.friction, &positive, "a positive number"),
-            ("striker_restitution", &self.striker_restitution, &in_unit, "a number from 0 to 1"),
-            ("restitution", &self.restitution, &in_unit, "a number from 0 to 1"),
-            ("mass_ratio", &self.mass_ratio, &positive, "a positive number"),
-            ("pair_mass_ratio", &self.pair_mass_ratio, &positive, "a positive number"),
-        ];
-        for (group, values, possible, needed) in groups {
-            for (name, estimate) in values {
-                if !possible(estimate.mean) {
-                    let owner = format!("{file}: {group} of `{name}`");
-                    return Err(Error::invalid(owner, "mean", estimate.mean, needed));
-                }
-            }
-        }
+        check_group(file, "friction", &self.friction, (positive, "a positive number"))?;
+        let unit = "a number from 0 to 1";
+        check_group(file, "striker_restitution", &self.striker_restitution, (restitution, unit))?;
+        check_group(file, "restitution", &self.restitution, (restitution, unit))?;
+        check_group(file, "mass_ratio", &self.mass_ratio, (positive, "a positive number"))?;
+        check_group(file, "pair_mass_ratio", &self.pair_mass_ratio, (positive, "a positive number"))?;
         for (name, estimate) in
             [("objects", self.contact_friction.objects), ("striker", self.contact_friction.striker)]
         {
@@ -167,5 +158,20 @@ impl Properties {
             }
         }
         Ok(())
+    }
+}
+
+/// An error that names the first entry whose mean is not possible.
+fn check_group(
+    file: &str,
+    group: &str,
+    values: &BTreeMap<String, Estimate>,
+    (possible, needed): (impl Fn(f64) -> bool, &str),
+) -> Result<()> {
+    match values.iter().find(|(_, estimate)| !possible(estimate.mean)) {
+        Some((name, estimate)) => {
+            Err(Error::invalid(format!("{file}: {group} of `{name}`"), "mean", estimate.mean, needed))
+        }
+        None => Ok(()),
     }
 }
