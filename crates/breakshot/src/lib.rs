@@ -6,9 +6,9 @@
 //! |---|---|---|
 //! | [`capture`] | what did the camera see, and from where? | [`Footage`](capture::Footage), [`Camera`](capture::Camera) |
 //! | [`detect`] | where was each object at each instant? | [`Tracks`](detect::Tracks) |
-//! | [`estimate`] | how do the objects slide and bounce? | [`Properties`](properties::Properties) |
-//! | [`physics`] | what does this strike do to this pile? | [`Trajectory`](physics::Trajectory) |
-//! | [`plan`] | which strike singulates it? | [`Plan`](plan::Plan) |
+//! | [`estimate`] | how do the objects slide and bounce? | [`Properties`] |
+//! | [`physics`] | what does this strike do to this pile? | [`Trajectory`] |
+//! | [`plan`] | which strike singulates it? | [`Plan`] |
 //! | [`robot`] | how does the arm carry it out? | [`Command`](robot::Command) |
 //! | [`verify`] | did it happen as predicted? | [`Report`](verify::Report) |
 //!

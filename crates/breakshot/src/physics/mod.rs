@@ -3,7 +3,7 @@
 //! An event-driven simulation in the plane: bodies slide under Coulomb friction in closed form (`evolve`), the instant of
 //! the next impact is a root (`contact`), an impact is resolved by Routh's method with Stronge's restitution (`resolve`).
 //!
-//! [`trajectory`] tells everything about one strike; a [`World`] and a [`Simulator`] do many strikes quickly.
+//! [`trajectory()`] tells everything about one strike; a [`World`] and a [`Simulator`] do many strikes quickly.
 
 mod agenda;
 mod body;

@@ -1,7 +1,7 @@
 //! How does the arm carry out the strike?
 //!
 //! An [`Arm`] comes from a URDF file or is the built-in Indy 7.  It knows its kinematics, its dynamics and what
-//! impulse its tip can give in which direction (Eq. 8, Fig. 10).  [`command`] turns a strike into a joint path that
+//! impulse its tip can give in which direction (Eq. 8, Fig. 10).  [`command()`] turns a strike into a joint path that
 //! keeps all of the arm's limits, or says which one it cannot keep.
 
 mod body;
