@@ -49,7 +49,7 @@ pub(super) struct Attempt<'a> {
     pub(super) home: Vec<f64>,
 }
 
-/// See [`super::command`].
+/// See [`super::command()`].
 pub(super) fn command(
     cell: &Cell,
     strike: &Strike,
