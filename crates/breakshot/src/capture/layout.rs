@@ -406,16 +406,28 @@ impl Question<'_> {
         (largest.len() >= 3 && 2 * largest.len() > n).then_some(largest)
     }
 
-    /// Tags of the cell that were not seen, but are there when looked for at their place.
+    /// Tags of the cell that should be in view and were not seen at first: looked for at their place, and then, more
+    /// thoroughly than before, everywhere.
     fn hidden(&self, picture: &GreyImage, fit: &Fit, seen: &[SeenTag]) -> Vec<SeenTag> {
         let camera = self.seeing(fit.projection.clone());
-        let missing = self.cell.tags.iter().filter(|tag| seen.iter().all(|s| s.id != tag.id));
-        let look = |tag: &Tag| {
+        let mut missing: Vec<(u32, [Pixel; 4])> = Vec::new();
+        for tag in self.cell.tags.iter().filter(|tag| seen.iter().all(|s| s.id != tag.id)) {
             let near_px = self.corners_m(tag).map(|place| camera.pixel_from_table(place, 0.0));
-            let in_view = near_px.iter().all(|&p| camera.shows(p));
-            in_view.then(|| tags::expected(picture, self.lens.as_ref(), tag.id, near_px)).flatten()
-        };
-        missing.filter_map(look).collect()
+            if near_px.iter().all(|&p| camera.shows(p)) {
+                missing.push((tag.id, near_px));
+            }
+        }
+        let lens = self.lens.as_ref();
+        let mut found: Vec<SeenTag> =
+            missing.iter().filter_map(|&(id, near_px)| tags::expected(picture, lens, id, near_px)).collect();
+        missing.retain(|(id, _)| found.iter().all(|tag| tag.id != *id));
+        if !missing.is_empty() {
+            let enough =
+                |tags: &[SeenTag]| missing.iter().all(|(id, _)| tags.iter().any(|tag| tag.id == *id));
+            let (once, _) = once(tags::seen(picture, lens, enough));
+            found.extend(once.into_iter().filter(|tag| missing.iter().any(|(id, _)| tag.id == *id)));
+        }
+        found
     }
 
     fn tag_fit(&self, camera: &Camera, tag: &SeenTag) -> TagFit {
