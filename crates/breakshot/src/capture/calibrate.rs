@@ -1,6 +1,5 @@
 //! Is the camera where the cell says, and how would one see it?
 
-use super::camera::Projection;
 use super::{Camera, Capture, Footage, GreyImage};
 use crate::cell::Cell;
 use crate::error::{Error, Result};
@@ -189,11 +188,6 @@ impl Calibration {
                  paint-order=\"stroke\">{text}</text>"
             );
         }
-    }
-
-    /// Whether the camera's numbers hold at any height above the table.
-    pub fn knows_heights(&self) -> bool {
-        matches!(self.camera.projection, Projection::Space { .. })
     }
 }
 
