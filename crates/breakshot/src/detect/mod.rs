@@ -12,6 +12,8 @@ mod marker;
 mod motion;
 mod outline;
 mod review;
+#[cfg(test)]
+mod tests;
 mod threshold;
 mod track;
 
@@ -221,7 +223,9 @@ impl Clip<'_> {
         let mut tracks: Vec<Track> =
             tracker.followers.iter().map(|follower| review::track(camera, follower, exposure_s)).collect();
         review::scale_noise(&mut tracks);
-        tracks.iter_mut().for_each(|track| motion::fill(&mut track.samples));
+        for track in &mut tracks {
+            motion::fill(&mut track.samples);
+        }
         warnings.extend(tracker.followers.iter().flat_map(|f| review::gaps(camera, f, tracker.times_s())));
         Tracks {
             version: 1,

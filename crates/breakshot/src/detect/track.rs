@@ -219,14 +219,15 @@ impl<'a> Tracker<'a> {
     fn sight(&self, frame: &Frame, k: usize, due: Pose, part: &Part) -> Option<Sight> {
         let follower = &self.followers[k];
         let expected = self.blur_px(follower, due, follower.velocity());
-        let mut best = self.measured(frame, k, due, part, expected)?;
+        let look = |blur_px| self.measured(&frame.image, (k, due), part, blur_px);
+        let mut best = look(expected)?;
         if follower.uneven(&best.blob)
             && let Some(came) = follower.came(best.pose, frame.time_s)
         {
             // Struck since the last frame, perhaps halfway: its speed now is up to twice the mean.
             for share in [1.0, 2.0] {
                 let blur_px = self.blur_px(follower, due, came * share);
-                let again = self.measured(frame, k, due, part, blur_px);
+                let again = look(blur_px);
                 best = again.filter(|s| s.blob.unevenness < best.blob.unevenness).unwrap_or(best);
             }
         }
@@ -241,9 +242,15 @@ impl<'a> Tracker<'a> {
         possible.then_some(best)
     }
 
-    fn measured(&self, frame: &Frame, k: usize, due: Pose, part: &Part, blur_px: [f64; 2]) -> Option<Sight> {
+    fn measured(
+        &self,
+        image: &GreyImage,
+        (k, due): (usize, Pose),
+        part: &Part,
+        blur_px: [f64; 2],
+    ) -> Option<Sight> {
         let follower = &self.followers[k];
-        let blob: Blob = blob::measured(&frame.image, &part.component, part.level, blur_px)?;
+        let blob: Blob = blob::measured(image, &part.component, part.level, blur_px)?;
         let pose = follower.target.pose(self.camera, blob.aim(), due.yaw_rad);
         let look = [
             follower.contrast_ratio(&blob),

@@ -1,0 +1,252 @@
+//! The stage's laws, on pictures drawn from known truth.
+
+use super::*;
+use crate::capture::Lens;
+use crate::capture::synthetic::{Thing, View, film};
+use crate::cell::Transform;
+use crate::geometry::{Pose, Vec2, wrapped_rad};
+use crate::object::{Marker, Shape};
+
+fn object(name: &str, shape: Shape, marker: Shape) -> Object {
+    let marker = Marker { shape: marker, at_m: Point::ORIGIN };
+    Object { name: name.into(), shape, height_m: 0.03, marker, mass_kg: None }
+}
+
+fn disc(radius_m: f64) -> Shape {
+    Shape::Disc { radius_m }
+}
+
+fn bar(x: f64, y: f64) -> Shape {
+    Shape::Rectangle { size_m: [x, y] }
+}
+
+/// 640 x 400 px from 0.7 m, tilted by 9 degrees, about 1 px a mm.
+fn view() -> View {
+    let lens = Lens::pinhole([640, 400], 700.0);
+    let mut camera = Camera::new(
+        [640, 400],
+        lens,
+        Transform { position_m: [0.01, -0.1, 0.7], rpy_rad: [0.15, 0.02, 0.05] },
+    );
+    camera.exposure_s = Some(0.004);
+    View { shading: [0.3, -0.2], noise: 3.0, ..View::new(camera) }
+}
+
+fn times_s(frames: u32) -> Vec<f64> {
+    (0..frames).map(|k| f64::from(k) / 60.0).collect()
+}
+
+fn found(view: &View, frames: Vec<Frame>, objects: &[Object], layout: &Layout) -> Result<Tracks> {
+    let names: Vec<String> = objects.iter().map(|o| o.name.clone()).collect();
+    let clip = Clip { name: "drawn".into(), camera: &view.camera, targets: targets(objects, &names)? };
+    clip.tracks(&mut frames.into_iter().map(Ok), layout, &Options::default())
+}
+
+/// Sliding from rest at 0.1 s on, slowing down by 2.5 m/s2.
+fn slid(start: Pose, velocity: Vec2, yaw_rate_rad_s: f64, time_s: f64) -> (Pose, Vec2, f64) {
+    let speed_m_s = velocity.length();
+    let t = (time_s - 0.1).clamp(0.0, speed_m_s / 2.5);
+    let left = if time_s > 0.1 { 1.0 - 2.5 * t / speed_m_s } else { 0.0 };
+    let part = t * (1.0 - 1.25 * t / speed_m_s);
+    let position = start.position + velocity * part;
+    let pose = Pose { position, yaw_rad: start.yaw_rad + yaw_rate_rad_s * part };
+    (pose, velocity * left, yaw_rate_rad_s * left)
+}
+
+fn off_mm(sample: &Sample, truth: Pose) -> f64 {
+    sample.position().distance(truth.position) * 1e3
+}
+
+fn rms(values: &[f64]) -> f64 {
+    (values.iter().map(|v| v * v).sum::<f64>() / values.len() as f64).sqrt()
+}
+
+#[test]
+fn a_sliding_turning_object_is_found_in_every_frame() {
+    let view = view();
+    let objects = [object("b", bar(0.06, 0.045), bar(0.024, 0.012))];
+    let start = Pose::new(-0.12, -0.03, 2.2);
+    let motion = |t: f64| slid(start, Vec2::new(0.7, 0.15), 4.0, t);
+    let frames = film(&view, &times_s(30), |t| {
+        let (pose, velocity, rate) = motion(t);
+        Thing::object(&objects[0], pose).map(|thing| thing.moving(velocity, rate)).to_vec()
+    });
+    let tracks = found(&view, frames, &objects, &Layout::Unknown).expect("tracks");
+    let samples = &tracks.tracks[0].samples;
+    assert_eq!(samples.len(), 30, "{:?}", tracks.warnings);
+    let off: Vec<f64> = samples.iter().map(|s| off_mm(s, motion(s.time_s).0)).collect();
+    // A rectangle looks the same after half a turn.
+    let turned = |s: &Sample| {
+        let off_rad = wrapped_rad(2.0 * (s.yaw_rad.expect("a yaw") - motion(s.time_s).0.yaw_rad)) / 2.0;
+        off_rad.to_degrees()
+    };
+    let off_deg: Vec<f64> = samples.iter().map(turned).collect();
+    println!("position rms {:.3} mm, yaw rms {:.3} deg", rms(&off), rms(&off_deg));
+    assert!(rms(&off) < 0.06, "position rms {} mm", rms(&off));
+    assert!(rms(&off_deg) < 0.5, "yaw rms {} deg", rms(&off_deg));
+    assert!(samples.iter().all(|s| !s.doubtful), "nothing was in the way");
+}
+
+#[test]
+fn a_marker_covered_for_ten_frames_is_found_again_and_never_said_to_be_elsewhere() {
+    let view = view();
+    let objects = [object("a", disc(0.03), disc(0.011))];
+    let motion = |t: f64| slid(Pose::new(-0.1, 0.0, 0.0), Vec2::new(0.5, 0.0), 0.0, t);
+    let frames = film(&view, &times_s(32), |t| {
+        let (pose, velocity, _) = motion(t);
+        let mut things = Thing::object(&objects[0], pose).map(|thing| thing.moving(velocity, 0.0)).to_vec();
+        // A light grey shaft comes over the marker and goes with it for a while.
+        let beside_m = 0.25 * ((t - 0.22).abs() - 0.08).max(0.0) * 2.0;
+        let shaft = Pose { position: pose.position + Vec2::new(0.0, beside_m), yaw_rad: 0.0 };
+        things.push(Thing::flat(disc(0.016), shaft, 0.031, 165.0));
+        things
+    });
+    let tracks = found(&view, frames, &objects, &Layout::Unknown).expect("tracks");
+    let samples = &tracks.tracks[0].samples;
+    for s in samples {
+        let off = off_mm(s, motion(s.time_s).0);
+        assert!(off < 0.3 || s.doubtful, "{off} mm off at {} s, and sure of it", s.time_s);
+        assert!(off < 3.0 * s.std_m * 1e3 + 0.3, "{off} mm off at {} s, said {} m", s.time_s, s.std_m);
+    }
+    assert!((18..=23).contains(&samples.len()), "{} of 32 samples", samples.len());
+    let last = samples.last().expect("a sample");
+    assert!(off_mm(last, motion(last.time_s).0) < 0.1 && !last.doubtful, "{last:?}");
+    assert!(tracks.warnings.iter().any(|w| w.contains("not seen")), "{:?}", tracks.warnings);
+}
+
+#[test]
+fn equal_markers_that_pass_closely_keep_their_names() {
+    let view = view();
+    let objects = [object("a", disc(0.018), disc(0.011)), object("c", disc(0.019), disc(0.011))];
+    let starts = [Pose::new(-0.08, 0.0185, 0.0), Pose::new(0.08, -0.019, 0.0)];
+    let ways = [Vec2::new(0.9, 0.0), Vec2::new(-0.9, 0.0)];
+    let motion = |k: usize, t: f64| slid(starts[k], ways[k], 0.0, t);
+    let frames = film(&view, &times_s(28), |t| {
+        let thing = |k: usize| {
+            let (pose, velocity, _) = motion(k, t);
+            Thing::object(&objects[k], pose).map(|thing| thing.moving(velocity, 0.0))
+        };
+        [thing(0), thing(1)].concat()
+    });
+    let placed =
+        |k: usize| Placed { object: objects[k].name.clone(), position_m: starts[k].position, yaw_rad: 0.0 };
+    let layout = Layout::Placed(vec![placed(0), placed(1)]);
+    let tracks = found(&view, frames, &objects, &layout).expect("tracks");
+    for (k, track) in tracks.tracks.iter().enumerate() {
+        assert_eq!(track.samples.len(), 28, "{:?}", tracks.warnings);
+        for s in &track.samples {
+            let off = off_mm(s, motion(k, s.time_s).0);
+            assert!(off < 0.3, "`{}` is {off} mm off at {} s", track.object, s.time_s);
+        }
+    }
+}
+
+/// Three discs that wear the same marker, and a triangle whose bar leaves half a turn open.
+fn pile() -> ([Object; 4], [Pose; 4]) {
+    let third = |k: f64| Point::ORIGIN + Vec2::from_heading(k * std::f64::consts::TAU / 3.0) * 0.04;
+    let triangle = Shape::Polygon { points_m: vec![third(0.0), third(1.0), third(2.0)] };
+    let objects = [
+        object("a", disc(0.04), disc(0.011)),
+        object("c", disc(0.033), disc(0.011)),
+        object("e", disc(0.026), disc(0.011)),
+        object("t", triangle, bar(0.02, 0.01)),
+    ];
+    let poses = [
+        Pose::new(0.05, 0.03, 0.0),
+        Pose::new(-0.03, 0.045, 0.0),
+        Pose::new(0.0, -0.02, 0.0),
+        Pose::new(-0.1, -0.03, 2.9),
+    ];
+    (objects, poses)
+}
+
+fn pictured(view: &View, objects: &[Object], poses: &[Pose], frames: u32) -> Vec<Frame> {
+    let things: Vec<Thing> =
+        objects.iter().zip(poses).flat_map(|(o, &pose)| Thing::object(o, pose)).collect();
+    film(view, &times_s(frames), |_| things.clone())
+}
+
+#[test]
+fn outlines_tell_apart_what_markers_cannot() {
+    let view = view();
+    let (objects, poses) = pile();
+    let frames = pictured(&view, &objects, &poses, 2);
+    let tracks = found(&view, frames, &objects, &Layout::Unknown).expect("tracks");
+    for (track, pose) in tracks.tracks.iter().zip(poses) {
+        let off = off_mm(&track.samples[0], pose);
+        assert!(off < 0.1, "`{}` is {off} mm off; {:?}", track.object, tracks.warnings);
+    }
+    let third = std::f64::consts::TAU / 3.0;
+    let off_rad = tracks.tracks[3].samples[0].yaw_rad.expect("a yaw") - poses[3].yaw_rad;
+    let off_rad = off_rad - (off_rad / third).round() * third;
+    assert!(off_rad.abs() < 0.02, "the triangle is turned by {off_rad} rad");
+}
+
+#[test]
+fn names_given_in_the_wrong_order_are_doubted() {
+    let view = view();
+    let (objects, poses) = pile();
+    let (objects, poses) = (&objects[..2], &poses[..2]);
+    let frames = pictured(&view, objects, poses, 2);
+    let along = |heading_rad: f64| Layout::AlongStrike { heading_rad, start_m: None };
+    let right = found(&view, frames.clone(), objects, &along(std::f64::consts::PI)).expect("tracks");
+    assert!(right.warnings.is_empty(), "{:?}", right.warnings);
+    let wrong = found(&view, frames, objects, &along(0.0)).expect("tracks");
+    assert!(wrong.warnings.iter().any(|w| w.contains("swapped")), "{:?}", wrong.warnings);
+}
+
+#[test]
+fn light_markers_on_dark_objects_are_followed_too() {
+    let view = View { table_grey: 90.0, ..view() };
+    let objects = [object("a", disc(0.03), disc(0.011))];
+    let pose = Pose::new(0.02, 0.01, 0.0);
+    let [mut body, mut marker] = Thing::object(&objects[0], pose);
+    (body.grey, marker.grey) = (45.0, 190.0);
+    let frames = film(&view, &times_s(3), |_| vec![body.clone(), marker.clone()]);
+    let tracks = found(&view, frames, &objects, &Layout::Unknown).expect("tracks");
+    let off: Vec<f64> = tracks.tracks[0].samples.iter().map(|s| off_mm(s, pose)).collect();
+    assert!(off.len() == 3 && rms(&off) < 0.06, "{off:?} mm");
+}
+
+#[test]
+fn fewer_markers_than_objects_are_counted_in_the_error() {
+    let view = view();
+    let (objects, poses) = pile();
+    let frames = pictured(&view, &objects[..1], &poses[..1], 1);
+    let error = found(&view, frames, &objects[..3], &Layout::Unknown).expect_err("two markers are missing");
+    let message = error.to_string();
+    assert!(message.contains("drawn: 1 blobs") && message.contains("3 markers"), "{message}");
+}
+
+#[test]
+fn pictures_without_contrast_and_films_without_frames_are_named() {
+    let view = view();
+    let (objects, _) = pile();
+    for grey in [0, 255] {
+        let image = GreyImage { width: 640, height: 400, pixels: vec![grey; 640 * 400] };
+        let frames = vec![Frame { time_s: 0.0, image }];
+        let message = found(&view, frames, &objects, &Layout::Unknown).expect_err("no markers").to_string();
+        assert!(message.contains(&format!("grey levels {grey} to {grey}")), "{message}");
+    }
+    let message = found(&view, Vec::new(), &objects, &Layout::Unknown).expect_err("no frames").to_string();
+    assert!(message.contains("no frame"), "{message}");
+}
+
+#[test]
+fn an_object_that_leaves_the_picture_ends_its_track_with_a_word() {
+    let view = view();
+    let objects = [object("a", disc(0.03), disc(0.011))];
+    let motion = |t: f64| slid(Pose::new(0.2, 0.0, 0.0), Vec2::new(1.0, 0.0), 0.0, t);
+    let frames = film(&view, &times_s(26), |t| {
+        let (pose, velocity, _) = motion(t);
+        Thing::object(&objects[0], pose).map(|thing| thing.moving(velocity, 0.0)).to_vec()
+    });
+    let tracks = found(&view, frames, &objects, &Layout::Unknown).expect("tracks");
+    let samples = &tracks.tracks[0].samples;
+    assert!((10..26).contains(&samples.len()), "{} of 26 samples", samples.len());
+    assert!(tracks.warnings.iter().any(|w| w.contains("left the picture")), "{:?}", tracks.warnings);
+    for s in samples {
+        let off = off_mm(s, motion(s.time_s).0);
+        assert!(off < 0.3 || s.doubtful, "{off} mm off at {} s, and sure of it", s.time_s);
+    }
+}
