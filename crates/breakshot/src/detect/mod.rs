@@ -227,6 +227,10 @@ impl Clip<'_> {
             motion::fill(&mut track.samples);
         }
         warnings.extend(tracker.followers.iter().flat_map(|f| review::gaps(camera, f, tracker.times_s())));
+        warnings.extend(self.targets.iter().filter(|t| t.off_centre() && !t.tells_axis()).map(|t| {
+            let name = t.name;
+            format!("doubtful: the marker of `{name}` lies off its centroid and cannot tell how it turns: if it turns, its positions are wrong")
+        }));
         Tracks {
             version: 1,
             video: self.name.clone(),
