@@ -75,16 +75,16 @@ fn search(plan: &Plan) -> String {
     let step = |k: usize| &plan.iterations[k];
     let panels = [
         panel("speed (m/s)", Vec::new(), &|k| step(k).strike.speed_m_s),
-        panel("least distance (mm)", vec![mm_bound(goal.min_distance_m, "at least")], &|k| {
+        panel("least (mm)", vec![mm_bound(goal.min_distance_m, "at least")], &|k| {
             step(k).min_distance_m.unwrap_or(f64::NAN) * 1e3
         }),
-        panel("mean distance (mm)", vec![mm_bound(goal.mean_distance_m[0], "at least")], &|k| {
+        panel("mean (mm)", vec![mm_bound(goal.mean_distance_m[0], "at least")], &|k| {
             step(k).mean_distance_m.unwrap_or(f64::NAN) * 1e3
         }),
     ];
     let svg = lines("simulated strike", &panels, &[], "Speed and distances over the steps of the search");
-    let caption = "Each step is one simulated strike; its distances are fed back into the next one's speed until all \
-                   conditions hold.";
+    let caption = "Each step is one simulated strike: its speed, and the least and the mean distance between centres after \
+                   it. They are fed back into the next one's speed until all conditions hold.";
     let pushes = |i: &&Iteration| i.contact == Contact::Pushing;
     let pushing = match plan.iterations.iter().filter(pushes).count() {
         0 => String::new(),

@@ -11,7 +11,7 @@ use crate::verify::figures::{
 use std::collections::BTreeMap;
 
 /// A workspace up to so many times as wide as what happens in it is shown as a whole.
-const WORKSPACE_FACTOR: f64 = 2.5;
+const WORKSPACE_FACTOR: f64 = 3.5;
 /// A way is drawn from so many points: finer than a pixel.
 const WAY_POINTS: usize = 160;
 /// Points of a speed curve.
@@ -66,10 +66,13 @@ fn speeds(trajectory: &Trajectory, palette: &Palette) -> String {
     let margin_s = 0.05 * (until_s - first_s);
     let (from_s, until_s) = ((first_s - margin_s).max(0.0), until_s + margin_s);
     let time = |k: usize| from_s + (until_s - from_s) * k as f64 / (SPEED_POINTS - 1) as f64;
+    let after_ms = |time_s: f64| (time_s - first_s) * 1e3;
     let series = |name: &String| Series {
         name: name.clone(),
         class: palette.class(name),
-        points: (0..SPEED_POINTS).map(|k| [time(k), speed_m_s(trajectory, name, time(k))]).collect(),
+        points: (0..SPEED_POINTS)
+            .map(|k| [after_ms(time(k)), speed_m_s(trajectory, name, time(k))])
+            .collect(),
         stroke: Stroke::Line,
     };
     let panel = Panel {
@@ -78,10 +81,12 @@ fn speeds(trajectory: &Trajectory, palette: &Palette) -> String {
         bounds: Vec::new(),
         height_px: PANEL_PX,
     };
-    let marks: Vec<Mark> =
-        trajectory.events.iter().map(|e| Mark { x: e.time_s, label: e.bodies.join(" hits ") }).collect();
-    let svg =
-        lines("time since the striker started (s)", &[panel], &marks, "Speed of every object over time");
+    let marks: Vec<Mark> = trajectory
+        .events
+        .iter()
+        .map(|e| Mark { x: after_ms(e.time_s), label: e.bodies.join(" hits ") })
+        .collect();
+    let svg = lines("time after the first impact (ms)", &[panel], &marks, "Speed of every object over time");
     figure(&svg, "Speed of every object; dashed lines are impacts.")
 }
 
@@ -94,15 +99,17 @@ fn impacts(trajectory: &Trajectory) -> String {
     if trajectory.events.is_empty() {
         return "<p>The striker hits nothing.</p>\n".into();
     }
-    let rows: Vec<Vec<String>> = trajectory.events.iter().take(MOST_IMPACTS).map(impact_row).collect();
+    let first_s = trajectory.events[0].time_s;
+    let shown = trajectory.events.iter().take(MOST_IMPACTS);
+    let rows: Vec<Vec<String>> = shown.map(|event| impact_row(event, first_s)).collect();
     let more = match trajectory.events.len().saturating_sub(MOST_IMPACTS) {
         0 => String::new(),
         more => format!("<p>And {more} more.</p>\n"),
     };
-    table(&["time (ms)", "impact", "approach (m/s)", "parting (m/s)"], &rows) + &more
+    table(&["impact", "time (ms)", "approach (m/s)", "parting (m/s)"], &rows) + &more
 }
 
-fn impact_row(event: &Event) -> Vec<String> {
+fn impact_row(event: &Event, first_s: f64) -> Vec<String> {
     // Speed of the first body towards the second, along the normal; the centres' where an object spins.
     let towards = |velocities: &[Vec2]| match velocities {
         [a, b] => (*a - *b).dot(event.normal),
@@ -111,8 +118,8 @@ fn impact_row(event: &Event) -> Vec<String> {
     let approach_m_s = towards(&event.velocities_before_m_s);
     let parting_m_s = -towards(&event.velocities_after_m_s);
     let row = [
-        format!("{:.1}", event.time_s * 1e3),
         event.bodies.join(" hits "),
+        format!("{:.1}", (event.time_s - first_s) * 1e3),
         format!("{approach_m_s:.3}"),
         format!("{parting_m_s:.3}"),
     ];
