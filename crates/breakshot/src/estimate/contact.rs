@@ -20,6 +20,7 @@ pub(super) enum Party {
 }
 
 /// An impact's geometry, frozen at the fitted motion.
+#[allow(clippy::struct_excessive_bools)] // each answers a question of its own
 #[derive(Clone, Debug)]
 pub(super) struct Contact {
     pub(super) a: Party,
@@ -34,6 +35,8 @@ pub(super) struct Contact {
     pub(super) impulse: Vec2,
     /// Whether it tells a restitution.
     pub(super) restitution: bool,
+    /// Whether flat sides met at both ends one after the other: then its restitution is a poor one.
+    pub(super) met_twice: bool,
     /// Whether it tells a mass ratio.
     pub(super) mass_ratio: bool,
     pub(super) remarks: Vec<String>,
@@ -125,6 +128,7 @@ fn with_striker(fitted: &Fitted, run: &StrikerRun, b: usize, time_slot: usize) -
         normal_seen: seen.is_some(),
         impulse: away,
         restitution: first,
+        met_twice: false,
         mass_ratio: false,
         remarks: Vec::new(),
     };
@@ -171,6 +175,7 @@ fn between_objects(
         normal_seen: seen.is_some(),
         impulse,
         restitution: true,
+        met_twice: false,
         mass_ratio: true,
         remarks: Vec::new(),
     };
@@ -211,6 +216,7 @@ fn nothing_to_tell(fitted: &Fitted, members: &[usize], time_slot: usize) -> Opti
         normal_seen: false,
         impulse,
         restitution: false,
+        met_twice: false,
         mass_ratio: false,
         remarks: vec![remark],
     })

@@ -29,7 +29,7 @@ const WORST_KNOWN: f64 = 0.25;
 
 /// What an impact tells about contact friction; the mass ratio is the impact's own.
 pub(super) fn grazing(fitted: &Fitted, contact: &Contact) -> Option<Grazing> {
-    if !contact.normal_seen || !contact.restitution {
+    if !contact.normal_seen || !contact.restitution || contact.met_twice {
         return None;
     }
     let (normal, along) = (contact.touch.normal_ab, contact.touch.normal_ab.perpendicular());

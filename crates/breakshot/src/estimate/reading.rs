@@ -4,9 +4,10 @@ use super::clip_fit::Fitted;
 use super::contact::{Contact, Party};
 use super::impact::Measured;
 use super::mass_ratio;
+use super::restitution::MET_TWICE_STD;
 use crate::object::kind;
 use nalgebra::{DMatrix, DVector};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
 
 /// What a reading is a reading of.
@@ -31,6 +32,8 @@ pub(super) struct Readings {
     pub(super) covariance: DMatrix<f64>,
     /// For each mass ratio: which share of contact friction is expected to act upwards, see [`mass_ratio::pressing`].
     pub(super) pressing: Vec<f64>,
+    /// Restitutions of flat sides that met twice, by place.
+    pub(super) met_twice: Vec<bool>,
 }
 
 impl Key {
@@ -100,12 +103,16 @@ impl Readings {
         // Where the value stands, what it is, and its sign: the ratio of b to a is the negative logarithm.
         let mut chosen: Vec<(usize, Key, f64)> = Vec::new();
         let mut presses: BTreeMap<usize, f64> = BTreeMap::new();
+        let mut met_twice: BTreeSet<usize> = BTreeSet::new();
         for (n, &k) in frictions.iter().enumerate() {
             chosen.push((n, Key::Friction(name(k)), 1.0));
         }
         for (n, contact) in contacts.iter().enumerate() {
             let (restitution, ratio) = (frictions.len() + 3 * n + 1, frictions.len() + 3 * n + 2);
             let b = name(contact.b);
+            if contact.met_twice {
+                met_twice.insert(restitution);
+            }
             match contact.a {
                 Party::Striker if contact.restitution => {
                     chosen.push((restitution, Key::StrikerRestitution(b), 1.0));
@@ -130,6 +137,7 @@ impl Readings {
         Self {
             keys: chosen.iter().map(|c| c.1.clone()).collect(),
             pressing: chosen.iter().map(|c| presses.get(&c.0).copied().unwrap_or(0.0)).collect(),
+            met_twice: chosen.iter().map(|c| met_twice.contains(&c.0)).collect(),
             values: DVector::from_fn(size, |r, _| chosen[r].2 * values[chosen[r].0]),
             covariance: DMatrix::from_fn(size, size, |r, c| {
                 chosen[r].2 * chosen[c].2 * covariance[(chosen[r].0, chosen[c].0)]
@@ -148,6 +156,7 @@ impl Readings {
         Self {
             keys: kept.iter().map(|&k| self.keys[k].clone()).collect(),
             pressing: kept.iter().map(|&k| self.pressing[k]).collect(),
+            met_twice: kept.iter().map(|&k| self.met_twice[k]).collect(),
             values: self.values.select_rows(&kept),
             covariance: self.covariance.select_rows(&kept).select_columns(&kept),
         }
@@ -202,6 +211,35 @@ impl Readings {
         }
         corrected
     }
+}
+
+/// Restitutions of flat sides that met twice, only where nothing better tells of the pair, and as uncertain as they are.
+pub(super) fn poor_ones_last(clips: &[Readings]) -> Vec<Readings> {
+    let mut single: BTreeSet<Key> = BTreeSet::new();
+    let mut poor: BTreeMap<Key, f64> = BTreeMap::new();
+    for readings in clips {
+        for (key, twice) in readings.keys.iter().zip(&readings.met_twice) {
+            if *twice {
+                *poor.entry(key.clone()).or_default() += 1.0;
+            } else {
+                single.insert(key.clone());
+            }
+        }
+    }
+    clips
+        .iter()
+        .map(|readings| {
+            let keep = |k: usize| !readings.met_twice[k] || !single.contains(&readings.keys[k]);
+            let mut kept = readings.retained(keep);
+            for k in 0..kept.keys.len() {
+                if kept.met_twice[k] {
+                    // Off alike in all clips: their number does not help.
+                    kept.covariance[(k, k)] += poor[&kept.keys[k]] * MET_TWICE_STD.powi(2);
+                }
+            }
+            kept
+        })
+        .collect()
 }
 
 /// All readings of each quantity: the clip, and the place in its readings.

@@ -56,10 +56,13 @@ pub(super) fn check_faces(fitted: &Fitted, contact: &mut Contact) {
     let at_one_end = !(ONE_END..=1.0 - ONE_END).contains(&part);
     let at_once = (0.0..AT_ONCE_S).contains(&delay_s);
     if !part.is_finite() || !(at_one_end || at_once) {
-        contact.restitution = false;
+        contact.met_twice = true;
         contact.remarks.push(format!(
             "flat sides met at one end and {:.1} ms later at the other: no single restitution",
             delay_s * 1e3
         ));
     }
 }
+
+/// How far the restitution of sides that met twice may be off, in every clip alike.
+pub(super) const MET_TWICE_STD: f64 = 0.1;
