@@ -168,5 +168,5 @@ fn impulse_figure(station: &Station, cell: &Cell, scene: Option<&Scene>) -> Stri
     let places = [at(0.25, 0.25), at(0.75, 0.25), at(0.25, 0.75), at(0.75, 0.75)];
     let geometries: Vec<_> =
         places.iter().filter_map(|&place| station.impulse_geometry(place, &hit)).collect();
-    robot::impulse_figure(&geometries, &hit)
+    robot::impulse_figure(&geometries)
 }

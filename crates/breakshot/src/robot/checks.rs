@@ -182,7 +182,7 @@ impl Watch<'_> {
             );
             self.look_at_box(phase, time_s, state);
         }
-        self.look_at_clearances(phase, time_s, state);
+        self.look_at_clearances(phase, time_s, &state.q_rad);
     }
 
     fn look_at_box(&mut self, phase: PhaseName, time_s: f64, state: &JointState) {
@@ -195,10 +195,11 @@ impl Watch<'_> {
         self.note(Quantity::BoxMargin, (margin, 0.0), (phase, time_s), || "the tip".into());
     }
 
-    fn look_at_clearances(&mut self, phase: PhaseName, time_s: f64, state: &JointState) {
+    /// Takes note of how far the links stay from the table and from each other.
+    pub(super) fn look_at_clearances(&mut self, phase: PhaseName, time_s: f64, angles_rad: &[f64]) {
         let when = (phase, time_s);
         // The first link turns on the spot: it is as far from the table as it was built.
-        for (k, capsules) in self.arm.link_capsules(&state.q_rad).iter().enumerate().skip(1) {
+        for (k, capsules) in self.arm.link_capsules(angles_rad).iter().enumerate().skip(1) {
             let heights = capsules.iter().map(|capsule| {
                 let capsule = capsule.seen_from(&self.table_from_base);
                 capsule.from_m.z.min(capsule.to_m.z) - capsule.radius_m
@@ -208,7 +209,7 @@ impl Watch<'_> {
             let allowed = self.limits.table_clearance_m;
             note(&mut self.worst, Quantity::TableClearance, (height, allowed), when, part);
         }
-        if let Some(closest) = self.collision.closest(self.arm, &state.q_rad) {
+        if let Some(closest) = self.collision.closest(self.arm, angles_rad) {
             let part = || {
                 let (i, j) = closest.parts;
                 format!("`{}` and `{}`", self.arm.part_name(i), self.arm.part_name(j))

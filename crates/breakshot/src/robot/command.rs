@@ -49,6 +49,8 @@ pub struct Stroke {
     pub stop_m: f64,
     /// Its largest acceleration (m/s2).
     pub acceleration_m_s2: f64,
+    /// How fast it draws back (m/s).
+    pub draw_back_m_s: f64,
     /// How far the striker's centre has to go from `start_m` to touch the first object (m), if one is in its way.
     pub contact_after_m: Option<f64>,
     /// When that is (s), or when the striker passes the middle of its even part.

@@ -146,7 +146,8 @@ impl ImpulseGeometry {
         let direction = Vector3::from(direction);
         let mobility = Matrix3::from_fn(|i, j| self.mobility_per_kg[i][j]);
         let felt = direction.dot(&(mobility * direction));
-        impulse_per_speed_kg(felt, hit) / self.principal[0].impulse_per_speed_kg
+        let most = 1.0 / self.principal[0].effective_mass_kg;
+        impulse_per_speed_kg(felt, hit) / impulse_per_speed_kg(most, hit)
     }
 
     /// The heading along which the arm can give the largest impulse.

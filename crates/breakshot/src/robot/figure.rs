@@ -13,11 +13,12 @@ const LARGE: f64 = 2.0 * PANEL + GAP;
 const LINES: u32 = 18;
 const POINTS: u32 = 48;
 
-/// Fig. 10 of the paper for some poses of an arm: (a) the normalized impulse surface of the first pose, (b) the arm with
-/// that surface at its tip, (c) what it can give along the table, with the strongest and the weakest direction.
+/// Fig. 10 of the paper for some poses of an arm: (a) the normalized impulse surface of the first pose, for an object much
+/// heavier than the arm, (b) the arm with that surface at its tip, (c) what it can really give the object along the table,
+/// with the strongest and the weakest direction.
 ///
 /// At most four poses are drawn.
-pub fn impulse_figure(geometries: &[ImpulseGeometry], hit: &Hit) -> String {
+pub fn impulse_figure(geometries: &[ImpulseGeometry]) -> String {
     let poses = &geometries[..geometries.len().min(4)];
     let width = LARGE + GAP * 3.0 + (PANEL + GAP) * poses.len().max(1) as f64;
     let height = LARGE + GAP * 4.0;
@@ -27,16 +28,16 @@ pub fn impulse_figure(geometries: &[ImpulseGeometry], hit: &Hit) -> String {
          <rect width=\"100%\" height=\"100%\" fill=\"white\"/>\n"
     );
     if let Some(first) = poses.first() {
-        text(&mut svg, (GAP, GAP), "(a) impulse per unit of approach speed, normalized");
+        text(&mut svg, (GAP, GAP), "(a) the tip's own impulse per approach speed, normalized");
         let view =
             View { center: (GAP + LARGE / 2.0, GAP * 2.0 + LARGE / 2.0), origin: [0.0; 3], px: LARGE * 0.42 };
-        surface(&mut svg, &view, ([0.0; 3], 1.0), first, hit);
+        surface(&mut svg, &view, ([0.0; 3], 1.0), first);
         axes(&mut svg, &view);
     }
     for (k, geometry) in poses.iter().enumerate() {
         let left = LARGE + GAP * 2.0 + (PANEL + GAP) * k as f64;
         text(&mut svg, (left, GAP), &format!("(b) pose {}", k + 1));
-        pose(&mut svg, (left, GAP * 1.5), geometry, hit);
+        pose(&mut svg, (left, GAP * 1.5), geometry);
         let top = GAP * 2.5 + PANEL;
         text(&mut svg, (left, top), "(c) largest impulse along the table");
         polar(&mut svg, (left, top + GAP * 0.5), geometry);
@@ -44,6 +45,9 @@ pub fn impulse_figure(geometries: &[ImpulseGeometry], hit: &Hit) -> String {
     svg.push_str("</svg>\n");
     svg
 }
+
+/// An object much heavier than any arm: what remains is the arm's own share.
+const HEAVY: Hit = Hit { object_mass_kg: f64::INFINITY, restitution: 0.0, speed_cap_m_s: 1.0 };
 
 /// A parallel projection from the front right, a little from above.
 struct View {
@@ -75,16 +79,10 @@ fn polyline(svg: &mut String, points: &[(f64, f64)], style: &str) {
 }
 
 /// The normalized surface around a place, `size` metres at its largest.
-fn surface(
-    svg: &mut String,
-    view: &View,
-    (at, size): ([f64; 3], f64),
-    geometry: &ImpulseGeometry,
-    hit: &Hit,
-) {
+fn surface(svg: &mut String, view: &View, (at, size): ([f64; 3], f64), geometry: &ImpulseGeometry) {
     let point = |azimuth: f64, polar: f64| {
         let direction = [polar.sin() * azimuth.cos(), polar.sin() * azimuth.sin(), polar.cos()];
-        let radius = size * geometry.normalized(direction, hit);
+        let radius = size * geometry.normalized(direction, &HEAVY);
         view.px(std::array::from_fn(|k| at[k] + radius * direction[k]))
     };
     let parts = || (0..=POINTS).map(|k| f64::from(k) / f64::from(POINTS));
@@ -97,7 +95,7 @@ fn surface(
     }
     for (axis, color) in geometry.principal.iter().zip(["#c03028", "#888", "#208040"]) {
         let ends = [-1.0, 1.0].map(|sign| {
-            let length = size * axis.impulse_per_speed_kg / geometry.principal[0].impulse_per_speed_kg;
+            let length = size * geometry.normalized(axis.direction, &HEAVY);
             view.px(std::array::from_fn(|k| at[k] + sign * length * axis.direction[k]))
         });
         polyline(svg, &ends, &format!("stroke=\"{color}\" stroke-width=\"1.8\""));
@@ -113,15 +111,15 @@ fn axes(svg: &mut String, view: &View) {
 }
 
 /// The arm as a stick with its surface at the tip.
-fn pose(svg: &mut String, (left, top): (f64, f64), geometry: &ImpulseGeometry, hit: &Hit) {
+fn pose(svg: &mut String, (left, top): (f64, f64), geometry: &ImpulseGeometry) {
     /// The largest radius of the surface (m), and the width of the picture (m).
     const SIZE_M: f64 = 0.16;
-    const WIDTH_M: f64 = 1.3;
+    const WIDTH_M: f64 = 1.1;
     let base = geometry.skeleton_m.first().copied().unwrap_or_default();
     let middle =
         std::array::from_fn(|k| f64::midpoint(base[k], geometry.tip_m[k]) + if k == 2 { 0.2 } else { 0.0 });
     let view = View { center: (left + PANEL / 2.0, top + PANEL / 2.0), origin: middle, px: PANEL / WIDTH_M };
-    surface(svg, &view, (geometry.tip_m, SIZE_M), geometry, hit);
+    surface(svg, &view, (geometry.tip_m, SIZE_M), geometry);
     let stick: Vec<_> = geometry.skeleton_m.iter().map(|&point| view.px(point)).collect();
     polyline(
         svg,
@@ -167,6 +165,7 @@ fn polar(svg: &mut String, (left, top): (f64, f64), geometry: &ImpulseGeometry) 
         let Some(heading) = heading else { continue };
         let tip = at(heading.heading_rad, heading.impulse_n_s / most);
         polyline(svg, &[center, tip], &format!("stroke=\"{color}\" stroke-width=\"2\""));
-        text(svg, (tip.0 + 4.0, tip.1), &format!("{:.0} mN s", 1e3 * heading.impulse_n_s));
+        let inwards = if tip.0 > center.0 { -62.0 } else { 6.0 };
+        text(svg, (tip.0 + inwards, tip.1 - 6.0), &format!("{:.0} mN s", 1e3 * heading.impulse_n_s));
     }
 }

@@ -4,10 +4,10 @@
 //! quadratically (Sugihara, IEEE T-RO 2011), from one start pose after the other.
 
 use super::Frame;
-use super::kinematics::twist;
+use super::kinematics::{Jacobian, twist};
 use super::model::Arm;
 use crate::geometry::wrapped_rad;
-use nalgebra::{Matrix6, Vector6};
+use nalgebra::{DVector, Matrix6, Vector6};
 use std::f64::consts::TAU;
 
 /// How well a pose must meet the target: metres and radians together.
@@ -22,6 +22,8 @@ const STEP_LIMIT_RAD: f64 = 0.6;
 const DAMPING: f64 = 0.02;
 /// Damping that stays, against a Jacobian without inverse; it changes the last steps by less than the tolerance.
 const LEAST_DAMPING: f64 = 1e-14;
+/// A joint with less range than this is held at its stops; with more, whole turns bring it back in the end (rad).
+const TURNING_RAD: f64 = 0.9 * TAU;
 /// Poses that differ by less in every joint are one (rad).
 const SAME_POSE_RAD: f64 = 1e-4;
 
@@ -68,18 +70,24 @@ impl Arm {
                 jacobian.column_mut(still).fill(0.0);
             }
             let damping = DAMPING * error.norm_squared() + LEAST_DAMPING;
-            let mut normal = Matrix6::identity() * damping;
-            for column in jacobian.column_iter() {
-                normal += column * column.transpose();
+            let mut step = damped_step(&jacobian, &error, damping)?;
+            // A joint at its stop that is pushed against it takes no part: the others must do without.
+            let is_held = |k: usize, step: f64| {
+                let [low, high] = self.links[k].joint.range_rad;
+                high - low < TURNING_RAD
+                    && ((angles[k] <= low && step < 0.0) || (angles[k] >= high && step > 0.0))
+            };
+            if (0..step.len()).any(|k| is_held(k, step[k])) {
+                for k in (0..step.len()).filter(|&k| is_held(k, step[k])) {
+                    jacobian.column_mut(k).fill(0.0);
+                }
+                step = damped_step(&jacobian, &error, damping)?;
             }
-            let pull = normal.cholesky()?.solve(&error);
-            let step = jacobian.tr_mul(&pull);
             let scale = (STEP_LIMIT_RAD / step.amax()).min(1.0);
             for (k, angle) in angles.iter_mut().enumerate() {
                 let [low, high] = self.links[k].joint.range_rad;
                 *angle += scale * step[k];
-                // A joint that cannot make a full turn is held at its stop; others are brought back at the end.
-                if high - low < TAU * 0.9 {
+                if high - low < TURNING_RAD {
                     *angle = angle.clamp(low, high);
                 }
             }
@@ -144,6 +152,15 @@ impl Arm {
     }
 }
 
+/// The step of damped least squares: `J' (J J' + damping E)^-1 error`.
+fn damped_step(jacobian: &Jacobian, error: &Vector6<f64>, damping: f64) -> Option<DVector<f64>> {
+    let mut normal = Matrix6::identity() * damping;
+    for column in jacobian.column_iter() {
+        normal += column * column.transpose();
+    }
+    Some(jacobian.tr_mul(&normal.cholesky()?.solve(error)))
+}
+
 /// The number whose powers fill `dimensions` evenly: the root of x^(d+1) = x + 1.
 fn roberts_ratio(dimensions: usize) -> f64 {
     let power = 1.0 / (dimensions as f64 + 1.0);
@@ -153,7 +170,6 @@ fn roberts_ratio(dimensions: usize) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use nalgebra::DVector;
     use proptest::prelude::*;
 
     fn pose() -> impl Strategy<Value = Vec<f64>> {

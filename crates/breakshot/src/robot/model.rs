@@ -243,7 +243,9 @@ impl Arm {
         let next =
             self.links.get(link + 1).map_or(self.last_from_flange, |next| next.joint.parent_from_joint);
         let body = self.links[link].body;
-        let points = [Vector3::zeros(), next.translation.vector, body.com_m];
+        // Shapes are often incomplete; where the centre of mass is, there is some mass around it.
+        let around = Vector3::repeat(ASSUMED_LINK_RADIUS_M);
+        let points = [Vector3::zeros(), next.translation.vector, body.com_m - around, body.com_m + around];
         let mut low = points.iter().fold(Vector3::repeat(f64::MAX), |low, p| low.inf(p));
         let mut high = points.iter().fold(Vector3::repeat(f64::MIN), |high, p| high.sup(p));
         for capsule in &self.links[link].capsules {

@@ -238,7 +238,9 @@ impl Attempt<'_> {
             }
             share = share.max(self.limits.joint_margin_rad / margin_rad);
         }
-        Ok(share)
+        let mut watch = self.watch();
+        watch.look_at_clearances(PhaseName::Strike, 0.0, &at.angles);
+        watch.broken().map_or(Ok(share), |check| Err(Failure::of_check(Stage::Reach, check)))
     }
 
     fn frame_at(&self, course: &Course, along_m: f64, height_m: f64, yaw_rad: f64) -> Frame {
@@ -333,6 +335,7 @@ impl Attempt<'_> {
                 run_up_m: course.up.ramp_length(),
                 stop_m: course.down.ramp_length(),
                 acceleration_m_s2: course.up.acceleration.max(course.down.acceleration),
+                draw_back_m_s: self.retract_m_s,
                 contact_after_m: course.contact_m,
                 contact_time_s,
                 contact_speed_m_s: 0.0,

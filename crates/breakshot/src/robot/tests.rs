@@ -270,7 +270,7 @@ fn the_picture_of_the_impulse_geometry_is_well_formed() {
     let geometries: Vec<_> =
         places.iter().filter_map(|&place| station.impulse_geometry(place, &hit)).collect();
     assert_eq!(geometries.len(), 2);
-    let svg = impulse_figure(&geometries, &hit);
+    let svg = impulse_figure(&geometries);
     roxmltree::Document::parse(&svg).expect("well-formed XML");
     assert!(!svg.contains("NaN"), "a number is missing");
     assert!(svg.contains("(c)"), "{svg}");

@@ -33,18 +33,11 @@ impl Command {
                     writeln!(text, "  sleep(0.5)\n  movel({angles}, a={a}, v={v})")
                 }
                 PhaseName::DrawBack => {
-                    writeln!(text, "  movel({angles}, a=0.8, v={:.3})", self.draw_back_m_s())
+                    writeln!(text, "  movel({angles}, a=0.8, v={})", self.stroke.draw_back_m_s)
                 }
             };
         }
         text.push_str("end\n");
         Ok(text)
-    }
-
-    /// How fast the striker draws back (m/s): its way over the time that the phase takes at even speed.
-    fn draw_back_m_s(&self) -> f64 {
-        let way_m = self.stroke.end_m.distance(self.strike.start_m);
-        let span = self.phase(PhaseName::DrawBack).map_or(1.0, |phase| phase.span_s()[1] - phase.span_s()[0]);
-        way_m / span
     }
 }

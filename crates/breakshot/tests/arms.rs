@@ -1,0 +1,90 @@
+//! Arms from URDF files, from the file to the strike.
+
+use breakshot::cell::Cell;
+use breakshot::geometry::{Point, Vec2};
+use breakshot::robot::{self, Answer, Arm, Frame, Options, PhaseName, Station};
+use breakshot::scene::Strike;
+use std::path::{Path, PathBuf};
+
+const ARMS: [&str; 3] = ["offset_wrist", "seven_joints", "with_gripper"];
+
+fn file(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/arms").join(name).with_extension("urdf")
+}
+
+fn arm(name: &str) -> Arm {
+    let text = std::fs::read_to_string(file(name)).expect("a test file");
+    Arm::from_urdf(&text, &file(name), None).expect("a good arm")
+}
+
+/// The arm stands half a metre behind the middle of the table.
+fn cell(name: &str) -> Cell {
+    let text = format!(
+        "[camera]\nscale_px_per_m = 1000.0\n[workspace]\nmin_m = [-0.3, -0.2]\nmax_m = [0.3, 0.2]\n[striker]\n\
+         shape = {{ disc = {{ radius_m = 0.015 }} }}\nheight_m = 0.1\nspeed_range_m_s = [0.05, 1.0]\n[robot]\n\
+         arm = {:?}\nbase_from_table = {{ position_m = [0.5, 0.0, 0.0] }}\ntool_offset_m = [0.0, 0.0, 0.15]\n\
+         tool_mass_kg = 0.3\n",
+        file(name).display().to_string()
+    );
+    toml::from_str(&text).expect("a cell")
+}
+
+#[test]
+fn every_arm_is_read_with_its_flange_and_without_doubts() {
+    let expected = [("tool0", 6, 0), ("tool0", 7, 0), ("tcp", 6, 2)];
+    for (name, (flange, joints, notes)) in ARMS.iter().zip(expected) {
+        let arm = arm(name);
+        assert_eq!((arm.flange.as_str(), arm.joint_count()), (flange, joints), "{name}");
+        assert_eq!(arm.warnings.len(), notes, "{name}: {:?}", arm.warnings);
+    }
+}
+
+#[test]
+fn what_hangs_on_a_link_is_carried_by_it() {
+    let arm = arm("with_gripper");
+    let forearm = arm.links.iter().find(|link| link.name == "forearm").expect("a forearm");
+    assert!((forearm.body.mass_kg - 3.25).abs() < 1e-12, "with its camera {} kg", forearm.body.mass_kg);
+    let wrist = arm.links.last().expect("a wrist");
+    assert!((wrist.body.mass_kg - 1.3).abs() < 1e-12, "with gripper and fingers {} kg", wrist.body.mass_kg);
+}
+
+#[test]
+fn the_tip_is_brought_to_places_in_front_of_every_arm() {
+    for name in ARMS {
+        let arm = arm(name);
+        for k in 0..20 {
+            let target = Frame::from_parts(
+                nalgebra::Translation3::new(0.45 + 0.005 * f64::from(k), -0.2 + 0.02 * f64::from(k), 0.3),
+                nalgebra::Rotation3::from_euler_angles(3.0, 0.1, 0.1 * f64::from(k)),
+            );
+            let start = vec![0.3; arm.joint_count()];
+            let angles =
+                arm.inverse(&target, &start).unwrap_or_else(|| panic!("{name}: place {k} not reached"));
+            let apart = (arm.tip(&angles).to_homogeneous() - target.to_homogeneous()).amax();
+            assert!(apart < 1e-9, "{name}: the tip is {apart} off");
+        }
+    }
+}
+
+#[test]
+fn every_arm_strikes_straight_at_the_planned_speed() {
+    for name in ARMS {
+        let cell = cell(name);
+        let strike = Strike {
+            object: None,
+            start_m: Point::new(-0.05, 0.0),
+            heading_rad: 0.4,
+            speed_m_s: 0.3,
+            travel_m: 0.08,
+        };
+        let answer = robot::command(&cell, &strike, None, &Options::default()).expect("a cell with an arm");
+        let Answer::Ready(command) = answer else { panic!("{name}: {answer:?}") };
+        let speed_m_s = command.stroke.contact_speed_m_s;
+        assert!((speed_m_s - 0.3).abs() < 0.003, "{name}: {speed_m_s} m/s");
+        let station = Station::of_cell(&cell).expect("an arm");
+        for q in &command.phase(PhaseName::Strike).expect("a strike").q_rad {
+            let aside_m = Vec2::from_heading(0.4).cross(station.tip_on_table(q).0 - strike.start_m);
+            assert!(aside_m.abs() < 1e-9, "{name}: {aside_m} m off the line");
+        }
+    }
+}
