@@ -167,6 +167,8 @@ fn targets<'a>(objects: &'a [Object], names: &'a [String]) -> Result<Vec<Target<
 
 /// The first frames are averaged against noise, as long as nothing moves.
 const OPENING_FRAMES: usize = 5;
+/// The tags of a camera that stands still are seen again within some hundredths of a pixel.
+const MOVED_PX: f64 = 0.5;
 /// How long to wait for markers that are covered when the clip begins (frames).
 const LATEST_START: usize = 30;
 
@@ -207,14 +209,24 @@ impl Clip<'_> {
         let starts = self.targets.iter().cloned().zip(starts).collect();
         let mut tracker = Tracker::new(self.camera, starts, options.threshold, interval_s);
         let mut done = skipped;
+        let mut last = None;
         for frame in opening.into_iter().map(Ok).chain(frames) {
-            tracker.follow(&frame?);
+            let frame = frame?;
+            tracker.follow(&frame);
+            last = Some(frame);
             done += 1;
             if let Some(on_frame) = options.on_frame {
                 on_frame(done);
             }
         }
+        warnings.extend(last.and_then(|frame| self.moved(&frame)));
         Ok(self.reviewed(&tracker, warnings))
+    }
+
+    /// A word if the camera does not stand where it stood when the clip began.
+    fn moved(&self, last: &Frame) -> Option<String> {
+        let shift_px = self.camera.shift_px(&last.image).filter(|&shift_px| shift_px > MOVED_PX)?;
+        Some(format!("the camera moved by {shift_px:.1} px during the clip; needed: one that stands still"))
     }
 
     fn reviewed(&self, tracker: &Tracker, mut warnings: Vec<String>) -> Tracks {

@@ -1,9 +1,9 @@
 //! The stage's laws, on pictures drawn from known truth.
 
 use super::*;
-use crate::capture::Lens;
 use crate::capture::synthetic::{Thing, View, film};
-use crate::cell::Transform;
+use crate::capture::{Footage, Lens};
+use crate::cell::{CameraSpec, Cell, Striker, Tag, Transform, Workspace};
 use crate::geometry::{Pose, Vec2, wrapped_rad};
 use crate::object::{Marker, Shape};
 
@@ -249,4 +249,60 @@ fn an_object_that_leaves_the_picture_ends_its_track_with_a_word() {
         let off = off_mm(s, motion(s.time_s).0);
         assert!(off < 0.3 || s.doubtful, "{off} mm off at {} s, and sure of it", s.time_s);
     }
+}
+
+#[test]
+fn a_camera_that_is_nudged_during_the_clip_is_named() {
+    let view = view();
+    let tags: Vec<Tag> = [(-0.2, -0.12), (0.2, -0.12), (0.2, 0.1), (-0.2, 0.1)]
+        .into_iter()
+        .zip(0..)
+        .map(|((x, y), id)| Tag {
+            family: "36h11".into(),
+            id,
+            size_m: 0.06,
+            center_m: Point::new(x, y),
+            yaw_rad: 0.0,
+        })
+        .collect();
+    let objects = [object("a", disc(0.03), disc(0.011))];
+    let things = |_: f64| {
+        let mut things: Vec<Thing> = tags.iter().map(Thing::tag).collect();
+        things.extend(Thing::object(&objects[0], Pose::default()));
+        things
+    };
+    let cell = Cell {
+        version: 1,
+        camera: CameraSpec {
+            focal_px: Some([700.0; 2]),
+            center_px: Some([319.5, 199.5]),
+            ..CameraSpec::default()
+        },
+        tags: tags.clone(),
+        points: Vec::new(),
+        scale_px_per_m: None,
+        workspace: Workspace { min_m: Point::new(-0.2, -0.1), max_m: Point::new(0.2, 0.1) },
+        table: None,
+        striker: Striker {
+            shape: disc(0.01),
+            height_m: 0.05,
+            speed_range_m_s: [0.1, 1.0],
+            retract_speed_m_s: 0.1,
+        },
+        robot: None,
+    };
+    let warnings = |nudge_m: f64| {
+        let mut nudged = view.clone();
+        let place = Transform { position_m: [0.01 + nudge_m, -0.1, 0.7], rpy_rad: [0.15, 0.02, 0.05] };
+        nudged.camera = Camera::new([640, 400], Lens::pinhole([640, 400], 700.0), place);
+        let mut frames = film(&view, &times_s(6), things);
+        frames.extend(film(&nudged, &times_s(12), things).into_iter().skip(6));
+        let capture = Capture::of(Footage::from_frames("drawn", frames), &cell).expect("tags");
+        let names = ["a".to_string()];
+        tracks(capture, &objects, &names, &Layout::Unknown, &Options::default()).expect("a track").warnings
+    };
+    assert!(warnings(0.0).is_empty(), "{:?}", warnings(0.0));
+    // 3 mm at 0.7 m are 3 px.
+    let told = warnings(0.003).join("; ");
+    assert!(told.contains("the camera moved by 3"), "{told}");
 }
