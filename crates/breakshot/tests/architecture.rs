@@ -8,9 +8,9 @@ use std::path::{Path, PathBuf};
 const STAGES: [(&str, &[&str]); 7] = [
     ("capture", &["Capture", "Footage", "Camera", "Frame", "GreyImage"]),
     ("detect", &["Tracks", "Track", "Sample"]),
-    ("estimate", &["Estimation", "ClipFit", "ClipTracks"]),
+    ("estimate", &["Estimation", "ClipFit", "BodyFit", "Impact", "Measured", "ClipTracks"]),
     ("physics", &["*"]),
-    ("plan", &["Plan", "Outcome", "Prediction", "Iteration", "Method"]),
+    ("plan", &["Plan", "Outcome", "Prediction", "Iteration", "Contact", "Method"]),
     ("robot", &["Command"]),
     ("verify", &["Report"]),
 ];
@@ -34,8 +34,11 @@ fn sources(folder: &Path) -> Vec<PathBuf> {
     found
 }
 
-/// The code of a file before its unit tests, without comments.
+/// The code of a file before its unit tests, without comments; a file of tests has none.
 fn code(path: &Path) -> String {
+    if path.file_stem().is_some_and(|name| name.to_string_lossy().ends_with("tests")) {
+        return String::new();
+    }
     let text = std::fs::read_to_string(path).unwrap();
     let before_tests = text.split("#[cfg(test)]\nmod tests").next().unwrap_or_default();
     let lines = before_tests.lines().filter(|line| !line.trim_start().starts_with("//"));

@@ -5,6 +5,7 @@
 
 use crate::cell::CameraSpec;
 use crate::error::{Error, Result};
+use crate::files;
 use crate::geometry::Pixel;
 use serde::{Deserialize, Serialize};
 use std::path::Path;
@@ -252,7 +253,7 @@ pub(super) fn resolved(spec: &CameraSpec, name: &str) -> Result<CameraSpec> {
 }
 
 fn camera_info(path: &Path) -> Result<CameraInfo> {
-    let text = std::fs::read_to_string(path).map_err(|source| Error::Read { path: path.into(), source })?;
+    let text = files::text(path)?;
     // OpenCV heads its files with a directive, and tags its matrices, in ways that YAML does not know.
     let yaml: String = text
         .lines()
