@@ -64,19 +64,25 @@ pub(crate) struct Contact {
     /// Indices into the cluster's members.
     pub(crate) members: [usize; 2],
     pub(crate) touch: Touch,
+    /// How deep the bodies had sunk in before (m); negative: still a gap.
+    pub(crate) sunk_m: f64,
     /// The impulse on the second member so far.
     pub(crate) impulse: Impulse,
     /// Energy lost in it (J).
     pub(crate) loss_j: f64,
-    coefficients: Coefficients,
+    pub(super) coefficients: Coefficients,
     /// Approach, slip and inverse inertia at the start.
-    impact: Impact,
+    pub(super) impact: Impact,
     /// Arms of normal and tangent about the members' centroids (m).
     arms: [[f64; 2]; 2],
+    /// The speed at which it opens again if it must (m/s).
+    pub(super) parting: f64,
     stiffness: f64,
     /// Compression now and at most (m); negative: still a gap.
     depth: f64,
     deepest: f64,
+    /// The part of the slip that it may stop in a step, where several contacts hold one body.
+    share: f64,
     /// Closing speed, slip and impulse of the present step, and whether it compressed as never before.
     speeds: [f64; 2],
     kick: Impulse,
@@ -115,6 +121,8 @@ pub(crate) enum End {
 
 /// Steps in the shortest contact time; twice as many change final positions by micrometres.
 const STEPS: f64 = 48.0;
+/// Sweeps to set apart what sank in: a body between two others comes free to a hundredth in as many.
+const SETTING_SWEEPS: usize = 8;
 /// A cluster that still presses after so many contact times is squeezed.
 const LONGEST_IN_CONTACT_TIMES: f64 = 60.0;
 /// Contact time of a Hertzian impact at e = 1: 2.9432 times greatest compression over approach speed.
@@ -129,6 +137,14 @@ impl Member {
             inverse_mass: body.inverse_mass,
             inverse_inertia: body.inverse_inertia,
         }
+    }
+
+    /// The energy that its impulses alone would give it (J).
+    pub(super) fn impulse_energy_j(&self) -> f64 {
+        let change = self.after.velocity - self.before.velocity;
+        let turn = self.after.yaw_rate_rad_s - self.before.yaw_rate_rad_s;
+        let part = |square: f64, inverse: f64| if inverse > 0.0 { 0.5 * square / inverse } else { 0.0 };
+        part(change.length_squared(), self.inverse_mass) + part(turn * turn, self.inverse_inertia)
     }
 
     /// Takes an impulse along unit vectors with arms about the centroid.
@@ -151,12 +167,15 @@ impl Contact {
         Self {
             members: [i, k],
             touch,
+            sunk_m: -gap_m,
             impulse: Impulse::default(),
             loss_j: 0.0,
             coefficients,
             impact: Impact::new(a, b, &touch),
             arms: [[ra.cross(n), ra.cross(t)], [rb.cross(n), rb.cross(t)]],
+            parting: 0.0,
             stiffness: 0.0,
+            share: 1.0,
             depth: -gap_m.max(0.0),
             deepest: 0.0,
             speeds: [0.0; 2],
@@ -168,7 +187,7 @@ impl Contact {
     }
 
     /// Closing speed and slip from the members' present speeds (m/s).
-    fn present_speeds(&self, members: &[Member]) -> [f64; 2] {
+    pub(super) fn present_speeds(&self, members: &[Member]) -> [f64; 2] {
         let [a, b] = self.members.map(|i| &members[i].after);
         let relative = a.velocity - b.velocity;
         let n = self.touch.normal_ab;
@@ -223,7 +242,7 @@ impl Contact {
         }
         let normal = self.force(force) * step_s;
         let limit = self.coefficients.friction * normal;
-        let sticking = (self.speeds[1] - self.impact.k_nt * normal) / self.impact.k_tt;
+        let sticking = self.share * (self.speeds[1] - self.impact.k_nt * normal) / self.impact.k_tt;
         self.kick = Impulse { normal, tangent: sticking.clamp(-limit, limit) };
     }
 }
@@ -234,9 +253,37 @@ impl Cluster {
         self.contacts.clear();
     }
 
+    /// Sets members apart that had sunk into each other by more than this (m), each by its share of the inverse mass;
+    /// how deep they are still sunk in (m), where there is no room.
+    pub(crate) fn set_apart(&mut self, more_than_m: f64) -> f64 {
+        if self.contacts.iter().all(|c| c.sunk_m <= more_than_m) {
+            return 0.0;
+        }
+        let mut deepest_m: f64 = 0.0;
+        // Setting one pair apart may push into another: a few sweeps over all of them.
+        for _ in 0..SETTING_SWEEPS {
+            deepest_m = 0.0;
+            for contact in &self.contacts {
+                let [a, b] = contact.members.map(|i| &self.members[i]);
+                let shift = |m: &Member| m.after.position - m.before.position;
+                let depth_m = contact.sunk_m + contact.touch.normal_ab.dot(shift(a) - shift(b));
+                deepest_m = deepest_m.max(depth_m);
+                let inverse = a.inverse_mass + b.inverse_mass;
+                if depth_m > 0.0 && inverse > 0.0 {
+                    let way = contact.touch.normal_ab * (depth_m / inverse);
+                    for (member, sign) in contact.members.into_iter().zip([-1.0, 1.0]) {
+                        let member = &mut self.members[member];
+                        member.after.position += way * (sign * member.inverse_mass);
+                    }
+                }
+            }
+        }
+        deepest_m
+    }
+
     /// Resolves all contacts together; the first one is where the impact began.
-    pub(crate) fn resolve(&mut self, compliance: &Compliance, law: RestitutionLaw) -> End {
-        let step_s = self.prepare(compliance);
+    pub(crate) fn resolve(&mut self, first: &Impact, compliance: &Compliance, law: RestitutionLaw) -> End {
+        let step_s = self.prepare(first, compliance);
         let longest = (LONGEST_IN_CONTACT_TIMES * compliance.contact_time_s / step_s) as usize;
         let mut end = End::Squeezed;
         for _ in 0..longest {
@@ -250,9 +297,8 @@ impl Cluster {
     }
 
     /// Sets the stiffnesses; gives the time step (s).
-    fn prepare(&mut self, compliance: &Compliance) -> f64 {
-        let first = &self.contacts[0];
-        let (mass, speed) = (1.0 / first.impact.k_nn, first.impact.approach);
+    fn prepare(&mut self, first: &Impact, compliance: &Compliance) -> f64 {
+        let (mass, speed) = (1.0 / first.k_nn, first.approach);
         let time_s = compliance.contact_time_s;
         let stiffness = match compliance.force {
             ContactForce::Hertz => {
@@ -266,7 +312,9 @@ impl Cluster {
             let with_striker = c.members.iter().any(|&i| members[i].body == STRIKER);
             if with_striker { compliance.striker_stiffness_ratio } else { 1.0 }
         };
-        let first_ratio = ratio(first);
+        let holds = |i: usize| self.contacts.iter().filter(|c| c.members.contains(&i)).count();
+        let holds: Vec<usize> = (0..members.len()).map(holds).collect();
+        let first_ratio = ratio(&self.contacts[0]);
         let mut shortest: f64 = 1.0;
         for contact in &mut self.contacts {
             let lighter = mass * contact.impact.k_nn;
@@ -274,6 +322,7 @@ impl Cluster {
             if compliance.stiffness == Stiffness::SameContactTime {
                 relative /= lighter;
             }
+            contact.share = 1.0 / contact.members.into_iter().map(|i| holds[i]).fold(1, usize::max) as f64;
             contact.stiffness = stiffness * relative;
             shortest = shortest.max(relative * lighter);
         }
@@ -297,23 +346,43 @@ impl Cluster {
             contact.press(step_s, force);
             pressing |= contact.kick.normal > 0.0;
         }
-        for contact in &mut self.contacts {
-            let Impulse { normal, tangent } = contact.kick;
-            contact.impulse.normal += normal;
-            contact.impulse.tangent += tangent;
-            let n = contact.touch.normal_ab;
-            let on_b = n * normal + n.perpendicular() * tangent;
-            let [arm_a, arm_b] = contact.arms;
-            let [a, b] = contact.members;
-            self.members[a].take(-on_b, -(arm_a[0] * normal + arm_a[1] * tangent));
-            self.members[b].take(on_b, arm_b[0] * normal + arm_b[1] * tangent);
+        for k in 0..self.contacts.len() {
+            self.kick(k, self.contacts[k].kick);
         }
         pressing
     }
 
+    /// Adds an impulse at a contact.
+    pub(super) fn kick(&mut self, k: usize, Impulse { normal, tangent }: Impulse) {
+        let contact = &mut self.contacts[k];
+        contact.impulse.normal += normal;
+        contact.impulse.tangent += tangent;
+        let n = contact.touch.normal_ab;
+        let on_b = n * normal + n.perpendicular() * tangent;
+        let [arm_a, arm_b] = contact.arms;
+        let [a, b] = contact.members;
+        self.members[a].take(-on_b, -(arm_a[0] * normal + arm_a[1] * tangent));
+        self.members[b].take(on_b, arm_b[0] * normal + arm_b[1] * tangent);
+    }
+
+    /// Makes all impulses so many times as large.
+    pub(super) fn scale(&mut self, factor: f64) {
+        for c in &mut self.contacts {
+            c.impulse.normal *= factor;
+            c.impulse.tangent *= factor;
+        }
+        for m in &mut self.members {
+            let (before, after) = (m.before, m.after);
+            m.after.velocity = before.velocity + (after.velocity - before.velocity) * factor;
+            m.after.yaw_rate_rad_s =
+                before.yaw_rate_rad_s + (after.yaw_rate_rad_s - before.yaw_rate_rad_s) * factor;
+        }
+    }
+
     /// Scales all impulses, by a part in a thousand, so that the energy lost is exactly what the contacts' laws say.
     ///
-    /// With impulses s P the energy changes by `B s^2 - L s`; it must be minus the losses D.
+    /// With impulses s P the energy falls by `L s - B s^2`, which must be the losses D (or the most it can be), never
+    /// less than nothing.
     fn balance(&mut self) {
         let (mut l, mut losses) = (0.0, 0.0);
         for c in &mut self.contacts {
@@ -322,30 +391,16 @@ impl Cluster {
             losses += c.loss_j;
             l += c.impulse.normal * c.impact.approach + c.impulse.tangent * c.impact.slip;
         }
-        let mut b = 0.0;
-        for m in &self.members {
-            let (dv, dw) =
-                (m.after.velocity - m.before.velocity, m.after.yaw_rate_rad_s - m.before.yaw_rate_rad_s);
-            if m.inverse_mass > 0.0 {
-                b += 0.5 * dv.length_squared() / m.inverse_mass;
-            }
-            if m.inverse_inertia > 0.0 {
-                b += 0.5 * dw * dw / m.inverse_inertia;
-            }
-        }
-        let scale = (l + (l * l - 4.0 * b * losses).max(0.0).sqrt()) / (2.0 * b);
-        if !(0.9..1.1).contains(&scale) {
+        let b: f64 = self.members.iter().map(Member::impulse_energy_j).sum();
+        if b == 0.0 {
             return;
         }
+        let exact = (l + (l * l - 4.0 * b * losses).max(0.0).sqrt()) / (2.0 * b);
+        let scale = exact.clamp(0.9, 1.1).min(l / b);
+        let lost = scale * (l - b * scale);
+        self.scale(scale);
         for c in &mut self.contacts {
-            c.impulse.normal *= scale;
-            c.impulse.tangent *= scale;
-        }
-        for m in &mut self.members {
-            let (before, after) = (m.before, m.after);
-            m.after.velocity = before.velocity + (after.velocity - before.velocity) * scale;
-            m.after.yaw_rate_rad_s =
-                before.yaw_rate_rad_s + (after.yaw_rate_rad_s - before.yaw_rate_rad_s) * scale;
+            c.loss_j *= if losses > 0.0 { lost / losses } else { 0.0 };
         }
     }
 }
@@ -400,7 +455,8 @@ mod tests {
                 }
             }
         }
-        assert_eq!(cluster.resolve(compliance, RestitutionLaw::Constant), End::Parted);
+        let first = cluster.contacts[0].impact;
+        assert_eq!(cluster.resolve(&first, compliance, RestitutionLaw::Constant), End::Parted);
         cluster.members.iter().map(|m| m.after.velocity).collect()
     }
 
@@ -435,7 +491,7 @@ mod tests {
         ] {
             let v = after(&row(&masses), 1.0, &compliance);
             for (found, expected) in v.iter().zip(&expected) {
-                assert!((found.x - expected).abs() < 5e-4, "{masses:?}: {v:?}, not {expected:?}");
+                assert!((found.x - expected).abs() < 6e-4, "{masses:?}: {v:?}, not {expected:?}");
             }
         }
     }

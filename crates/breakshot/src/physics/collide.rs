@@ -1,24 +1,37 @@
 //! Two bodies touch: alone by Routh's method, or together with the contacts that close at the same time.
 
 use super::Touching;
+use super::body::Body;
 use super::cluster::{Cluster, Compliance, Contact, End, Member};
-use super::contact::{PRESSING_M_S, contact_points, nearest};
+use super::contact::{CONTACT_GAP_M, PRESSING_M_S, PRESSING_S, contact_points};
 use super::evolve::State;
-use super::resolve::{Impact, RestitutionLaw, Touch, struck};
+use super::press::hopping;
+use super::resolve::{Impact, Touch, struck};
 use super::rollout::Rollout;
 use super::striker::Phase;
 use super::world::STRIKER;
 
 /// Approach speeds below it are rounding (m/s); what presses gains more in the time for which it is overlooked.
 const CREEPING_M_S: f64 = 1e-6;
+/// Slower impacts (m/s) are those of bodies that lean on each other.
+const TOGETHER_M_S: f64 = 1e-2;
+/// Points this close touch (m): what the search stops at, and rounding.
+const TOUCHING_M: f64 = 2.0 * CONTACT_GAP_M;
+/// Bodies that press on each other may sink in this much before they are set apart again (m).
+const SUNK_M: f64 = 3e-7;
+/// Bodies that stay sunk in by this much (m) have no room left.
+const NO_ROOM_M: f64 = 1e-6;
+/// Bodies this close lean on each other (m).
+const LEANING_M: f64 = 2e-6;
 /// How far numbers may differ for what is the same place (m).
-const SAME_PLACE_M: f64 = 1e-7;
+const SAME_PLACE_M: f64 = 1e-5;
 
 /// Two bodies as they touch.
 struct Meeting {
     pair: [usize; 2],
     states: [State; 2],
     touch: Touch,
+    gap_m: f64,
     impact: Impact,
 }
 
@@ -26,46 +39,71 @@ impl Rollout<'_> {
     /// Resolves a contact.
     pub(super) fn touch(&mut self, a: usize, b: usize, time_s: f64) {
         let pair = [a, b];
-        let bodies = pair.map(|i| &self.world.bodies[i]);
         let states = pair.map(|i| self.memory.motions[i].state(time_s, &self.world.bodies[i]));
-        let (one, other) = ((bodies[0], &states[0]), (bodies[1], &states[1]));
-        let seen = nearest(one, other);
-        let touch = Touch { point: seen.point, normal_ab: seen.normal };
-        let impact = Impact::new(one, other, &touch);
-        if impact.approach < CREEPING_M_S {
-            self.look_again(pair, time_s);
+        let Some(meeting) = self.fastest_contact(pair, states) else {
+            self.look_again(pair, time_s, pressing_time_s(pair.map(|i| &self.world.bodies[i]), &states));
             return;
-        }
-        let meeting = Meeting { pair, states, touch, impact };
-        if let Touching::Compliant(compliance) = self.world.options.touching {
-            self.gather(&meeting, impact.approach * compliance.contact_time_s, time_s);
-            if self.memory.cluster.contacts.len() > 1 {
-                self.resolve_together(&compliance, time_s);
-                return;
+        };
+        let approach = meeting.impact.approach;
+        match self.world.options.touching {
+            _ if approach < TOGETHER_M_S => {
+                self.gather(&meeting, LEANING_M, time_s);
+                if self.memory.cluster.contacts.len() > 1 && self.press_together(pair, time_s) {
+                    return;
+                }
             }
+            Touching::Compliant(compliance) => {
+                self.gather(&meeting, approach * compliance.contact_time_s, time_s);
+                if self.memory.cluster.contacts.len() > 1
+                    && self.spring_together(&compliance, &meeting, time_s)
+                {
+                    return;
+                }
+            }
+            Touching::Pairwise => {}
         }
         self.resolve_alone(&meeting, time_s);
     }
 
+    /// Of all points at which two bodies touch, the one that closes fastest; none if all part.
+    fn fastest_contact(&self, pair: [usize; 2], states: [State; 2]) -> Option<Meeting> {
+        let [a, b] = [0, 1].map(|k| (&self.world.bodies[pair[k]], &states[k]));
+        let mut fastest: Option<Meeting> = None;
+        contact_points(a, b, TOUCHING_M, |touch, gap_m| {
+            let impact = Impact::new(a, b, &touch);
+            if impact.approach > fastest.as_ref().map_or(CREEPING_M_S, |f| f.impact.approach) {
+                fastest = Some(Meeting { pair, states, touch, gap_m, impact });
+            }
+        });
+        fastest
+    }
+
     /// One contact: Routh's method.
     fn resolve_alone(&mut self, meeting: &Meeting, time_s: f64) {
-        let Meeting { pair, states, touch, impact } = meeting;
+        let Meeting { pair, states, touch, gap_m, impact } = meeting;
         let options = &self.world.options;
         let coefficients = self.world.coefficients(pair[0], pair[1]);
-        let restitution = hopping(options.restitution, coefficients.restitution, impact.approach);
+        let measured = options.restitution.restitution(coefficients.restitution, impact.approach);
+        let restitution = hopping(measured, impact.approach);
         let impulse = impact.impulse(restitution, coefficients.friction, options.impact);
         let on_b = touch.normal_ab * impulse.normal + touch.normal_ab.perpendicular() * impulse.tangent;
         let bodies = pair.map(|i| &self.world.bodies[i]);
-        let after = [
+        let mut after = [
             struck(bodies[0], &states[0], touch.point, -on_b),
             struck(bodies[1], &states[1], touch.point, on_b),
         ];
+        if *gap_m < -SUNK_M {
+            // What sank in while it pressed is set apart again.
+            let share = -gap_m / (bodies[0].inverse_mass + bodies[1].inverse_mass);
+            after[0].position = after[0].position - touch.normal_ab * (share * bodies[0].inverse_mass);
+            after[1].position += touch.normal_ab * (share * bodies[1].inverse_mass);
+        }
         self.impacts += 1;
         if let Some(log) = &mut self.log {
             log.impact(self.world, (time_s, *pair), (touch, on_b), (states, &after));
         }
         if impact.approach < PRESSING_M_S {
-            self.overlook(*pair, time_s);
+            self.overlook(*pair, time_s, pressing_time_s(bodies, &after));
         }
         self.memory.changed.clear();
         for (&body, state) in pair.iter().zip(after) {
@@ -76,9 +114,34 @@ impl Rollout<'_> {
         self.let_go(time_s);
     }
 
-    /// Several contacts: as springs.
-    fn resolve_together(&mut self, compliance: &Compliance, time_s: f64) {
-        let end = self.memory.cluster.resolve(compliance, self.world.options.restitution);
+    /// Several contacts that close fast: as springs.  Whether that moved the pair where it began.
+    fn spring_together(&mut self, compliance: &Compliance, meeting: &Meeting, time_s: f64) -> bool {
+        let end = self.memory.cluster.resolve(&meeting.impact, compliance, self.world.options.restitution);
+        let moved = self.part(meeting.pair, time_s);
+        if end == End::Squeezed {
+            self.block(time_s);
+        }
+        moved
+    }
+
+    /// Several contacts that close slowly: bodies lean on each other, and are left alone for a while.  Whether that moved
+    /// the pair where it began.
+    fn press_together(&mut self, pair: [usize; 2], time_s: f64) -> bool {
+        self.memory.cluster.press(self.world.options.restitution);
+        let members = &self.memory.cluster.members;
+        let bend: f64 =
+            members.iter().map(|m| greatest_bend(&self.world.bodies[m.body], &m.after)).fold(0.0, f64::max);
+        let while_s = PRESSING_S.min((SUNK_M / bend).sqrt());
+        for k in 0..self.memory.cluster.contacts.len() {
+            let [a, b] = self.memory.cluster.contacts[k].members.map(|i| self.memory.cluster.members[i].body);
+            self.overlook([a.min(b), a.max(b)], time_s, while_s);
+        }
+        self.part(pair, time_s)
+    }
+
+    /// The members of a cluster go their ways; whether one of a pair does.
+    fn part(&mut self, pair: [usize; 2], time_s: f64) -> bool {
+        let no_room = self.memory.cluster.set_apart(SUNK_M) > NO_ROOM_M;
         self.impacts += self.memory.cluster.contacts.iter().filter(|c| c.impulse.normal > 0.0).count();
         if let Some(log) = &mut self.log {
             log.cluster(self.world, time_s, &self.memory.cluster);
@@ -90,8 +153,20 @@ impl Rollout<'_> {
                 self.memory.changed.push((body, after));
             }
         }
-        self.let_go(time_s);
-        if end == End::Squeezed && self.phase == Phase::Forward {
+        let moved = self.memory.changed.iter().any(|c| pair.contains(&c.0));
+        if moved {
+            self.let_go(time_s);
+        }
+        if no_room {
+            self.block(time_s);
+        }
+        moved
+    }
+
+    /// A striker that squeezes objects against something fixed stops.
+    fn block(&mut self, time_s: f64) {
+        let striker = self.memory.cluster.members.iter().any(|m| m.body == STRIKER);
+        if striker && matches!(self.phase, Phase::Forward | Phase::Back) {
             self.end_phase(time_s);
         }
     }
@@ -110,13 +185,30 @@ impl Rollout<'_> {
             }
             done += 1;
         }
-        // The contact where it began comes first.
-        let began = |c: &Contact| {
-            (c.touch.point - meeting.touch.point).length_squared() < SAME_PLACE_M * SAME_PLACE_M
-        };
-        if let Some(first) = self.memory.cluster.contacts.iter().position(began) {
-            self.memory.cluster.contacts.swap(0, first);
-        }
+        self.put_first(meeting);
+    }
+
+    /// The contact where it began comes first; it is added if the two bodies' sides, cut to fit, left it out.
+    fn put_first(&mut self, meeting: &Meeting) {
+        let Meeting { pair, states, touch, .. } = meeting;
+        let contacts = &mut self.memory.cluster.contacts;
+        let distance = |c: &Contact| (c.touch.point - touch.point).length_squared();
+        let same_pair = |c: &Contact| c.members == [0, 1] || c.members == [1, 0];
+        let nearest = (0..contacts.len())
+            .filter(|&k| same_pair(&contacts[k]) && distance(&contacts[k]) < SAME_PLACE_M * SAME_PLACE_M)
+            .min_by(|&i, &k| distance(&contacts[i]).total_cmp(&distance(&contacts[k])));
+        let first = nearest.unwrap_or_else(|| {
+            let bodies = pair.map(|i| &self.world.bodies[i]);
+            let both = ((bodies[0], &states[0]), (bodies[1], &states[1]));
+            contacts.push(Contact::new(
+                (0, 1),
+                both,
+                (*touch, 0.0),
+                self.world.coefficients(pair[0], pair[1]),
+            ));
+            contacts.len() - 1
+        });
+        contacts.swap(0, first);
     }
 
     /// The contacts of one member with bodies that are no members yet, or that come later among them.
@@ -166,8 +258,18 @@ impl Rollout<'_> {
     }
 }
 
-/// Restitution of an impact alone: bodies that press on each other at a creeping speed hop elastically, so that a push
-/// is a bounded number of tiny impacts and no impact makes energy.
-fn hopping(law: RestitutionLaw, measured: f64, approach_m_s: f64) -> f64 {
-    law.restitution(measured, approach_m_s).max(PRESSING_M_S / approach_m_s).min(1.0)
+/// For how long two bodies that press on each other can be left alone: friction and spin make them sink in by less than
+/// [`SUNK_M`].
+fn pressing_time_s(bodies: [&Body; 2], states: &[State; 2]) -> f64 {
+    let bend: f64 = bodies.iter().zip(states).map(|(body, state)| greatest_bend(body, state)).sum();
+    PRESSING_S.min((2.0 * SUNK_M / bend).sqrt())
+}
+
+/// How fast friction and spin can bend the way of a body's rim, at most (m/s2).
+fn greatest_bend(body: &Body, state: &State) -> f64 {
+    if body.is_fixed() {
+        return 0.0;
+    }
+    let rate = state.yaw_rate_rad_s;
+    body.grip_m_s2 + (body.spin_deceleration_rad_s2() + rate * rate) * body.plate.outer_radius_m
 }

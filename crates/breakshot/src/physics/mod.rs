@@ -14,6 +14,7 @@ mod curve;
 mod decompose;
 mod evolve;
 mod neighbours;
+mod press;
 mod resolve;
 mod rollout;
 mod roots;

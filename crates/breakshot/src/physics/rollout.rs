@@ -2,7 +2,7 @@
 
 use super::agenda::{Agenda, Prediction};
 use super::cluster::Cluster;
-use super::contact::{Mover, Outlook, PRESSING_S, closer_look, first_look};
+use super::contact::{Mover, Outlook, closer_look, first_look};
 use super::evolve::{Motion, State};
 use super::neighbours::Neighbours;
 use super::simulator::Outcome;
@@ -33,6 +33,7 @@ pub(crate) struct Rollout<'a> {
     pub(super) impacts: usize,
     pub(super) phase: Phase,
     program: Program,
+    steps: usize,
 }
 
 impl<'a> Rollout<'a> {
@@ -53,7 +54,7 @@ impl<'a> Rollout<'a> {
         if let Some(log) = &mut log {
             log.start(&memory.motions);
         }
-        Self { world, memory, log, impacts: 0, phase: Phase::Forward, program }
+        Self { world, memory, log, impacts: 0, phase: Phase::Forward, program, steps: 0 }
     }
 
     /// Follows the strike until everything rests.
@@ -68,6 +69,11 @@ impl<'a> Rollout<'a> {
                 continue;
             }
             let Some(prediction) = next else { break };
+            self.steps += 1;
+            if self.steps > MOST_STEPS {
+                self.freeze(time_s);
+                break;
+            }
             let after_s = self.memory.agenda.take();
             let [a, b] = prediction.bodies.map(|i| i as usize);
             if prediction.touch {
@@ -81,6 +87,15 @@ impl<'a> Rollout<'a> {
             poses: self.world.body_of.iter().map(|&b| motions[b].end).collect(),
             duration_s: motions.iter().map(|m| m.stop_s).fold(0.0, f64::max),
             impacts: self.impacts,
+            complete: self.steps <= MOST_STEPS,
+        }
+    }
+
+    /// Stops everything where it is.
+    fn freeze(&mut self, time_s: f64) {
+        for body in 0..self.memory.motions.len() {
+            let state = self.memory.motions[body].state(time_s, &self.world.bodies[body]);
+            self.set(body, Motion::rest(Pose { position: state.position, yaw_rad: state.yaw_rad }, time_s));
         }
     }
 
@@ -172,14 +187,24 @@ impl<'a> Rollout<'a> {
     }
 
     /// From now on a pair's pressing is overlooked for a while.
-    pub(super) fn overlook(&mut self, pair: [usize; 2], time_s: f64) {
+    pub(super) fn overlook(&mut self, pair: [usize; 2], time_s: f64, while_s: f64) {
         self.memory.pressing.retain(|p| p.0 != pair && p.1 > time_s);
-        self.memory.pressing.push((pair, time_s + PRESSING_S));
+        self.memory.pressing.push((pair, time_s + while_s));
     }
 
-    /// Looks again at a pair whose contact came to nothing.
-    pub(super) fn look_again(&mut self, pair: [usize; 2], time_s: f64) {
-        self.overlook(pair, time_s);
-        self.look(pair, time_s);
+    /// Looks again at a pair whose contact came to nothing: it creeps, so it may press for a while; if it is overlooked
+    /// already, a moment later.
+    pub(super) fn look_again(&mut self, pair: [usize; 2], time_s: f64, while_s: f64) {
+        if self.pressing_s(pair) > time_s {
+            self.look(pair, time_s + MOMENT_S);
+        } else {
+            self.overlook(pair, time_s, while_s);
+            self.look(pair, time_s);
+        }
     }
 }
+
+/// A rollout takes a few hundred steps, a pile pushed across the table some ten thousand; this many mean that it is stuck.
+const MOST_STEPS: usize = 2_000_000;
+/// In it (s) nothing moves by more than a fifth of a micrometre.
+const MOMENT_S: f64 = 2e-7;

@@ -17,6 +17,8 @@ pub struct Outcome {
     pub duration_s: f64,
     /// How many impacts there were.
     pub impacts: usize,
+    /// Whether it was followed to the end; if not, the poses are those where it was given up.
+    pub complete: bool,
 }
 
 /// Memory that is used again from rollout to rollout.

@@ -188,6 +188,10 @@ impl Log {
             }
             motions.insert(world.name(body), segments);
         }
+        let mut notes = world.notes.clone();
+        if !outcome.complete {
+            notes.push(format!("given up after {:.3} s: too many impacts", outcome.duration_s));
+        }
         Trajectory {
             version: 1,
             final_poses: world.names.iter().cloned().zip(outcome.poses.iter().copied()).collect(),
@@ -195,7 +199,7 @@ impl Log {
             events: self.events,
             energy: self.energy,
             motions,
-            notes: world.notes.clone(),
+            notes,
         }
     }
 }

@@ -137,16 +137,22 @@ fn step_of_parts(
 ) -> Option<f64> {
     let laid = (a.laid(i), b.laid(k));
     if let Some(feature) = *hint
-        && let Some(step_s) = step_of_line(a, b, &laid, feature, 0.0)
+        && let Some(step_s) = step_of_line(a, b, &laid, feature, None)
     {
         return Some(step_s);
     }
     let feature = witness(&laid.0, &laid.1).feature;
     *hint = Some(feature);
-    step_of_line(a, b, &laid, feature, pressing_s)
+    step_of_line(a, b, &laid, feature, Some(pressing_s))
 }
 
-fn step_of_line(a: &Now, b: &Now, laid: &(Laid, Laid), feature: Feature, pressing_s: f64) -> Option<f64> {
+fn step_of_line(
+    a: &Now,
+    b: &Now,
+    laid: &(Laid, Laid),
+    feature: Feature,
+    pressing_s: Option<f64>,
+) -> Option<f64> {
     match feature {
         Feature::EdgeOfFirst(k) => step_of_edge((a, &laid.0, usize::from(k)), (b, &laid.1), pressing_s),
         Feature::EdgeOfSecond(k) => step_of_edge((b, &laid.1, usize::from(k)), (a, &laid.0), pressing_s),
@@ -161,7 +167,7 @@ fn step_of_line(a: &Now, b: &Now, laid: &(Laid, Laid), feature: Feature, pressin
 fn step_of_edge(
     (a, laid_a, k): (&Now, &Laid, usize),
     (b, laid_b): (&Now, &Laid),
-    pressing_s: f64,
+    pressing_s: Option<f64>,
 ) -> Option<f64> {
     let edge = laid_a.part.edges[k];
     let normal = a.rotation.turned(edge.normal);
@@ -192,7 +198,7 @@ fn step_of_corners(
     (a, laid_a): (&Now, &Laid),
     (b, laid_b): (&Now, &Laid),
     normal: Vec2,
-    pressing_s: f64,
+    pressing_s: Option<f64>,
 ) -> Option<f64> {
     let bend = a.braking(-normal)
         + b.braking(normal)
@@ -216,20 +222,22 @@ fn step_of_corners(
 
 /// How long all corners surely stay on their side (s); none if one is at the line and crossing it.
 ///
-/// A corner that presses is overlooked for `pressing_s`.
-fn shortest_time(lines: impl Iterator<Item = (f64, f64)>, bend: f64, pressing_s: f64) -> Option<f64> {
+/// With a time for which pressing is overlooked the line is the best there is: a corner at it that parts or presses does no
+/// harm.  Without, it must still keep all corners apart.
+fn shortest_time(lines: impl Iterator<Item = (f64, f64)>, bend: f64, pressing_s: Option<f64>) -> Option<f64> {
     let mut shortest = f64::INFINITY;
     for (gap_m, change) in lines {
-        if gap_m <= CONTACT_GAP_M && change < 0.0 {
-            if pressing_s > 0.0 && change > -2.0 * PRESSING_M_S {
-                shortest = shortest.min(pressing_s);
-                continue;
-            }
-            return None;
+        if gap_m <= CONTACT_GAP_M && (change < 0.0 || pressing_s.is_none()) {
+            let while_s = pressing_s.filter(|&s| s > 0.0 && change > -PRESSING_M_S)?;
+            shortest = shortest.min(while_s);
+            continue;
         }
         let gap_m = gap_m.max(SMALLEST_GAP_M);
         // A bound that is positive at the shortest time so far was so before.
-        if shortest.is_finite() && gap_m + shortest * (change - 0.5 * bend * shortest) > 0.0 && bend >= 0.0 {
+        if bend >= 0.0
+            && shortest < f64::INFINITY
+            && gap_m + shortest * (change - 0.5 * bend * shortest) > 0.0
+        {
             continue;
         }
         shortest = shortest.min(time_apart_s(gap_m, change, bend));

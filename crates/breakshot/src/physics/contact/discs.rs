@@ -38,7 +38,7 @@ fn presses(a: Mover, b: Mover, reach_m: f64, time_s: f64) -> bool {
     let between = q.position - p.position;
     let distance_m = between.length_squared().sqrt();
     let approach = between.dot(p.velocity - q.velocity) / distance_m;
-    distance_m < reach_m + CONTACT_GAP_M && approach < 2.0 * PRESSING_M_S
+    distance_m < reach_m + CONTACT_GAP_M && approach < PRESSING_M_S
 }
 
 /// Place, velocity and half the acceleration at a time before the stop.

@@ -1,7 +1,7 @@
 //! At which points do two bodies that nearly touch press on each other?
 //!
 //! Two flat sides that face each other touch along a line: its two ends stand for it (the incident edge clipped to the
-//! reference edge, as `Box2D` does).  Everything else touches in one point.
+//! reference edge, as physics engines for games do).  Everything else touches in one point.
 
 use super::witness::{Feature, witness};
 use crate::geometry::{Point, Vec2};

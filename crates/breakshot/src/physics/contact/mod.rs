@@ -11,7 +11,7 @@ mod manifold;
 mod witness;
 
 pub(crate) use manifold::contact_points;
-pub(crate) use witness::{Feature, nearest, witness};
+pub(crate) use witness::{Feature, witness};
 
 use super::body::Body;
 use super::evolve::Motion;
@@ -38,9 +38,9 @@ pub(crate) enum Outlook {
 pub(crate) const CONTACT_GAP_M: f64 = 1e-8;
 /// Below this approach speed a contact presses rather than hits (m/s).
 pub(crate) const PRESSING_M_S: f64 = 2e-3;
-/// A pressing contact is looked at again after this time (s): bodies approaching at the pressing speed while friction
-/// brakes one of them come closer by less than a micrometre.
-pub(crate) const PRESSING_S: f64 = 2.5e-4;
+/// A pressing contact is looked at again after this time (s): approaching at the pressing speed and braked by friction
+/// and spin, bodies sink into each other by less than two micrometres.
+pub(crate) const PRESSING_S: f64 = 4e-4;
 
 /// A first look at the next contact of two bodies from a time on; what costs more is left to [`closer_look`].
 ///

@@ -4,9 +4,6 @@
 //! edge's ends and a radius rounds it, the corners themselves tell the distance.
 
 use crate::geometry::{Point, Vec2};
-use crate::physics::body::Body;
-use crate::physics::evolve::State;
-use crate::physics::rotation::Rotation;
 use crate::physics::shape::{Convex, Laid};
 
 /// What shows the gap.
@@ -31,23 +28,6 @@ pub(crate) struct Witness {
     pub(crate) point: Point,
     /// What shows it.
     pub(crate) feature: Feature,
-}
-
-/// The witness of the two nearest parts of two bodies.
-pub(crate) fn nearest(a: (&Body, &State), b: (&Body, &State)) -> Witness {
-    let (turn_a, turn_b) = (Rotation::new(a.1.yaw_rad), Rotation::new(b.1.yaw_rad));
-    let mut found: Option<Witness> = None;
-    for part_a in &a.0.plate.parts {
-        let laid_a = Laid { part: part_a, origin: a.1.position, rotation: turn_a };
-        for part_b in &b.0.plate.parts {
-            let laid_b = Laid { part: part_b, origin: b.1.position, rotation: turn_b };
-            let seen = witness(&laid_a, &laid_b);
-            if found.is_none_or(|best| seen.gap_m < best.gap_m) {
-                found = Some(seen);
-            }
-        }
-    }
-    found.expect("every plate has a part")
 }
 
 /// The largest gap that a line between two parts shows.

@@ -1,0 +1,319 @@
+//! Random piles of known make, and how deep bodies overlap: judged by code that shares nothing with the simulator.
+
+#![allow(dead_code)] // Each test binary uses its part.
+
+use breakshot::cell::{CameraSpec, Cell, Striker, Workspace};
+use breakshot::geometry::{Point, Pose, Vec2};
+use breakshot::object::{Marker, Object, Shape, pair_key};
+use breakshot::physics::{AfterStrike, Options, Trajectory, trajectory};
+use breakshot::properties::{ContactFriction, Properties};
+use breakshot::scene::{Goal, Placed, Scene, Strike, Wall};
+use breakshot::uncertain::Estimate;
+
+/// Everything one simulation needs.
+#[derive(Clone)]
+pub(crate) struct Pile {
+    pub(crate) scene: Scene,
+    pub(crate) properties: Properties,
+    pub(crate) strike: Strike,
+    pub(crate) options: Options,
+}
+
+/// A stream of numbers that depends on nothing but its seed (splitmix64).
+pub(crate) struct Draw(u64);
+
+impl Draw {
+    pub(crate) fn new(seed: u64) -> Self {
+        Self(seed.wrapping_mul(0x9E37_79B9_7F4A_7C15) ^ 0x1234_5678_9ABC_DEF0)
+    }
+
+    /// Evenly between two numbers.
+    pub(crate) fn between(&mut self, low: f64, high: f64) -> f64 {
+        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
+        z ^= z >> 31;
+        low + (high - low) * (z >> 11) as f64 / (1u64 << 53) as f64
+    }
+
+    /// One of `n`.
+    pub(crate) fn one_of(&mut self, n: usize) -> usize {
+        (self.between(0.0, n as f64) as usize).min(n - 1)
+    }
+}
+
+impl Pile {
+    /// An empty table and a striker disc of 15 mm that is lifted after the strike.
+    pub(crate) fn new() -> Self {
+        let cell = Cell {
+            version: 1,
+            camera: CameraSpec::default(),
+            tags: Vec::new(),
+            points: Vec::new(),
+            scale_px_per_m: Some(1000.0),
+            workspace: Workspace { min_m: Point::new(-2.0, -2.0), max_m: Point::new(2.0, 2.0) },
+            table: None,
+            striker: Striker {
+                shape: Shape::Disc { radius_m: 0.015 },
+                height_m: 0.1,
+                speed_range_m_s: [0.01, 5.0],
+                retract_speed_m_s: 0.15,
+            },
+            robot: None,
+        };
+        let (objects, placed, walls, keep_out) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+        let goal = Goal::default();
+        Self {
+            scene: Scene { cell, objects, observed_unix_s: None, placed, walls, keep_out, goal },
+            properties: Properties { version: 1, ..Properties::default() },
+            strike: Strike {
+                object: None,
+                start_m: Point::new(-0.2, 0.0),
+                heading_rad: 0.0,
+                speed_m_s: 0.6,
+                travel_m: 0.2,
+            },
+            options: Options { after_strike: AfterStrike::Lift, ..Options::default() },
+        }
+    }
+
+    /// One more object: mass, friction, restitution (of a pair: the product; with the striker: its own).
+    pub(crate) fn add(&mut self, shape: Shape, (mass, friction, bounce): (f64, f64, f64), pose: Pose) {
+        let name = format!("o{:03}", self.scene.placed.len());
+        let p = &mut self.properties;
+        if p.reference.is_empty() {
+            p.reference.clone_from(&name);
+        }
+        p.friction.insert(name.clone(), Estimate::exact(friction));
+        p.mass_ratio.insert(name.clone(), Estimate::exact(mass));
+        for other in self.scene.placed.iter().map(|p| p.object.clone()) {
+            let e = bounce * p.striker_restitution[&other].mean;
+            p.restitution.insert(pair_key(&name, &other), Estimate::exact(e));
+        }
+        p.striker_restitution.insert(name.clone(), Estimate::exact(bounce));
+        let marker = Marker { shape: Shape::Disc { radius_m: 0.001 }, at_m: Point::ORIGIN };
+        let (position_m, yaw_rad) = (pose.position, pose.yaw_rad);
+        self.scene.placed.push(Placed { object: name.clone(), position_m, yaw_rad });
+        self.scene.objects.push(Object { name, shape, height_m: 0.03, marker, mass_kg: None });
+    }
+
+    pub(crate) fn contact_friction(&mut self, friction: f64) {
+        let both = Some(Estimate::exact(friction));
+        self.properties.contact_friction = ContactFriction { objects: both, striker: both };
+    }
+
+    pub(crate) fn run(&self) -> Trajectory {
+        trajectory(&self.scene, &self.properties, &self.strike, &self.options).expect("a pile that can be")
+    }
+
+    /// The name, shape and friction of every object.
+    pub(crate) fn bodies(&self) -> Vec<(String, Shape)> {
+        self.scene
+            .placed
+            .iter()
+            .map(|p| (p.object.clone(), self.scene.object(&p.object).expect("known").shape.clone()))
+            .collect()
+    }
+}
+
+pub(crate) fn disc(radius_m: f64) -> Shape {
+    Shape::Disc { radius_m }
+}
+
+/// A regular polygon of n corners on a circle.
+pub(crate) fn regular(n: usize, radius_m: f64) -> Shape {
+    let corner =
+        |k: usize| Point::ORIGIN + Vec2::from_heading(k as f64 * std::f64::consts::TAU / n as f64) * radius_m;
+    Shape::Polygon { points_m: (0..n).map(corner).collect() }
+}
+
+/// Four discs of the paper's masses, each 1 to 5 mm from one before it, the striker 20 mm before the first.
+pub(crate) fn four_discs(seed: u64) -> Pile {
+    let mut draw = Draw::new(seed);
+    let mut pile = Pile::new();
+    let kinds = [
+        (0.143, 0.25, 0.9, 0.05),
+        (0.112, 0.3, 0.8, 0.045),
+        (0.061, 0.35, 0.7, 0.038),
+        (0.016, 0.4, 0.65, 0.03),
+    ];
+    for (k, (mass, friction, bounce, radius_m)) in kinds.into_iter().enumerate() {
+        let place =
+            place_beside(&pile, &disc(radius_m), &mut draw, if k == 0 { None } else { Some((0.001, 0.005)) });
+        pile.add(disc(radius_m), (mass, friction, bounce), Pose { position: place, yaw_rad: 0.0 });
+    }
+    aim(&mut pile, &mut draw);
+    pile
+}
+
+/// Two squares, a triangle and a hexagon, each 1 to 5 mm from one before it (by their circles or nearer).
+pub(crate) fn four_shapes(seed: u64) -> Pile {
+    let mut draw = Draw::new(seed ^ 0xF00D);
+    let mut pile = Pile::new();
+    let square = |a: f64| Shape::Rectangle { size_m: [a, a] };
+    let kinds = [
+        (0.143, 0.25, 0.9, square(0.08)),
+        (0.112, 0.3, 0.8, square(0.06)),
+        (0.061, 0.35, 0.7, regular(3, 0.046_188)),
+        (0.016, 0.4, 0.65, regular(6, 0.03)),
+    ];
+    for (mass, friction, bounce, shape) in kinds {
+        add_beside(&mut pile, shape, (mass, friction, bounce), &mut draw, (0.001, 0.005));
+    }
+    aim(&mut pile, &mut draw);
+    pile
+}
+
+/// Anything: two to seven objects of all shapes, touching or not, any friction and restitution, walls, any striker.
+pub(crate) fn anything(seed: u64) -> Pile {
+    let mut draw = Draw::new(seed ^ 0xABCD);
+    let mut pile = Pile::new();
+    let count = 2 + draw.one_of(6);
+    for _ in 0..count {
+        let size = draw.between(0.012, 0.05);
+        let shape = match draw.one_of(6) {
+            0 | 1 => disc(size),
+            2 => Shape::Rectangle { size_m: [1.6 * size, 1.6 * size] },
+            3 => Shape::Rectangle { size_m: [2.0 * size, draw.between(0.4, 1.0) * size] },
+            4 => regular(3, size),
+            _ => regular(4 + draw.one_of(5), size),
+        };
+        let properties = (draw.between(0.008, 0.3), draw.between(0.1, 0.6), draw.between(0.0, 1.0));
+        let gaps = if draw.one_of(3) == 0 { (0.0, 0.0) } else { (0.0, 0.006) };
+        add_beside(&mut pile, shape, properties, &mut draw, gaps);
+    }
+    pile.contact_friction(if draw.one_of(3) == 0 { 0.0 } else { draw.between(0.0, 0.5) });
+    if draw.one_of(3) == 0 {
+        pile.scene.cell.striker.shape = Shape::Rectangle { size_m: [0.02, draw.between(0.01, 0.08)] };
+    }
+    aim(&mut pile, &mut draw);
+    pile.strike.speed_m_s = draw.between(0.1, 1.0);
+    pile.strike.travel_m += draw.between(0.0, 0.1);
+    if draw.one_of(2) == 0 {
+        pile.options.after_strike = AfterStrike::Retract;
+    }
+    if draw.one_of(3) == 0 {
+        let reach = |(p, o): (&Placed, &Object)| p.position_m.x + o.shape.outer_radius_m();
+        let right = pile.scene.placed.iter().zip(&pile.scene.objects).map(reach).fold(0.0, f64::max);
+        let x = right + draw.between(0.005, 0.1);
+        let restitution = draw.between(0.0, 1.0);
+        pile.scene.walls.push(Wall {
+            from_m: Point::new(x, -0.5),
+            to_m: Point::new(x + 0.05, 0.5),
+            restitution,
+        });
+    }
+    pile
+}
+
+/// Puts the striker 20 mm before the first object's circle, 10 mm aside at most, to run 60 mm.
+fn aim(pile: &mut Pile, draw: &mut Draw) {
+    let reach = pile.scene.objects[0].shape.outer_radius_m();
+    let own = pile.scene.cell.striker.shape.outer_radius_m();
+    let leftmost = pile
+        .scene
+        .placed
+        .iter()
+        .zip(&pile.scene.objects)
+        .map(|(p, o)| p.position_m.x - o.shape.outer_radius_m());
+    let x = leftmost.fold(-reach, f64::min) - own - 0.002;
+    pile.strike.start_m = Point::new(x, draw.between(-0.01, 0.01));
+    pile.strike.travel_m = (-reach - own - x) + 0.06;
+}
+
+fn place_beside(pile: &Pile, shape: &Shape, draw: &mut Draw, gaps: Option<(f64, f64)>) -> Point {
+    let Some((low, high)) = gaps else { return Point::ORIGIN };
+    for _ in 0..10_000 {
+        let k = draw.one_of(pile.scene.placed.len());
+        let reach =
+            pile.scene.objects[k].shape.outer_radius_m() + shape.outer_radius_m() + draw.between(low, high);
+        let heading = draw.between(-1.6, 1.6);
+        let place = pile.scene.placed[k].position_m + Vec2::from_heading(heading) * reach;
+        let clear = pile.scene.placed.iter().zip(&pile.scene.objects).all(|(p, o)| {
+            p.position_m.distance(place) >= o.shape.outer_radius_m() + shape.outer_radius_m() + low - 1e-15
+        });
+        if clear {
+            return place;
+        }
+    }
+    panic!("no room for one more object");
+}
+
+/// Adds an object at a random angle, pushed towards another until the gap is as drawn.
+fn add_beside(pile: &mut Pile, shape: Shape, properties: (f64, f64, f64), draw: &mut Draw, gaps: (f64, f64)) {
+    if pile.scene.placed.is_empty() {
+        pile.add(shape, properties, Pose::new(0.0, 0.0, draw.between(0.0, 1.5)));
+        return;
+    }
+    loop {
+        let yaw_rad = draw.between(0.0, std::f64::consts::TAU);
+        let k = draw.one_of(pile.scene.placed.len());
+        let along = Vec2::from_heading(draw.between(-1.5, 1.5));
+        let gap = draw.between(gaps.0, gaps.1);
+        let others: Vec<(Shape, Pose)> = pile
+            .scene
+            .placed
+            .iter()
+            .zip(&pile.scene.objects)
+            .map(|(p, o)| (o.shape.clone(), p.pose()))
+            .collect();
+        let pose = |way_m: f64| Pose { position: others[k].1.position + along * way_m, yaw_rad };
+        let clear = |way_m: f64| others.iter().all(|(s, p)| depth_m((s, *p), (&shape, pose(way_m))) < -gap);
+        let (mut near, mut far) = (0.0, 0.3);
+        if !clear(far) {
+            continue;
+        }
+        // The nearest place that is clear, seen from afar.
+        while far - near > 1e-13 {
+            let middle = 0.5 * (near + far);
+            if clear(middle) { far = middle } else { near = middle }
+        }
+        if clear(far) {
+            let place = pose(far);
+            pile.add(shape, properties, place);
+            return;
+        }
+    }
+}
+
+/// How deep two convex shapes overlap (m); negative: how far they are apart (for sharp corners at least).
+pub(crate) fn depth_m(a: (&Shape, Pose), b: (&Shape, Pose)) -> f64 {
+    let corners = |(shape, pose): (&Shape, Pose)| -> (Vec<Point>, f64) {
+        match shape {
+            Shape::Disc { radius_m } => (vec![pose.position], *radius_m),
+            _ => (shape.corners().into_iter().map(|c| pose.table_from_body(c)).collect(), 0.0),
+        }
+    };
+    let ((p, r), (q, s)) = (corners(a), corners(b));
+    let mut directions = Vec::new();
+    for list in [&p, &q] {
+        let n = list.len();
+        if n > 1 {
+            directions.extend((0..n).map(|k| -(list[(k + 1) % n] - list[k]).perpendicular()));
+        }
+    }
+    let flip = directions.len() - if q.len() > 1 { q.len() } else { 0 };
+    let mut gap = f64::NEG_INFINITY;
+    for (k, d) in directions.iter().enumerate() {
+        let n = *d / d.length();
+        let n = if k < flip { n } else { -n };
+        gap = gap.max(along(&q, n, false) - along(&p, n, true));
+    }
+    if r > 0.0 || s > 0.0 {
+        // A disc may be nearest to a corner.
+        for corner in if p.len() > 1 { &p } else { &q } {
+            let way = if p.len() > 1 { q[0] - *corner } else { *corner - p[0] };
+            if let Some(n) = way.direction() {
+                gap = gap.max(along(&q, n, false) - along(&p, n, true));
+            }
+        }
+    }
+    r + s - gap
+}
+
+/// The least or greatest extent of points along a direction.
+fn along(points: &[Point], n: Vec2, greatest: bool) -> f64 {
+    let values = points.iter().map(|p| p.to_vec().dot(n));
+    if greatest { values.fold(f64::NEG_INFINITY, f64::max) } else { values.fold(f64::INFINITY, f64::min) }
+}
