@@ -1,6 +1,7 @@
 //! What the videos told about the objects: friction, restitution, mass ratios (`properties.json`).
 
 use crate::error::{Error, Result};
+use crate::evidence::Evidence;
 use crate::object::{kind, pair_key};
 use crate::uncertain::Estimate;
 use serde::{Deserialize, Serialize};
@@ -32,6 +33,9 @@ pub struct Properties {
     /// What the data did not support, and what looked wrong.
     #[serde(default)]
     pub warnings: Vec<String>,
+    /// What each clip told, for estimates that add later clips.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub evidence: Option<Evidence>,
 }
 
 /// Coulomb friction of impacts.

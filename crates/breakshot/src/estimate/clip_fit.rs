@@ -7,6 +7,7 @@ use super::striker::StrikerRun;
 use super::touch::{Outline, touch};
 use crate::geometry::Vec2;
 use nalgebra::{DMatrix, DVector};
+use serde::{Deserialize, Serialize};
 
 /// The most likely motion of a clip's bodies.
 #[derive(Clone, Debug)]
@@ -22,7 +23,7 @@ pub(super) struct Fitted {
 }
 
 /// Sums of squares over claimed variances, and the degrees of freedom that they stand for.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(super) struct Noise {
     pub(super) place: [f64; 2],
     pub(super) yaw: [f64; 2],

@@ -8,9 +8,10 @@ use super::contact::{Contact, Party};
 use super::impact::Measured;
 use super::spread::{Group, spread};
 use crate::uncertain::Estimate;
+use serde::{Deserialize, Serialize};
 
 /// Tangential over normal impulse of one impact.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct Grazing {
     pub(super) with_striker: bool,
     /// As seen, positive against the slip.
@@ -58,7 +59,7 @@ pub(super) fn grazing(fitted: &Fitted, contact: &Contact) -> Option<Grazing> {
     let seen =
         Measured { value: values[0] * to_stick.signum(), std: covariance[(0, 0)].sqrt().hypot(MODEL_STD) };
     let with_striker = contact.a == Party::Striker;
-    (seen.value.is_finite() && to_stick.is_finite()).then(|| Grazing {
+    (seen.value.is_finite() && seen.std.is_finite() && to_stick.is_finite()).then(|| Grazing {
         with_striker,
         seen,
         to_stick: to_stick.abs(),

@@ -10,6 +10,8 @@ use crate::cell::Cell;
 
 /// Exposures that are tried, in frames.
 const TRIED_FRAMES: [f64; 10] = [0.0, 0.0625, 0.125, 0.1875, 0.25, 0.3125, 0.375, 0.5, 0.7, 0.9];
+/// For every tried exposure its sum of squares, and the number of frames.
+pub(super) type Misfits = ([f64; TRIED_FRAMES.len()], usize);
 /// Fewer frames around impacts than this leave the exposure open.
 const FRAMES_NEEDED: usize = 8;
 /// The exposure is believed if its mean squared residual around impacts is below this many variances.
@@ -24,7 +26,7 @@ pub(super) fn told(cell: &Cell, frame_s: f64) -> Exposure {
 
 /// How badly each of the tried exposures explains a clip's frames around impacts: sums of squares over variances,
 /// bounded for outliers, and how many frames there are.
-pub(super) fn misfits(fitted: &Fitted, place_scale: f64) -> ([f64; TRIED_FRAMES.len()], usize) {
+pub(super) fn misfits(fitted: &Fitted, place_scale: f64) -> Misfits {
     /// A frame that fits none of them says nothing beyond this.
     const MOST: f64 = 25.0;
     let Model { bodies, .. } = &fitted.model;
@@ -46,7 +48,7 @@ pub(super) fn misfits(fitted: &Fitted, place_scale: f64) -> ([f64; TRIED_FRAMES.
 }
 
 /// The exposure that explains the frames around all impacts best, in frames; `None` if none explains them.
-pub(super) fn found_frames(misfits: &[([f64; TRIED_FRAMES.len()], usize)]) -> Option<f64> {
+pub(super) fn found_frames(misfits: &[Misfits]) -> Option<f64> {
     let frames: usize = misfits.iter().map(|(_, n)| n).sum();
     let total = |k: usize| misfits.iter().map(|(squares, _)| squares[k]).sum::<f64>();
     let best = (0..TRIED_FRAMES.len()).min_by(|&p, &q| total(p).total_cmp(&total(q)))?;

@@ -8,10 +8,11 @@ use super::spread::{Group, Spread, spread};
 use crate::geometry::Vec2;
 use crate::object::kind;
 use crate::physics::GRAVITY_M_S2;
+use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
 /// How much of an object's deceleration grows with its speed, over the Coulomb part, in one clip.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct Drag {
     pub(super) object: String,
     pub(super) share: Measured,

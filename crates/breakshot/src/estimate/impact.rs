@@ -3,9 +3,10 @@
 use super::clip::Path;
 use super::slide::Motion;
 use crate::geometry::{Point, Vec2};
+use serde::{Deserialize, Serialize};
 
 /// A value and one standard deviation of its error.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Measured {
     /// The value.
     pub value: f64,

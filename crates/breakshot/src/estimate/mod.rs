@@ -15,18 +15,26 @@ mod friction;
 mod impact;
 mod joint;
 mod least_squares;
+mod lists;
 mod mass_ratio;
 mod reading;
+mod record;
 mod restitution;
 mod segment;
+mod shot;
 mod slide;
 mod spread;
+mod staged;
 mod striker;
 mod summary;
 mod touch;
+#[cfg(test)]
+mod update_tests;
 
 pub use impact::{BodyFit, ClipFit, Impact, Measured};
+pub use shot::Shot;
 pub use slide::Motion;
+pub use staged::{Filming, staged};
 
 use crate::cell::Cell;
 use crate::detect::Tracks;
@@ -34,11 +42,11 @@ use crate::error::{Error, Result};
 use crate::object::{self, Object};
 use crate::properties::Properties;
 use crate::scene::Strike;
-use clip_fit::Fitted;
-use contact_friction::Grazing;
-use friction::Drag;
+use clip_fit::{Fitted, Noise};
+use exposure::Misfits;
 use rayon::prelude::*;
 use reading::Readings;
+use record::Record;
 use segment::Draft;
 use striker::StrikerRun;
 
@@ -71,14 +79,6 @@ pub struct Estimation {
     pub clips: Vec<ClipFit>,
 }
 
-/// What one clip tells before the others are heard.
-struct Told {
-    fit: ClipFit,
-    readings: Readings,
-    drags: Vec<Drag>,
-    grazings: Vec<Grazing>,
-}
-
 /// Friction, restitution and mass ratios from the tracks of all clips, and the fits that they rest on.
 ///
 /// A quantity that no clip supports is absent and listed in the warnings; a clip that contradicts the others or the
@@ -92,23 +92,65 @@ pub fn estimation(
     objects: &[Object],
     options: &Options,
 ) -> Result<Estimation> {
+    joint(&[], clips, (cell, objects), &reference(objects, options)?)
+}
+
+/// The properties after more clips, without the films of those that the old properties rest on.
+///
+/// The old evidence is heard again together with the new clips: the result is that of all clips at once, but that the old
+/// clips' fits keep the level of noise, and the exposure, that the old clips had agreed on among themselves.
+///
+/// # Errors
+/// As [`estimation`]; also another cell, reference or outline than the old clips had, and a clip given twice.
+pub fn updated(
+    old: &Properties,
+    clips: &[ClipTracks],
+    cell: &Cell,
+    objects: &[Object],
+    options: &Options,
+) -> Result<Estimation> {
+    let earlier = record::earlier(old, clips, (cell, objects), options)?;
+    let all = record::all_objects(old.evidence.as_ref(), objects);
+    let mut estimation = joint(&earlier, clips, (cell, &all), &old.reference)?;
+    if let (Some(now), Some(then)) = (&mut estimation.properties.evidence, &old.evidence) {
+        now.clips.splice(0..0, then.clips.iter().cloned());
+    }
+    Ok(estimation)
+}
+
+/// Earlier clips by their records and new clips by their tracks; the evidence holds the new ones.
+fn joint(
+    earlier: &[Record],
+    clips: &[ClipTracks],
+    (cell, objects): (&Cell, &[Object]),
+    reference: &str,
+) -> Result<Estimation> {
     if clips.is_empty() {
         return Err(Error::invalid("estimate", "clips", "none", "the tracks of at least one clip"));
     }
-    let reference = reference(objects, options)?;
     let first: Vec<(Fitted, Option<StrikerRun>)> =
         clips.par_iter().map(|clip| first_fit(clip, cell, objects)).collect::<Result<_>>()?;
-    let (place_scales, yaw_scale) = noise_scales(&first);
+    let noises: Vec<Noise> =
+        earlier.iter().map(|r| r.noise).chain(first.iter().map(|(f, _)| f.noise)).collect();
+    let (place_scales, yaw_scale) = noise_scales(&noises);
+    let place_scales = &place_scales[earlier.len()..];
     let misfits: Vec<_> =
-        first.iter().zip(&place_scales).map(|((f, _), s)| exposure::misfits(f, *s)).collect();
-    let found_frames = exposure::found_frames(&misfits);
-    let told: Vec<Told> = (first.par_iter().zip(clips).zip(&place_scales))
-        .map(|(((fitted, run), clip), scale)| {
-            let exposure = exposure::settled(fitted, found_frames);
-            told(&fitted.refined(*scale, yaw_scale, exposure), run.as_ref(), clip)
-        })
-        .collect();
-    Ok(summary::estimation(told, objects, reference))
+        first.iter().zip(place_scales).map(|((f, _), s)| exposure::misfits(f, *s)).collect();
+    let all_misfits: Vec<_> = earlier.iter().map(|r| r.misfits).chain(misfits.iter().copied()).collect();
+    let found_frames = exposure::found_frames(&all_misfits);
+    let (fits, new): (Vec<ClipFit>, Vec<Record>) =
+        (first.par_iter().zip(clips).zip(place_scales).zip(misfits))
+            .map(|((((fitted, run), clip), scale), misfits)| {
+                let exposure = exposure::settled(fitted, found_frames);
+                let (fit, record) = told(&fitted.refined(*scale, yaw_scale, exposure), run.as_ref(), clip);
+                (fit, Record { noise: fitted.noise, misfits, ..record })
+            })
+            .unzip();
+    let evidence = record::evidence(&new, clips, cell, objects)?;
+    let records: Vec<&Record> = earlier.iter().chain(&new).collect();
+    let mut properties = summary::properties(&records, objects, reference);
+    properties.evidence = Some(evidence);
+    Ok(Estimation { properties, clips: fits })
 }
 
 fn reference(objects: &[Object], options: &Options) -> Result<String> {
@@ -132,25 +174,25 @@ fn first_fit(clip: &ClipTracks, cell: &Cell, objects: &[Object]) -> Result<(Fitt
 
 /// By how much the noise of each clip's places exceeds the claimed one, and of all yaws; clips with few moving sights
 /// lean on the others.
-fn noise_scales(fits: &[(Fitted, Option<StrikerRun>)]) -> (Vec<f64>, f64) {
+fn noise_scales(noises: &[Noise]) -> (Vec<f64>, f64) {
     /// The common noise counts as much as this many residuals of the clip's own.
     const COMMON: f64 = 20.0;
-    let typical = |sums: &dyn Fn(&Fitted) -> [f64; 2]| {
-        let all = fits.iter().map(|(f, _)| sums(f)).filter(|[_, freedom]| *freedom > 2.0);
+    let typical = |sums: &dyn Fn(&Noise) -> [f64; 2]| {
+        let all = noises.iter().map(sums).filter(|[_, freedom]| *freedom > 2.0);
         let value = segment::median(all.map(|[squares, freedom]| squares / freedom));
         if value > 0.0 { value } else { 1.0 }
     };
-    let place = typical(&|f| f.noise.place);
-    let yaw = typical(&|f| f.noise.yaw);
-    let scales = fits.iter().map(|(f, _)| {
-        let [squares, freedom] = f.noise.place;
+    let place = typical(&|n| n.place);
+    let yaw = typical(&|n| n.yaw);
+    let scales = noises.iter().map(|noise| {
+        let [squares, freedom] = noise.place;
         ((COMMON * place + squares) / (COMMON + freedom)).sqrt()
     });
     (scales.collect(), yaw.sqrt())
 }
 
 /// What a clip's final fit tells.
-fn told(fitted: &Fitted, run: Option<&StrikerRun>, clip: &ClipTracks) -> Told {
+fn told(fitted: &Fitted, run: Option<&StrikerRun>, clip: &ClipTracks) -> (ClipFit, Record) {
     let contacts = contact::contacts(fitted, run);
     let slots = &fitted.layout.bodies;
     let slid: Vec<usize> = (0..slots.len()).filter(|&k| slots[k].friction.is_some()).collect();
@@ -176,10 +218,16 @@ fn told(fitted: &Fitted, run: Option<&StrikerRun>, clip: &ClipTracks) -> Told {
         residual_rms_m: fitted.residual_rms_m(),
         remarks: fitted.remarks.clone(),
     };
-    Told {
-        fit,
+    let of_impacts = fit.impacts.iter().flat_map(|i| &i.remarks);
+    let record = Record {
+        name: clip.name.clone(),
+        objects: fit.bodies.iter().map(|b| b.object.clone()).collect(),
         readings: Readings::new(fitted, &contacts, &slid, (&values, &covariance)),
         drags: friction::drags(fitted),
         grazings: contacts.iter().filter_map(|c| contact_friction::grazing(fitted, c)).collect(),
-    }
+        noise: fitted.noise,
+        misfits: Misfits::default(),
+        remarks: fit.remarks.iter().chain(of_impacts).cloned().collect(),
+    };
+    (fit, record)
 }

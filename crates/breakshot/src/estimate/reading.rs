@@ -3,15 +3,18 @@
 use super::clip_fit::Fitted;
 use super::contact::{Contact, Party};
 use super::impact::Measured;
+use super::lists;
 use super::mass_ratio;
 use super::restitution::MET_TWICE_STD;
 use crate::object::kind;
 use nalgebra::{DMatrix, DVector};
+use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
 
 /// What a reading is a reading of.
-#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(into = "String", try_from = "String")]
 pub(super) enum Key {
     Friction(String),
     StrikerRestitution(String),
@@ -25,10 +28,13 @@ pub(super) enum Key {
 pub(super) const KINDS: usize = 4;
 
 /// What one clip tells: values and the covariance of their noise.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub(super) struct Readings {
     pub(super) keys: Vec<Key>,
+    #[serde(with = "lists::vector")]
     pub(super) values: DVector<f64>,
+    #[serde(with = "lists::matrix")]
     pub(super) covariance: DMatrix<f64>,
     /// For each mass ratio: which share of contact friction is expected to act upwards, see [`mass_ratio::pressing`].
     pub(super) pressing: Vec<f64>,
@@ -75,6 +81,27 @@ impl Key {
                 let (a, b, sign) = ordered(swap(a), swap(b));
                 (Self::MassRatio(a, b), sign)
             }
+        }
+    }
+}
+
+impl From<Key> for String {
+    fn from(key: Key) -> Self {
+        key.name()
+    }
+}
+
+impl TryFrom<String> for Key {
+    type Error = String;
+
+    fn try_from(name: String) -> Result<Self, String> {
+        let parts: Vec<&str> = name.split('/').collect();
+        match parts[..] {
+            ["friction", object] => Ok(Self::Friction(object.into())),
+            ["striker_restitution", object] => Ok(Self::StrikerRestitution(object.into())),
+            ["restitution", a, b] => Ok(Self::Restitution(a.into(), b.into())),
+            ["log_pair_mass_ratio", a, b] => Ok(Self::MassRatio(a.into(), b.into())),
+            _ => Err(format!("`{name}` is no quantity")),
         }
     }
 }
@@ -143,6 +170,15 @@ impl Readings {
                 chosen[r].2 * chosen[c].2 * covariance[(chosen[r].0, chosen[c].0)]
             }),
         }
+    }
+
+    /// Whether every key has a value and a row of covariance, all of them numbers.
+    pub(super) fn is_sound(&self) -> bool {
+        let n = self.keys.len();
+        let sizes = [self.values.len(), self.pressing.len(), self.met_twice.len()];
+        sizes == [n; 3]
+            && self.covariance.shape() == (n, n)
+            && self.values.iter().chain(self.covariance.iter()).all(|v| v.is_finite())
     }
 
     /// One reading, with the deviation of its noise.

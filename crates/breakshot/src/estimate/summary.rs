@@ -1,9 +1,10 @@
 //! From what every clip tells to the properties and their warnings.
 
-use super::impact::{ClipFit, Measured};
+use super::impact::Measured;
 use super::joint::{Joint, exponential};
 use super::reading::{Key, Readings, poor_ones_last};
-use super::{Estimation, Told, contact_friction, doubt, friction};
+use super::record::Record;
+use super::{contact_friction, doubt, friction};
 use crate::object::{Object, kind};
 use crate::properties::Properties;
 use crate::uncertain::Estimate;
@@ -13,12 +14,11 @@ use std::collections::{BTreeMap, BTreeSet};
 const ASSUMED_CONTACT_FRICTION: Measured = Measured { value: 0.2, std: 0.1 };
 
 /// All clips together.
-pub(super) fn estimation(told: Vec<Told>, objects: &[Object], reference: String) -> Estimation {
-    let names: Vec<String> = told.iter().map(|t| t.fit.name.clone()).collect();
-    let readings: Vec<Readings> = told.iter().map(|t| t.readings.clone()).collect();
-    let drags: Vec<_> = told.iter().flat_map(|t| t.drags.iter().cloned()).collect();
-    let grazings: Vec<_> = told.iter().flat_map(|t| t.grazings.iter().copied()).collect();
-    let clips: Vec<ClipFit> = told.into_iter().map(|t| t.fit).collect();
+pub(super) fn properties(clips: &[&Record], objects: &[Object], reference: &str) -> Properties {
+    let names: Vec<String> = clips.iter().map(|c| c.name.clone()).collect();
+    let readings: Vec<Readings> = clips.iter().map(|c| c.readings.clone()).collect();
+    let drags: Vec<_> = clips.iter().flat_map(|c| c.drags.iter().cloned()).collect();
+    let grazings: Vec<_> = clips.iter().flat_map(|c| c.grazings.iter().copied()).collect();
 
     let readings = poor_ones_last(&readings);
     let (readings, contradictions) = doubt::without_contradictions(&readings, &names);
@@ -34,9 +34,9 @@ pub(super) fn estimation(told: Vec<Told>, objects: &[Object], reference: String)
         .iter()
         .map(|r| r.given_friction(&expected).without_pressing(&expected, contact.value))
         .collect();
-    let joint = Joint::new(&readings, &reference, contact);
+    let joint = Joint::new(&readings, reference, contact);
 
-    let mut properties = properties(&joint, &readings, reference);
+    let mut properties = means(&joint, &readings, reference.to_owned());
     properties.contact_friction.objects = of_objects;
     properties.contact_friction.striker = of_striker;
     for (object, why) in &refused {
@@ -46,17 +46,14 @@ pub(super) fn estimation(told: Vec<Told>, objects: &[Object], reference: String)
     properties.warnings.extend(contradictions);
     remove_impossible(&mut properties);
     properties.warnings.extend(poor(&readings));
-    properties.warnings.extend(absent(&properties, &clips, objects, &refused));
-    for clip in &clips {
-        let of_impacts = clip.impacts.iter().flat_map(|i| &i.remarks);
-        properties
-            .warnings
-            .extend(clip.remarks.iter().chain(of_impacts).map(|r| format!("{}: {r}", clip.name)));
+    properties.warnings.extend(absent(&properties, clips, objects, &refused));
+    for clip in clips {
+        properties.warnings.extend(clip.remarks.iter().map(|r| format!("{}: {r}", clip.name)));
     }
-    Estimation { properties, clips }
+    properties
 }
 
-fn properties(joint: &Joint, readings: &[Readings], reference: String) -> Properties {
+fn means(joint: &Joint, readings: &[Readings], reference: String) -> Properties {
     let mut properties = Properties { version: 1, reference: reference.clone(), ..Properties::default() };
     for (key, (group, mean)) in &joint.groups {
         match key {
@@ -116,7 +113,7 @@ fn remove_impossible(properties: &mut Properties) {
 /// What the clips' objects need and no clip tells.
 fn absent(
     properties: &Properties,
-    clips: &[ClipFit],
+    clips: &[&Record],
     objects: &[Object],
     refused: &BTreeMap<String, String>,
 ) -> Vec<String> {
@@ -139,7 +136,7 @@ fn absent(
     let filmed: BTreeSet<(&str, &str)> = clips
         .iter()
         .flat_map(|clip| {
-            let kinds: Vec<&str> = clip.bodies.iter().map(|b| kind(&b.object)).collect();
+            let kinds: Vec<&str> = clip.objects.iter().map(|name| kind(name)).collect();
             (0..kinds.len())
                 .flat_map(move |i| {
                     let kinds = kinds.clone();
