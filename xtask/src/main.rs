@@ -8,6 +8,7 @@ mod decode;
 mod process;
 mod validate;
 
+use std::path::PathBuf;
 use std::process::ExitCode;
 
 const USAGE: &str = "\
@@ -16,6 +17,8 @@ usage: cargo xtask TASK
   test             formatting, lints, docs and all tests: what CI runs
   validate LAB [--details]
                    accuracy, speed and memory on films with known truth (LAB holds campaign/ and scatter/)
+  validate air-table [SHARED]
+                   impacts against two pucks recorded on an air table (SHARED/real/air_table; ../shared if not given)
   bench decode CLIPS
                    decoded films against ffmpeg's, and the CPU time of both on a folder of MP4 clips
   deny             licences and sources of all dependencies (installs cargo-deny)
@@ -26,6 +29,7 @@ fn main() -> ExitCode {
     let words: Vec<&str> = arguments.iter().map(String::as_str).collect();
     let done = match words.as_slice() {
         ["test"] => check::test(),
+        ["validate", "air-table", rest @ ..] => validate::recorded(&shared(rest)),
         ["validate", lab] => validate::lab(lab.as_ref(), false),
         ["validate", lab, "--details"] => validate::lab(lab.as_ref(), true),
         ["bench", "decode", clips] => decode::bench(clips.as_ref()),
@@ -42,4 +46,9 @@ fn main() -> ExitCode {
             ExitCode::FAILURE
         }
     }
+}
+
+/// The folder of films, recordings and references: given, or beside the project.
+fn shared(rest: &[&str]) -> PathBuf {
+    rest.first().map_or_else(|| "../shared".into(), PathBuf::from)
 }

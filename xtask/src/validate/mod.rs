@@ -1,8 +1,10 @@
 //! Measures the program against films with known truth: `cargo xtask validate LAB`.
 //!
 //! LAB is a folder with `campaign/` and `scatter/`, each holding films and a `truth.json`.  The program is built in
-//! release mode and run as a user would run it; its files are compared with the truth.
+//! release mode and run as a user would run it; its files are compared with the truth.  The other modules measure parts of
+//! it: `cargo xtask validate air-table`.
 
+pub(crate) mod air_table;
 mod properties;
 mod row;
 mod scatter;
@@ -47,6 +49,12 @@ pub(crate) fn lab(lab: &Path, details: bool) -> Result<(), String> {
     let properties = program.output.join("properties.json");
     let mut all_hold = campaign(&program, &lab.join("campaign"), &properties, details)?;
     all_hold &= scatter::films(&program, &lab.join("scatter"), &properties)?;
+    if all_hold { Ok(()) } else { Err("some targets were missed".into()) }
+}
+
+/// What is measured against recorded collisions.
+pub(crate) fn recorded(shared: &Path) -> Result<(), String> {
+    let all_hold = air_table::run(&shared.join("real/air_table"))?;
     if all_hold { Ok(()) } else { Err("some targets were missed".into()) }
 }
 

@@ -12,6 +12,7 @@ mod collide;
 mod contact;
 mod curve;
 mod decompose;
+mod encounter;
 mod evolve;
 mod neighbours;
 mod press;
@@ -27,6 +28,7 @@ mod trajectory;
 mod world;
 
 pub use cluster::{Compliance, ContactForce, Stiffness};
+pub use encounter::{Encounter, Mover};
 pub use evolve::Spin;
 pub use resolve::{ImpactLaw, RestitutionLaw};
 pub use simulator::{Outcome, Simulator, rollouts};

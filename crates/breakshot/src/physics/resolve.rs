@@ -86,6 +86,21 @@ pub(crate) struct Impact {
     pub(crate) k_tt: f64,
 }
 
+/// How little a body resists an impulse.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Inertia {
+    /// One over the mass.
+    pub(crate) inverse_mass: f64,
+    /// One over the moment of inertia about the centroid.
+    pub(crate) inverse_inertia: f64,
+}
+
+impl Inertia {
+    pub(crate) fn of(body: &Body) -> Self {
+        Self { inverse_mass: body.inverse_mass, inverse_inertia: body.inverse_inertia }
+    }
+}
+
 /// An impulse at a contact: along the normal and along the tangent (N s).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Impulse {
@@ -101,6 +116,11 @@ pub(crate) fn velocity_at(state: &State, point: Point) -> Vec2 {
 impl Impact {
     /// Two bodies with their states as they touch.
     pub(crate) fn new(a: (&Body, &State), b: (&Body, &State), touch: &Touch) -> Self {
+        Self::between((Inertia::of(a.0), a.1), (Inertia::of(b.0), b.1), touch)
+    }
+
+    /// Two inertias with their states as they touch.
+    pub(crate) fn between(a: (Inertia, &State), b: (Inertia, &State), touch: &Touch) -> Self {
         let (n, t) = (touch.normal_ab, touch.normal_ab.perpendicular());
         let relative = velocity_at(a.1, touch.point) - velocity_at(b.1, touch.point);
         let (ra, rb) = (touch.point - a.1.position, touch.point - b.1.position);
