@@ -1,16 +1,15 @@
 //! What happens when several contacts close at once?
 //!
-//! A short compliant impact with the geometry frozen: every contact is a spring that loads with `F = k d^n` (n = 3/2: Hertz;
-//! n = 1: linear) and unloads from its greatest compression along the steeper branch that gives back e^2 of the work
-//! (Walton and Braun), so that one contact alone has exactly its restitution.  Neighbours whose gap closes during the
-//! contact time take part, with their gap.  All contacts are advanced together: the answer does not depend on their
-//! order.  The same idea in other variables: Liu, Zhao and Brogliato, Proc. R. Soc. A 464 (2008) 3193; Uchida, Sherman and
+//! A [`Cluster`] is the bodies and contacts that act together: those that touch, and neighbours whose gap closes during the
+//! contact time, with their gap.  Fast, they are springs in a geometry that stands still (`springs`); slow, they press
+//! (`press`).  The idea in other variables: Liu, Zhao and Brogliato, Proc. R. Soc. A 464 (2008) 3193; Uchida, Sherman and
 //! Delp, Proc. R. Soc. A 471 (2015) 20140859.
 
 use super::body::Body;
 use super::evolve::State;
-use super::resolve::{Impact, Impulse, RestitutionLaw, Touch};
-use super::world::{Coefficients, STRIKER};
+use super::resolve::{Impact, Impulse, Touch};
+use super::springs::Springs;
+use super::world::Coefficients;
 use crate::geometry::Vec2;
 
 /// How contacts yield.
@@ -74,22 +73,9 @@ pub(crate) struct Contact {
     /// Approach, slip and inverse inertia at the start.
     pub(super) impact: Impact,
     /// Arms of normal and tangent about the members' centroids (m).
-    arms: [[f64; 2]; 2],
+    pub(super) arms: [[f64; 2]; 2],
     /// The speed at which it opens again if it must (m/s).
     pub(super) parting: f64,
-    stiffness: f64,
-    /// Compression now and at most (m); negative: still a gap.
-    depth: f64,
-    deepest: f64,
-    /// The part of the slip that it may stop in a step, where several contacts hold one body.
-    share: f64,
-    /// Closing speed, slip and impulse of the present step, and whether it compressed as never before.
-    speeds: [f64; 2],
-    kick: Impulse,
-    virgin: bool,
-    /// Work of loading, and work of friction (J).
-    loading: f64,
-    rubbing: f64,
 }
 
 /// A body in a cluster.
@@ -99,8 +85,8 @@ pub(crate) struct Member {
     pub(crate) body: usize,
     pub(crate) before: State,
     pub(crate) after: State,
-    inverse_mass: f64,
-    inverse_inertia: f64,
+    pub(super) inverse_mass: f64,
+    pub(super) inverse_inertia: f64,
 }
 
 /// Bodies whose contacts act together; its memory is used again.
@@ -108,26 +94,11 @@ pub(crate) struct Member {
 pub(crate) struct Cluster {
     pub(crate) members: Vec<Member>,
     pub(crate) contacts: Vec<Contact>,
+    pub(super) springs: Springs,
 }
 
-/// How a compliant impact ended.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum End {
-    /// All contacts have opened.
-    Parted,
-    /// They would press for ever: something of prescribed motion squeezes them against something fixed.
-    Squeezed,
-}
-
-/// Steps in the shortest contact time; twice as many change final positions by micrometres.
-const STEPS: f64 = 48.0;
 /// Sweeps to set apart what sank in: a body between two others comes free to a hundredth in as many.
 const SETTING_SWEEPS: usize = 8;
-/// A cluster that still presses after so many contact times is squeezed.
-const LONGEST_IN_CONTACT_TIMES: f64 = 60.0;
-/// Contact time of a Hertzian impact at e = 1: 2.9432 times greatest compression over approach speed.
-const HERTZ_TIME: f64 = 2.943_275;
-
 impl Member {
     pub(crate) fn new(index: usize, body: &Body, state: &State) -> Self {
         Self {
@@ -174,15 +145,6 @@ impl Contact {
             impact: Impact::new(a, b, &touch),
             arms: [[ra.cross(n), ra.cross(t)], [rb.cross(n), rb.cross(t)]],
             parting: 0.0,
-            stiffness: 0.0,
-            share: 1.0,
-            depth: -gap_m.max(0.0),
-            deepest: 0.0,
-            speeds: [0.0; 2],
-            kick: Impulse::default(),
-            virgin: false,
-            loading: 0.0,
-            rubbing: 0.0,
         }
     }
 
@@ -197,53 +159,6 @@ impl Contact {
             relative.dot(n) + (a.yaw_rate_rad_s * arm_a[0] - b.yaw_rate_rad_s * arm_b[0]),
             relative.dot(n.perpendicular()) + (a.yaw_rate_rad_s * arm_a[1] - b.yaw_rate_rad_s * arm_b[1]),
         ]
-    }
-
-    /// Books the work of the last kick, with the mean of the speeds before and after it: exact for an impulse.
-    fn account(&mut self, now: [f64; 2]) {
-        let [closing, slip] = self.speeds;
-        let Impulse { normal, tangent } = self.kick;
-        if self.virgin {
-            // Loading ends where the closing speed passes through zero.
-            let part = if now[0] < 0.0 { closing * closing / (closing - now[0]) } else { closing + now[0] };
-            self.loading += 0.5 * normal * part;
-        }
-        self.rubbing += 0.5 * tangent * (slip + now[1]);
-    }
-
-    /// The force at the present compression (N).
-    fn force(&mut self, force: ContactForce) -> f64 {
-        self.virgin = self.depth > self.deepest;
-        let depth = if self.virgin {
-            self.deepest = self.depth;
-            self.depth
-        } else {
-            // The branch from the greatest compression back to what stays gives back e^2 of the work.
-            let regained = self.coefficients.restitution * self.coefficients.restitution;
-            let open = self.depth - self.deepest * (1.0 - regained);
-            if open <= 0.0 {
-                return 0.0;
-            }
-            open / regained
-        };
-        self.stiffness
-            * match force {
-                ContactForce::Hertz => depth * depth.sqrt(),
-                ContactForce::Linear => depth,
-            }
-    }
-
-    /// The step's impulse: the force's, and the friction that it allows against slip.
-    fn press(&mut self, step_s: f64, force: ContactForce) {
-        self.kick = Impulse::default();
-        if self.depth <= 0.0 {
-            self.virgin = false;
-            return;
-        }
-        let normal = self.force(force) * step_s;
-        let limit = self.coefficients.friction * normal;
-        let sticking = self.share * (self.speeds[1] - self.impact.k_nt * normal) / self.impact.k_tt;
-        self.kick = Impulse { normal, tangent: sticking.clamp(-limit, limit) };
     }
 }
 
@@ -281,77 +196,6 @@ impl Cluster {
         deepest_m
     }
 
-    /// Resolves all contacts together; the first one is where the impact began.
-    pub(crate) fn resolve(&mut self, first: &Impact, compliance: &Compliance, law: RestitutionLaw) -> End {
-        let step_s = self.prepare(first, compliance);
-        let longest = (LONGEST_IN_CONTACT_TIMES * compliance.contact_time_s / step_s) as usize;
-        let mut end = End::Squeezed;
-        for _ in 0..longest {
-            if !self.step(step_s, compliance.force, law) {
-                end = End::Parted;
-                break;
-            }
-        }
-        self.balance();
-        end
-    }
-
-    /// Sets the stiffnesses; gives the time step (s).
-    fn prepare(&mut self, first: &Impact, compliance: &Compliance) -> f64 {
-        let (mass, speed) = (1.0 / first.k_nn, first.approach);
-        let time_s = compliance.contact_time_s;
-        let stiffness = match compliance.force {
-            ContactForce::Hertz => {
-                let depth = speed * time_s / HERTZ_TIME;
-                1.25 * mass * speed * speed / (depth * depth * depth.sqrt())
-            }
-            ContactForce::Linear => mass * (std::f64::consts::PI / time_s).powi(2),
-        };
-        let members = &self.members;
-        let ratio = |c: &Contact| {
-            let with_striker = c.members.iter().any(|&i| members[i].body == STRIKER);
-            if with_striker { compliance.striker_stiffness_ratio } else { 1.0 }
-        };
-        let holds = |i: usize| self.contacts.iter().filter(|c| c.members.contains(&i)).count();
-        let holds: Vec<usize> = (0..members.len()).map(holds).collect();
-        let first_ratio = ratio(&self.contacts[0]);
-        let mut shortest: f64 = 1.0;
-        for contact in &mut self.contacts {
-            let lighter = mass * contact.impact.k_nn;
-            let mut relative = ratio(contact) / first_ratio;
-            if compliance.stiffness == Stiffness::SameContactTime {
-                relative /= lighter;
-            }
-            contact.share = 1.0 / contact.members.into_iter().map(|i| holds[i]).fold(1, usize::max) as f64;
-            contact.stiffness = stiffness * relative;
-            shortest = shortest.max(relative * lighter);
-        }
-        // A contact's time goes with the square root (Hertz: the power 0.4) of mass over stiffness.
-        time_s / STEPS / shortest.sqrt()
-    }
-
-    /// One step of the leapfrog, all contacts side by side; whether anything still presses.
-    fn step(&mut self, step_s: f64, force: ContactForce, law: RestitutionLaw) -> bool {
-        let mut pressing = false;
-        for contact in &mut self.contacts {
-            let now = contact.present_speeds(&self.members);
-            contact.account(now);
-            contact.speeds = now;
-            let was_open = contact.depth <= 0.0 && contact.deepest == 0.0;
-            contact.depth += now[0] * step_s;
-            if was_open && contact.depth > 0.0 {
-                let c = &mut contact.coefficients;
-                c.restitution = law.restitution(c.restitution, now[0]);
-            }
-            contact.press(step_s, force);
-            pressing |= contact.kick.normal > 0.0;
-        }
-        for k in 0..self.contacts.len() {
-            self.kick(k, self.contacts[k].kick);
-        }
-        pressing
-    }
-
     /// Adds an impulse at a contact.
     pub(super) fn kick(&mut self, k: usize, Impulse { normal, tangent }: Impulse) {
         let contact = &mut self.contacts[k];
@@ -378,31 +222,6 @@ impl Cluster {
                 before.yaw_rate_rad_s + (after.yaw_rate_rad_s - before.yaw_rate_rad_s) * factor;
         }
     }
-
-    /// Scales all impulses, by a part in a thousand, so that the energy lost is exactly what the contacts' laws say.
-    ///
-    /// With impulses s P the energy falls by `L s - B s^2`, which must be the losses D (or the most it can be), never
-    /// less than nothing.
-    fn balance(&mut self) {
-        let (mut l, mut losses) = (0.0, 0.0);
-        for c in &mut self.contacts {
-            let kept = c.coefficients.restitution * c.coefficients.restitution;
-            c.loss_j = (1.0 - kept) * c.loading + c.rubbing;
-            losses += c.loss_j;
-            l += c.impulse.normal * c.impact.approach + c.impulse.tangent * c.impact.slip;
-        }
-        let b: f64 = self.members.iter().map(Member::impulse_energy_j).sum();
-        if b == 0.0 {
-            return;
-        }
-        let exact = (l + (l * l - 4.0 * b * losses).max(0.0).sqrt()) / (2.0 * b);
-        let scale = exact.clamp(0.9, 1.1).min(l / b);
-        let lost = scale * (l - b * scale);
-        self.scale(scale);
-        for c in &mut self.contacts {
-            c.loss_j *= if losses > 0.0 { lost / losses } else { 0.0 };
-        }
-    }
 }
 
 #[cfg(test)]
@@ -411,7 +230,9 @@ mod tests {
     use crate::geometry::{Point, Pose};
     use crate::object::Shape;
     use crate::physics::curve::SlideCurve;
+    use crate::physics::resolve::RestitutionLaw;
     use crate::physics::shape::Plate;
+    use crate::physics::springs::End;
     use std::sync::Arc;
 
     const RADIUS_M: f64 = 0.03;

@@ -2,12 +2,13 @@
 
 use super::Touching;
 use super::body::Body;
-use super::cluster::{Cluster, Compliance, Contact, End, Member};
+use super::cluster::{Cluster, Compliance, Contact, Member};
 use super::contact::{CONTACT_GAP_M, PRESSING_M_S, PRESSING_S, contact_points};
 use super::evolve::State;
 use super::press::hopping;
 use super::resolve::{Impact, Touch, struck};
 use super::rollout::Rollout;
+use super::springs::End;
 use super::striker::Phase;
 use super::world::STRIKER;
 
@@ -117,11 +118,15 @@ impl Rollout<'_> {
     /// Several contacts that close fast: as springs.  Whether that moved the pair where it began.
     fn spring_together(&mut self, compliance: &Compliance, meeting: &Meeting, time_s: f64) -> bool {
         let end = self.memory.cluster.resolve(&meeting.impact, compliance, self.world.options.restitution);
-        let moved = self.part(meeting.pair, time_s);
         if end == End::Squeezed {
-            self.block(time_s);
+            // The arm gives up; the same contact comes again without its push.
+            let blocked = self.block(time_s);
+            if blocked {
+                self.look(meeting.pair, time_s);
+            }
+            return blocked;
         }
-        moved
+        self.part(meeting.pair, time_s)
     }
 
     /// Several contacts that close slowly: bodies lean on each other, and are left alone for a while.  Whether that moved
@@ -163,12 +168,14 @@ impl Rollout<'_> {
         moved
     }
 
-    /// A striker that squeezes objects against something fixed stops.
-    fn block(&mut self, time_s: f64) {
+    /// A striker that squeezes objects against something fixed stops; whether it did.
+    fn block(&mut self, time_s: f64) -> bool {
         let striker = self.memory.cluster.members.iter().any(|m| m.body == STRIKER);
-        if striker && matches!(self.phase, Phase::Forward | Phase::Back) {
+        let blocked = striker && matches!(self.phase, Phase::Forward | Phase::Back);
+        if blocked {
             self.end_phase(time_s);
         }
+        blocked
     }
 
     /// Finds the contacts that close together with a meeting's, and all bodies that take part.
@@ -221,7 +228,7 @@ impl Rollout<'_> {
             if other == one || other == STRIKER && self.phase == Phase::Gone {
                 continue;
             }
-            let Cluster { members, contacts } = &mut self.memory.cluster;
+            let Cluster { members, contacts, .. } = &mut self.memory.cluster;
             let mut known = members.iter().position(|m| m.body == other);
             let fixed = other == STRIKER || other > world.objects;
             if known.is_some_and(|k| k < index && !fixed) {

@@ -22,6 +22,7 @@ mod roots;
 mod rotation;
 mod shape;
 mod simulator;
+mod springs;
 mod striker;
 pub(crate) mod support;
 mod trajectory;

@@ -159,7 +159,7 @@ impl<'a> Rollout<'a> {
         }
     }
 
-    fn look(&mut self, pair: [usize; 2], from_s: f64) {
+    pub(super) fn look(&mut self, pair: [usize; 2], from_s: f64) {
         let pressing_s = self.pressing_s(pair);
         let outlook = first_look(self.mover(pair[0]), self.mover(pair[1]), from_s, pressing_s);
         self.note(pair, outlook, None);

@@ -17,103 +17,41 @@ fn curvature(c: &Quartic, x: f64) -> f64 {
 
 /// The first place in `[0, end]` where the polynomial, positive or zero at first, crosses zero downwards.
 ///
-/// The roots of the second derivative cut the interval where the first is monotone, its roots cut it where the
-/// polynomial is monotone, and there Newton's method, held inside the bracket, finds the crossing.
+/// With m the least curvature from x to the end, `f + f' t + m t^2 / 2` stays below the polynomial: its first root is a
+/// step that passes no crossing.  Where the polynomial bends that way or turns back up, most searches end with the first
+/// step; near a crossing the steps converge quadratically.
 pub(crate) fn first_crossing(c: &Quartic, end: f64) -> Option<f64> {
-    if convex(c, end) {
-        return first_crossing_convex(c, end);
-    }
-    let mut cuts = [0.0; 6];
-    let mut count = 1;
-    let mut left = 0.0;
-    let bends = bends(c, end);
-    for bend in bends.into_iter().flatten().chain([end]) {
-        let (s0, s1) = (slope(c, left), slope(c, bend));
-        if (s0 < 0.0) != (s1 < 0.0) {
-            cuts[count] = bracketed(|x| (slope(c, x), curvature(c, x)), left, bend);
-            count += 1;
-        }
-        left = bend;
-    }
-    cuts[count] = end;
-    for k in 0..count {
-        let (from, to) = (cuts[k], cuts[k + 1]);
-        if value(c, to) <= 0.0 && slope(c, 0.5 * (from + to)) < 0.0 {
-            return Some(bracketed(|x| (value(c, x), slope(c, x)), from, to));
-        }
-    }
-    None
-}
-
-/// Whether the second derivative stays positive on `[0, end]`.
-fn convex(c: &Quartic, end: f64) -> bool {
-    let lowest = if c[4] > 0.0 { (-c[3] / (4.0 * c[4])).clamp(0.0, end) } else { 0.0 };
-    curvature(c, 0.0) > 0.0 && curvature(c, end) > 0.0 && curvature(c, lowest) > 0.0
-}
-
-/// On a convex polynomial Newton's method comes from the left and never passes the root.
-fn first_crossing_convex(c: &Quartic, end: f64) -> Option<f64> {
+    let flattest = if c[4] > 0.0 { -0.25 * c[3] / c[4] } else { end };
+    let at_end = curvature(c, end);
     let mut x = 0.0;
     for _ in 0..MAX_STEPS {
-        let (y, dy) = (value(c, x), slope(c, x));
-        if dy >= 0.0 {
+        let (y, dy) = (value(c, x).max(0.0), slope(c, x));
+        let inside = if flattest > x && flattest < end { curvature(c, flattest) } else { at_end };
+        let bend = curvature(c, x).min(inside).min(at_end);
+        let step = if dy < 0.0 {
+            let square = dy * dy - 2.0 * bend * y;
+            if square < 0.0 {
+                return None;
+            }
+            2.0 * y / (square.sqrt() - dy)
+        } else if bend < 0.0 {
+            (dy + (dy * dy - 2.0 * bend * y).sqrt()) / -bend
+        } else {
+            return None;
+        };
+        if step > end - x {
             return None;
         }
-        let next = x - y / dy;
-        if next > end {
-            return None;
-        }
-        if next <= x {
+        if x + step <= x {
             return Some(x);
         }
-        x = next;
+        x += step;
     }
     Some(x)
 }
 
-/// The roots of the second derivative inside `(0, end)`, in order.
-fn bends(c: &Quartic, end: f64) -> [Option<f64>; 2] {
-    let (a, half_b, q) = (12.0 * c[4], 3.0 * c[3], 2.0 * c[2]);
-    let discriminant = half_b * half_b - a * q;
-    if discriminant < 0.0 {
-        return [None, None];
-    }
-    let sum = -(half_b + half_b.signum() * discriminant.sqrt());
-    let inside = |x: f64| (x > 0.0 && x < end).then_some(x);
-    let (one, other) = (inside(sum / a), inside(q / sum));
-    match (one, other) {
-        (Some(p), Some(r)) if p > r => [other, one],
-        (None, _) => [other, None],
-        _ => [one, other],
-    }
-}
-
-/// Newton's method held inside a bracket with a change of sign; bisection where it would leave.
-fn bracketed(f: impl Fn(f64) -> (f64, f64), from: f64, to: f64) -> f64 {
-    let falling = f(from).0 > f(to).0;
-    let (mut low, mut high) = (from, to);
-    let mut x = 0.5 * (low + high);
-    for _ in 0..MAX_STEPS {
-        let (y, dy) = f(x);
-        if (y > 0.0) == falling {
-            low = x;
-        } else {
-            high = x;
-        }
-        let newton = x - y / dy;
-        let next = if newton > low && newton < high { newton } else { 0.5 * (low + high) };
-        if next == x || (next - x).abs() < RELATIVE_STEP * (from.abs() + to.abs()) {
-            return next;
-        }
-        x = next;
-    }
-    x
-}
-
-/// Bisection alone needs about 55 steps for all the digits of a number; with Newton's six are common.
+/// Near a double root, a graze, a step halves the way or better; all the digits of a number need some fifty.
 const MAX_STEPS: usize = 100;
-/// A step below the spacing of numbers cannot improve the root.
-const RELATIVE_STEP: f64 = 1e-17;
 
 #[cfg(test)]
 mod tests {
