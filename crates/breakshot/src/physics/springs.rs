@@ -84,7 +84,7 @@ struct Spring {
 /// The springs and speeds of a cluster; the memory is used again.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Springs {
-    springs: Vec<Spring>,
+    all: Vec<Spring>,
     speeds: Vec<Speeds>,
     changes: Vec<Speeds>,
     /// How many contacts each member has.
@@ -165,7 +165,7 @@ impl Spring {
 
 impl Springs {
     fn clear(&mut self) {
-        self.springs.clear();
+        self.all.clear();
         self.speeds.clear();
         self.changes.clear();
         self.holds.clear();
@@ -173,9 +173,9 @@ impl Springs {
 
     /// One step of the leapfrog, all springs side by side; whether anything still presses.
     fn step(&mut self, step_s: f64, force: ContactForce, law: RestitutionLaw) -> bool {
-        let Self { springs, speeds, changes, .. } = self;
+        let Self { all, speeds, changes, .. } = self;
         let mut pressing = false;
-        for spring in springs {
+        for spring in all {
             let [a, b] = spring.members;
             let now = dot(&spring.normal[0], &speeds[a]) + dot(&spring.normal[1], &speeds[b]);
             if spring.virgin {
@@ -240,7 +240,7 @@ impl Cluster {
             (member.after.velocity.x, member.after.velocity.y) = (speeds[0], speeds[1]);
             member.after.yaw_rate_rad_s = speeds[2];
         }
-        for (contact, spring) in self.contacts.iter_mut().zip(&self.springs.springs) {
+        for (contact, spring) in self.contacts.iter_mut().zip(&self.springs.all) {
             contact.impulse = spring.impulse;
             let kept = spring.restitution * spring.restitution;
             contact.loss_j = ((1.0 - kept) * spring.loading + spring.rubbing).max(0.0);
@@ -284,7 +284,7 @@ impl Cluster {
                 relative /= lighter;
             }
             let held = contact.members.into_iter().map(|i| springs.holds[i]).fold(1, u32::max);
-            springs.springs.push(Spring::new(contact, members, stiffness * relative, held));
+            springs.all.push(Spring::new(contact, members, stiffness * relative, held));
             stiffest = stiffest.max(relative * lighter);
         }
         // A contact's time goes with the square root of mass over stiffness; Hertz: to the power 0.4, bounded by 3/8.
