@@ -183,6 +183,11 @@ impl Motion {
             let Pose { position, yaw_rad } = self.end;
             return State { position, yaw_rad, ..State::default() };
         }
+        if time_s == self.start_s {
+            let Pose { position, yaw_rad } = self.start;
+            let velocity = self.direction * self.speed_m_s;
+            return State { position, velocity, yaw_rad, yaw_rate_rad_s: self.yaw_rate_rad_s };
+        }
         match self.law {
             Law::Rest => State { position: self.end.position, yaw_rad: self.end.yaw_rad, ..State::default() },
             Law::Even => {

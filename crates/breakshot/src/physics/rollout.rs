@@ -61,25 +61,29 @@ impl<'a> Rollout<'a> {
     pub(crate) fn outcome(mut self) -> Outcome {
         self.predict(STRIKER, 0.0);
         loop {
-            let next = self.memory.agenda.first();
-            let time_s = next.map_or(f64::INFINITY, |p| p.time_s);
-            let phase_end_s = self.memory.motions[STRIKER].stop_s;
-            if phase_end_s <= time_s && matches!(self.phase, Phase::Forward | Phase::Back) {
-                self.end_phase(phase_end_s);
-                continue;
-            }
-            let Some(prediction) = next else { break };
+            let phase_end_s = match self.phase {
+                Phase::Forward | Phase::Back => self.memory.motions[STRIKER].stop_s,
+                Phase::Standing | Phase::Gone => f64::INFINITY,
+            };
+            // What comes at the same instant as the end of a phase comes after it.
+            let Some((prediction, after_s)) = self.memory.agenda.take(phase_end_s.next_down()) else {
+                if phase_end_s < f64::INFINITY {
+                    self.end_phase(phase_end_s);
+                    continue;
+                }
+                break;
+            };
+            let time_s = prediction.time_s;
             self.steps += 1;
             if self.steps > MOST_STEPS {
                 self.freeze(time_s);
                 break;
             }
-            let after_s = self.memory.agenda.take();
             let [a, b] = prediction.bodies.map(|i| i as usize);
             if prediction.touch {
                 self.touch(a, b, time_s);
             } else {
-                self.look_closer([a, b], &prediction, after_s.min(phase_end_s.max(time_s)));
+                self.look_closer([a, b], &prediction, after_s.min(phase_end_s));
             }
         }
         let motions = &self.memory.motions;

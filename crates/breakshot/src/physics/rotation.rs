@@ -43,6 +43,14 @@ impl Rotation {
         }
     }
 
+    /// The turn that leads from another's frame to this one's: `other.turned_back(self.turned(v))` in one.
+    pub(crate) fn seen_from(self, other: Self) -> Self {
+        Self {
+            cos: self.cos * other.cos + self.sin * other.sin,
+            sin: self.sin * other.cos - self.cos * other.sin,
+        }
+    }
+
     /// A vector turned counter-clockwise.
     pub(crate) fn turned(self, v: Vec2) -> Vec2 {
         Vec2::new(self.cos * v.x - self.sin * v.y, self.sin * v.x + self.cos * v.y)

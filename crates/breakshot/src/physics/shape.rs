@@ -30,6 +30,8 @@ pub(crate) struct Convex {
     pub(crate) radius_m: f64,
     /// How far the core reaches from the body's origin (m).
     pub(crate) reach_m: f64,
+    /// How far the core reaches from the body's origin at least, in any direction (m); negative if the origin lies outside.
+    pub(crate) least_reach_m: f64,
 }
 
 /// The straight line of an edge: `normal . x = offset_m`.
@@ -82,7 +84,9 @@ impl Convex {
             Vec::new()
         };
         let reach_m = corners.iter().map(|c| c.length()).fold(0.0, f64::max);
-        Self { corners, edges, radius_m, reach_m }
+        let inner_m = edges.iter().map(|e: &Edge| e.offset_m).fold(f64::INFINITY, f64::min);
+        let least_reach_m = if edges.is_empty() || inner_m < 0.0 { -reach_m } else { inner_m };
+        Self { corners, edges, radius_m, reach_m, least_reach_m }
     }
 }
 

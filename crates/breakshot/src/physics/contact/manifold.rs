@@ -3,7 +3,7 @@
 //! Two flat sides that face each other touch along a line: its two ends stand for it (the incident edge clipped to the
 //! reference edge, as physics engines for games do).  Everything else touches in one point.
 
-use super::witness::{Feature, witness};
+use super::witness::{Feature, witness_within};
 use crate::geometry::{Point, Vec2};
 use crate::physics::body::Body;
 use crate::physics::evolve::State;
@@ -18,15 +18,24 @@ pub(crate) fn contact_points(
     reach_m: f64,
     mut found: impl FnMut(Touch, f64),
 ) {
+    if a.0.plate.is_disc && b.0.plate.is_disc {
+        let (way, radius_m) = (b.1.position - a.1.position, a.0.plate.outer_radius_m);
+        let distance_m = way.length_squared().sqrt();
+        let gap_m = distance_m - radius_m - b.0.plate.outer_radius_m;
+        if gap_m <= reach_m {
+            let normal_ab = if distance_m > 0.0 { way / distance_m } else { Vec2::new(1.0, 0.0) };
+            found(Touch { point: a.1.position + normal_ab * radius_m, normal_ab }, gap_m);
+        }
+        return;
+    }
     let (turn_a, turn_b) = (Rotation::new(a.1.yaw_rad), Rotation::new(b.1.yaw_rad));
     for part_a in &a.0.plate.parts {
         let laid_a = Laid { part: part_a, origin: a.1.position, rotation: turn_a };
         for part_b in &b.0.plate.parts {
             let laid_b = Laid { part: part_b, origin: b.1.position, rotation: turn_b };
-            let seen = witness(&laid_a, &laid_b);
-            if seen.gap_m > reach_m {
+            let Some(seen) = witness_within(&laid_a, &laid_b, reach_m).filter(|w| w.gap_m <= reach_m) else {
                 continue;
-            }
+            };
             match seen.feature {
                 Feature::EdgeOfFirst(k) if !part_b.edges.is_empty() => {
                     clipped(&laid_a, usize::from(k), &laid_b, seen.normal, |point, gap_m| {

@@ -32,49 +32,88 @@ pub(crate) struct Witness {
 
 /// The largest gap that a line between two parts shows.
 pub(crate) fn witness(a: &Laid, b: &Laid) -> Witness {
+    witness_within(a, b, f64::INFINITY).unwrap_or_else(|| corners(a, b, 0, 0))
+}
+
+/// The same, or none as soon as a line shows that the gap is larger than this (m).
+pub(crate) fn witness_within(a: &Laid, b: &Laid, most_m: f64) -> Option<Witness> {
     if a.part.edges.is_empty() && b.part.edges.is_empty() {
-        return corners(a, b, 0, 0);
+        return Some(corners(a, b, 0, 0));
     }
-    let mine = widest_edge(a, b);
-    let yours = widest_edge(b, a);
+    let turn = a.rotation.seen_from(b.rotation);
+    let mine = widest_edge((a, b), |n| turn.turned(n), f64::NEG_INFINITY);
+    let least_m = mine.map_or(f64::NEG_INFINITY, |m| m.gap_m);
+    if least_m > most_m {
+        return None;
+    }
+    let yours = widest_edge((b, a), |n| turn.turned_back(n), least_m);
     // Ties go to the first part's edge if it shows as much: a matter of rounding, not of physics.
     match (mine, yours) {
-        (Some((k, j, gap_m)), other) if other.is_none_or(|(_, _, gap)| gap <= gap_m) => {
-            if rounded_corner(a, b, k, j) {
-                return corners(a, b, nearest_end(a, k, b.corner(j)), j);
+        (_, Some(Widest { gap_m, .. })) if gap_m > most_m => None,
+        (_, Some(Widest { edge, corner, gap_m })) => {
+            if rounded_corner(b, a, edge, corner) {
+                return Some(corners(a, b, corner, nearest_end(b, edge, a.corner(corner))));
             }
-            let normal = a.rotation.turned(a.part.edges[k].normal);
-            let point = b.corner(j) - normal * b.part.radius_m;
-            Witness { gap_m, normal, point, feature: Feature::EdgeOfFirst(k as u16) }
+            let normal = -b.rotation.turned(b.part.edges[edge].normal);
+            let point = a.corner(corner) + normal * a.part.radius_m;
+            Some(Witness { gap_m, normal, point, feature: Feature::EdgeOfSecond(edge as u16) })
         }
-        (_, Some((k, j, gap_m))) => {
-            if rounded_corner(b, a, k, j) {
-                return corners(a, b, j, nearest_end(b, k, a.corner(j)));
+        (Some(Widest { edge, corner, gap_m }), None) => {
+            if rounded_corner(a, b, edge, corner) {
+                return Some(corners(a, b, nearest_end(a, edge, b.corner(corner)), corner));
             }
-            let normal = -b.rotation.turned(b.part.edges[k].normal);
-            let point = a.corner(j) + normal * a.part.radius_m;
-            Witness { gap_m, normal, point, feature: Feature::EdgeOfSecond(k as u16) }
+            let normal = a.rotation.turned(a.part.edges[edge].normal);
+            let point = b.corner(corner) - normal * b.part.radius_m;
+            Some(Witness { gap_m, normal, point, feature: Feature::EdgeOfFirst(edge as u16) })
         }
-        _ => corners(a, b, 0, 0),
+        (None, None) => Some(corners(a, b, 0, 0)),
     }
 }
 
-/// The edge of `owner` whose line keeps `other` farthest away: edge, nearest corner, gap.
-fn widest_edge(owner: &Laid, other: &Laid) -> Option<(usize, usize, f64)> {
-    let mut widest: Option<(usize, usize, f64)> = None;
+/// The edge that shows the largest gap, and the other part's corner nearest to its line.
+#[derive(Clone, Copy)]
+struct Widest {
+    edge: usize,
+    corner: usize,
+    gap_m: f64,
+}
+
+/// The edge of `owner` whose line keeps `other` farthest away, if by more than `least_m`; `seen` turns a normal into the
+/// other's frame.
+fn widest_edge((owner, other): (&Laid, &Laid), seen: impl Fn(Vec2) -> Vec2, least_m: f64) -> Option<Widest> {
+    let edges = &owner.part.edges;
     let way = owner.rotation.turned_back(other.origin - owner.origin);
     let radii_m = owner.part.radius_m + other.part.radius_m;
-    for (k, edge) in owner.part.edges.iter().enumerate() {
+    // How far the other's origin lies beyond an edge's line; its corners reach back from there, by so much at least.
+    let beyond = |k: usize| edges[k].normal.dot(way) - edges[k].offset_m - radii_m;
+    let back_m = other.part.least_reach_m;
+    let look = |k: usize, beyond_m: f64| {
         // In the other's frame the nearest corner is the one deepest along the normal.
-        let normal = other.rotation.turned_back(owner.rotation.turned(edge.normal));
-        let (j, depth) = deepest(other.part, normal);
-        let gap_m = edge.normal.dot(way) - edge.offset_m + depth - radii_m;
-        if widest.is_some_and(|(_, _, gap)| gap >= gap_m) {
-            continue;
+        let (corner, depth) = deepest(other.part, seen(edges[k].normal));
+        Widest { edge: k, corner, gap_m: beyond_m + depth }
+    };
+    let mut first = (0, f64::NEG_INFINITY);
+    for k in 0..edges.len() {
+        let beyond_m = beyond(k);
+        if beyond_m > first.1 {
+            first = (k, beyond_m);
         }
-        widest = Some((k, j, gap_m));
     }
-    widest
+    if first.1 - back_m <= least_m {
+        return None;
+    }
+    // The edge that faces the other most shows most, as a rule, and rules out the others.
+    let mut widest = look(first.0, first.1);
+    for k in (0..edges.len()).filter(|&k| k != first.0) {
+        let beyond_m = beyond(k);
+        if beyond_m - back_m > widest.gap_m.max(least_m) {
+            let seen = look(k, beyond_m);
+            if seen.gap_m > widest.gap_m {
+                widest = seen;
+            }
+        }
+    }
+    (widest.gap_m > least_m).then_some(widest)
 }
 
 fn deepest(part: &Convex, normal: Vec2) -> (usize, f64) {
