@@ -6,6 +6,7 @@
 mod check;
 mod decode;
 mod process;
+mod speed;
 mod validate;
 
 use std::path::PathBuf;
@@ -19,6 +20,11 @@ usage: cargo xtask TASK
                    accuracy, speed and memory on films with known truth (LAB holds campaign/ and scatter/)
   validate air-table [SHARED]
                    impacts against two pucks recorded on an air table (SHARED/real/air_table; ../shared if not given)
+  validate estimate [COUNT]
+                   how often 95 % intervals hold the truth in drawn campaigns (200 unless told)
+  bench estimate [LAB TRACKS]
+                   time of estimation in drawn campaigns of growing size, or from the films' tracks (TRACKS is what
+                   `breakshot estimate --tracks` wrote)
   bench decode CLIPS
                    decoded films against ffmpeg's, and the CPU time of both on a folder of MP4 clips
   deny             licences and sources of all dependencies (installs cargo-deny)
@@ -30,8 +36,15 @@ fn main() -> ExitCode {
     let done = match words.as_slice() {
         ["test"] => check::test(),
         ["validate", "air-table", rest @ ..] => validate::recorded(&shared(rest)),
+        ["validate", "estimate"] => validate::estimate(validate::CAMPAIGNS),
+        ["validate", "estimate", count] => match count.parse() {
+            Ok(count) => validate::estimate(count),
+            Err(_) => Err(format!("`{count}` is no number of campaigns")),
+        },
         ["validate", lab] => validate::lab(lab.as_ref(), false),
         ["validate", lab, "--details"] => validate::lab(lab.as_ref(), true),
+        ["bench", "estimate"] => speed::drawn(),
+        ["bench", "estimate", lab, tracks] => speed::lab(lab.as_ref(), tracks.as_ref()),
         ["bench", "decode", clips] => decode::bench(clips.as_ref()),
         ["deny"] => check::deny(),
         _ => {

@@ -40,6 +40,11 @@ pub(crate) fn run(command: &mut Command) -> Result<Run, String> {
     Ok(Run { code: status.code().unwrap_or(-1), stdout, wall_s, cpu_s, peak_memory_mb })
 }
 
+/// What this process has used so far: user and system time of all its threads (s).
+pub(crate) fn own_cpu_s() -> Result<f64, String> {
+    cpu_seconds(Path::new("/proc/self")).ok_or_else(|| "/proc/self/stat cannot be read".into())
+}
+
 fn read_from_start(mut file: std::fs::File) -> std::io::Result<String> {
     use std::io::{Read, Seek, SeekFrom};
     let mut text = String::new();

@@ -5,8 +5,10 @@
 //! it: `cargo xtask validate air-table`.
 
 pub(crate) mod air_table;
+mod campaigns;
 mod properties;
-mod row;
+pub(crate) mod row;
+pub(crate) mod saved;
 mod scatter;
 mod tracks;
 mod truth;
@@ -41,6 +43,14 @@ impl Program {
         }
         Err(format!("`breakshot {}` ended with {}", args.join(" "), run.code))
     }
+}
+
+/// Drawn campaigns unless told otherwise.
+pub(crate) const CAMPAIGNS: u64 = campaigns::COUNT;
+
+/// Coverage of the intervals on drawn campaigns.
+pub(crate) fn estimate(count: u64) -> Result<(), String> {
+    if campaigns::validate(count)? { Ok(()) } else { Err("some targets were missed".into()) }
 }
 
 /// Everything that is measured against the films in `lab`.

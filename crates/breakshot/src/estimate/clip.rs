@@ -1,6 +1,6 @@
 //! The model of one clip: bodies that rest, slide and hit each other, and what the camera sees of them.
 
-use super::least_squares::Residual;
+use super::least_squares::{Problem, Residual};
 use super::slide::{Grip, Motion, Slide};
 use crate::geometry::{Point, Pose, Vec2};
 use crate::object::Shape;
@@ -78,6 +78,25 @@ pub(super) struct Layout {
     pub(super) events: Vec<EventSlots>,
     /// The step of every parameter for numeric derivatives.
     pub(super) steps: Vec<f64>,
+    /// What every parameter moves.
+    moves: Vec<Moves>,
+}
+
+/// What a parameter moves.
+#[derive(Clone, Copy, Debug)]
+enum Moves {
+    /// This body, all the time.
+    Body(usize),
+    /// All members of this event, or only this one, from the event on.
+    Since(usize, Option<usize>),
+}
+
+/// A model with the places of its parameters and residuals.
+pub(super) struct ModelFit<'a> {
+    model: &'a Model,
+    layout: &'a Layout,
+    /// Where the residuals of each body begin; at the end, those of the priors.
+    starts: Vec<usize>,
 }
 
 /// Slots of a body.
@@ -172,6 +191,9 @@ impl Path {
             return self.motion(time_s).pose;
         }
         let (open, shut) = (time_s - exposure_s / 2.0, time_s + exposure_s / 2.0);
+        if shut <= self.onset_s() && self.first.velocity == Vec2::ZERO || open >= self.stop_s() {
+            return self.motion(time_s).pose;
+        }
         let breaks = self.slides.iter().map(|(start_s, _)| *start_s).filter(|s| (open..shut).contains(s));
         let mut mean = [0.0; 3];
         let mut from = open;
@@ -210,94 +232,102 @@ impl Model {
 
     /// Where each parameter stands.
     pub(super) fn layout(&self) -> Layout {
-        let mut steps = Vec::new();
-        let mut take = |sizes: &[f64]| {
+        let (mut steps, mut moves) = (Vec::new(), Vec::new());
+        let mut take = |sizes: &[f64], what: Moves| {
             steps.extend_from_slice(sizes);
+            moves.resize(steps.len(), what);
             steps.len() - sizes.len()
         };
         let velocity_steps = |body: &Body| [1e-5, 1e-5, 1e-3][..body.velocity_len()].to_vec();
         let bodies = (0..self.bodies.len())
             .map(|k| {
-                let body = &self.bodies[k];
+                let (body, own) = (&self.bodies[k], Moves::Body(k));
                 let moves = body.moves_at_start || self.events.iter().any(|e| e.members.contains(&k));
                 BodySlots {
-                    position: take(&[1e-6, 1e-6]),
-                    yaw: body.sees_yaw.then(|| take(&[1e-5])),
-                    velocity: body.moves_at_start.then(|| take(&velocity_steps(body))),
-                    friction: moves.then(|| take(&[1e-5])),
+                    position: take(&[1e-6, 1e-6], own),
+                    yaw: body.sees_yaw.then(|| take(&[1e-5], own)),
+                    velocity: body.moves_at_start.then(|| take(&velocity_steps(body), own)),
+                    friction: moves.then(|| take(&[1e-5], own)),
                 }
             })
             .collect();
-        let events = (self.events.iter())
-            .map(|event| EventSlots {
-                time: take(&[1e-6]),
-                velocities: event.members.iter().map(|&m| take(&velocity_steps(&self.bodies[m]))).collect(),
+        let events = (self.events.iter().enumerate())
+            .map(|(n, event)| EventSlots {
+                time: take(&[1e-6], Moves::Since(n, None)),
+                velocities: (event.members.iter())
+                    .map(|&m| take(&velocity_steps(&self.bodies[m]), Moves::Since(n, Some(m))))
+                    .collect(),
             })
             .collect();
-        Layout { bodies, events, steps }
+        Layout { bodies, events, steps, moves }
     }
 
     /// The path of every body.
     pub(super) fn paths(&self, layout: &Layout, parameters: &[f64]) -> Vec<Path> {
-        let velocity = |body: &Body, slot: usize| {
+        (0..self.bodies.len()).map(|k| self.path(k, layout, parameters)).collect()
+    }
+
+    /// The path of one body.
+    fn path(&self, k: usize, layout: &Layout, parameters: &[f64]) -> Path {
+        let (body, slots) = (&self.bodies[k], &layout.bodies[k]);
+        let velocity = |slot: usize| {
             let spin = if body.sees_yaw { parameters[slot + 2] } else { 0.0 };
             (Vec2::new(parameters[slot], parameters[slot + 1]), spin)
         };
-        (0..self.bodies.len())
-            .map(|k| {
-                let (body, slots) = (&self.bodies[k], &layout.bodies[k]);
-                let grip = Grip {
-                    friction: slots.friction.map_or(0.0, |f| parameters[f]),
-                    patch_radius_m: body.patch_radius_m,
-                    gyration_m: body.gyration_m,
-                };
-                let yaw_rad = slots.yaw.map_or(0.0, |y| parameters[y]);
-                let pose = Pose::new(parameters[slots.position], parameters[slots.position + 1], yaw_rad);
-                let mut path = Path { first: Motion { pose, ..Motion::default() }, slides: Vec::new() };
-                if let Some(slot) = slots.velocity {
-                    let start_s = body.sights.first().map_or(0.0, |s| s.time_s);
-                    (path.first.velocity, path.first.spin_rad_s) = velocity(body, slot);
-                    path.slides.push((start_s, Slide::new(start_s, path.first, &grip)));
-                }
-                for (event, at) in self.events.iter().zip(&layout.events) {
-                    let Some(member) = event.members.iter().position(|&m| m == k) else { continue };
-                    let start_s = parameters[at.time];
-                    let mut start = path.slides.last().map_or(path.first, |(_, slide)| slide.motion(start_s));
-                    (start.velocity, start.spin_rad_s) = velocity(body, at.velocities[member]);
-                    path.slides.push((start_s, Slide::new(start_s, start, &grip)));
-                }
-                path
-            })
-            .collect()
+        let grip = Grip {
+            friction: slots.friction.map_or(0.0, |f| parameters[f]),
+            patch_radius_m: body.patch_radius_m,
+            gyration_m: body.gyration_m,
+        };
+        let yaw_rad = slots.yaw.map_or(0.0, |y| parameters[y]);
+        let pose = Pose::new(parameters[slots.position], parameters[slots.position + 1], yaw_rad);
+        let mut path = Path { first: Motion { pose, ..Motion::default() }, slides: Vec::new() };
+        if let Some(slot) = slots.velocity {
+            let start_s = body.sights.first().map_or(0.0, |s| s.time_s);
+            (path.first.velocity, path.first.spin_rad_s) = velocity(slot);
+            path.slides.push((start_s, Slide::new(start_s, path.first, &grip)));
+        }
+        for (event, at) in self.events.iter().zip(&layout.events) {
+            let Some(member) = event.members.iter().position(|&m| m == k) else { continue };
+            let start_s = parameters[at.time];
+            let mut start = path.slides.last().map_or(path.first, |(_, slide)| slide.motion(start_s));
+            (start.velocity, start.spin_rad_s) = velocity(at.velocities[member]);
+            path.slides.push((start_s, Slide::new(start_s, start, &grip)));
+        }
+        path
     }
 
-    /// What the sights and the priors say against these parameters.
-    pub(super) fn residuals(&self, layout: &Layout, parameters: &[f64]) -> Vec<Residual> {
-        let paths = self.paths(layout, parameters);
-        let mut all = Vec::new();
-        for ((body, path), stds) in self.bodies.iter().zip(&paths).zip(&self.stds_m) {
-            for (sight, std_m) in body.sights.iter().zip(stds) {
-                if sight.ignored {
-                    continue;
-                }
-                let seen = match self.exposure {
-                    Exposure::Known(exposure_s) => path.mean_pose(sight.time_s, exposure_s),
-                    Exposure::UpTo(_) => path.motion(sight.time_s).pose,
-                };
+    /// How many residuals the sights of each body make.
+    fn row_counts(&self) -> Vec<usize> {
+        let rows = |body: &Body, s: &Sight| if body.sees_yaw && s.yaw_rad.is_some() { 2 } else { 1 };
+        let of = |body: &Body| body.sights.iter().filter(|s| !s.ignored).map(|s| rows(body, s)).sum();
+        self.bodies.iter().map(of).collect()
+    }
+
+    /// What a body's sights since a time say against its path: calls `each` with the place among the body's residuals.
+    fn sights_against(&self, k: usize, path: &Path, since_s: f64, mut each: impl FnMut(usize, Residual)) {
+        let (body, mut row) = (&self.bodies[k], 0);
+        let exposure_s = match self.exposure {
+            Exposure::Known(exposure_s) => exposure_s,
+            Exposure::UpTo(_) => 0.0,
+        };
+        for (sight, std_m) in body.sights.iter().zip(&self.stds_m[k]).filter(|(s, _)| !s.ignored) {
+            let yaw_rad = sight.yaw_rad.filter(|_| body.sees_yaw);
+            if sight.time_s + exposure_s >= since_s {
+                let seen = path.mean_pose(sight.time_s, exposure_s);
                 let off = (sight.position - seen.position) / *std_m;
-                all.push(Residual { value: off.into(), soft: true });
-                if let (true, Some(yaw_rad)) = (body.sees_yaw, sight.yaw_rad) {
+                each(row, Residual { value: off.into(), soft: true });
+                if let Some(yaw_rad) = yaw_rad {
                     let std_rad = self.yaw_std_rad * std_m / sight.std_m;
-                    all.push(Residual { value: [(yaw_rad - seen.yaw_rad) / std_rad, 0.0], soft: true });
+                    each(row + 1, Residual { value: [(yaw_rad - seen.yaw_rad) / std_rad, 0.0], soft: true });
                 }
             }
+            row += 1 + usize::from(yaw_rad.is_some());
         }
-        self.push_priors(layout, parameters, &mut all);
-        all
     }
 
-    fn push_priors(&self, layout: &Layout, parameters: &[f64], all: &mut Vec<Residual>) {
-        let mut expect = |value: [f64; 2]| all.push(Residual { value, soft: false });
+    fn priors(&self, layout: &Layout, parameters: &[f64], mut each: impl FnMut(Residual)) {
+        let mut expect = |value: [f64; 2]| each(Residual { value, soft: false });
         let mut expect_velocity = |body: &Body, slot: usize| {
             expect([parameters[slot] / SPEED_SPAN_M_S, parameters[slot + 1] / SPEED_SPAN_M_S]);
             if body.sees_yaw {
@@ -342,6 +372,49 @@ impl Model {
                 *std_m = (sight.std_m * repeated).hypot(blur_m);
             }
         }
+    }
+}
+
+impl<'a> ModelFit<'a> {
+    pub(super) fn new(model: &'a Model, layout: &'a Layout) -> Self {
+        let mut starts = vec![0];
+        for count in model.row_counts() {
+            starts.push(starts[starts.len() - 1] + count);
+        }
+        Self { model, layout, starts }
+    }
+}
+
+impl Problem for ModelFit<'_> {
+    fn residuals(&self, parameters: &[f64]) -> Vec<Residual> {
+        let mut all = Vec::new();
+        for k in 0..self.model.bodies.len() {
+            let path = self.model.path(k, self.layout, parameters);
+            self.model.sights_against(k, &path, f64::NEG_INFINITY, |_, r| all.push(r));
+        }
+        self.model.priors(self.layout, parameters, |r| all.push(r));
+        all
+    }
+
+    fn residuals_of(&self, parameters: &[f64], column: usize, mut changed: impl FnMut(usize, Residual)) {
+        /// An instant that is varied moves sights a little before it too.
+        const JUST_BEFORE_S: f64 = 1e-5;
+        let (bodies, since_s): (&[usize], f64) = match &self.layout.moves[column] {
+            Moves::Body(k) => (std::slice::from_ref(k), f64::NEG_INFINITY),
+            Moves::Since(n, member) => {
+                let since_s = parameters[self.layout.events[*n].time] - JUST_BEFORE_S;
+                (member.as_ref().map_or(&self.model.events[*n].members, std::slice::from_ref), since_s)
+            }
+        };
+        for &k in bodies {
+            let path = self.model.path(k, self.layout, parameters);
+            self.model.sights_against(k, &path, since_s, |row, r| changed(self.starts[k] + row, r));
+        }
+        let mut row = self.starts[self.starts.len() - 1];
+        self.model.priors(self.layout, parameters, |r| {
+            changed(row, r);
+            row += 1;
+        });
     }
 }
 

@@ -1,7 +1,7 @@
 //! The fit of one clip: how many impacts it shows, and the most likely motion of all its bodies.
 
-use super::clip::{Cause, Event, Exposure, Layout, Model, Path};
-use super::least_squares::{Minimum, minimum};
+use super::clip::{Cause, Event, Exposure, Layout, Model, ModelFit, Path};
+use super::least_squares::{AT_REST, Minimum, NEAR, minimum};
 use super::segment::{Draft, SIGHTS_NEEDED, fitted_partner, frame_s};
 use super::striker::StrikerRun;
 use super::touch::{Outline, touch};
@@ -101,13 +101,13 @@ impl Fitted {
     }
 
     /// The least loss from these parameters.
-    fn run(mut model: Model, mut parameters: Vec<f64>) -> Self {
+    fn run(mut model: Model, parameters: Vec<f64>) -> Self {
         let layout = model.layout();
         // The weights depend on the motion, which the first run finds.
         model.weigh(&layout, &parameters);
-        parameters = minimum(parameters, &layout.steps, |p| model.residuals(&layout, p)).parameters;
-        model.weigh(&layout, &parameters);
-        let minimum = minimum(parameters, &layout.steps, |p| model.residuals(&layout, p));
+        let first = minimum(parameters, &layout.steps, NEAR, &ModelFit::new(&model, &layout));
+        model.weigh(&layout, &first.parameters);
+        let minimum = minimum(first.parameters, &layout.steps, AT_REST, &ModelFit::new(&model, &layout));
         let paths = model.paths(&layout, &minimum.parameters);
         let noise = noise(&model, &minimum, &paths);
         Self { model, layout, minimum, paths, noise, remarks: Vec::new() }
@@ -438,21 +438,19 @@ fn layout_len(layout: &Layout, slots: &super::clip::EventSlots) -> usize {
 }
 
 /// The best of several first guesses of friction.
-fn best_start(draft: Draft) -> Fitted {
-    let mut best: Option<Fitted> = None;
-    for factor in [1.0, 0.5, 2.0] {
+fn best_start(mut draft: Draft) -> Fitted {
+    draft.model.weigh(&draft.layout, &draft.parameters);
+    let starts = [1.0, 0.5, 2.0].map(|factor| {
         let mut parameters = draft.parameters.clone();
         for slots in &draft.layout.bodies {
             if let Some(slot) = slots.friction {
                 parameters[slot] *= factor;
             }
         }
-        let fitted = Fitted::run(draft.model.clone(), parameters);
-        if best.as_ref().is_none_or(|b| fitted.minimum.loss < b.minimum.loss) {
-            best = Some(fitted);
-        }
-    }
-    best.unwrap_or_else(|| Fitted::run(draft.model, draft.parameters))
+        minimum(parameters, &draft.layout.steps, NEAR, &ModelFit::new(&draft.model, &draft.layout))
+    });
+    let best = starts.into_iter().min_by(|p, q| p.loss.total_cmp(&q.loss));
+    Fitted::run(draft.model, best.map_or(draft.parameters, |b| b.parameters))
 }
 
 /// How large the residuals of moving bodies are against what the track claims.

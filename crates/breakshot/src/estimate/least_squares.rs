@@ -27,8 +27,11 @@ pub(super) struct Minimum {
 /// Residuals beyond this many standard deviations count less than squared; it costs 2 % of efficiency.
 const SOFT_FROM: f64 = 3.0;
 const ITERATIONS: usize = 40;
-/// The loss counts as least when a step lowers it by less than this.
-const LOSS_CHANGE: f64 = 1e-6;
+/// The loss counts as least when a step lowers it by less than this: the next would be shorter than a hundredth of the
+/// parameters' deviations.
+pub(super) const AT_REST: f64 = 1e-4;
+/// The same while it is still open which motion is fitted.
+pub(super) const NEAR: f64 = 1e-2;
 
 impl Residual {
     /// What it adds to the loss (soft-L1).
@@ -48,19 +51,30 @@ impl Residual {
     }
 }
 
+/// Residuals as a function of the parameters.
+pub(super) trait Problem {
+    /// All residuals.
+    fn residuals(&self, parameters: &[f64]) -> Vec<Residual>;
+
+    /// Calls `changed` with every residual that may depend on the parameter at `column`, and its place.
+    fn residuals_of(&self, parameters: &[f64], column: usize, changed: impl FnMut(usize, Residual));
+}
+
 /// The least loss that Levenberg-Marquardt reaches from `start`; `steps` are the parameters' steps for derivatives.
 pub(super) fn minimum(
     start: Vec<f64>,
     steps: &[f64],
-    residuals: impl Fn(&[f64]) -> Vec<Residual>,
+    close_enough: f64,
+    problem: &impl Problem,
 ) -> Minimum {
+    let residuals = |parameters: &[f64]| problem.residuals(parameters);
     let total = |all: &[Residual]| all.iter().map(Residual::loss).sum::<f64>();
     let mut parameters = start;
     let mut now = residuals(&parameters);
     let mut loss = total(&now);
     let mut damping = 1e-3;
     for _ in 0..ITERATIONS {
-        let (normal, gradient, _) = normal_equations(&parameters, steps, &residuals, &now);
+        let (normal, gradient, _) = normal_equations(&parameters, steps, problem, &now);
         let mut improved = None;
         while improved.is_none() && damping < 1e9 {
             let mut damped = normal.clone();
@@ -82,11 +96,11 @@ pub(super) fn minimum(
         let change = loss - trial_loss;
         (parameters, now, loss) = (trial, there, trial_loss);
         damping = damping.max(1e-9);
-        if change < LOSS_CHANGE {
+        if change < close_enough {
             break;
         }
     }
-    let (normal, _, jacobian) = normal_equations(&parameters, steps, &residuals, &now);
+    let (normal, _, jacobian) = normal_equations(&parameters, steps, problem, &now);
     let size = normal.nrows();
     let covariance = normal
         .cholesky()
@@ -99,10 +113,10 @@ pub(super) fn minimum(
 fn normal_equations(
     parameters: &[f64],
     steps: &[f64],
-    residuals: &impl Fn(&[f64]) -> Vec<Residual>,
+    problem: &impl Problem,
     now: &[Residual],
 ) -> (DMatrix<f64>, DVector<f64>, DMatrix<f64>) {
-    let jacobian = jacobian(parameters, steps, residuals, now.len());
+    let jacobian = jacobian(parameters, steps, problem, now.len());
     let mut weighted = jacobian.clone();
     let mut values = DVector::zeros(2 * now.len());
     for (k, residual) in now.iter().enumerate() {
@@ -115,25 +129,19 @@ fn normal_equations(
     (weighted.tr_mul(&jacobian), weighted.tr_mul(&values), jacobian)
 }
 
-fn jacobian(
-    parameters: &[f64],
-    steps: &[f64],
-    residuals: &impl Fn(&[f64]) -> Vec<Residual>,
-    count: usize,
-) -> DMatrix<f64> {
+fn jacobian(parameters: &[f64], steps: &[f64], problem: &impl Problem, count: usize) -> DMatrix<f64> {
     let mut jacobian = DMatrix::zeros(2 * count, parameters.len());
     let mut moved = parameters.to_vec();
     for (column, step) in steps.iter().enumerate() {
-        moved[column] = parameters[column] + step;
-        let ahead = residuals(&moved);
-        moved[column] = parameters[column] - step;
-        let behind = residuals(&moved);
-        moved[column] = parameters[column];
-        for (k, (plus, minus)) in ahead.iter().zip(&behind).enumerate() {
-            for part in 0..2 {
-                jacobian[(2 * k + part, column)] = (plus.value[part] - minus.value[part]) / (2.0 * step);
-            }
+        for (to, sign) in [(parameters[column] + step, 1.0), (parameters[column] - step, -1.0)] {
+            moved[column] = to;
+            problem.residuals_of(&moved, column, |k, residual| {
+                for part in 0..2 {
+                    jacobian[(2 * k + part, column)] += sign * residual.value[part] / (2.0 * step);
+                }
+            });
         }
+        moved[column] = parameters[column];
     }
     jacobian
 }
@@ -142,8 +150,26 @@ fn jacobian(
 mod tests {
     use super::*;
 
+    /// Every residual may depend on every parameter.
+    struct Plain<F>(F);
+
+    impl<F: Fn(&[f64]) -> Vec<Residual>> Problem for Plain<F> {
+        fn residuals(&self, parameters: &[f64]) -> Vec<Residual> {
+            self.0(parameters)
+        }
+
+        fn residuals_of(&self, parameters: &[f64], _: usize, mut changed: impl FnMut(usize, Residual)) {
+            self.0(parameters).into_iter().enumerate().for_each(|(k, r)| changed(k, r));
+        }
+    }
+
+    fn least(start: Vec<f64>, residuals: impl Fn(&[f64]) -> Vec<Residual>) -> Minimum {
+        let steps = vec![1e-6; start.len()];
+        minimum(start, &steps, 1e-9, &Plain(residuals))
+    }
+
     fn line(data: &[(f64, f64)]) -> Minimum {
-        minimum(vec![0.0, 0.0], &[1e-6, 1e-6], |p| {
+        least(vec![0.0, 0.0], |p| {
             data.iter().map(|&(x, y)| Residual { value: [y - p[0] - p[1] * x, 0.0], soft: true }).collect()
         })
     }
@@ -166,7 +192,7 @@ mod tests {
 
     #[test]
     fn a_parameter_that_nothing_tells_about_gives_no_panic() {
-        let fit = minimum(vec![1.0, 1.0], &[1e-6, 1e-6], |p| {
+        let fit = least(vec![1.0, 1.0], |p| {
             vec![Residual { value: [p[0] - 3.0, 0.0], soft: false }]
         });
         assert!(fit.parameters.iter().all(|p| p.is_finite()));

@@ -27,6 +27,7 @@ mod spread;
 mod staged;
 mod striker;
 mod summary;
+pub mod synthetic;
 mod touch;
 #[cfg(test)]
 mod update_tests;

@@ -9,6 +9,7 @@ use crate::object::Shape;
 use crate::physics::GRAVITY_M_S2;
 use crate::physics::support::{PATCH_RADIUS_PER_ARM, mean_arm_m, patch_force_and_torque};
 use std::f64::consts::FRAC_PI_2;
+use std::sync::OnceLock;
 
 /// Where a body is, and how it moves.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -208,8 +209,23 @@ fn knots(start: &Motion, grip: &Grip) -> Vec<Knot> {
 /// How fast `u` falls and `angle` turns, both over `mu g`; the latter times `u`.
 fn resistance(angle: f64, inertia: f64) -> (f64, f64) {
     let (sin, cos) = angle.sin_cos();
-    let [force, torque] = patch_force_and_torque(cos / sin);
+    let [force, torque] = patch(angle);
     (force * cos + inertia * torque * sin, inertia * torque * cos - force * sin)
+}
+
+/// Force and torque of a uniform patch by the angle of (speed, rim speed), between tabulated values on straight lines:
+/// off by less than 1e-6.
+fn patch(angle: f64) -> [f64; 2] {
+    const PARTS: usize = 1024;
+    static TABLE: OnceLock<Vec<[f64; 2]>> = OnceLock::new();
+    let table = TABLE.get_or_init(|| {
+        let angle = |k: usize| FRAC_PI_2 * k as f64 / PARTS as f64;
+        (0..=PARTS).map(|k| patch_force_and_torque(angle(k).cos() / angle(k).sin())).collect()
+    });
+    let place = (angle / FRAC_PI_2).clamp(0.0, 1.0) * PARTS as f64;
+    let k = (place as usize).min(PARTS - 1);
+    let part = place - k as f64;
+    [0, 1].map(|n| table[k][n] + part * (table[k + 1][n] - table[k][n]))
 }
 
 /// The radius of the uniform disc that resists like an outline resting on its whole area (m).
