@@ -109,7 +109,12 @@ pub(crate) fn validate(count: u64) -> Result<bool, String> {
         "Drawn campaigns",
         &[
             Row::plain("campaigns", count as f64, ""),
-            Row::at_most("95 % intervals hold the truth: distance from 95", (coverage - 95.0).abs(), 2.0, "%"),
+            Row::at_most(
+                "95 % intervals hold the truth: distance from 95",
+                (coverage - 95.0).abs(),
+                2.0,
+                "%",
+            ),
         ],
     ))
 }

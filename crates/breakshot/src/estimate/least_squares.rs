@@ -26,9 +26,13 @@ pub(super) struct Minimum {
 
 /// Residuals beyond this many standard deviations count less than squared; it costs 2 % of efficiency.
 const SOFT_FROM: f64 = 3.0;
-const ITERATIONS: usize = 40;
-/// The loss counts as least when a step lowers it by less than this: the next would be shorter than a hundredth of the
-/// parameters' deviations.
+const ITERATIONS: usize = 60;
+/// Steps that are shortened more than this go nowhere.
+const MOST_DAMPING: f64 = 1e9;
+/// Steps that gain less than this part of what is close enough do not come to an end.
+const CRAWL: f64 = 1e-3;
+/// The loss counts as least when a full step would lower it by less than this: the parameters are a hundredth of their
+/// deviations away.
 pub(super) const AT_REST: f64 = 1e-4;
 /// The same while it is still open which motion is fitted.
 pub(super) const NEAR: f64 = 1e-2;
@@ -61,12 +65,7 @@ pub(super) trait Problem {
 }
 
 /// The least loss that Levenberg-Marquardt reaches from `start`; `steps` are the parameters' steps for derivatives.
-pub(super) fn minimum(
-    start: Vec<f64>,
-    steps: &[f64],
-    close_enough: f64,
-    problem: &impl Problem,
-) -> Minimum {
+pub(super) fn minimum(start: Vec<f64>, steps: &[f64], close_enough: f64, problem: &impl Problem) -> Minimum {
     let residuals = |parameters: &[f64]| problem.residuals(parameters);
     let total = |all: &[Residual]| all.iter().map(Residual::loss).sum::<f64>();
     let mut parameters = start;
@@ -75,8 +74,13 @@ pub(super) fn minimum(
     let mut damping = 1e-3;
     for _ in 0..ITERATIONS {
         let (normal, gradient, _) = normal_equations(&parameters, steps, problem, &now);
+        // What a full step would gain if the residuals were linear.
+        let within = normal.clone().cholesky().map(|factor| gradient.dot(&factor.solve(&gradient)));
+        if within.is_some_and(|gain| gain < close_enough) {
+            break;
+        }
         let mut improved = None;
-        while improved.is_none() && damping < 1e9 {
+        while improved.is_none() && damping < MOST_DAMPING {
             let mut damped = normal.clone();
             for k in 0..damped.nrows() {
                 damped[(k, k)] *= 1.0 + damping;
@@ -96,7 +100,7 @@ pub(super) fn minimum(
         let change = loss - trial_loss;
         (parameters, now, loss) = (trial, there, trial_loss);
         damping = damping.max(1e-9);
-        if change < close_enough {
+        if change < close_enough * CRAWL {
             break;
         }
     }
@@ -165,7 +169,7 @@ mod tests {
 
     fn least(start: Vec<f64>, residuals: impl Fn(&[f64]) -> Vec<Residual>) -> Minimum {
         let steps = vec![1e-6; start.len()];
-        minimum(start, &steps, 1e-9, &Plain(residuals))
+        minimum(start, &steps, 1e-20, &Plain(residuals))
     }
 
     fn line(data: &[(f64, f64)]) -> Minimum {
@@ -192,9 +196,7 @@ mod tests {
 
     #[test]
     fn a_parameter_that_nothing_tells_about_gives_no_panic() {
-        let fit = least(vec![1.0, 1.0], |p| {
-            vec![Residual { value: [p[0] - 3.0, 0.0], soft: false }]
-        });
+        let fit = least(vec![1.0, 1.0], |p| vec![Residual { value: [p[0] - 3.0, 0.0], soft: false }]);
         assert!(fit.parameters.iter().all(|p| p.is_finite()));
     }
 }

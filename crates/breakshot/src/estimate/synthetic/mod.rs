@@ -158,11 +158,8 @@ fn object(k: usize, recipe: &Recipe, random: &mut Pcg64Mcg) -> Object {
     const EVERY_THIRD: usize = 3;
     let square = k % EVERY_THIRD == EVERY_THIRD - 1;
     let radius_m = random.random_range(0.025..0.04);
-    let shape = if square {
-        Shape::Rectangle { size_m: [1.6 * radius_m; 2] }
-    } else {
-        Shape::Disc { radius_m }
-    };
+    let shape =
+        if square { Shape::Rectangle { size_m: [1.6 * radius_m; 2] } } else { Shape::Disc { radius_m } };
     let bar = Shape::Rectangle { size_m: [0.018, 0.009] };
     let marker = if square || recipe.bars { bar } else { Shape::Disc { radius_m: 0.01 } };
     let name = char::from(b'a' + (k % 26) as u8).to_string();
@@ -242,12 +239,14 @@ fn clip(
             place = Point::ORIGIN + leaves * (reach(case[0]) + reach(k) + gap_m);
             place += leaves.perpendicular() * beside_m;
         }
-        let copy = if n > 0 && case[0] == k { format!("{}#2", objects[k].name) } else { objects[k].name.clone() };
+        let copy =
+            if n > 0 && case[0] == k { format!("{}#2", objects[k].name) } else { objects[k].name.clone() };
         let turned = yaw(k, random);
         bodies.push(Body::new(copy, &objects[k], laws, (place, turned), friction_scale));
     }
     let speed_m_s = random.random_range(0.3..0.6);
-    let start_m = Point::ORIGIN - along * (reach(case[0]) + STRIKER_M + RUN_UP_M) + along.perpendicular() * aside_m;
+    let start_m =
+        Point::ORIGIN - along * (reach(case[0]) + STRIKER_M + RUN_UP_M) + along.perpendicular() * aside_m;
     let strike = Strike {
         object: None,
         start_m,

@@ -138,14 +138,18 @@ impl Body {
         if spin_rad_s == 0.0 {
             return (velocity.direction().map_or(Vec2::ZERO, |d| d * -pull), 0.0);
         }
+        // In the body's own frame its support lies still.
+        let own = velocity.rotated(-self.yaw_rad);
         let (mut force, mut torque) = (Vec2::ZERO, 0.0);
         for arm in &self.support_m {
-            let arm = arm.rotated(self.yaw_rad);
-            if let Some(slides) = (velocity + arm.perpendicular() * spin_rad_s).direction() {
-                force = force - slides;
-                torque -= arm.cross(slides);
+            let slides = own + arm.perpendicular() * spin_rad_s;
+            let speed = slides.length_squared().sqrt();
+            if speed > 0.0 {
+                force -= slides / speed;
+                torque -= arm.cross(slides) / speed;
             }
         }
+        let force = force.rotated(self.yaw_rad);
         let share = pull / self.support_m.len() as f64;
         (force * share, torque * share * self.mass_kg / self.inertia_kg_m2)
     }
@@ -155,17 +159,18 @@ impl Body {
         if self.velocity == Vec2::ZERO && self.spin_rad_s == 0.0 {
             return;
         }
+        let slow = self.friction * GRAVITY_M_S2 * STEP_S;
+        let rim_m_s = self.spin_rad_s.abs() * (self.inertia_kg_m2 / self.mass_kg).sqrt();
+        // Sliding and spinning end together, within a step.
+        if self.velocity.length() <= slow && rim_m_s <= 2.0 * slow {
+            self.position += self.velocity * (self.velocity.length() / (2.0 * slow) * STEP_S);
+            (self.velocity, self.spin_rad_s) = (Vec2::ZERO, 0.0);
+            return;
+        }
         let (pull, twist) = self.drag(self.velocity, self.spin_rad_s);
         let half = STEP_S / 2.0;
         let (pull, twist) = self.drag(self.velocity + pull * half, self.spin_rad_s + twist * half);
         let (velocity, spin) = (self.velocity + pull * STEP_S, self.spin_rad_s + twist * STEP_S);
-        let slow = self.friction * GRAVITY_M_S2 * STEP_S;
-        let rim_m_s = spin.abs() * (self.inertia_kg_m2 / self.mass_kg).sqrt();
-        if velocity.dot(self.velocity) <= 0.0 && rim_m_s < 2.0 * slow {
-            self.position += self.velocity * (self.velocity.length() / (2.0 * slow / STEP_S));
-            (self.velocity, self.spin_rad_s) = (Vec2::ZERO, 0.0);
-            return;
-        }
         self.position += (self.velocity + velocity) * half;
         self.yaw_rad += (self.spin_rad_s + spin) * half;
         (self.velocity, self.spin_rad_s) = (velocity, spin);
@@ -192,7 +197,12 @@ impl World {
     }
 
     /// Lets it go for a while; every impact's restitution is multiplied by a draw of `scatter`.
-    pub(super) fn run(&mut self, laws: &Laws, duration_s: f64, mut scatter: impl FnMut() -> f64) -> Vec<Path> {
+    pub(super) fn run(
+        &mut self,
+        laws: &Laws,
+        duration_s: f64,
+        mut scatter: impl FnMut() -> f64,
+    ) -> Vec<Path> {
         let mut paths: Vec<Path> = (self.bodies.iter())
             .map(|b| Path { object: b.object.clone(), sees_yaw: b.sees_yaw, poses: Vec::new() })
             .collect();
@@ -253,8 +263,9 @@ impl World {
         let (a, b) = (&mut head[first], &mut tail[0]);
         let touch = match (&a.shape, &b.shape) {
             (Shape::Disc { radius_m }, _) => disc_touches(a.position, *radius_m, b),
-            (_, Shape::Disc { radius_m }) => disc_touches(b.position, *radius_m, a)
-                .map(|touch| Touch { normal: -touch.normal, ..touch }),
+            (_, Shape::Disc { radius_m }) => {
+                disc_touches(b.position, *radius_m, a).map(|touch| Touch { normal: -touch.normal, ..touch })
+            }
             _ => None,
         };
         let Some(touch) = touch else { return };
@@ -265,8 +276,10 @@ impl World {
         let along = touch.normal.perpendicular();
         let key = pair_key(kind(&a.object), kind(&b.object));
         let [mass_a, mass_b] = masses_felt_kg(a, b, laws, &key);
-        let (of_a, of_b) =
-            (a.yields(touch.point, touch.normal, along, mass_a), b.yields(touch.point, touch.normal, along, mass_b));
+        let (of_a, of_b) = (
+            a.yields(touch.point, touch.normal, along, mass_a),
+            b.yields(touch.point, touch.normal, along, mass_b),
+        );
         let give = [0, 1, 2].map(|k| of_a[k] + of_b[k]);
         let restitution = laws.restitution.get(&key).copied().unwrap_or(f64::NAN) * scatter();
         let [n, t] = impulses(
@@ -342,7 +355,8 @@ fn support_m(shape: &Shape) -> Vec<Vec2> {
             .map(|k| {
                 let (ring, spoke) = (k / SPOKES, k % SPOKES);
                 let part = ((ring as f64 + 0.5) / RINGS as f64).sqrt();
-                Vec2::from_heading(TAU * (spoke as f64 + 0.5 * (ring % 2) as f64) / SPOKES as f64) * (radius_m * part)
+                Vec2::from_heading(TAU * (spoke as f64 + 0.5 * (ring % 2) as f64) / SPOKES as f64)
+                    * (radius_m * part)
             })
             .collect(),
         other => {
