@@ -40,7 +40,11 @@ pub(crate) enum Command {
     )]
     Detect(DetectArgs),
     /// Learns friction, restitution and mass ratios from the clips of a campaign.
-    #[command(after_help = "Example: breakshot estimate campaign.toml -o properties.json")]
+    #[command(after_help = "Examples:\n  breakshot estimate campaign.toml -o properties.json\n  \
+        breakshot estimate campaign.toml -o properties.json --figures figures/     (Figs. 7, 8, 9 and Table 1)\n  \
+        breakshot estimate new_clips.toml --update properties.json -o newer.json   (without the old films)\n  \
+        breakshot estimate campaign.toml -o properties.json --advise 10            (what to film next)\n  \
+        breakshot estimate campaign.toml -o properties.json --advise 5 --scene pile.scene.toml")]
     Estimate(EstimateArgs),
     /// Simulates one strike on a pile.
     #[command(
@@ -58,9 +62,9 @@ pub(crate) enum Command {
     )]
     Arm(CommandArgs),
     /// Compares a filmed strike with its simulation.
-    #[command(
-        after_help = "Example: breakshot verify scene.toml strike.mp4 --properties properties.json --strike plan.json -o report/"
-    )]
+    #[command(after_help = "Examples:\n  \
+        breakshot verify scene.toml strike.mp4 --properties properties.json --strike plan.json -o report/\n  \
+        breakshot verify scene.toml strike.mp4 --properties properties.json --strike plan.json -o report/ --update newer.json")]
     Verify(VerifyArgs),
 }
 
@@ -174,9 +178,27 @@ pub(crate) struct EstimateArgs {
     /// The object whose mass is the unit; the first in the alphabet if not given.
     #[arg(long, value_name = "NAME")]
     pub(crate) reference: Option<String>,
+    /// Adds the campaign's clips to the estimate in this file; the films of its clips are not needed.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) update: Option<PathBuf>,
     /// Also writes the tracks of every clip into this folder (JSON).
     #[arg(long, value_name = "DIR")]
     pub(crate) tracks: Option<PathBuf>,
+    /// Also draws the paper's Figs. 7, 8, 9 and Table 1 into this folder (SVG, and their numbers as CSV).
+    #[arg(long, value_name = "DIR")]
+    pub(crate) figures: Option<PathBuf>,
+    /// Also ranks the next N clips worth filming, by how much they would sharpen predicted strikes.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1000))]
+    pub(crate) advise: Option<u32>,
+    /// The pile that the advice is for; random piles of all objects if not given.
+    #[arg(long, value_name = "FILE", requires = "advise")]
+    pub(crate) scene: Option<PathBuf>,
+    /// The seed of the piles that the advice is for.
+    #[arg(long, value_name = "N", requires = "advise", default_value_t = 1)]
+    pub(crate) seed: u64,
+    /// Where to write the advice; `advice.json` beside the properties if not given.
+    #[arg(long, value_name = "FILE", requires = "advise")]
+    pub(crate) advice: Option<PathBuf>,
     /// The properties to write.
     #[arg(short, long, value_name = "FILE")]
     pub(crate) output: PathBuf,
@@ -309,6 +331,9 @@ pub(crate) struct VerifyArgs {
     pub(crate) strike: PathBuf,
     #[command(flatten)]
     pub(crate) assumptions: Assumptions,
+    /// Also adds what the film tells to the properties, and writes them to this file.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) update: Option<PathBuf>,
     /// The folder for the report.
     #[arg(short, long, value_name = "DIR")]
     pub(crate) output: PathBuf,

@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 const STAGES: [(&str, &[&str]); 7] = [
     ("capture", &["Capture", "Footage", "Camera", "Frame", "GreyImage"]),
     ("detect", &["Tracks", "Track", "Sample"]),
-    ("estimate", &["Estimation", "ClipFit", "BodyFit", "Impact", "Measured", "ClipTracks"]),
+    ("estimate", &["Estimation", "ClipFit", "BodyFit", "Impact", "Measured", "ClipTracks", "ClipValue"]),
     ("physics", &["*"]),
     ("plan", &["Plan", "Outcome", "Prediction", "Iteration", "Contact", "Method"]),
     ("robot", &["Command"]),

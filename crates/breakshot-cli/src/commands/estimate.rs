@@ -3,16 +3,19 @@
 use crate::args::EstimateArgs;
 use crate::{Outcome, console};
 use breakshot::campaign::Campaign;
-use breakshot::estimate::{self, ClipTracks};
+use breakshot::cell::Cell;
+use breakshot::estimate::{self, Advice, AdviceOptions, ClipTracks, Shot};
+use breakshot::object::Object;
 use breakshot::properties::Properties;
 use breakshot::uncertain::Estimate;
-use breakshot::{Error, Result, files};
+use breakshot::{Error, Result, files, verify};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 use std::path::Path;
 
 /// Tracks every clip, estimates, and writes the properties.
 pub(crate) fn run(args: &EstimateArgs) -> Result<Outcome> {
+    let old = args.update.as_deref().map(files::load_properties).transpose()?;
     let campaign = files::load_campaign(&args.campaign)?;
     console::note(&campaign.notes);
     let campaign = campaign.value;
@@ -21,18 +24,96 @@ pub(crate) fn run(args: &EstimateArgs) -> Result<Outcome> {
         write_tracks(folder, &clips)?;
     }
     let options = estimate::Options { reference: args.reference.clone() };
-    let mut properties =
-        estimate::estimation(&clips, &campaign.cell, &campaign.objects, &options)?.properties;
+    let (cell, objects) = (&campaign.cell, &campaign.objects);
+    let estimation = match &old {
+        Some(old) => estimate::updated(old, &clips, cell, objects, &options),
+        None => estimate::estimation(&clips, cell, objects, &options),
+    };
+    let mut properties = estimation?.properties;
     properties.warnings.splice(0..0, unread);
     console::warn(&properties.warnings);
+    let advice = advice(args, &properties, cell, objects)?;
+    if let Some(folder) = &args.figures {
+        write_figures(folder, &properties, objects)?;
+    }
     files::write_json(&args.output, &properties)?;
+    let advice_path = args.advice.clone().unwrap_or_else(|| args.output.with_file_name("advice.json"));
+    if let Some(advice) = &advice {
+        files::write_json(&advice_path, advice)?;
+    }
     if args.json {
-        console::print_json(&properties)?;
+        // Evidence is for later estimates; it stands in the file.
+        properties.evidence = None;
+        console::print_json(&Printed { properties: &properties, advice: advice.as_ref() })?;
     } else {
         print_tables(&properties);
         println!("Wrote {}", args.output.display());
+        if let Some(advice) = &advice {
+            print_advice(advice);
+            println!("Wrote {}", advice_path.display());
+        }
     }
     Ok(Outcome::doubtful_if(!properties.warnings.is_empty()))
+}
+
+/// What `--json` prints.
+#[derive(serde::Serialize)]
+struct Printed<'a> {
+    #[serde(flatten)]
+    properties: &'a Properties,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    advice: Option<&'a Advice>,
+}
+
+/// What to film next, if asked for.
+fn advice(
+    args: &EstimateArgs,
+    properties: &Properties,
+    cell: &Cell,
+    objects: &[Object],
+) -> Result<Option<Advice>> {
+    let Some(clips) = args.advise else { return Ok(None) };
+    let scene = args.scene.as_deref().map(files::load_scene).transpose()?;
+    let scene = scene.as_ref().map(|loaded| &loaded.value);
+    let options = AdviceOptions { clips: clips as usize, seed: args.seed, scene };
+    estimate::advice(properties, cell, objects, &options).map(Some)
+}
+
+/// Figs. 7, 8, 9 and Table 1; what the data do not support is said.
+fn write_figures(folder: &Path, properties: &Properties, objects: &[Object]) -> Result<()> {
+    let published = verify::published(properties, &estimate::clip_values(properties)?, objects)?;
+    std::fs::create_dir_all(folder).map_err(|source| Error::Write { path: folder.into(), source })?;
+    for (name, text) in &published.files {
+        files::write_whole(&folder.join(name), text.as_bytes())?;
+    }
+    let missing = published.missing.iter().map(|m| format!("not drawn: {m}"));
+    console::note(&missing.collect::<Vec<_>>());
+    Ok(())
+}
+
+/// What to film next, the most useful first.
+fn print_advice(advice: &Advice) {
+    println!(
+        "\nWhat to film next: now an object comes to rest within {:.1} mm (one standard deviation, mean of {} strikes on piles)",
+        advice.spread_m * 1e3,
+        advice.piles
+    );
+    println!(
+        "{:>3} {:<12} {:<12} {:>11} {:>11} {:>11}  tells most of",
+        "", "strike", "into", "speed (m/s)", "offset (mm)", "then (mm)"
+    );
+    for (k, clip) in advice.clips.iter().enumerate() {
+        let Shot { strike, into, speed_m_s, offset_m } = &clip.shot;
+        let tells: Vec<&str> = clip.tells.iter().take(2).map(|t| t.quantity.as_str()).collect();
+        println!(
+            "{:>3} {strike:<12} {:<12} {speed_m_s:>11.2} {:>11.1} {:>11.2}  {}",
+            k + 1,
+            into.as_deref().unwrap_or("-"),
+            offset_m * 1e3,
+            clip.spread_m * 1e3,
+            tells.join(", ")
+        );
+    }
 }
 
 /// The tracks of every clip that can be read, and a warning for every other one.

@@ -5,6 +5,8 @@ use crate::args::VerifyArgs;
 use crate::{Outcome, console};
 use breakshot::capture::{Footage, GreyImage};
 use breakshot::detect::{self, Layout};
+use breakshot::estimate::{self, ClipTracks};
+use breakshot::scene::Scene;
 use breakshot::verify::{self, Filmed, Observed, Report, Story};
 use breakshot::{Error, Result, capture, files, physics};
 use std::path::Path;
@@ -46,13 +48,40 @@ pub(crate) fn run(args: &VerifyArgs) -> Result<Outcome> {
     files::write_json(&folder.join("report.json"), &report)?;
     files::write_whole(&folder.join("distances.csv"), report.csv().as_bytes())?;
     files::write_whole(&folder.join("report.html"), page.as_bytes())?;
+    let mut outcome = outcome;
+    if let Some(path) = &args.update {
+        let clip = ClipTracks {
+            name: args.video.file_name().unwrap_or_default().to_string_lossy().into_owned(),
+            objects: names,
+            strike: Some(strike.clone()),
+            tracks: tracks.clone(),
+        };
+        outcome = outcome.and(feed_back(args, path, &scene, clip)?);
+    }
     if args.json {
         console::print_json(&report)?;
     } else {
         print_table(&report);
         println!("Wrote {}", folder.join("report.html").display());
+        if let Some(path) = &args.update {
+            println!("Wrote {}", path.display());
+        }
     }
     Ok(outcome.and(Outcome::doubtful_if(!report.warnings.is_empty())))
+}
+
+/// Adds what the film tells to the properties as measured, without what the user let stand in.
+///
+/// Only impacts that are single and clean count; what is left out of the film is told.
+fn feed_back(args: &VerifyArgs, path: &Path, scene: &Scene, clip: ClipTracks) -> Result<Outcome> {
+    let old = files::load_properties(&args.properties)?;
+    let name = clip.name.clone();
+    let options = estimate::Options::default();
+    let properties = estimate::updated(&old, &[clip], &scene.cell, &scene.objects, &options)?.properties;
+    let of_film: Vec<String> = properties.warnings.iter().filter(|w| w.starts_with(&name)).cloned().collect();
+    console::warn(&of_film);
+    files::write_json(path, &properties)?;
+    Ok(Outcome::doubtful_if(!of_film.is_empty()))
 }
 
 /// The film's first and last frame.

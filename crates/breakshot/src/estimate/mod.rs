@@ -5,13 +5,16 @@
 //! weighed against the other clips (`doubt`, `spread`), and all clips together give friction, restitution and mass
 //! ratios with their uncertainty (`joint`).
 
+mod advise;
 mod clip;
 mod clip_fit;
 mod contact;
 mod contact_friction;
+mod crowd;
 mod doubt;
 mod exposure;
 mod friction;
+mod heard;
 mod impact;
 mod joint;
 mod least_squares;
@@ -32,6 +35,8 @@ mod touch;
 #[cfg(test)]
 mod update_tests;
 
+pub use advise::{Advice, AdviceOptions, Advised, StruckPile, advice, predictive_spread_m, struck_piles};
+pub use heard::{ClipValue, clip_values};
 pub use impact::{BodyFit, ClipFit, Impact, Measured};
 pub use shot::Shot;
 pub use slide::Motion;
@@ -47,7 +52,7 @@ use clip_fit::{Fitted, Noise};
 use exposure::Misfits;
 use rayon::prelude::*;
 use reading::Readings;
-use record::Record;
+use record::{Record, Seen};
 use segment::Draft;
 use striker::StrikerRun;
 
@@ -194,7 +199,8 @@ fn noise_scales(noises: &[Noise]) -> (Vec<f64>, f64) {
 
 /// What a clip's final fit tells.
 fn told(fitted: &Fitted, run: Option<&StrikerRun>, clip: &ClipTracks) -> (ClipFit, Record) {
-    let contacts = contact::contacts(fitted, run);
+    let mut contacts = contact::contacts(fitted, run);
+    crowd::leave_out(fitted, &mut contacts);
     let slots = &fitted.layout.bodies;
     let slid: Vec<usize> = (0..slots.len()).filter(|&k| slots[k].friction.is_some()).collect();
     let (values, covariance) = fitted.propagated(|parameters| {
@@ -228,6 +234,7 @@ fn told(fitted: &Fitted, run: Option<&StrikerRun>, clip: &ClipTracks) -> (ClipFi
         grazings: contacts.iter().filter_map(|c| contact_friction::grazing(fitted, c)).collect(),
         noise: fitted.noise,
         misfits: Misfits::default(),
+        seen: Seen::new(fitted),
         remarks: fit.remarks.iter().chain(of_impacts).cloned().collect(),
     };
     (fit, record)

@@ -3,11 +3,12 @@
 //! A record holds everything that the joint estimate asks of a clip: readings with the covariance of their noise, and
 //! what its noise and its frames around impacts say about those of all clips.
 
-use super::clip_fit::Noise;
+use super::clip_fit::{Fitted, Noise};
 use super::contact_friction::Grazing;
 use super::exposure::Misfits;
 use super::friction::Drag;
 use super::reading::Readings;
+use super::segment::{frame_s, median};
 use super::{ClipTracks, Options};
 use crate::cell::Cell;
 use crate::error::{Error, Result};
@@ -31,8 +32,33 @@ pub(super) struct Record {
     /// Of the fit before all clips shared their noise.
     pub(super) noise: Noise,
     pub(super) misfits: Misfits,
+    pub(super) seen: Seen,
     /// What the user should know.
     pub(super) remarks: Vec<String>,
+}
+
+/// How a clip was filmed, as its fit found it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Seen {
+    /// From frame to frame.
+    pub(super) frame_s: f64,
+    /// The noise of a place along each axis.
+    pub(super) place_std_m: f64,
+    /// The noise of a yaw.
+    pub(super) yaw_std_rad: f64,
+}
+
+impl Seen {
+    pub(super) fn new(fitted: &Fitted) -> Self {
+        let bodies = &fitted.model.bodies;
+        let sights = bodies.iter().flat_map(|b| &b.sights).filter(|s| !s.ignored);
+        Self {
+            frame_s: frame_s(bodies),
+            place_std_m: median(sights.map(|s| s.std_m)),
+            yaw_std_rad: fitted.model.yaw_std_rad,
+        }
+    }
 }
 
 impl Record {
@@ -44,7 +70,7 @@ impl Record {
         Ok(ClipRecord { clip, fingerprint: fingerprint(tracks), objects, told })
     }
 
-    fn from_kept(kept: &ClipRecord) -> Result<Self> {
+    pub(super) fn from_kept(kept: &ClipRecord) -> Result<Self> {
         let owner = || format!("properties: evidence of `{}`", kept.clip);
         let mut record: Self = serde_json::from_value(kept.told.clone()).map_err(|e| {
             Error::invalid(owner(), "told", e, "what `breakshot estimate` of this version wrote")

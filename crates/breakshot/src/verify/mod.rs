@@ -10,12 +10,17 @@ mod compare;
 mod figures;
 mod html;
 mod observed;
+mod published;
 
 pub use html::{Filmed, Motion, Simulated, Story};
 pub use observed::{Observed, Seen};
+pub use published::Published;
 
 use crate::error::Result;
+use crate::estimate::ClipValue;
 use crate::geometry::Pose;
+use crate::object::Object;
+use crate::properties::Properties;
 use crate::scene::Scene;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -140,6 +145,16 @@ pub fn comparison(scene: &Scene, predicted: &BTreeMap<String, Pose>, observed: &
 /// A self-contained page that tells, in plain words and pictures, whatever the story holds.
 pub fn html(story: &Story) -> String {
     html::page(story)
+}
+
+/// The paper's Figs. 7, 8, 9 and Table 1 of these properties as files: drawings (SVG) and their numbers (CSV).
+///
+/// `clips` are the values of the single clips, for the small dots; masses that someone weighed give the errors.
+///
+/// # Errors
+/// Properties that hold nothing to draw.
+pub fn published(properties: &Properties, clips: &[ClipValue], objects: &[Object]) -> Result<Published> {
+    published::published(properties, clips, objects)
 }
 
 impl Report {

@@ -28,12 +28,16 @@ pub(in crate::verify) struct Intervals<'a> {
     pub scale: Scale,
     /// What the known values are, such as `weighed`.
     pub known: &'a str,
+    /// Whether the spread from clip to clip is shown too.
+    pub spread: bool,
 }
 
 const ROW_PX: f64 = 26.0;
 const TOP_PX: f64 = 26.0;
 const BELOW_PX: f64 = 42.0;
 const VALUE_PX: f64 = 158.0;
+/// The height of the bar that shows the spread.
+const SPREAD_PX: f64 = 12.0;
 
 /// One row for each estimate: interval, mean, the clips' values, and the numbers at the right.
 pub(in crate::verify) fn intervals(rows: &[IntervalRow], how: &Intervals, label: &str) -> String {
@@ -67,6 +71,12 @@ fn draw_row(svg: &mut Svg, row: &IntervalRow, how: &Intervals, y: f64, px: impl 
         let hint = format!("{clip}: {value:.4}");
         svg.circle(&format!("clip {class}"), [px(*value), y + lanes[k % lanes.len()]], 2.2, &hint);
     }
+    if let Some(std) = row.estimate.std.filter(|std| how.spread && *std > 0.0) {
+        let [low, high] = [row.estimate.mean - std, row.estimate.mean + std];
+        let low = if how.scale == Scale::Logarithmic { low.max(f64::MIN_POSITIVE) } else { low };
+        let (from, to) = (px(low), px(high));
+        svg.rect(&format!("spread {class}"), [from, y - SPREAD_PX / 2.0], [to - from, SPREAD_PX]);
+    }
     let [low, high] = row.estimate.interval_95;
     if low.is_finite() && high.is_finite() && high > low {
         let low = if how.scale == Scale::Logarithmic { low.max(f64::MIN_POSITIVE) } else { low };
@@ -90,6 +100,11 @@ fn draw_key(svg: &mut Svg, rows: &[IntervalRow], how: &Intervals, left_px: f64) 
         svg.line("interval grey", [x, 10.0], [x + 16.0, 10.0]);
         svg.circle("mean grey", [x + 8.0, 10.0], 4.5, "");
     });
+    if how.spread && rows.iter().any(|row| row.estimate.std.is_some_and(|std| std > 0.0)) {
+        entry(svg, "\u{b1} standard deviation", &|svg, x| {
+            svg.rect("spread grey", [x, 10.0 - SPREAD_PX / 2.0], [16.0, SPREAD_PX]);
+        });
+    }
     if rows.iter().any(|row| !row.clips.is_empty()) {
         entry(svg, "single clips", &|svg, x| svg.circle("clip grey", [x + 8.0, 10.0], 2.2, ""));
     }

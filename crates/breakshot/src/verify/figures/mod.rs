@@ -18,7 +18,7 @@ pub(super) use intervals::{IntervalRow, Intervals, intervals};
 pub(super) use lines::{Bound, LOW_PANEL_PX, Mark, PANEL_PX, Panel, Series, Stroke, lines};
 pub(super) use photo::photo;
 pub(super) use pile::{Lay, Layer, Pile, View, pile};
-pub(super) use svg::escaped;
+pub(super) use svg::{Anchor, Svg, escaped};
 
 use crate::object::kind;
 use std::collections::BTreeSet;

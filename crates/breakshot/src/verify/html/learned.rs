@@ -83,7 +83,7 @@ fn rows(
 
 fn friction(story: &Story, properties: &Properties, palette: &Palette) -> Option<String> {
     let rows = rows(story, "friction", &properties.friction, palette);
-    let how = Intervals { label: "coefficient of friction", scale: Scale::Linear, known: "" };
+    let how = Intervals { label: "coefficient of friction", scale: Scale::Linear, known: "", spread: false };
     section(
         "Friction on the table",
         "How hard the table brakes each object: deceleration over <i>g</i>.",
@@ -95,7 +95,8 @@ fn friction(story: &Story, properties: &Properties, palette: &Palette) -> Option
 fn restitution(story: &Story, properties: &Properties, palette: &Palette) -> Option<String> {
     let striker = rows(story, "striker_restitution", &properties.striker_restitution, palette);
     let pairs = rows(story, "restitution", &properties.restitution, palette);
-    let how = Intervals { label: "coefficient of restitution", scale: Scale::Linear, known: "" };
+    let how =
+        Intervals { label: "coefficient of restitution", scale: Scale::Linear, known: "", spread: false };
     let text = "How much speed an object takes from the striker: at 0 they move on together, at 1 it leaves twice as fast.";
     let by_striker = section("Restitution, struck by the robot", text, &striker, &how);
     let text = "How fast two objects part after they met, over how fast they met.";
@@ -115,6 +116,7 @@ fn masses(story: &Story, properties: &Properties, palette: &Palette) -> Option<S
         label: "mass over the reference object's mass (logarithmic)",
         scale: Scale::Logarithmic,
         known: "weighed",
+        spread: false,
     };
     let text = format!(
         "How heavy each object is, measured by what it does to others. The unit is the mass of {}; the ratios of all pairs \
