@@ -7,7 +7,7 @@ use crate::object::{Marker, Object, Shape, pair_key};
 use crate::properties::Properties;
 use crate::uncertain::Estimate;
 
-fn object(name: &str, shape: Shape) -> Object {
+pub(super) fn object(name: &str, shape: Shape) -> Object {
     // A disc turns unseen, a bar on a block tells how it lies.
     let marker = match shape {
         Shape::Disc { .. } => Shape::Disc { radius_m: 0.01 },
@@ -17,7 +17,7 @@ fn object(name: &str, shape: Shape) -> Object {
     Object { name: name.into(), shape, height_m: 0.04, marker, mass_kg: None }
 }
 
-fn objects() -> Vec<Object> {
+pub(super) fn objects() -> Vec<Object> {
     vec![
         object("a", Shape::Disc { radius_m: 0.035 }),
         object("b", Shape::Disc { radius_m: 0.03 }),
@@ -25,7 +25,7 @@ fn objects() -> Vec<Object> {
     ]
 }
 
-fn cell() -> Cell {
+pub(super) fn cell() -> Cell {
     let striker = Striker {
         shape: Shape::Disc { radius_m: 0.015 },
         height_m: 0.1,
@@ -46,7 +46,7 @@ fn cell() -> Cell {
 }
 
 /// The truth of a clip: friction and restitution vary a little from clip to clip.
-fn truth(clip: usize) -> Properties {
+pub(super) fn truth(clip: usize) -> Properties {
     let vary = |k: usize| 1.0 + 0.02 * ((clip * 7 + k * 3) as f64).sin();
     let mut properties = Properties { version: 1, reference: "a".into(), ..Properties::default() };
     for (k, (name, mass)) in [("a", 1.0), ("b", 0.6), ("c", 0.8)].into_iter().enumerate() {
@@ -73,7 +73,7 @@ fn clips(numbers: std::ops::Range<usize>) -> Vec<ClipTracks> {
     numbers.map(|n| clip(n, cases[n % cases.len()].0, cases[n % cases.len()].1)).collect()
 }
 
-fn estimated(clips: &[ClipTracks]) -> Properties {
+pub(super) fn estimated(clips: &[ClipTracks]) -> Properties {
     estimation(clips, &cell(), &objects(), &Options::default()).expect("an estimation").properties
 }
 

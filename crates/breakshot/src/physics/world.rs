@@ -94,6 +94,27 @@ impl World {
         Ok(world)
     }
 
+    /// The same world with other properties: outlines and slide curves are used again.  `scene` is the one that it was
+    /// made of.
+    ///
+    /// # Errors
+    /// Properties that cannot be or were never measured.
+    pub fn with_properties(&self, scene: &Scene, properties: &Properties) -> Result<Self> {
+        properties.check("properties")?;
+        let mut world = self.clone();
+        world.notes.clear();
+        let unit_kg = mass_unit_kg(scene, properties, &mut world.notes);
+        for (placed, &body) in scene.placed.iter().zip(&self.body_of) {
+            let body = &mut world.bodies[body];
+            let inverse_mass = 1.0 / (properties.mass_ratio(&placed.object)?.mean * unit_kg);
+            body.inverse_inertia *= inverse_mass / body.inverse_mass;
+            body.inverse_mass = inverse_mass;
+            body.grip_m_s2 = properties.friction(&placed.object)?.mean * GRAVITY_M_S2;
+        }
+        world.coefficients = coefficients(scene, properties, &kinds_of(scene), &mut world.notes)?;
+        Ok(world)
+    }
+
     /// The objects' names, in the order in which the scene places them.
     pub fn names(&self) -> &[String] {
         &self.names

@@ -11,8 +11,10 @@ mod belief;
 mod candidate;
 mod outcomes;
 mod piles;
+#[cfg(test)]
+mod tests;
 
-pub use outcomes::{predictive_spread_m, struck_piles};
+pub use outcomes::{prediction_error_m, predictive_spread_m, struck_piles};
 pub use piles::StruckPile;
 
 use super::Shot;

@@ -1,11 +1,12 @@
 //! How far final places really scatter if the quantities are as uncertain as they are: rollouts of random draws.
 
 use super::belief::Belief;
-use super::piles::{self, StruckPile, finals};
+use super::piles::{self, Rolled, StruckPile};
 use crate::cell::Cell;
 use crate::error::{Error, Result};
 use crate::geometry::{Point, Vec2};
 use crate::object::Object;
+use crate::physics::Simulator;
 use crate::properties::Properties;
 use nalgebra::{DVector, SymmetricEigen};
 use rand::SeedableRng;
@@ -59,9 +60,32 @@ pub fn predictive_spread_m(
     all.iter().sum::<f64>() / all.len().max(1) as f64
 }
 
+/// How far objects come to rest from where the properties predict it, if `truth` is true (m, mean over all objects of all
+/// piles); what the properties do not know has the stand-ins of [`super::advice`].
+pub fn prediction_error_m(
+    properties: &Properties,
+    truth: &Properties,
+    objects: &[Object],
+    piles: &[StruckPile],
+) -> f64 {
+    let belief = Belief::new(properties, objects, false);
+    let of_pile = |pile: &StruckPile| {
+        let rolled = Rolled::new(pile, truth)?;
+        let mut simulator = Simulator::new();
+        let predicted = rolled.finals(&belief.properties, &mut simulator)?;
+        let real = rolled.finals(truth, &mut simulator)?;
+        Some(predicted.iter().zip(&real).map(|(p, q)| p.distance(*q)).collect::<Vec<_>>())
+    };
+    let all: Vec<f64> = piles.par_iter().filter_map(of_pile).collect::<Vec<_>>().concat();
+    all.iter().sum::<f64>() / all.len().max(1) as f64
+}
+
 /// The scatter of each object's final place over the worlds (m).
 fn scatter_m(pile: &StruckPile, worlds: &[Properties]) -> Vec<f64> {
-    let ends: Vec<Vec<Point>> = worlds.iter().filter_map(|world| finals(pile, world)).collect();
+    let mut simulator = Simulator::new();
+    let rolled = worlds.first().and_then(|world| Rolled::new(pile, world));
+    let Some(rolled) = rolled else { return Vec::new() };
+    let ends: Vec<Vec<Point>> = worlds.iter().filter_map(|w| rolled.finals(w, &mut simulator)).collect();
     if ends.len() < 2 {
         return Vec::new();
     }

@@ -69,7 +69,7 @@ pub(super) fn sampled(
         }
         let pile = match scene {
             Some(scene) => Some(scene.clone()),
-            None => random_pile((cell, objects), &mut random)?,
+            None => random_pile((cell, objects), &mut random),
         };
         let Some(scene) = pile else { continue };
         if let Some(strike) = random_strike(belief, &scene, &mut random)? {
@@ -79,7 +79,7 @@ pub(super) fn sampled(
     Ok(piles)
 }
 
-fn random_pile((cell, objects): (&Cell, &[Object]), random: &mut Pcg64Mcg) -> Result<Option<Scene>> {
+fn random_pile((cell, objects): (&Cell, &[Object]), random: &mut Pcg64Mcg) -> Option<Scene> {
     let mut left: Vec<&Object> = objects.iter().collect();
     let middle = |low: f64, high: f64| f64::midpoint(low, high);
     let (low, high) = (cell.workspace.min_m, cell.workspace.max_m);
@@ -100,11 +100,11 @@ fn random_pile((cell, objects): (&Cell, &[Object]), random: &mut Pcg64Mcg) -> Re
                 break;
             }
         }
-        let Some((lies, outline)) = found else { return Ok(None) };
+        let (lies, outline) = found?;
         placed.push(lies);
         outlines.push(outline);
     }
-    let scene = Scene {
+    Some(Scene {
         cell: cell.clone(),
         objects: objects.to_vec(),
         observed_unix_s: None,
@@ -112,8 +112,7 @@ fn random_pile((cell, objects): (&Cell, &[Object]), random: &mut Pcg64Mcg) -> Re
         walls: Vec::new(),
         keep_out: Vec::new(),
         goal: Goal::default(),
-    };
-    Ok(Some(scene))
+    })
 }
 
 /// Where a shape comes to lie if it moves towards the centre until the nearest outline is `gap_m` away.
@@ -174,11 +173,25 @@ fn random_strike(belief: &Belief, scene: &Scene, random: &mut Pcg64Mcg) -> Resul
     Ok(None)
 }
 
-/// Where everything comes to rest; `None` where it cannot be simulated to the end.
-pub(super) fn finals(pile: &StruckPile, properties: &Properties) -> Option<Vec<Point>> {
-    let world = World::new(&pile.scene, properties, &physics::Options::default()).ok()?;
-    let outcome = Simulator::new().run(&world, &pile.strike).ok()?;
-    outcome.complete.then(|| outcome.poses.iter().map(|p| p.position).collect())
+/// A pile ready for rollouts with many properties.
+pub(super) struct Rolled<'a> {
+    pile: &'a StruckPile,
+    world: World,
+}
+
+impl<'a> Rolled<'a> {
+    /// `None` if it cannot be simulated.
+    pub(super) fn new(pile: &'a StruckPile, properties: &Properties) -> Option<Self> {
+        let world = World::new(&pile.scene, properties, &physics::Options::default()).ok()?;
+        Some(Self { pile, world })
+    }
+
+    /// Where everything comes to rest; `None` where it cannot be followed to the end.
+    pub(super) fn finals(&self, properties: &Properties, simulator: &mut Simulator) -> Option<Vec<Point>> {
+        let world = self.world.with_properties(&self.pile.scene, properties).ok()?;
+        let outcome = simulator.run(&world, &self.pile.strike).ok()?;
+        outcome.complete.then(|| outcome.poses.iter().map(|p| p.position).collect())
+    }
 }
 
 /// The responses of all piles that can be simulated.
@@ -201,12 +214,14 @@ impl Response {
         };
         let quantities: Vec<usize> =
             (0..belief.quantities.len()).filter(|&k| matters(&belief.quantities[k])).collect();
-        finals(pile, &belief.properties)?;
+        let rolled = Rolled::new(pile, &belief.properties)?;
+        let mut simulator = Simulator::new();
+        rolled.finals(&belief.properties, &mut simulator)?;
         let mut slopes = vec![Vec::with_capacity(quantities.len()); pile.scene.placed.len()];
         for &k in &quantities {
             let [ahead, behind] = [1.0, -1.0].map(|sign| {
                 let (properties, done) = belief.moved(&[(k, sign * belief.std(k))]);
-                finals(pile, &properties).map(|places| (places, done[0]))
+                rolled.finals(&properties, &mut simulator).map(|places| (places, done[0]))
             });
             let slope = ahead.zip(behind).filter(|((_, up), (_, down))| up > down);
             for (object, slopes) in slopes.iter_mut().enumerate() {

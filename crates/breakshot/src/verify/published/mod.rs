@@ -56,6 +56,10 @@ pub(super) fn published(
     for figure in [source.friction(), source.restitution(), source.pair_masses(), source.joint_masses()] {
         figure.add_to(&mut published);
     }
+    let errors = source.mass_errors();
+    if !errors.rows.is_empty() {
+        errors.add_to(&mut published);
+    }
     match table::table_1(&source) {
         Some(files) => published.files.extend(files),
         None => published.missing.push("table1: no clip tells the mass ratio of a pair".into()),
@@ -169,6 +173,35 @@ impl Source<'_> {
         }
     }
 
+    /// The errors of the pairs' ratios, where both objects were weighed.
+    fn mass_errors(&self) -> Figure<'_> {
+        let mut rows = self.pair_masses().rows;
+        rows.retain(|shown| shown.row.known.is_some());
+        for Shown { row, .. } in &mut rows {
+            let known = row.known.unwrap_or(1.0);
+            let percent = |value: f64| error_percent(value, known);
+            let Estimate { mean, std, standard_error, interval_95: [low, high], n } = row.estimate;
+            row.estimate = Estimate {
+                mean: percent(mean),
+                std: std.map(|s| s / known * 100.0),
+                standard_error: standard_error / known * 100.0,
+                interval_95: [percent(low), percent(high)],
+                n,
+            };
+            for (_, value) in &mut row.clips {
+                *value = percent(*value);
+            }
+            row.known = Some(0.0);
+        }
+        Figure {
+            file: "fig9_mass_ratio_error",
+            rows,
+            how: how("error of the pair's mass ratio against the weighed one (%)", Scale::Linear),
+            title: "Errors of the mass ratios of pairs",
+            without: "nobody weighed both objects of a pair",
+        }
+    }
+
     fn joint_masses(&self) -> Figure<'_> {
         let mut rows = self.rows("mass_ratio", &self.properties.mass_ratio, "");
         rows.retain(|shown| shown.row.name != self.properties.reference);
@@ -194,7 +227,8 @@ fn spaced(name: &str) -> String {
 const HEAD: &str = "quantity,name,mean,std,standard_error,low_95,high_95,n";
 
 fn summary_csv(rows: &[Shown]) -> String {
-    let weighed = rows.iter().any(|shown| shown.row.known.is_some());
+    // In the figure of errors the weighed value is zero.
+    let weighed = rows.iter().any(|shown| shown.row.known.is_some_and(|k| k != 0.0));
     let mut csv = format!("{HEAD}{}\n", if weighed { ",weighed,error_percent" } else { "" });
     for Shown { quantity, row } in rows {
         let Estimate { mean, std, standard_error, interval_95: [low, high], n } = row.estimate;
@@ -279,7 +313,7 @@ mod tests {
         // 2.1 against 0.2 kg over 0.1 kg.
         assert!(file(&found, "fig9_mass_ratio.csv").contains(",2.000000,5.000\n"));
         assert!(file(&found, "table1.csv").contains("a/b,2.100000,"));
-        for (name, text) in found.files.iter().filter(|(name, _)| name.ends_with(".svg")) {
+        for (name, text) in found.files.iter().filter(|(_, text)| text.starts_with("<svg")) {
             roxmltree::Document::parse(text).unwrap_or_else(|e| panic!("{name}: {e}"));
             assert!(!text.contains("var("), "{name} leaves a variable to the browser");
         }

@@ -67,21 +67,22 @@ fn drawn(lines: &[Line]) -> String {
     // The pair at the left, all numbers aligned at the right of equal columns.
     let weighed = lines.iter().any(|line| line.weighed.is_some());
     let columns = if weighed { HEADS.len() } else { 4 };
-    let right_px = |k: usize| 120.0 + (WIDTH_PX - 132.0) * k as f64 / (columns - 1) as f64;
+    let right_px = |k: usize| 120.0 + (WIDTH_PX - 132.0) * k as f64 / (HEADS.len() - 1) as f64;
+    let end_px = right_px(columns - 1);
     let bottom_px = HEAD_PX + lines.len() as f64 * ROW_PX;
-    let mut svg = Svg::new(WIDTH_PX, bottom_px + if weighed { 34.0 } else { 10.0 });
+    let mut svg = Svg::new(end_px + LEFT_PX, bottom_px + if weighed { 34.0 } else { 10.0 });
     svg.text("label small", [LEFT_PX, HEAD_PX - 12.0], Anchor::Start, HEADS[0]);
     for (k, head) in HEADS.iter().enumerate().take(columns).skip(1) {
         svg.text("label small", [right_px(k), HEAD_PX - 12.0], Anchor::End, head);
     }
-    svg.line("zero", [LEFT_PX, HEAD_PX - 3.0], [WIDTH_PX - LEFT_PX, HEAD_PX - 3.0]);
+    svg.line("zero", [LEFT_PX, HEAD_PX - 3.0], [end_px, HEAD_PX - 3.0]);
     for (n, line) in lines.iter().enumerate() {
         let y = HEAD_PX + n as f64 * ROW_PX;
         svg.text("name", [LEFT_PX, y + 15.0], Anchor::Start, &spaced(&line.pair));
         for (k, text) in cells(line).iter().enumerate().take(columns - 1) {
             svg.text("number", [right_px(k + 1), y + 15.0], Anchor::End, text);
         }
-        svg.line("grid", [LEFT_PX, y + ROW_PX], [WIDTH_PX - LEFT_PX, y + ROW_PX]);
+        svg.line("grid", [LEFT_PX, y + ROW_PX], [end_px, y + ROW_PX]);
     }
     if weighed {
         let told = format!(
