@@ -18,6 +18,8 @@ usage: cargo xtask TASK
   test             formatting, lints, docs and all tests: what CI runs
   validate LAB [--details]
                    accuracy, speed and memory on films with known truth (LAB holds campaign/ and scatter/)
+  validate advise [CELLS]
+                   ten advised clips against ten random ones on synthetic cells (use `cargo run --release -p xtask --`)
   validate air-table [SHARED]
                    impacts against two pucks recorded on an air table (SHARED/real/air_table; ../shared if not given)
   validate estimate [COUNT]
@@ -41,6 +43,8 @@ fn main() -> ExitCode {
             Ok(count) => validate::estimate(count),
             Err(_) => Err(format!("`{count}` is no number of campaigns")),
         },
+        ["validate", "advise"] => validate::advise(None),
+        ["validate", "advise", cells] => validate::advise(Some(cells)),
         ["validate", lab] => validate::lab(lab.as_ref(), false),
         ["validate", lab, "--details"] => validate::lab(lab.as_ref(), true),
         ["bench", "estimate"] => speed::drawn(),

@@ -4,6 +4,7 @@
 //! release mode and run as a user would run it; its files are compared with the truth.  The other modules measure parts of
 //! it: `cargo xtask validate air-table`.
 
+mod advise;
 pub(crate) mod air_table;
 mod campaigns;
 mod properties;
@@ -60,6 +61,14 @@ pub(crate) fn lab(lab: &Path, details: bool) -> Result<(), String> {
     let mut all_hold = campaign(&program, &lab.join("campaign"), &properties, details)?;
     all_hold &= scatter::films(&program, &lab.join("scatter"), &properties)?;
     if all_hold { Ok(()) } else { Err("some targets were missed".into()) }
+}
+
+/// What following the advice on the next clips is worth, on so many synthetic cells.
+pub(crate) fn advise(cells: Option<&str>) -> Result<(), String> {
+    let cells = cells.map_or(Ok(advise::CELLS), |text| {
+        text.parse().map_err(|_| format!("CELLS is `{text}`; needed: a whole number"))
+    })?;
+    if advise::validate(cells)? { Ok(()) } else { Err("some targets were missed".into()) }
 }
 
 /// What is measured against recorded collisions.

@@ -6,23 +6,33 @@ pub(crate) struct Row {
     pub(crate) figure: f64,
     pub(crate) target: Option<f64>,
     pub(crate) unit: &'static str,
+    /// Whether the target is the least that is wanted, not the most.
+    least: bool,
 }
 
 impl Row {
     /// A figure that must not exceed its target.
     pub(crate) fn at_most(what: impl Into<String>, figure: f64, target: f64, unit: &'static str) -> Self {
-        Self { what: what.into(), figure, target: Some(target), unit }
+        Self { what: what.into(), figure, target: Some(target), unit, least: false }
+    }
+
+    /// A figure that must reach its target.
+    pub(crate) fn at_least(what: impl Into<String>, figure: f64, target: f64, unit: &'static str) -> Self {
+        Self { least: true, ..Self::at_most(what, figure, target, unit) }
     }
 
     /// A figure without a target.
     pub(crate) fn plain(what: impl Into<String>, figure: f64, unit: &'static str) -> Self {
-        Self { what: what.into(), figure, target: None, unit }
+        Self { what: what.into(), figure, target: None, unit, least: false }
     }
 
     /// Prints it as a line of a table; says whether the target holds.
     pub(crate) fn print(&self) -> bool {
-        let holds = self.target.is_none_or(|target| self.figure <= target);
-        let target = self.target.map_or(String::new(), |t| format!("<= {t} {}", self.unit));
+        let holds = self
+            .target
+            .is_none_or(|target| if self.least { self.figure >= target } else { self.figure <= target });
+        let sign = if self.least { ">=" } else { "<=" };
+        let target = self.target.map_or(String::new(), |t| format!("{sign} {t} {}", self.unit));
         let verdict = match (self.target, holds) {
             (None, _) => "",
             (_, true) => "holds",

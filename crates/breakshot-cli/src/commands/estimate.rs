@@ -2,7 +2,7 @@
 
 use crate::args::EstimateArgs;
 use crate::{Outcome, console};
-use breakshot::campaign::Campaign;
+use breakshot::campaign::{Campaign, Clip};
 use breakshot::cell::Cell;
 use breakshot::estimate::{self, Advice, AdviceOptions, ClipTracks, Shot};
 use breakshot::object::Object;
@@ -19,12 +19,17 @@ pub(crate) fn run(args: &EstimateArgs) -> Result<Outcome> {
     let campaign = files::load_campaign(&args.campaign)?;
     console::note(&campaign.notes);
     let campaign = campaign.value;
+    let options = estimate::Options { reference: args.reference.clone() };
+    let (cell, objects) = (&campaign.cell, &campaign.objects);
+    if let Some(old) = &old {
+        let names: Vec<String> = campaign.clips.iter().map(Clip::name).collect();
+        let names: Vec<&str> = names.iter().map(String::as_str).collect();
+        estimate::check_update(old, &names, (cell, objects), &options)?;
+    }
     let (clips, unread) = tracked(&campaign)?;
     if let Some(folder) = &args.tracks {
         write_tracks(folder, &clips)?;
     }
-    let options = estimate::Options { reference: args.reference.clone() };
-    let (cell, objects) = (&campaign.cell, &campaign.objects);
     let estimation = match &old {
         Some(old) => estimate::updated(old, &clips, cell, objects, &options),
         None => estimate::estimation(&clips, cell, objects, &options),

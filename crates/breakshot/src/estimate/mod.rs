@@ -35,7 +35,9 @@ mod touch;
 #[cfg(test)]
 mod update_tests;
 
-pub use advise::{Advice, AdviceOptions, Advised, StruckPile, advice, predictive_spread_m, struck_piles};
+pub use advise::{
+    Advice, AdviceOptions, Advised, StruckPile, advice, prediction_error_m, predictive_spread_m, struck_piles,
+};
 pub use heard::{ClipValue, clip_values};
 pub use impact::{BodyFit, ClipFit, Impact, Measured};
 pub use shot::Shot;
@@ -122,6 +124,19 @@ pub fn updated(
         now.clips.splice(0..0, then.clips.iter().cloned());
     }
     Ok(estimation)
+}
+
+/// An error unless clips of these names, filmed in this cell, may join the old properties: to ask before any film is read.
+///
+/// # Errors
+/// Properties without evidence; another cell, reference or outline than the old clips had; a name that is known.
+pub fn check_update(
+    old: &Properties,
+    names: &[&str],
+    (cell, objects): (&Cell, &[Object]),
+    options: &Options,
+) -> Result<()> {
+    record::check_basis(old, names, (cell, objects), options).map(|_| ())
 }
 
 /// Earlier clips by their records and new clips by their tracks; the evidence holds the new ones.

@@ -112,13 +112,34 @@ pub(super) fn all_objects(old: Option<&Evidence>, new: &[Object]) -> Vec<Object>
 /// The records of earlier clips, if new clips may join them.
 ///
 /// # Errors
-/// Properties without evidence; another reference, cell or object than theirs; a clip that they know.
+/// As [`check_basis`]; also evidence that does not hold what it must, and a clip that it knows by its content.
 pub(super) fn earlier(
     old: &Properties,
     clips: &[ClipTracks],
     (cell, objects): (&Cell, &[Object]),
     options: &Options,
 ) -> Result<Vec<Record>> {
+    let names: Vec<&str> = clips.iter().map(|c| c.name.as_str()).collect();
+    let evidence = check_basis(old, &names, (cell, objects), options)?;
+    check_new(clips, evidence)?;
+    for record in &evidence.clips {
+        for name in &record.objects {
+            object::find(&evidence.objects, name, &format!("properties: evidence of `{}`", record.clip))?;
+        }
+    }
+    evidence.clips.iter().map(Record::from_kept).collect()
+}
+
+/// The evidence of the properties, if clips of these names, cell and objects may join it.
+///
+/// # Errors
+/// Properties without evidence; another reference, cell or object than theirs; a name that they know.
+pub(super) fn check_basis<'a>(
+    old: &'a Properties,
+    names: &[&str],
+    (cell, objects): (&Cell, &[Object]),
+    options: &Options,
+) -> Result<&'a Evidence> {
     let Some(evidence) = &old.evidence else {
         let needed = "the `evidence` that `breakshot estimate` writes into properties.json";
         return Err(Error::invalid("properties", "evidence", "missing", needed));
@@ -135,13 +156,13 @@ pub(super) fn earlier(
         let Some(known) = evidence.objects.iter().find(|o| o.name == object.name) else { continue };
         check_alike(object, known)?;
     }
-    check_new(clips, evidence)?;
-    for record in &evidence.clips {
-        for name in &record.objects {
-            object::find(&evidence.objects, name, &format!("properties: evidence of `{}`", record.clip))?;
+    for (k, name) in names.iter().enumerate() {
+        if names[..k].contains(name) || evidence.clips.iter().any(|c| c.clip == *name) {
+            let needed = "a name that no earlier clip has (films of one name are taken for one clip)";
+            return Err(Error::invalid(format!("clip `{name}`"), "name", "that of an earlier clip", needed));
         }
     }
-    evidence.clips.iter().map(Record::from_kept).collect()
+    Ok(evidence)
 }
 
 /// An error that names what a ruler measured otherwise than for the earlier clips.
@@ -162,20 +183,16 @@ fn check_alike(now: &Object, then: &Object) -> Result<()> {
     Ok(())
 }
 
-/// An error that names a clip that is there already, by name or by content.
+/// An error that names a clip whose content is there already.
 fn check_new(clips: &[ClipTracks], evidence: &Evidence) -> Result<()> {
     let mut known: Vec<(&str, String)> =
         evidence.clips.iter().map(|c| (c.clip.as_str(), c.fingerprint.clone())).collect();
     for clip in clips {
         let print = fingerprint(clip);
-        let owner = || format!("clip `{}`", clip.name);
         if let Some((name, _)) = known.iter().find(|(_, p)| *p == print) {
             let found = format!("the one that is known as `{name}`");
-            return Err(Error::invalid(owner(), "content", found, "every clip once"));
-        }
-        if known.iter().any(|(name, _)| *name == clip.name) {
-            let needed = "a name that no earlier clip has (films of one name are taken for one clip)";
-            return Err(Error::invalid(owner(), "name", "that of an earlier clip", needed));
+            let owner = format!("clip `{}`", clip.name);
+            return Err(Error::invalid(owner, "content", found, "every clip once"));
         }
         known.push((&clip.name, print));
     }

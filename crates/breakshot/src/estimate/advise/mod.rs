@@ -21,7 +21,7 @@ use super::Shot;
 use super::record::Record;
 use crate::cell::Cell;
 use crate::error::{Error, Result};
-use crate::object::Object;
+use crate::object::{self, Object};
 use crate::properties::Properties;
 use crate::scene::Scene;
 use belief::Belief;
@@ -102,6 +102,9 @@ pub fn advice(
     if records.is_empty() {
         let needed = "properties with the evidence of at least one clip";
         return Err(Error::invalid("advice", "evidence", "missing", needed));
+    }
+    for placed in options.scene.iter().flat_map(|s| &s.placed) {
+        object::find(objects, &placed.object, "advice: scene")?;
     }
     let in_scene = options.scene.into_iter().flat_map(|s| &s.placed).map(|p| p.object.as_str());
     let filmed = records.iter().flat_map(|r| &r.objects).map(String::as_str);

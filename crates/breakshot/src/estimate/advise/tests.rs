@@ -38,6 +38,7 @@ fn filmed(old: &Properties, shots: &[Shot], first_number: usize) -> Properties {
 #[test]
 fn advised_clips_really_filmed_shrink_the_scatter_more_than_random_ones() {
     const CLIPS: usize = 3;
+    const ROUNDS: usize = 4;
     let old = start();
     let options = AdviceOptions { clips: CLIPS, seed: 1, scene: None };
     let advised = advice(&old, &cell(), &objects(), &options).expect("advice");
@@ -48,7 +49,6 @@ fn advised_clips_really_filmed_shrink_the_scatter_more_than_random_ones() {
     let gain_m = before_m - spread_m(&filmed(&old, &shots, 100));
     let mut random = Pcg64Mcg::seed_from_u64(3);
     let mut random_gain_m = 0.0;
-    const ROUNDS: usize = 4;
     for round in 0..ROUNDS {
         let names = ["a", "b", "c"];
         let shots: Vec<Shot> = (0..CLIPS)

@@ -1,0 +1,117 @@
+//! Adding clips, drawing figures and asking for advice at the process boundary.
+
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
+
+use serde_json::Value;
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Output};
+
+fn breakshot(folder: &Path, args: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_breakshot")).current_dir(folder).args(args).output().unwrap()
+}
+
+/// The example's files, and campaigns `first.toml` (one film) and `second.toml` (another one).
+fn workbench() -> tempfile::TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    let demo = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fixtures/demo");
+    for file in ["cell.toml", "objects.toml", "single_a_3.mp4", "pair_a_c_3.mp4"] {
+        fs::copy(demo.join(file), folder.path().join(file)).unwrap();
+    }
+    let whole = fs::read_to_string(demo.join("campaign.toml")).unwrap();
+    let (head, clips) = whole.split_once("[[clips]]").unwrap();
+    for (name, film) in [("first.toml", "single_a_3.mp4"), ("second.toml", "pair_a_c_3.mp4")] {
+        let clip = clips.split("[[clips]]").find(|clip| clip.contains(film)).unwrap();
+        fs::write(folder.path().join(name), format!("{head}[[clips]]{clip}")).unwrap();
+    }
+    folder
+}
+
+fn json(folder: &Path, file: &str) -> Value {
+    serde_json::from_str(&fs::read_to_string(folder.join(file)).unwrap()).unwrap()
+}
+
+fn refused(folder: &Path, args: &[&str], words: &[&str]) {
+    let output = breakshot(folder, args);
+    let message = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.code(), Some(2), "{args:?}: {message}");
+    let errors: Vec<&str> = message.lines().filter(|line| line.starts_with("error: ")).collect();
+    assert_eq!(errors.len(), 1, "one error line is wanted: {message}");
+    for word in words {
+        assert!(errors[0].contains(word), "`{word}` is not in: {}", errors[0]);
+    }
+    assert!(!folder.join("out.json").exists(), "half a result was written");
+}
+
+#[test]
+fn clips_join_an_estimate_figures_are_drawn_and_advice_is_given() {
+    let folder = workbench();
+    let at = folder.path();
+    let output = breakshot(at, &["estimate", "first.toml", "-o", "old.json", "--figures", "figures"]);
+    let message = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.code(), Some(3), "{message}");
+    assert!(message.contains("not drawn: fig9_mass_ratio: no clip"), "{message}");
+    let svg = fs::read_to_string(at.join("figures/fig7_friction.svg")).unwrap();
+    assert!(svg.starts_with("<svg") && svg.contains("<style>"));
+    assert!(!at.join("figures/fig9_mass_ratio.svg").exists(), "an empty figure was drawn");
+
+    let args =
+        ["estimate", "second.toml", "--update", "old.json", "-o", "new.json", "--advise", "2", "--json"];
+    let output = breakshot(at, &args);
+    assert_eq!(output.status.code(), Some(3), "{}", String::from_utf8_lossy(&output.stderr));
+    let (old, new, advice) = (json(at, "old.json"), json(at, "new.json"), json(at, "advice.json"));
+    assert_eq!((&old["friction"]["a"]["n"], &new["friction"]["a"]["n"]), (&Value::from(1), &Value::from(2)));
+    assert_eq!(new["evidence"]["clips"].as_array().unwrap().len(), 2);
+    assert_eq!(advice["clips"].as_array().unwrap().len(), 2);
+    let printed: Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(printed["advice"], advice);
+    assert!(printed.get("evidence").is_none());
+}
+
+#[test]
+fn what_cannot_be_added_is_named_before_any_film_is_read() {
+    let folder = workbench();
+    let at = folder.path();
+    let output = breakshot(at, &["estimate", "first.toml", "-o", "old.json"]);
+    assert_eq!(output.status.code(), Some(3), "{}", String::from_utf8_lossy(&output.stderr));
+    let update = |campaign| ["estimate", campaign, "--update", "old.json", "-o", "out.json"];
+    refused(at, &update("first.toml"), &["single_a_3.mp4", "name"]);
+    fs::rename(at.join("single_a_3.mp4"), at.join("renamed.mp4")).unwrap();
+    let first = fs::read_to_string(at.join("first.toml")).unwrap();
+    fs::write(at.join("renamed.toml"), first.replace("single_a_3.mp4", "renamed.mp4")).unwrap();
+    refused(at, &update("renamed.toml"), &["renamed.mp4", "single_a_3.mp4", "content"]);
+    let with_reference = [&update("second.toml")[..], &["--reference", "c"]].concat();
+    refused(at, &with_reference, &["reference", "`c`", "`a`"]);
+
+    let change = |file: &str, (from, to): (&str, &str), words: &[&str]| {
+        let text = fs::read_to_string(at.join(file)).unwrap();
+        assert!(text.contains(from), "{file} has no `{from}`");
+        fs::write(at.join(file), text.replacen(from, to, 1)).unwrap();
+        refused(at, &update("second.toml"), words);
+        fs::write(at.join(file), text).unwrap();
+    };
+    change("objects.toml", ("height_m = 0.05", "height_m = 50.0"), &["`a`", "height_m", "50", "0.05"]);
+    change("cell.toml", ("radius_m = 0.015", "radius_m = 0.02"), &["cell", "striker", "0.02"]);
+    change("cell.toml", ("center_m = [0.4, 0.21]", "center_m = [0.41, 0.21]"), &["cell", "tag 2", "0.41"]);
+    change("old.json", ("\"evidence\"", "\"evidences\""), &["old.json", "evidences"]);
+    change("second.toml", ("objects = [\"a\"", "objects = [\"zebra\""), &["zebra"]);
+
+    let mut bare = json(at, "old.json");
+    bare.as_object_mut().unwrap().remove("evidence");
+    fs::write(at.join("old.json"), bare.to_string()).unwrap();
+    refused(at, &update("second.toml"), &["evidence", "missing", "needed"]);
+}
+
+#[test]
+fn advice_for_nothing_and_without_a_number_is_refused() {
+    let folder = workbench();
+    for args in [
+        &["estimate", "first.toml", "-o", "out.json", "--advise", "0"][..],
+        &["estimate", "first.toml", "-o", "out.json", "--advise", "many"],
+        &["estimate", "first.toml", "-o", "out.json", "--seed", "3"],
+    ] {
+        let output = breakshot(folder.path(), args);
+        assert_eq!(output.status.code(), Some(2), "{args:?}");
+        assert!(!folder.path().join("out.json").exists());
+    }
+}
