@@ -31,7 +31,11 @@ pub(crate) fn drawn() -> Result<(), String> {
         let (wall_s, cpu_s) = timed(&clips, &whole.cell, &whole.objects)?;
         rows.push(Row::plain(format!("{count} clips, CPU time"), cpu_s, "s"));
         let most = if halving == 0 { Some(60.0) } else { None };
-        rows.push(Row { what: format!("{count} clips, wall time"), figure: wall_s, target: most, unit: "s" });
+        let what = format!("{count} clips, wall time");
+        rows.push(match most {
+            Some(most) => Row::at_most(what, wall_s, most, "s"),
+            None => Row::plain(what, wall_s, "s"),
+        });
         per_clip.push(cpu_s / count as f64);
     }
     let growth = per_clip[per_clip.len() - 1] / per_clip[0];
