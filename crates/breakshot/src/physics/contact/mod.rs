@@ -37,7 +37,7 @@ pub(crate) enum Outlook {
 /// Closer than this bodies touch (m): a fiftieth of the shortest wavelength of light.
 pub(crate) const CONTACT_GAP_M: f64 = 1e-8;
 /// Below this approach speed a contact presses rather than hits (m/s).
-pub(crate) const PRESSING_M_S: f64 = 2e-3;
+pub(crate) const PRESSING_M_S: f64 = 3e-3;
 /// A pressing contact is looked at again after this time (s): approaching at the pressing speed and braked by friction
 /// and spin, bodies sink into each other by less than two micrometres.
 pub(crate) const PRESSING_S: f64 = 4e-4;
