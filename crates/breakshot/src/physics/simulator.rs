@@ -21,6 +21,15 @@ pub struct Outcome {
     pub complete: bool,
 }
 
+impl Outcome {
+    /// A number that changes with any bit of the answer (FNV-1a over the bits of poses and duration).
+    pub fn bit_hash(&self) -> u64 {
+        let numbers = self.poses.iter().flat_map(|p| [p.position.x, p.position.y, p.yaw_rad]);
+        let bytes = numbers.chain([self.duration_s]).flat_map(|n| n.to_bits().to_le_bytes());
+        bytes.fold(0xcbf2_9ce4_8422_2325, |hash, byte| (hash ^ u64::from(byte)).wrapping_mul(0x100_0000_01b3))
+    }
+}
+
 /// Memory that is used again from rollout to rollout.
 #[derive(Clone, Debug, Default)]
 pub struct Simulator {

@@ -147,6 +147,31 @@ pub(crate) fn four_discs(seed: u64) -> Pile {
     pile
 }
 
+/// Four discs that touch: three each other, the fourth the last two.
+pub(crate) fn touching_discs(seed: u64) -> Pile {
+    let mut draw = Draw::new(seed ^ 0x7075);
+    let mut pile = Pile::new();
+    let radii_m: [f64; 4] = [0.05, 0.045, 0.038, 0.03].map(|r| r * draw.between(0.9, 1.0));
+    // Where a disc touches two others, on the side where y or x is greater.
+    let touching = |p: Point, q: Point, r: f64, s: f64| {
+        let (way, distance) = (q - p, p.distance(q));
+        let along = (r * r - s * s + distance * distance) / (2.0 * distance);
+        let aside = (r * r - along * along).sqrt();
+        p + way * (along / distance) - way.perpendicular() * (aside / distance)
+    };
+    let tilt = Vec2::from_heading(draw.between(0.2, 1.0));
+    let a = Point::ORIGIN;
+    let b = a + tilt * (radii_m[0] + radii_m[1]);
+    let c = touching(a, b, radii_m[0] + radii_m[2], radii_m[1] + radii_m[2]);
+    let d = touching(c, b, radii_m[2] + radii_m[3], radii_m[1] + radii_m[3]);
+    let kinds = [(0.143, 0.25, 0.9), (0.112, 0.3, 0.8), (0.061, 0.35, 0.7), (0.016, 0.4, 0.65)];
+    for ((kind, place), radius_m) in kinds.into_iter().zip([a, b, c, d]).zip(radii_m) {
+        pile.add(disc(radius_m), kind, Pose { position: place, yaw_rad: 0.0 });
+    }
+    aim(&mut pile, &mut draw);
+    pile
+}
+
 /// Two squares, a triangle and a hexagon, each 1 to 5 mm from one before it (by their circles or nearer).
 pub(crate) fn four_shapes(seed: u64) -> Pile {
     let mut draw = Draw::new(seed ^ 0xF00D);

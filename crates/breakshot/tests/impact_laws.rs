@@ -1,0 +1,114 @@
+//! A million random impacts of two bodies: what no impact may do.
+
+mod piles;
+
+use breakshot::geometry::{Point, Vec2};
+use breakshot::physics::{Encounter, ImpactLaw, Mover};
+use piles::Draw;
+
+const IMPACTS: usize = 1_000_000;
+
+fn mover(draw: &mut Draw) -> Mover {
+    let mass_kg = 10f64.powf(draw.between(-2.5, 0.5));
+    Mover {
+        mass_kg,
+        gyration_m: draw.between(0.005, 0.06),
+        position: Point::new(draw.between(-0.05, 0.05), draw.between(-0.05, 0.05)),
+        velocity: Vec2::new(draw.between(-1.0, 1.0), draw.between(-1.0, 1.0)),
+        yaw_rate_rad_s: draw.between(-20.0, 20.0),
+    }
+}
+
+fn encounter(draw: &mut Draw, law: ImpactLaw) -> Encounter {
+    Encounter {
+        point: Point::new(draw.between(-0.05, 0.05), draw.between(-0.05, 0.05)),
+        normal_ab: Vec2::from_heading(draw.between(-3.2, 3.2)),
+        restitution: draw.between(0.0, 1.0),
+        friction: if draw.one_of(5) == 0 { 0.0 } else { draw.between(0.0, 1.0) },
+        law,
+    }
+}
+
+fn energy_j(movers: &[Mover; 2]) -> f64 {
+    let one = |m: &Mover| {
+        0.5 * m.mass_kg * (m.velocity.dot(m.velocity) + (m.gyration_m * m.yaw_rate_rad_s).powi(2))
+    };
+    movers.iter().map(one).sum()
+}
+
+/// Linear momentum and angular momentum about the origin, and the sum of their parts' sizes.
+fn momentum(movers: &[Mover; 2]) -> ([f64; 3], [f64; 3]) {
+    let (mut sum, mut size) = ([0.0; 3], [0.0; 3]);
+    for m in movers {
+        let (p, spin) = (m.velocity * m.mass_kg, m.mass_kg * m.gyration_m * m.gyration_m * m.yaw_rate_rad_s);
+        for (k, part) in [p.x, p.y, m.position.to_vec().cross(p) + spin].into_iter().enumerate() {
+            sum[k] += part;
+            size[k] += part.abs();
+        }
+    }
+    (sum, size)
+}
+
+fn approach(movers: &[Mover; 2], hit: &Encounter) -> f64 {
+    let at = |m: &Mover| m.velocity + (hit.point - m.position).perpendicular() * m.yaw_rate_rad_s;
+    (at(&movers[0]) - at(&movers[1])).dot(hit.normal_ab)
+}
+
+/// The greatest gain of energy (relative), and how many of the impacts leave the bodies approaching.
+fn survey(law: ImpactLaw, impacts: usize) -> (f64, usize) {
+    let mut draw = Draw::new(law as u64 + 77);
+    let (mut gain, mut approaching): (f64, usize) = (f64::NEG_INFINITY, 0);
+    for _ in 0..impacts {
+        let (before, hit) = ([mover(&mut draw), mover(&mut draw)], encounter(&mut draw, law));
+        if approach(&before, &hit) <= 1e-6 {
+            continue;
+        }
+        let after = hit.after(before).expect("an impact that can be");
+        let (old, size) = momentum(&before);
+        let (new, grown) = momentum(&after);
+        for k in 0..3 {
+            let off = (new[k] - old[k]).abs() / size[k].max(grown[k]);
+            assert!(off < 1e-12, "{law:?}: momentum {k} is off by {off}: {hit:?} {before:?}");
+        }
+        gain = gain.max(energy_j(&after) / energy_j(&before) - 1.0);
+        approaching += usize::from(approach(&after, &hit) > 1e-12);
+    }
+    (gain, approaching)
+}
+
+#[test]
+fn stronge_and_poisson_make_no_energy_and_leave_nothing_approaching() {
+    for law in [ImpactLaw::Stronge, ImpactLaw::Poisson] {
+        let (gain, approaching) = survey(law, IMPACTS);
+        assert!(gain < 1e-12, "{law:?} makes {gain} of the energy");
+        assert_eq!(approaching, 0, "{law:?}");
+    }
+}
+
+#[test]
+fn newtons_law_makes_energy_and_the_papers_leaves_bodies_approaching() {
+    let (gain, approaching) = survey(ImpactLaw::Newton, 100_000);
+    assert!(gain > 0.01 && approaching == 0, "Newton: gain {gain}, {approaching} approach");
+    let (gain, approaching) = survey(ImpactLaw::Paper, 100_000);
+    assert!(gain > 0.1 && approaching > 1000, "the paper's: gain {gain}, {approaching} approach");
+}
+
+#[test]
+fn an_elastic_impact_without_friction_runs_backwards() {
+    let mut draw = Draw::new(5);
+    let turned = |m: Mover| Mover { velocity: -m.velocity, yaw_rate_rad_s: -m.yaw_rate_rad_s, ..m };
+    for _ in 0..10_000 {
+        let before = [mover(&mut draw), mover(&mut draw)];
+        let hit = Encounter { restitution: 1.0, friction: 0.0, ..encounter(&mut draw, ImpactLaw::Stronge) };
+        if approach(&before, &hit) <= 0.0 {
+            continue;
+        }
+        let after = hit.after(before).expect("an impact that can be");
+        let back = hit.after(after.map(turned)).expect("an impact that can be").map(turned);
+        for (now, then) in back.iter().zip(&before) {
+            let off =
+                (now.velocity - then.velocity).length() + (now.yaw_rate_rad_s - then.yaw_rate_rad_s).abs();
+            assert!(off < 1e-10, "off by {off}");
+        }
+    }
+}
