@@ -31,9 +31,9 @@ fn relabelled(pile: &Pile, draw: &mut Draw) -> (Pile, BTreeMap<String, String>) 
         .collect();
     for (new, &old) in order.iter().enumerate() {
         other.scene.placed[new] = pile.scene.placed[old].clone();
-        other.scene.placed[new].object = names[&pile.scene.placed[old].object].clone();
+        other.scene.placed[new].object.clone_from(&names[&pile.scene.placed[old].object]);
         other.scene.objects[new] = pile.scene.objects[old].clone();
-        other.scene.objects[new].name = names[&pile.scene.objects[old].name].clone();
+        other.scene.objects[new].name.clone_from(&names[&pile.scene.objects[old].name]);
     }
     let p = &pile.properties;
     let rename = |(name, value): (&String, _)| (names[name].clone(), value);
@@ -115,7 +115,9 @@ fn a_mirror_mirrors_the_answer() {
                 placed.position_m.y = -placed.position_m.y;
                 placed.yaw_rad = -placed.yaw_rad;
                 if let Shape::Polygon { points_m } = &mut object.shape {
-                    points_m.iter_mut().for_each(|p| p.y = -p.y);
+                    for point in points_m.iter_mut() {
+                        point.y = -point.y;
+                    }
                     points_m.reverse();
                 }
             }

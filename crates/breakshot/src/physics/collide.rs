@@ -40,6 +40,10 @@ impl Rollout<'_> {
     /// Resolves a contact.
     pub(super) fn touch(&mut self, a: usize, b: usize, time_s: f64) {
         let pair = [a, b];
+        if b >= self.world.areas {
+            self.enter(pair, time_s);
+            return;
+        }
         let states = pair.map(|i| self.memory.motions[i].state(time_s, &self.world.bodies[i]));
         let Some(meeting) = self.fastest_contact(pair, states) else {
             self.look_again(pair, time_s, pressing_time_s(pair.map(|i| &self.world.bodies[i]), &states));
@@ -225,7 +229,7 @@ impl Rollout<'_> {
         let count = self.memory.neighbours.around(body, state.position, state.position).len();
         for k in 0..count {
             let other = self.memory.neighbours.found(k);
-            if other == one || other == STRIKER && self.phase == Phase::Gone {
+            if other == one || other >= world.areas || self.is_gone(other) {
                 continue;
             }
             let Cluster { members, contacts, .. } = &mut self.memory.cluster;

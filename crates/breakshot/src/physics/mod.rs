@@ -6,6 +6,7 @@
 //! [`trajectory()`] tells everything about one strike; a [`World`] and a [`Simulator`] do many strikes quickly.
 
 mod agenda;
+mod alone;
 mod body;
 mod cluster;
 mod collide;

@@ -1,6 +1,7 @@
 //! The event loop: predict, take the earliest contact, resolve, let go.
 
 use super::agenda::{Agenda, Prediction};
+use super::alone::Appointment;
 use super::cluster::Cluster;
 use super::contact::{Mover, Outlook, closer_look, first_look};
 use super::evolve::{Motion, State};
@@ -20,6 +21,12 @@ pub(crate) struct Memory {
     pub(super) neighbours: Neighbours,
     /// Bodies with new states, to be let go.
     pub(super) changed: Vec<(usize, State)>,
+    /// What will happen to each body by itself.
+    pub(super) appointments: Vec<Option<Appointment>>,
+    /// Which bodies have fallen off the table.
+    pub(super) fallen: Vec<bool>,
+    /// Who has entered which area.
+    pub(super) entered: Vec<[usize; 2]>,
     agenda: Agenda,
     /// Pairs that press on each other, and until when that is overlooked.
     pressing: Vec<([usize; 2], f64)>,
@@ -51,6 +58,11 @@ impl<'a> Rollout<'a> {
         memory.agenda.clear(world.bodies.len());
         memory.neighbours.start(&world.bodies, &memory.motions);
         memory.pressing.clear();
+        memory.entered.clear();
+        memory.fallen.clear();
+        memory.fallen.resize(world.bodies.len(), false);
+        memory.appointments.clear();
+        memory.appointments.resize(world.bodies.len(), None);
         if let Some(log) = &mut log {
             log.start(&memory.motions);
         }
@@ -65,13 +77,16 @@ impl<'a> Rollout<'a> {
                 Phase::Forward | Phase::Back => self.memory.motions[STRIKER].stop_s,
                 Phase::Standing | Phase::Gone => f64::INFINITY,
             };
+            let appointment = self.next_appointment();
+            let sure_s = phase_end_s.min(appointment.map_or(f64::INFINITY, |a| a.time_s));
             // What comes at the same instant as the end of a phase comes after it.
-            let Some((prediction, after_s)) = self.memory.agenda.take(phase_end_s.next_down()) else {
-                if phase_end_s < f64::INFINITY {
-                    self.end_phase(phase_end_s);
-                    continue;
+            let Some((prediction, after_s)) = self.memory.agenda.take(sure_s.next_down()) else {
+                match appointment {
+                    Some(appointment) if appointment.time_s <= phase_end_s => self.keep(&appointment),
+                    _ if phase_end_s < f64::INFINITY => self.end_phase(phase_end_s),
+                    _ => break,
                 }
-                break;
+                continue;
             };
             let time_s = prediction.time_s;
             self.steps += 1;
@@ -83,7 +98,7 @@ impl<'a> Rollout<'a> {
             if prediction.touch {
                 self.touch(a, b, time_s);
             } else {
-                self.look_closer([a, b], &prediction, after_s.min(phase_end_s));
+                self.look_closer([a, b], &prediction, after_s.min(sure_s));
             }
         }
         let motions = &self.memory.motions;
@@ -91,6 +106,7 @@ impl<'a> Rollout<'a> {
             poses: self.world.body_of.iter().map(|&b| motions[b].end).collect(),
             duration_s: motions.iter().map(|m| m.stop_s).fold(0.0, f64::max),
             impacts: self.impacts,
+            fallen: self.world.body_of.iter().map(|&b| self.memory.fallen[b]).collect(),
             complete: self.steps <= MOST_STEPS,
         }
     }
@@ -105,6 +121,22 @@ impl<'a> Rollout<'a> {
 
     pub(super) fn mover(&self, body: usize) -> Mover<'_> {
         Mover { body: &self.world.bodies[body], motion: &self.memory.motions[body] }
+    }
+
+    /// Whether a body is no longer there.
+    pub(super) fn is_gone(&self, body: usize) -> bool {
+        self.memory.fallen[body] || body == STRIKER && self.phase == Phase::Gone
+    }
+
+    /// Whether two bodies can have anything to do with each other.
+    fn can_meet(&self, pair: [usize; 2]) -> bool {
+        let [a, b] = pair;
+        let meet = if b >= self.world.areas {
+            a < self.world.objects + 1 && !self.memory.entered.contains(&pair)
+        } else {
+            self.is_object(a) || self.is_object(b)
+        };
+        meet && !self.is_gone(a) && !self.is_gone(b)
     }
 
     /// Whether a body moves freely: neither striker nor wall.
@@ -123,10 +155,11 @@ impl<'a> Rollout<'a> {
     }
 
     /// Gives a body a new motion; all predictions about it are void.
-    fn set(&mut self, body: usize, motion: Motion) {
+    pub(super) fn set(&mut self, body: usize, motion: Motion) {
         self.memory.motions[body] = motion;
         self.memory.agenda.void(body);
         self.memory.neighbours.change(body, &self.world.bodies[body], &motion);
+        self.appoint(body, &motion);
         if let Some(log) = &mut self.log {
             log.motion(body, &motion);
         }
@@ -146,7 +179,7 @@ impl<'a> Rollout<'a> {
 
     /// Looks for a body's next contacts.
     fn predict(&mut self, body: usize, time_s: f64) {
-        if body == STRIKER && self.phase == Phase::Gone {
+        if self.is_gone(body) {
             return;
         }
         let Motion { start, end, .. } = self.memory.motions[body];
@@ -154,11 +187,11 @@ impl<'a> Rollout<'a> {
             self.memory.neighbours.around(&self.world.bodies[body], start.position, end.position).len();
         for k in 0..count {
             let other = self.memory.neighbours.found(k);
-            let gone = other == STRIKER && self.phase == Phase::Gone;
             // Two bodies that both go new ways are looked at once.
             let later = other < body && self.memory.changed.iter().any(|c| c.0 == other) && body != STRIKER;
-            if other != body && !gone && !later && (self.is_object(body) || self.is_object(other)) {
-                self.look([body.min(other), body.max(other)], time_s);
+            let pair = [body.min(other), body.max(other)];
+            if other != body && !later && self.can_meet(pair) {
+                self.look(pair, time_s);
             }
         }
     }

@@ -17,6 +17,8 @@ pub struct Outcome {
     pub duration_s: f64,
     /// How many impacts there were.
     pub impacts: usize,
+    /// Which objects have fallen off the table, in the order of [`World::names`]; their poses are those at the edge.
+    pub fallen: Vec<bool>,
     /// Whether it was followed to the end; if not, the poses are those where it was given up.
     pub complete: bool,
 }

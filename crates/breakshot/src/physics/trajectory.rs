@@ -63,6 +63,10 @@ pub struct Event {
 pub enum EventKind {
     /// Two bodies hit each other.
     Impact,
+    /// An object's centre passed the table's edge.
+    Fallen,
+    /// A body entered an area to keep out of; nothing stops it.
+    Entered,
 }
 
 /// The energies of a run (J; per reference mass where that was not weighed): they add up to zero.
@@ -74,6 +78,9 @@ pub struct Energy {
     pub impact_loss_j: f64,
     /// Lost to friction on the table.
     pub friction_loss_j: f64,
+    /// Kinetic energy of what fell off the table.
+    #[serde(default)]
+    pub fallen_j: f64,
 }
 
 /// A piece of motion: positions and yaw are polynomials of the time since its start, the constant first.
@@ -151,6 +158,32 @@ impl Log {
         self.events.push(event(world, (time_s, bodies), (touch, impulse), (before, after), loss_j));
     }
 
+    /// Something else that happened to bodies on their way: the first one fell, or entered the second one.
+    pub(crate) fn note(
+        &mut self,
+        world: &World,
+        time_s: f64,
+        (kind, bodies): (EventKind, &[usize]),
+        state: &State,
+    ) {
+        if kind == EventKind::Fallen {
+            self.energy.fallen_j += kinetic_energy_j(&world.bodies[bodies[0]], state);
+        }
+        self.events.push(Event {
+            time_s,
+            kind,
+            bodies: bodies.iter().map(|&b| world.name(b)).collect(),
+            point_m: state.position,
+            normal: Vec2::ZERO,
+            impulse_n_s: Vec2::ZERO,
+            velocities_before_m_s: vec![state.velocity],
+            velocities_after_m_s: vec![state.velocity],
+            yaw_rates_before_rad_s: vec![state.yaw_rate_rad_s],
+            yaw_rates_after_rad_s: vec![state.yaw_rate_rad_s],
+            loss_j: 0.0,
+        });
+    }
+
     /// The contacts of a cluster, each as an impact of its own; velocities are those before and after all of them.
     pub(crate) fn cluster(&mut self, world: &World, time_s: f64, cluster: &Cluster) {
         for contact in &cluster.contacts {
@@ -189,6 +222,9 @@ impl Log {
             motions.insert(world.name(body), segments);
         }
         let mut notes = world.notes.clone();
+        for (name, _) in world.names.iter().zip(&outcome.fallen).filter(|(_, fallen)| **fallen) {
+            notes.push(format!("`{name}` fell off the table"));
+        }
         if !outcome.complete {
             notes.push(format!("given up after {:.3} s: too many impacts", outcome.duration_s));
         }

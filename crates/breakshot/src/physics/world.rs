@@ -11,8 +11,8 @@ use super::shape::{Laid, Plate};
 use super::support::{PATCH_RADIUS_PER_ARM, mean_arm_m};
 use super::{GRAVITY_M_S2, Options};
 use crate::error::{Error, Result};
-use crate::geometry::{Point, Pose};
-use crate::object::{Shape, kind};
+use crate::geometry::{Point, Pose, Vec2};
+use crate::object::{Shape, kind, polygon_area_m2};
 use crate::properties::Properties;
 use crate::scene::{Scene, Strike, Wall};
 use std::sync::Arc;
@@ -30,10 +30,14 @@ pub struct World {
     pub(crate) names: Vec<String>,
     /// The body of each object, in the order in which the scene places them.
     pub(crate) body_of: Vec<usize>,
-    /// The striker first, then the objects in order of place, then the walls.
+    /// The striker first, then the objects in order of place, then the walls, then the areas to keep out of.
     pub(crate) bodies: Vec<Body>,
     /// How many bodies are objects.
     pub(crate) objects: usize,
+    /// Where the areas to keep out of begin among the bodies: they tell who enters and stop nobody.
+    pub(crate) areas: usize,
+    /// The table's edge, counter-clockwise; empty: the table has no end.
+    pub(crate) edge: Vec<Point>,
     pub(crate) coefficients: Vec<Coefficients>,
     pub(crate) kinds: usize,
     pub(crate) retract_speed_m_s: f64,
@@ -78,10 +82,16 @@ impl World {
         for (k, wall) in scene.walls.iter().enumerate() {
             bodies.push(wall_body(wall, 1 + kinds.len() + k, &bodies[STRIKER]));
         }
+        let areas = bodies.len();
+        bodies.extend(
+            scene.keep_out.iter().map(|k| area_body(&k.points_m, &bodies[STRIKER])).collect::<Vec<_>>(),
+        );
         let coefficients = coefficients(scene, properties, &kinds, &mut notes)?;
         let world = Self {
             names: scene.placed.iter().map(|p| p.object.clone()).collect(),
             objects: order.len(),
+            areas,
+            edge: scene.cell.table.as_ref().map_or_else(Vec::new, |t| counter_clockwise(&t.outline_m)),
             body_of,
             bodies,
             kinds: 1 + kinds.len() + scene.walls.len(),
@@ -147,14 +157,15 @@ impl World {
         match self.body_of.iter().position(|&k| k == body) {
             Some(k) => self.names[k].clone(),
             None if body == STRIKER => "striker".into(),
-            None => format!("walls[{}]", body - 1 - self.objects),
+            None if body < self.areas => format!("walls[{}]", body - 1 - self.objects),
+            None => format!("keep_out[{}]", body - self.areas),
         }
     }
 
     /// Overlaps of more than [`OVERLAP_TOLERANCE_M`] are errors that name both objects.
     fn check_overlaps(&self) -> Result<()> {
         for a in 1..=self.objects {
-            for b in a + 1..self.bodies.len() {
+            for b in a + 1..self.areas {
                 let gap_m =
                     gap_m((&self.bodies[a], self.bodies[a].pose), (&self.bodies[b], self.bodies[b].pose));
                 if gap_m < -OVERLAP_TOLERANCE_M {
@@ -172,7 +183,7 @@ impl World {
     pub(crate) fn check_strike(&self, strike: &Strike) -> Result<()> {
         strike.check("strike")?;
         let pose = Pose { position: strike.start_m, yaw_rad: strike.heading_rad };
-        for b in 1..self.bodies.len() {
+        for b in 1..self.areas {
             let gap_m = gap_m((&self.bodies[STRIKER], pose), (&self.bodies[b], self.bodies[b].pose));
             if gap_m < -OVERLAP_TOLERANCE_M {
                 let found = format!("{:.3} mm inside `{}`", -gap_m * 1e3, self.name(b));
@@ -243,6 +254,24 @@ fn wall_body(wall: &Wall, kind: usize, like: &Body) -> Body {
     let pose = Pose { position: wall.from_m + half, yaw_rad: 0.0 };
     let plate = Arc::new(Plate::segment(Point::ORIGIN - half, Point::ORIGIN + half));
     Body { plate, pose, inverse_mass: 0.0, inverse_inertia: 0.0, kind, ..like.clone() }
+}
+
+/// An area to keep out of, about the middle of its corners.
+fn area_body(corners: &[Point], like: &Body) -> Body {
+    let sum = corners.iter().fold(Vec2::ZERO, |sum, c| sum + c.to_vec());
+    let middle = Point::ORIGIN + sum / corners.len() as f64;
+    let about: Vec<Point> = corners.iter().map(|c| Point::ORIGIN + (*c - middle)).collect();
+    let plate = Arc::new(Plate::polygon(&counter_clockwise(&about)));
+    let pose = Pose { position: middle, yaw_rad: 0.0 };
+    Body { plate, pose, inverse_mass: 0.0, inverse_inertia: 0.0, ..like.clone() }
+}
+
+fn counter_clockwise(corners: &[Point]) -> Vec<Point> {
+    let mut corners = corners.to_vec();
+    if polygon_area_m2(&corners) < 0.0 {
+        corners.reverse();
+    }
+    corners
 }
 
 /// Outlines and slide curves already made: copies of an object share them.
