@@ -3,8 +3,9 @@
 //! `cargo xtask test` is the one check, the same for people and CI.  `validate` measures against the films and
 //! recordings in `../shared`, `bench` against other programs; both need more than a user has.
 
+mod bench;
 mod check;
-mod decode;
+mod example;
 mod process;
 mod speed;
 mod validate;
@@ -20,8 +21,14 @@ usage: cargo xtask TASK
                    accuracy, speed and memory on films with known truth (LAB holds campaign/ and scatter/)
   validate advise [CELLS]
                    ten advised clips against ten random ones on synthetic cells (use `cargo run --release -p xtask --`)
+  validate scatter LAB [--python PYTHON]
+                   which parameter or law explains how far predicted strikes on piles are from the filmed ones;
+                   the exported models in MuJoCo
+  validate physics [SHARED]
+                   final places against an independent simulator, the same bits in every build, recorded collisions
+                   (SHARED holds reference/scenes and real/air_table; ../shared if not given)
   validate air-table [SHARED]
-                   impacts against two pucks recorded on an air table (SHARED/real/air_table; ../shared if not given)
+                   impacts against two pucks recorded on an air table alone
   validate estimate [COUNT]
                    how often 95 % intervals hold the truth in drawn campaigns (200 unless told)
   bench estimate [LAB TRACKS]
@@ -29,6 +36,9 @@ usage: cargo xtask TASK
                    `breakshot estimate --tracks` wrote)
   bench decode CLIPS
                    decoded films against ffmpeg's, and the CPU time of both on a folder of MP4 clips
+  bench physics [--scenes DIR] [--python PYTHON]
+                   piles simulated per CPU second beside rapier2d and MuJoCo; growth with the number of objects
+                   (DIR is ../shared/reference/scenes if not given; without PYTHON a venv with MuJoCo is made)
   deny             licences and sources of all dependencies (installs cargo-deny)
 ";
 
@@ -37,6 +47,9 @@ fn main() -> ExitCode {
     let words: Vec<&str> = arguments.iter().map(String::as_str).collect();
     let done = match words.as_slice() {
         ["test"] => check::test(),
+        ["validate", "physics", rest @ ..] => validate::physics(&shared(rest)),
+        ["validate", "scatter", lab] => validate::scatter(lab.as_ref(), None),
+        ["validate", "scatter", lab, "--python", python] => validate::scatter(lab.as_ref(), Some(python)),
         ["validate", "air-table", rest @ ..] => validate::recorded(&shared(rest)),
         ["validate", "estimate"] => validate::estimate(validate::CAMPAIGNS),
         ["validate", "estimate", count] => match count.parse() {
@@ -49,7 +62,8 @@ fn main() -> ExitCode {
         ["validate", lab, "--details"] => validate::lab(lab.as_ref(), true),
         ["bench", "estimate"] => speed::drawn(),
         ["bench", "estimate", lab, tracks] => speed::lab(lab.as_ref(), tracks.as_ref()),
-        ["bench", "decode", clips] => decode::bench(clips.as_ref()),
+        ["bench", "decode", clips] => bench::decode::bench(clips.as_ref()),
+        ["bench", "physics", flags @ ..] => bench_physics(flags),
         ["deny"] => check::deny(),
         _ => {
             eprint!("{USAGE}");
@@ -68,4 +82,16 @@ fn main() -> ExitCode {
 /// The folder of films, recordings and references: given, or beside the project.
 fn shared(rest: &[&str]) -> PathBuf {
     rest.first().map_or_else(|| "../shared".into(), PathBuf::from)
+}
+
+fn bench_physics(flags: &[&str]) -> Result<(), String> {
+    let (mut scenes, mut python) = ("../shared/reference/scenes", None);
+    for flag in flags.chunks(2) {
+        match flag {
+            ["--scenes", folder] => scenes = folder,
+            ["--python", program] => python = Some(*program),
+            other => return Err(format!("`bench physics` has no {}", other.join(" "))),
+        }
+    }
+    bench::physics::bench(scenes.as_ref(), python)
 }

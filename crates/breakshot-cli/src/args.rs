@@ -61,6 +61,11 @@ pub(crate) enum Command {
         Example: breakshot command --touch touches.toml --cell cell.toml     (where the table lies for the robot)"
     )]
     Arm(CommandArgs),
+    /// Writes scene, properties and strike as a model for another simulator.
+    #[command(
+        after_help = "Example: breakshot export scene.toml --properties properties.json --strike strike.json --to mjcf -o scene.xml"
+    )]
+    Export(ExportArgs),
     /// Compares a filmed strike with its simulation.
     #[command(after_help = "Examples:\n  \
         breakshot verify scene.toml strike.mp4 --properties properties.json --strike plan.json -o report/\n  \
@@ -313,6 +318,34 @@ pub(crate) struct CommandArgs {
     /// Prints the result as JSON.
     #[arg(long)]
     pub(crate) json: bool,
+}
+
+/// The models by their names on the command line.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub(crate) enum ModelName {
+    /// MuJoCo's XML.
+    Mjcf,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct ExportArgs {
+    /// The scene file.
+    #[arg(value_name = "SCENE")]
+    pub(crate) scene: PathBuf,
+    /// The properties file.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) properties: PathBuf,
+    /// A plan, or a file with just the strike.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) strike: PathBuf,
+    /// For which simulator.
+    #[arg(long, value_enum, value_name = "MODEL")]
+    pub(crate) to: ModelName,
+    #[command(flatten)]
+    pub(crate) assumptions: Assumptions,
+    /// The model to write.
+    #[arg(short, long, value_name = "FILE")]
+    pub(crate) output: PathBuf,
 }
 
 #[derive(Debug, Args)]

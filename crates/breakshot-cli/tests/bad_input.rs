@@ -192,6 +192,16 @@ fn a_pair_that_was_never_filmed_is_named() {
     let args = [&["simulate", "pile.scene.toml"], strike.as_slice()].concat();
     assert_refused(folder.path(), &args, &["c/e", "restitution", "needed"]);
 
+    let export = [&["export", "pile.scene.toml", "--to", "mjcf"], strike.as_slice()].concat();
+    assert_refused(folder.path(), &export, &["c/e", "restitution", "needed"]);
+    let elsewhere = [&["export", "pile.scene.toml", "--to", "doom"], strike.as_slice()].concat();
+    let output = breakshot(folder.path(), &elsewhere);
+    let message = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(
+        output.status.code() == Some(2) && message.contains("doom") && message.contains("mjcf"),
+        "{message}"
+    );
+
     let output = breakshot(folder.path(), &[args.as_slice(), &["--assume-restitution", "0.5"]].concat());
     let message = String::from_utf8_lossy(&output.stderr).into_owned();
     assert_eq!(output.status.code(), Some(3), "{message}");

@@ -67,6 +67,10 @@ fn the_demo_writes_every_stage_and_its_commands_run_on_its_files() {
     let inputs = ["pile.scene.toml", "--properties", "properties.json", "--strike"];
     ran(&demo, &[&["simulate"], inputs.as_slice(), &["plan.json", "-o", "again.json"]].concat());
     assert_eq!(plan["prediction"]["final"], json(&demo.join("again.json"))["final"]);
+    let model = ["plan.json", "--to", "mjcf", "-o", "scene.xml"];
+    ran(&demo, &[&["export"], inputs.as_slice(), &model].concat());
+    let model = fs::read_to_string(demo.join("scene.xml")).unwrap();
+    assert!(model.contains("<mujoco") && model.matches("<body ").count() == 4, "{model}");
 
     let verify = ["verify", "pile.scene.toml", "pile.mp4", "--properties", "properties.json"];
     let printed =

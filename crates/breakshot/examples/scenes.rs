@@ -12,14 +12,20 @@
 //! centroid.  Objects are named by their line's number within the scene, from 0.
 //!
 //! `cargo run --release --example scenes -- FILE [--repeat N] [--final OUT.csv] [--impact stronge|newton|poisson]
-//! [--touching compliant|pairwise] [--spin coupled|decoupled]`
+//! [--touching compliant|linear|pairwise] [--spin coupled|decoupled] [--hash]`
+//!
+//! `--hash` also prints a hash of every bit of the outcomes of many strikes on each pile, simulated side by side: it is the
+//! same in debug and release builds and for any number of threads (`RAYON_NUM_THREADS`).  Objects that are alike are copies
+//! of one object.
 //!
 //! Each repeat shifts the striker by a fresh offset of up to a micrometre, so that no answer can be remembered.
 
 use breakshot::cell::{CameraSpec, Cell, Striker, Workspace};
 use breakshot::geometry::{Point, Pose};
 use breakshot::object::{Marker, Object, Shape, pair_key};
-use breakshot::physics::{AfterStrike, ImpactLaw, Options, Simulator, Spin, Touching, World};
+use breakshot::physics::{
+    AfterStrike, Compliance, ContactForce, ImpactLaw, Options, Simulator, Spin, Touching, World, rollouts,
+};
 use breakshot::properties::Properties;
 use breakshot::scene::{Goal, Placed, Scene, Strike};
 use breakshot::uncertain::Estimate;
@@ -36,6 +42,8 @@ struct Pile {
     roughness: Vec<f64>,
     /// Square roots of the restitutions: striker, then objects.
     bounce: Vec<f64>,
+    /// What makes objects copies of each other: mass, friction, restitution, contact friction; the outline besides.
+    kinds: Vec<[f64; 4]>,
 }
 
 type Answer<T> = Result<T, Box<dyn Error>>;
@@ -64,7 +72,15 @@ impl Pile {
         let strike =
             Strike { object: None, start_m: Point::ORIGIN, heading_rad: 0.0, speed_m_s: 1.0, travel_m: 1.0 };
         let properties = Properties { version: 1, reference: "0".into(), ..Properties::default() };
-        Self { number: number.into(), scene, properties, strike, roughness: vec![0.0], bounce: vec![1.0] }
+        Self {
+            number: number.into(),
+            scene,
+            properties,
+            strike,
+            roughness: vec![0.0],
+            bounce: vec![1.0],
+            kinds: Vec::new(),
+        }
     }
 
     fn striker(&mut self, n: &[f64]) {
@@ -79,23 +95,41 @@ impl Pile {
     }
 
     fn object(&mut self, n: &[f64], shape: Shape) {
-        let name = self.scene.objects.len().to_string();
-        let p = &mut self.properties;
-        p.mass_ratio.insert(name.clone(), Estimate::exact(n[0]));
-        p.friction.insert(name.clone(), Estimate::exact(n[1]));
-        p.striker_restitution.insert(name.clone(), Estimate::exact(self.bounce[0] * n[2]));
-        for (k, bounce) in self.bounce[1..].iter().enumerate() {
-            p.restitution.insert(pair_key(&name, &k.to_string()), Estimate::exact(bounce * n[2]));
+        let number = self.scene.placed.len();
+        let kind = [n[0], n[1], n[2], n[3]];
+        let like =
+            self.kinds.iter().zip(&self.scene.objects).position(|(k, o)| *k == kind && o.shape == shape);
+        let name = like.map_or_else(
+            || number.to_string(),
+            |like| format!("{}#{}", self.scene.objects[like].name, number + 1),
+        );
+        if like.is_none() {
+            self.new_kind(&name, kind, shape);
         }
-        self.bounce.push(n[2]);
         self.roughness.push(n[3]);
-        self.scene.placed.push(Placed {
-            object: name.clone(),
-            position_m: Point::new(n[4], n[5]),
-            yaw_rad: n[6],
-        });
+        self.scene.placed.push(Placed { object: name, position_m: Point::new(n[4], n[5]), yaw_rad: n[6] });
+    }
+
+    fn new_kind(&mut self, name: &str, kind: [f64; 4], shape: Shape) {
+        let [mass, friction, bounce, _] = kind;
+        let p = &mut self.properties;
+        p.mass_ratio.insert(name.into(), Estimate::exact(mass));
+        p.friction.insert(name.into(), Estimate::exact(friction));
+        p.striker_restitution.insert(name.into(), Estimate::exact(self.bounce[0] * bounce));
+        self.bounce.push(bounce);
+        self.kinds.push(kind);
         let marker = Marker { shape: Shape::Disc { radius_m: 0.001 }, at_m: Point::ORIGIN };
-        self.scene.objects.push(Object { name, shape, height_m: 0.03, marker, mass_kg: None });
+        self.scene.objects.push(Object { name: name.into(), shape, height_m: 0.03, marker, mass_kg: None });
+        for (other, bounce_of_other) in self.scene.objects.iter().zip(&self.bounce[1..]) {
+            p.restitution.insert(pair_key(name, &other.name), Estimate::exact(bounce_of_other * bounce));
+        }
+    }
+
+    /// The strike, shifted by a fresh offset.
+    fn shifted(&self, k: usize) -> Strike {
+        let mut strike = self.strike.clone();
+        strike.start_m.y += offset_m(k);
+        strike
     }
 
     fn world(&self, options: &Options) -> Answer<World> {
@@ -139,6 +173,7 @@ fn piles(text: &str) -> Answer<Vec<Pile>> {
 struct Arguments {
     file: String,
     repeat: usize,
+    hash: bool,
     final_csv: Option<String>,
     options: Options,
 }
@@ -148,6 +183,7 @@ fn arguments() -> Answer<Arguments> {
     let mut found = Arguments {
         file: String::new(),
         repeat: 1,
+        hash: false,
         final_csv: None,
         options: Options { after_strike: AfterStrike::Lift, ..Options::default() },
     };
@@ -168,6 +204,10 @@ fn arguments() -> Answer<Arguments> {
             "--touching" => {
                 found.options.touching = match value()?.as_str() {
                     "compliant" => Touching::default(),
+                    "linear" => Touching::Compliant(Compliance {
+                        force: ContactForce::Linear,
+                        ..Compliance::default()
+                    }),
                     "pairwise" => Touching::Pairwise,
                     other => return Err(format!("no way of touching {other}").into()),
                 }
@@ -179,6 +219,7 @@ fn arguments() -> Answer<Arguments> {
                     other => return Err(format!("no spin law {other}").into()),
                 }
             }
+            "--hash" => found.hash = true,
             file => found.file = file.into(),
         }
     }
@@ -200,6 +241,26 @@ fn offset_m(k: usize) -> f64 {
     1e-6 * (2.0 * (k as f64 * 0.618_033_988_749_894_9).fract() - 1.0)
 }
 
+/// Strikes of each pile that go into the hash.
+const HASHED_STRIKES: usize = 24;
+
+/// A hash (FNV-1a) of every bit of many outcomes.
+fn hash(piles: &[Pile], worlds: &[World]) -> Answer<u64> {
+    let mut hash = 0xcbf2_9ce4_8422_2325_u64;
+    for (pile, world) in piles.iter().zip(worlds) {
+        let strikes: Vec<Strike> = (0..HASHED_STRIKES).map(|k| pile.shifted(k)).collect();
+        for outcome in rollouts(world, &strikes) {
+            let outcome = outcome?;
+            let poses = outcome.poses.iter().flat_map(|p| [p.position.x, p.position.y, p.yaw_rad]);
+            let numbers = poses.chain([outcome.duration_s]).map(f64::to_bits);
+            for byte in numbers.chain([outcome.impacts as u64]).flat_map(u64::to_le_bytes) {
+                hash = (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3);
+            }
+        }
+    }
+    Ok(hash)
+}
+
 fn main() -> Answer<()> {
     let arguments = arguments()?;
     let piles = piles(&std::fs::read_to_string(&arguments.file)?)?;
@@ -219,13 +280,15 @@ fn main() -> Answer<()> {
     let (mut impacts, start_s) = (0, cpu_s());
     for k in 0..arguments.repeat {
         for (pile, world) in piles.iter().zip(&worlds) {
-            let mut strike = pile.strike.clone();
-            strike.start_m.y += offset_m(k * worlds.len() + impacts % 7);
+            let strike = pile.shifted(k * worlds.len() + impacts % 7);
             impacts += simulator.run(world, &strike)?.impacts;
         }
     }
     let rollouts = (arguments.repeat * piles.len()) as f64;
     let (rate, mean) = (rollouts / (cpu_s() - start_s), impacts as f64 / rollouts);
     println!("scenes={} rollouts_per_cpu_s={rate:.0} impacts_per_rollout={mean:.2}", piles.len());
+    if arguments.hash {
+        println!("hash={:016x}", hash(&piles, &worlds)?);
+    }
     Ok(())
 }

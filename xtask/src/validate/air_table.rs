@@ -3,7 +3,7 @@
 //! Restitution and contact friction are fitted on every second run by name, and the velocity vectors after impact of the
 //! others are predicted from those before it.  The folder's README tells the columns and the truth.
 
-use super::row::{self, Row};
+use super::row::{self, Row, median};
 use breakshot::geometry::{Point, Vec2};
 use breakshot::object::Shape;
 use breakshot::physics::{Encounter, ImpactLaw, Mover};
@@ -244,12 +244,6 @@ fn fitted(collisions: &[&Collision], friction_fitted: bool) -> Result<[f64; 2], 
         }
     }
     Ok(at)
-}
-
-fn median(mut values: Vec<f64>) -> f64 {
-    values.sort_by(f64::total_cmp);
-    let middle = values.len() / 2;
-    if values.len() % 2 == 1 { values[middle] } else { 0.5 * (values[middle - 1] + values[middle]) }
 }
 
 /// Fits on every second run and predicts the others; says whether the target holds.

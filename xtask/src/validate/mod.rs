@@ -2,15 +2,17 @@
 //!
 //! LAB is a folder with `campaign/` and `scatter/`, each holding films and a `truth.json`.  The program is built in
 //! release mode and run as a user would run it; its files are compared with the truth.  The other modules measure parts of
-//! it: `cargo xtask validate air-table`.
+//! it: `cargo xtask validate physics`, `air-table`, `scatter LAB`.
 
 mod advise;
 pub(crate) mod air_table;
 mod campaigns;
+mod physics;
 mod properties;
 pub(crate) mod row;
 pub(crate) mod saved;
 mod scatter;
+mod study;
 mod tracks;
 mod truth;
 
@@ -30,7 +32,7 @@ pub(crate) struct Program {
 impl Program {
     pub(crate) fn build() -> Result<Self, String> {
         crate::check::cargo(&["build", "--release", "--package", "breakshot-cli"], &[])?;
-        let target = std::env::var_os("CARGO_TARGET_DIR").map_or_else(|| "target".into(), PathBuf::from);
+        let target = crate::example::target();
         let output = target.join("validate");
         std::fs::create_dir_all(&output).map_err(|e| format!("{}: {e}", output.display()))?;
         Ok(Self { binary: target.join("release/breakshot"), output })
@@ -69,6 +71,16 @@ pub(crate) fn advise(cells: Option<&str>) -> Result<(), String> {
         text.parse().map_err(|_| format!("CELLS is `{text}`; needed: a whole number"))
     })?;
     if advise::validate(cells)? { Ok(()) } else { Err("some targets were missed".into()) }
+}
+
+/// The simulator against an independent one, itself and recorded collisions.
+pub(crate) fn physics(shared: &Path) -> Result<(), String> {
+    if physics::run(shared)? { Ok(()) } else { Err("some targets were missed".into()) }
+}
+
+/// What explains the difference between predicted and filmed strikes on piles.
+pub(crate) fn scatter(lab: &Path, python: Option<&str>) -> Result<(), String> {
+    study::run(lab, python)
 }
 
 /// What is measured against recorded collisions.

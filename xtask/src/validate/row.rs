@@ -58,3 +58,14 @@ pub(crate) fn mean_and_worst(values: &[f64]) -> (f64, f64) {
     let mean = values.iter().map(|v| v.abs()).sum::<f64>() / values.len().max(1) as f64;
     (mean, values.iter().fold(0.0, |worst: f64, v| worst.max(v.abs())))
 }
+
+/// The middle of some values; not a number if there are none.
+pub(crate) fn median(mut values: Vec<f64>) -> f64 {
+    values.sort_by(f64::total_cmp);
+    let (n, middle) = (values.len(), values.len() / 2);
+    match n {
+        0 => f64::NAN,
+        _ if n % 2 == 1 => values[middle],
+        _ => 0.5 * (values[middle - 1] + values[middle]),
+    }
+}

@@ -10,23 +10,31 @@ pub(crate) struct Truth {
     pub(crate) clips: BTreeMap<String, Clip>,
     pub(crate) mass_kg: BTreeMap<String, f64>,
     pub(crate) friction: BTreeMap<String, f64>,
+    /// Contact friction between objects, and with the striker.
+    pub(crate) surface_friction: Option<f64>,
+    pub(crate) striker_friction: Option<f64>,
 }
 
 /// One film.
-#[derive(Deserialize)]
+#[derive(Clone, Deserialize)]
 pub(crate) struct Clip {
+    /// x, y, yaw of each object before and after.
+    #[serde(default)]
+    pub(crate) start: BTreeMap<String, [f64; 3]>,
+    #[serde(default, rename = "final")]
+    pub(crate) last: BTreeMap<String, [f64; 3]>,
     /// x, y, yaw of each object at every frame.
     pub(crate) frames: BTreeMap<String, Vec<[f64; 3]>>,
     pub(crate) friction_scale: f64,
     pub(crate) measured: Measured,
 }
 
-#[derive(Deserialize)]
+#[derive(Clone, Deserialize)]
 pub(crate) struct Measured {
     pub(crate) impacts: Vec<Impact>,
 }
 
-#[derive(Deserialize)]
+#[derive(Clone, Deserialize)]
 pub(crate) struct Impact {
     pub(crate) pair: [String; 2],
     pub(crate) time_s: f64,

@@ -5,6 +5,7 @@ pub(crate) mod command;
 pub(crate) mod demo;
 pub(crate) mod detect;
 pub(crate) mod estimate;
+pub(crate) mod export;
 pub(crate) mod init;
 pub(crate) mod look;
 pub(crate) mod plan;

@@ -140,6 +140,20 @@ impl World {
         self.change(self.body_of[object], STRIKER, |c| c.friction = friction);
     }
 
+    /// Changes how an object stands on the table: the mean distance of its support from the centroid (m), for supports that
+    /// are not the whole outline, such as feet or a rim.
+    ///
+    /// # Errors
+    /// A distance that is not a positive number.
+    pub fn set_support_arm(&mut self, object: usize, mean_arm_m: f64) -> Result<()> {
+        crate::object::positive(&self.names[object], "mean_arm_m", mean_arm_m)?;
+        let body = &mut self.bodies[self.body_of[object]];
+        body.patch_radius_m = PATCH_RADIUS_PER_ARM * mean_arm_m;
+        let gyration_m2 = body.inverse_mass / body.inverse_inertia;
+        body.curve = Arc::new(SlideCurve::new(gyration_m2 / body.patch_radius_m.powi(2)));
+        Ok(())
+    }
+
     fn change(&mut self, a: usize, b: usize, change: impl Fn(&mut Coefficients)) {
         let (a, b) = (self.bodies[a].kind, self.bodies[b].kind);
         change(&mut self.coefficients[a * self.kinds + b]);

@@ -1,0 +1,4 @@
+//! The program beside others.
+
+pub(crate) mod decode;
+pub(crate) mod physics;
