@@ -1,8 +1,8 @@
 //! What happens to a body by itself?
 //!
-//! Its centre passes the table's edge, and it falls; or it enters an area to keep out of, which is reported and stops nothing.
+//! Its centre passes the table's edge, and it falls; a stretch of its bent way ends, and it goes on; or it enters an area to keep out of, which is reported and stops nothing.
 
-use super::evolve::Motion;
+use super::evolve::{Law, Motion};
 use super::rollout::Rollout;
 use super::trajectory::EventKind;
 use crate::geometry::{Point, Pose, Vec2};
@@ -14,12 +14,14 @@ pub(crate) struct Appointment {
     pub(crate) time_s: f64,
     /// The body.
     pub(crate) body: usize,
+    /// Whether it falls; else it goes on.
+    falls: bool,
 }
 
 impl Rollout<'_> {
     /// What will happen next to any body by itself.
     pub(super) fn next_appointment(&self) -> Option<Appointment> {
-        if self.world.edge.is_empty() {
+        if self.world.edge.is_empty() && !self.world.bends {
             return None;
         }
         let all = self.memory.appointments.iter().flatten();
@@ -28,25 +30,39 @@ impl Rollout<'_> {
 
     /// Finds out what will happen to a body on a new way.
     pub(super) fn appoint(&mut self, body: usize, motion: &Motion) {
-        if self.world.edge.is_empty() || !self.is_object(body) || self.memory.fallen[body] {
+        if self.world.edge.is_empty() && !self.world.bends
+            || !self.is_object(body)
+            || self.memory.fallen[body]
+        {
             return;
         }
         let way_m = (motion.end.position - motion.start.position).length();
         let fall = way_to_edge_m(&self.world.edge, motion.start.position, motion.direction)
             .filter(|&m| m <= way_m)
             .and_then(|m| motion.time_of_way_s(m, motion.start_s, &self.world.bodies[body]));
-        self.memory.appointments[body] = fall.map(|time_s| Appointment { time_s, body });
+        let onward = motion.is_bent().then_some(Appointment { time_s: motion.stop_s, body, falls: false });
+        self.memory.appointments[body] =
+            fall.map(|time_s| Appointment { time_s, body, falls: true }).or(onward);
     }
 
-    /// An appointment's time has come: the body has fallen.
+    /// An appointment's time has come: the body falls or goes on.
     pub(super) fn keep(&mut self, appointment: &Appointment) {
-        let &Appointment { time_s, body } = appointment;
-        let state = self.memory.motions[body].state(time_s, &self.world.bodies[body]);
+        let &Appointment { time_s, body, falls } = appointment;
+        let mut state = self.memory.motions[body].state(time_s, &self.world.bodies[body]);
+        self.memory.appointments[body] = None;
+        if !falls {
+            if let Law::Bent { onward } = self.memory.motions[body].law {
+                state.velocity = onward;
+            }
+            self.memory.changed.clear();
+            self.memory.changed.push((body, state));
+            self.let_go(time_s);
+            return;
+        }
         if let Some(log) = &mut self.log {
             log.note(self.world, time_s, (EventKind::Fallen, &[body]), &state);
         }
         self.memory.fallen[body] = true;
-        self.memory.appointments[body] = None;
         self.set(body, Motion::rest(Pose { position: state.position, yaw_rad: state.yaw_rad }, time_s));
     }
 

@@ -1,6 +1,7 @@
 //! What is a body to the simulator: outline, inertia, grip of the table.
 
 use super::curve::SlideCurve;
+use super::pressure::Hold;
 use super::shape::Plate;
 use crate::geometry::Pose;
 use std::sync::Arc;
@@ -22,6 +23,8 @@ pub(crate) struct Body {
     pub(crate) patch_radius_m: f64,
     /// How it slides and spins.
     pub(crate) curve: Arc<SlideCurve>,
+    /// How the table holds it where its support is no round patch.
+    pub(crate) hold: Option<Arc<Hold>>,
     /// Its row in the table of pair coefficients.
     pub(crate) kind: usize,
 }

@@ -246,6 +246,7 @@ mod tests {
             grip_m_s2: 1.0,
             patch_radius_m: RADIUS_M,
             curve: Arc::new(SlideCurve::new(0.5)),
+            hold: None,
             kind: 1,
         }
     }

@@ -60,6 +60,11 @@ pub(crate) enum Law {
         /// The slide's time unit over the curve's (s).
         scale_s: f64,
     },
+    /// Evenly, for a stretch of a bent way, at whose end the motion goes on.
+    Bent {
+        /// With this velocity.
+        onward: Vec2,
+    },
 }
 
 /// How sliding and spinning act on each other.
@@ -101,6 +106,13 @@ impl Motion {
     pub(crate) fn slide(state: &State, time_s: f64, body: &Body, spin: Spin) -> Self {
         let (v, w) = (length(state.velocity), state.yaw_rate_rad_s.abs() * body.patch_radius_m);
         let pose = Pose { position: state.position, yaw_rad: state.yaw_rad };
+        if spin == Spin::Coupled
+            && v.max(w) >= SPEED_AT_REST_M_S
+            && let Some(hold) = &body.hold
+            && let Some(motion) = Self::bent(state, time_s, body, hold)
+        {
+            return motion;
+        }
         let mut motion = Self::rest(pose, time_s);
         if v >= SPEED_AT_REST_M_S {
             motion.direction = state.velocity / v;
@@ -146,7 +158,7 @@ impl Motion {
 
     fn find_end(&mut self, body: &Body) {
         let (way_m, turn_rad) = match self.law {
-            Law::Rest => return,
+            Law::Rest | Law::Bent { .. } => return,
             Law::Even => (
                 stopping_way(self.speed_m_s, self.deceleration_m_s2[0]),
                 stopping_way(self.yaw_rate_rad_s.abs(), self.yaw_deceleration_rad_s2)
@@ -179,7 +191,7 @@ impl Motion {
 
     /// Where the body is at a time not before the start.
     pub(crate) fn state(&self, time_s: f64, body: &Body) -> State {
-        if time_s >= self.stop_s {
+        if time_s >= self.stop_s && (time_s > self.stop_s || !self.is_bent()) {
             let Pose { position, yaw_rad } = self.end;
             return State { position, yaw_rad, ..State::default() };
         }
@@ -190,7 +202,7 @@ impl Motion {
         }
         match self.law {
             Law::Rest => State { position: self.end.position, yaw_rad: self.end.yaw_rad, ..State::default() },
-            Law::Even => {
+            Law::Even | Law::Bent { .. } => {
                 let time = time_s - self.start_s;
                 let (way_m, speed_m_s) = fallen(self.speed_m_s, self.deceleration_m_s2[0], time);
                 let mut state = State {
@@ -217,6 +229,25 @@ impl Motion {
                 }
             }
         }
+    }
+
+    /// Whether it goes on where it ends.
+    pub(crate) fn is_bent(&self) -> bool {
+        matches!(self.law, Law::Bent { .. })
+    }
+
+    /// The greatest speed and rate of turn from now on; only on a bent way can they grow.
+    pub(crate) fn greatest_speeds(&self, state: &State) -> (f64, f64) {
+        let (speed, rate) = (length(state.velocity), state.yaw_rate_rad_s.abs());
+        if !self.is_bent() {
+            return (speed, rate);
+        }
+        let time = self.stop_s - self.start_s;
+        let last = |first: f64, lost: f64| first - lost * time;
+        (
+            speed.max(last(self.speed_m_s, self.deceleration_m_s2[0])),
+            rate.max(last(self.yaw_rate_rad_s.abs(), self.yaw_deceleration_rad_s2)),
+        )
     }
 
     /// When the body has gone a way from where it is at `from_s`; none if it stops before.

@@ -18,6 +18,7 @@ mod evolve;
 mod mjcf;
 mod neighbours;
 mod press;
+mod pressure;
 mod resolve;
 mod rollout;
 mod roots;
@@ -34,6 +35,7 @@ pub use cluster::{Compliance, ContactForce, Stiffness};
 pub use encounter::{Encounter, Mover};
 pub use evolve::Spin;
 pub use mjcf::{Mjcf, mjcf};
+pub use pressure::{Pressure, Surface};
 pub use resolve::{ImpactLaw, RestitutionLaw};
 pub use simulator::{Outcome, Simulator, rollouts};
 pub use striker::{AfterStrike, RETRACT_PAST_START_M};
@@ -43,6 +45,7 @@ pub use world::World;
 use crate::error::{Error, Result};
 use crate::properties::Properties;
 use crate::scene::{Scene, Strike};
+use std::collections::BTreeMap;
 use trajectory::Log;
 
 /// Standard gravity as the estimates use it (m/s2).
@@ -59,6 +62,10 @@ pub struct Options {
     pub touching: Touching,
     /// Whether sliding and spinning act on each other.
     pub spin: Spin,
+    /// Where kinds of objects press on the table, if not evenly.
+    pub pressure: BTreeMap<String, Pressure>,
+    /// How the table's friction depends on speed and direction.
+    pub surface: Surface,
     /// What the striker does after it stops.
     pub after_strike: AfterStrike,
     /// The striker's effective mass in the direction of the strike (kg, Eq. 8); none: the arm does not give way.
@@ -82,6 +89,10 @@ impl Default for Touching {
 
 impl Options {
     fn check(&self) -> Result<()> {
+        for (kind, pressure) in &self.pressure {
+            pressure.check(kind)?;
+        }
+        self.surface.check()?;
         if let Some(mass_kg) = self.striker_mass_kg {
             crate::object::positive("options", "striker_mass_kg", mass_kg)?;
         }

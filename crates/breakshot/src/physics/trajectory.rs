@@ -288,7 +288,7 @@ impl Motion {
         let end_s = until_s.min(self.stop_s);
         let mut segments = match self.law {
             Law::Rest => Vec::new(),
-            Law::Even => self.even_segments(end_s),
+            Law::Even | Law::Bent { .. } => self.even_segments(end_s),
             Law::Curved { branch, scale_s } => self.curved_segments(end_s, branch, scale_s, body),
         };
         if until_s > end_s || segments.is_empty() {

@@ -6,13 +6,14 @@
 use super::body::Body;
 use super::contact::witness;
 use super::curve::SlideCurve;
+use super::pressure::{Hold, Pressure, Surface};
 use super::rotation::Rotation;
 use super::shape::{Laid, Plate};
 use super::support::{PATCH_RADIUS_PER_ARM, mean_arm_m};
 use super::{GRAVITY_M_S2, Options};
 use crate::error::{Error, Result};
 use crate::geometry::{Point, Pose, Vec2};
-use crate::object::{Shape, kind, polygon_area_m2};
+use crate::object::{self, Shape, kind, polygon_area_m2};
 use crate::properties::Properties;
 use crate::scene::{Scene, Strike, Wall};
 use std::sync::Arc;
@@ -38,6 +39,8 @@ pub struct World {
     pub(crate) areas: usize,
     /// The table's edge, counter-clockwise; empty: the table has no end.
     pub(crate) edge: Vec<Point>,
+    /// Whether any object's way can bend.
+    pub(crate) bends: bool,
     pub(crate) coefficients: Vec<Coefficients>,
     pub(crate) kinds: usize,
     pub(crate) retract_speed_m_s: f64,
@@ -61,7 +64,7 @@ impl World {
         options.check()?;
         let mut notes = Vec::new();
         let unit_kg = mass_unit_kg(scene, properties, &mut notes);
-        let mut shapes = Shapes::default();
+        let mut shapes = Shapes { surface: options.surface, ..Shapes::default() };
         let mut bodies = vec![fixed_body(&mut shapes, &scene.cell.striker.shape, Pose::default(), 0)];
         if let Some(mass_kg) = options.striker_mass_kg {
             bodies[STRIKER].inverse_mass = 1.0 / mass_kg;
@@ -77,6 +80,7 @@ impl World {
             let friction = properties.friction(&placed.object)?.mean;
             let kind = 1 + kinds.iter().position(|k| *k == kind(&placed.object)).unwrap_or(0);
             let shape = &scene.object(&placed.object)?.shape;
+            shapes.pressure = options.pressure.get(object::kind(&placed.object)).cloned().unwrap_or_default();
             bodies.push(shapes.body(shape, placed.pose(), (mass, friction), kind));
         }
         for (k, wall) in scene.walls.iter().enumerate() {
@@ -91,6 +95,7 @@ impl World {
             names: scene.placed.iter().map(|p| p.object.clone()).collect(),
             objects: order.len(),
             areas,
+            bends: bodies.iter().any(|b| b.hold.is_some()),
             edge: scene.cell.table.as_ref().map_or_else(Vec::new, |t| counter_clockwise(&t.outline_m)),
             body_of,
             bodies,
@@ -291,20 +296,43 @@ fn counter_clockwise(corners: &[Point]) -> Vec<Point> {
 /// Outlines and slide curves already made: copies of an object share them.
 #[derive(Default)]
 struct Shapes {
-    made: Vec<(Shape, Arc<Plate>, Arc<SlideCurve>)>,
+    made: Vec<Made>,
+    surface: Surface,
+    /// Where the next body presses.
+    pressure: Pressure,
+}
+
+/// What copies of an object share.
+#[derive(Clone)]
+struct Made {
+    shape: Shape,
+    pressure: Pressure,
+    /// Whether it stands on the table, as everything but the striker does.
+    stands: bool,
+    plate: Arc<Plate>,
+    curve: Arc<SlideCurve>,
+    hold: Option<Arc<Hold>>,
 }
 
 impl Shapes {
     fn body(&mut self, shape: &Shape, pose: Pose, (mass, friction): (f64, f64), kind: usize) -> Body {
         let gyration_m = shape.radius_of_gyration_m();
         let patch_radius_m = PATCH_RADIUS_PER_ARM * mean_arm_m(shape);
-        let known = self.made.iter().find(|(s, ..)| s == shape).map(|(_, p, c)| (p.clone(), c.clone()));
-        let (plate, curve) = known.unwrap_or_else(|| {
-            let made = (
-                Arc::new(Plate::new(shape)),
-                Arc::new(SlideCurve::new((gyration_m / patch_radius_m).powi(2))),
-            );
-            self.made.push((shape.clone(), made.0.clone(), made.1.clone()));
+        let same = |m: &&Made| m.shape == *shape && m.pressure == self.pressure && m.stands == (kind > 0);
+        let known = self.made.iter().find(same).cloned();
+        let Made { plate, curve, hold, .. } = known.unwrap_or_else(|| {
+            let made = Made {
+                shape: shape.clone(),
+                pressure: self.pressure.clone(),
+                stands: kind > 0,
+                plate: Arc::new(Plate::new(shape)),
+                curve: Arc::new(SlideCurve::new((gyration_m / patch_radius_m).powi(2))),
+                // The striker hangs on the arm.
+                hold: (kind > 0)
+                    .then(|| Hold::new(shape, &self.pressure, self.surface, patch_radius_m).map(Arc::new))
+                    .flatten(),
+            };
+            self.made.push(made.clone());
             made
         });
         Body {
@@ -315,6 +343,7 @@ impl Shapes {
             grip_m_s2: friction * GRAVITY_M_S2,
             patch_radius_m,
             curve,
+            hold,
             kind,
         }
     }

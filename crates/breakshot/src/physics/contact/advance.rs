@@ -32,10 +32,10 @@ struct Now<'a> {
 
 impl<'a> Now<'a> {
     fn new(mover: Mover<'a>, state: State) -> Self {
-        let rate = state.yaw_rate_rad_s.abs();
-        let yaw_deceleration = if rate == 0.0 { 0.0 } else { mover.motion.yaw_deceleration_rad_s2 };
+        let (speed, rate) = mover.motion.greatest_speeds(&state);
+        let yaw_deceleration = if rate == 0.0 { 0.0 } else { mover.motion.yaw_deceleration_rad_s2.abs() };
         let rotation = Rotation::new(state.yaw_rad);
-        Self { mover, state, rotation, speed: state.velocity.length_squared().sqrt(), rate, yaw_deceleration }
+        Self { mover, state, rotation, speed, rate, yaw_deceleration }
     }
 
     /// How fast a point at a distance can be turned aside (m/s2).

@@ -70,5 +70,5 @@ fn time_to_circle((mover, state): (Mover, &State), way: Vec2, reach_m: f64) -> f
     if way_m > left.dot(direction) {
         return f64::INFINITY;
     }
-    way_m / state.velocity.length_squared().sqrt()
+    way_m / mover.motion.greatest_speeds(state).0
 }
