@@ -214,3 +214,16 @@ fn a_disc_between_walls_loses_speed_by_restitution_and_friction() {
     }
     assert!(end.events.len() > 4, "{} impacts", end.events.len());
 }
+
+#[test]
+fn the_closest_graze_tells_by_how_much() {
+    let reach = STRIKER_RADIUS_M + 0.05;
+    for (aside_m, hit) in [(reach - 1e-4, true), (reach + 1e-4, false)] {
+        let run =
+            Bench::new(0.6).object("a", disc(0.05), (1.0, 0.25, 0.7), Pose::new(-0.25, aside_m, 0.0)).run();
+        let graze = run.closest_graze.expect("a graze");
+        assert_eq!((graze.hit, run.events.is_empty()), (hit, !hit), "{graze:?}");
+        assert!((graze.margin_m - 1e-4).abs() < 1e-9, "{graze:?}");
+        assert_eq!(graze.bodies, ["striker", "a"]);
+    }
+}

@@ -3,6 +3,7 @@
 use super::body::Body;
 use super::cluster::Cluster;
 use super::evolve::{Law, Motion, State};
+use super::graze::{Close, Graze, closest_miss};
 use super::resolve::Touch;
 use super::simulator::Outcome;
 use super::world::{STRIKER, World};
@@ -26,6 +27,9 @@ pub struct Trajectory {
     pub energy: Energy,
     /// How each object moved, and the striker under the name `striker`: segment after segment.
     pub motions: BTreeMap<String, Vec<Segment>>,
+    /// Where a little more or less would have changed most: the closest miss or the barest hit.
+    #[serde(default)]
+    pub closest_graze: Option<Graze>,
     /// What the user should know.
     pub notes: Vec<String>,
 }
@@ -126,6 +130,8 @@ pub(crate) struct Log {
     motions: Vec<Vec<Motion>>,
     events: Vec<Event>,
     energy: Energy,
+    /// The barest hit so far.
+    barest: Option<Close>,
 }
 
 impl Log {
@@ -155,6 +161,7 @@ impl Log {
         }
         self.energy.striker_work_j += work_j;
         self.energy.impact_loss_j += loss_j;
+        self.barest = Close::closer(self.barest, Close::hit(world, time_s, bodies, before));
         self.events.push(event(world, (time_s, bodies), (touch, impulse), (before, after), loss_j));
     }
 
@@ -197,12 +204,14 @@ impl Log {
             let impulse = n * contact.impulse.normal + n.perpendicular() * contact.impulse.tangent;
             self.energy.striker_work_j += striker_work_j(bodies, impulse, &before);
             self.energy.impact_loss_j += contact.loss_j;
+            self.barest = Close::closer(self.barest, Close::hit(world, time_s, bodies, &before));
             let (what, states) = ((&contact.touch, impulse), (&before, &after));
             self.events.push(event(world, (time_s, bodies), what, states, contact.loss_j));
         }
     }
 
     pub(crate) fn trajectory(mut self, world: &World, outcome: &Outcome) -> Trajectory {
+        let closest = Close::closer(self.barest, closest_miss(world, &self.motions, outcome));
         let mut motions = BTreeMap::new();
         for body in 0..=world.objects {
             let list = &self.motions[body];
@@ -235,6 +244,7 @@ impl Log {
             events: self.events,
             energy: self.energy,
             motions,
+            closest_graze: closest.map(|c| c.named(world)),
             notes,
         }
     }
