@@ -227,3 +227,70 @@ fn the_closest_graze_tells_by_how_much() {
         assert_eq!(graze.bodies, ["striker", "a"]);
     }
 }
+
+/// Struck `a`, and `b` beyond it in the same line with a gap; masses, frictions against the table, restitutions.
+fn in_line(gap_m: f64, masses: [f64; 2], frictions: [f64; 2], restitution: f64) -> Bench {
+    Bench::new(0.6)
+        .object("a", disc(0.05), (masses[0], frictions[0], 0.7), Pose::new(0.0, 0.0, 0.0))
+        .object("b", disc(0.03), (masses[1], frictions[1], 0.7), Pose::new(0.08 + gap_m, 0.0, 0.0))
+        .pair("a", "b", restitution)
+        .until(0.5 - 0.065)
+}
+
+/// Speed of `a` after the striker has hit it.
+const LAUNCH_M_S: f64 = 1.7 * 0.6;
+
+#[test]
+fn a_sliding_disc_arrives_when_the_quadratic_says() {
+    let (mu, gap_m) = (0.25, 0.1);
+    let end = in_line(gap_m, [0.143, 0.061], [mu, 0.3], 0.6).run();
+    let left = (LAUNCH_M_S * LAUNCH_M_S - 2.0 * mu * G * gap_m).sqrt();
+    let between_s = end.events[1].time_s - end.events[0].time_s;
+    assert_close("time of the way (s)", between_s, (LAUNCH_M_S - left) / (mu * G));
+    assert_close("speed there (m/s)", end.events[1].velocities_before_m_s[0].x, left);
+}
+
+#[test]
+fn the_disc_that_slides_more_easily_catches_the_other_one_up() {
+    let (mu, e, m) = ([0.1, 0.6], 0.2, [1.0, 0.2]);
+    let gap_m = 0.05;
+    let end = in_line(gap_m, m, mu, e).run();
+    let speed = (LAUNCH_M_S * LAUNCH_M_S - 2.0 * mu[0] * G * gap_m).sqrt();
+    let between_s = end.events[2].time_s - end.events[1].time_s;
+    // Both still slide: the gap is e u t - (mu_b - mu_a) g t^2 / 2.
+    assert_close("time between their impacts (s)", between_s, 2.0 * e * speed / ((mu[1] - mu[0]) * G));
+}
+
+#[test]
+fn a_nanometre_decides_whether_a_disc_arrives() {
+    let mu = 0.25;
+    let way_m = LAUNCH_M_S * LAUNCH_M_S / (2.0 * mu * G);
+    let reached = in_line(way_m - 1e-9, [0.143, 0.061], [mu, 0.3], 0.6).run();
+    assert_eq!(reached.events.len(), 2, "{:?}", reached.events);
+    let missed = in_line(way_m + 1e-9, [0.143, 0.061], [mu, 0.3], 0.6).run();
+    assert_eq!(missed.events.len(), 1, "{:?}", missed.events);
+    assert_eq!(missed.final_poses["b"].position.x, 0.08 + way_m + 1e-9);
+}
+
+#[test]
+fn friction_between_two_discs_is_what_sticks_or_what_coulomb_allows() {
+    for friction in [0.05, 2.0] {
+        let m = [0.143, 0.061];
+        let end = Bench::new(0.5)
+            .object("a", disc(0.05), (m[0], 0.25, 0.7), Pose::new(0.0, 0.0, 0.0))
+            .object("b", disc(0.03), (m[1], 0.3, 0.7), Pose::new(0.09, 0.04, 0.0))
+            .pair("a", "b", 0.6)
+            .contact_friction(friction)
+            .until(0.5 - 0.065)
+            .run();
+        let hit = &end.events[1];
+        let (n, t) = (hit.normal, hit.normal.perpendicular());
+        let (approach, slip) = (hit.velocities_before_m_s[0].dot(n), hit.velocities_before_m_s[0].dot(t));
+        let normal = 1.6 * approach / (1.0 / m[0] + 1.0 / m[1]);
+        let tangent = (slip.abs() / (3.0 / m[0] + 3.0 / m[1])).min(friction * normal).copysign(slip);
+        assert_close("impulse along the normal", hit.impulse_n_s.dot(n), normal);
+        assert_close("impulse along the tangent", hit.impulse_n_s.dot(t), tangent);
+        let turn = hit.yaw_rates_after_rad_s[1];
+        assert_close("turn of b (rad/s)", turn * 0.03, -2.0 * tangent / m[1]);
+    }
+}
