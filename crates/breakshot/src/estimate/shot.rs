@@ -28,8 +28,13 @@ pub struct Shot {
     pub offset_m: f64,
 }
 
-/// The other object lies this far from the struck one (m): a few frames of free motion, and little speed lost.
-const GAP_M: f64 = 0.04;
+/// The other object lies about so much free motion from the struck one (s): five frames of a usual camera show it, and
+/// little speed is lost.
+const FREE_S: f64 = 0.08;
+/// An object leaves the striker about this much faster than that moves.
+const FASTER: f64 = 1.6;
+/// But not nearer or farther than this (m).
+const GAPS_M: [f64; 2] = [0.02, 0.12];
 /// The striker starts this far from the struck object, and goes on this far after it has hit it (m).
 const RUN_UP_M: f64 = 0.03;
 const FOLLOW_M: f64 = 0.005;
@@ -61,7 +66,8 @@ impl Shot {
             let yaw_rad = if flat { corner_towards(shape, PI) } else { flat_towards(shape, PI) };
             let from = Outline::new(struck, pose);
             let start = pose.position + Vec2::new(0.0, self.offset_m);
-            let position_m = apart(&from, (shape, yaw_rad), start, Vec2::new(1.0, 0.0), GAP_M);
+            let gap_m = (FREE_S * FASTER * self.speed_m_s).clamp(GAPS_M[0], GAPS_M[1]);
+            let position_m = apart(&from, (shape, yaw_rad), start, Vec2::new(1.0, 0.0), gap_m);
             placed.push(Placed { object: into.clone(), position_m, yaw_rad });
         }
         let target = Outline::new(struck, pose);

@@ -159,6 +159,18 @@ impl Quantity {
         }
     }
 
+    /// One standard deviation before anything is filmed.
+    fn prior_std(&self, properties: &Properties) -> f64 {
+        match self {
+            Self::Friction(a) => properties.friction.get(a).map_or(FRICTION[1], |e| e.mean.max(FRICTION[1])),
+            Self::StrikerRestitution(_) | Self::Restitution(..) => {
+                Estimate::assumed(RESTITUTION).standard_error
+            }
+            Self::LogMass(_) => LOG_MASS_STD,
+            Self::ContactFriction | Self::StrikerContactFriction => CONTACT_FRICTION[1],
+        }
+    }
+
     /// The objects without which it does not matter.
     pub(super) fn objects(&self) -> Vec<&str> {
         match self {
@@ -221,9 +233,23 @@ fn covariance(properties: &Properties, quantities: &[Quantity], stds: &[f64]) ->
     };
     let places: Vec<Option<usize>> = quantities.iter().map(place).collect();
     let matrix = &properties.covariance.matrix;
-    DMatrix::from_fn(quantities.len(), quantities.len(), |r, c| match (places[r], places[c]) {
+    let told = DMatrix::from_fn(quantities.len(), quantities.len(), |r, c| match (places[r], places[c]) {
         (Some(p), Some(q)) => matrix.get(p).and_then(|row| row.get(q)).copied().unwrap_or(0.0),
         _ if r == c => stds[r].powi(2),
         _ => 0.0,
-    })
+    });
+    // A clip that tells next to nothing leaves no quantity less sure than a prior does: both together.
+    let prior = DMatrix::from_diagonal(&nalgebra::DVector::from_fn(quantities.len(), |k, _| {
+        if places[k].is_some() { quantities[k].prior_std(properties).powi(2) } else { UNBOUND_VARIANCE }
+    }));
+    match (&told + prior).cholesky() {
+        Some(factor) => {
+            let both = &told - &told * factor.solve(&told);
+            (&both + both.transpose()) * 0.5
+        }
+        None => told,
+    }
 }
+
+/// What has its prior already gets no second one.
+const UNBOUND_VARIANCE: f64 = 1e12;

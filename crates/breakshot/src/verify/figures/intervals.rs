@@ -146,5 +146,6 @@ fn numbers(estimate: &Estimate) -> String {
         return format!("{:.3}{clips}", estimate.mean);
     }
     let decimals = (1.0 - half.max(1e-9).log10().floor()).clamp(1.0, 5.0) as usize;
-    format!("{:.decimals$} \u{b1} {half:.decimals$}{clips}", estimate.mean)
+    let mean = format!("{:.decimals$}", estimate.mean).replace('-', "\u{2212}");
+    format!("{mean} \u{b1} {half:.decimals$}{clips}")
 }
