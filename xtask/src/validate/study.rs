@@ -110,12 +110,14 @@ fn variants() -> Vec<Variant> {
 /// The lab says that its contacts last about a millisecond.
 const LAB_CONTACT_S: f64 = 1e-3;
 
-/// Learns from the campaign, predicts every film of `scatter/` in every way, prints the table; then runs the exported
+/// Takes what the last `validate LAB` learned from the campaign, or learns it; predicts every film of `scatter/` in every way, prints the table; then runs the exported
 /// models in MuJoCo.
 pub(crate) fn run(lab: &Path, python: Option<&str>) -> Result<(), String> {
     let program = Program::build()?;
     let learned = program.output.join("properties.json");
-    campaign(&program, &lab.join("campaign"), &learned, false)?;
+    if !learned.exists() {
+        campaign(&program, &lab.join("campaign"), &learned, false)?;
+    }
     let learned = files::load_properties(&learned).map_err(|e| e.to_string())?;
     let (cell, scatter) = (Truth::read(&lab.join("campaign"))?, Truth::read(&lab.join("scatter"))?);
     let films = films(&lab.join("scatter"), &scatter)?;
