@@ -241,10 +241,8 @@ impl Rollout<'_> {
             let motion = &self.memory.motions[other];
             let circles_m = body.plate.outer_radius_m + world.bodies[other].plate.outer_radius_m + reach_m;
             // Where the rest of its path is out of reach the other need not be looked at.
-            let half = (motion.end.position - motion.start.position) * 0.5;
-            let middle = motion.start.position + half;
-            let room = circles_m + half.length_squared().sqrt();
-            if (middle - state.position).length_squared() > room * room {
+            let room = circles_m + motion.half_way_m;
+            if (motion.middle() - state.position).length_squared() > room * room {
                 continue;
             }
             let there =

@@ -32,6 +32,8 @@ pub(crate) struct Motion {
     pub(crate) start: Pose,
     /// Where it ends; the start again for a prescribed motion.
     pub(crate) end: Pose,
+    /// Half the length of the path (m); it is straight.
+    pub(crate) half_way_m: f64,
     /// Unit vector along the path; zero if it has none.
     pub(crate) direction: Vec2,
     /// Speed at the start (m/s).
@@ -85,6 +87,7 @@ impl Motion {
             stop_s: time_s,
             start: pose,
             end: pose,
+            half_way_m: 0.0,
             direction: Vec2::ZERO,
             speed_m_s: 0.0,
             yaw_rate_rad_s: 0.0,
@@ -99,7 +102,8 @@ impl Motion {
         let speed_m_s = length(velocity);
         let end = Pose { position: pose.position + velocity * (stop_s - start_s), ..pose };
         let rest = Self::rest(pose, start_s);
-        Self { stop_s, end, direction: velocity / speed_m_s, speed_m_s, law: Law::Even, ..rest }
+        let (direction, half_way_m) = (velocity / speed_m_s, 0.5 * speed_m_s * (stop_s - start_s));
+        Self { stop_s, end, half_way_m, direction, speed_m_s, law: Law::Even, ..rest }
     }
 
     /// A body let go: it slides and spins until friction has stopped it.
@@ -169,6 +173,7 @@ impl Motion {
                 (left.way_m, left.turn_rad)
             }
         };
+        self.half_way_m = 0.5 * way_m;
         self.end = Pose {
             position: self.start.position + self.direction * way_m,
             yaw_rad: self.start.yaw_rad + turn_rad,
@@ -229,6 +234,11 @@ impl Motion {
                 }
             }
         }
+    }
+
+    /// The middle of the path.
+    pub(crate) fn middle(&self) -> Point {
+        self.start.position + self.direction * self.half_way_m
     }
 
     /// Whether it goes on where it ends.

@@ -251,6 +251,7 @@ impl Motion {
             motion.deceleration_m_s2 = [speed / time; 2];
             motion.yaw_deceleration_rad_s2 = rate.abs() / time;
             let way = motion.direction * (0.5 * speed * time);
+            motion.half_way_m = 0.25 * speed * time;
             motion.end = Pose { position: state.position + way, yaw_rad: state.yaw_rad + 0.5 * rate * time };
             return Some(motion);
         }
@@ -269,8 +270,9 @@ impl Motion {
         motion.deceleration_m_s2 = [(speed - length(onward)) / time; 2];
         motion.yaw_rate_rad_s = rate.abs().max(f64::MIN_POSITIVE).copysign(sign);
         motion.yaw_deceleration_rad_s2 = (rate.abs() - rate_onward.abs()) / time;
+        motion.half_way_m = 0.5 * half * (speed + length(onward));
         motion.end = Pose {
-            position: state.position + motion.direction * (half * (speed + length(onward))),
+            position: state.position + motion.direction * (2.0 * motion.half_way_m),
             yaw_rad: state.yaw_rad + half * (rate + rate_onward),
         };
         Some(motion)

@@ -3,7 +3,7 @@
 use super::agenda::{Agenda, Prediction};
 use super::alone::Appointment;
 use super::cluster::Cluster;
-use super::contact::{Mover, Outlook, closer_look, first_look};
+use super::contact::{Mover, Outlook, closer_look, first_look, paths_apart};
 use super::evolve::{Motion, State};
 use super::neighbours::Neighbours;
 use super::simulator::Outcome;
@@ -187,10 +187,13 @@ impl<'a> Rollout<'a> {
             self.memory.neighbours.around(&self.world.bodies[body], start.position, end.position).len();
         for k in 0..count {
             let other = self.memory.neighbours.found(k);
+            if other == body || paths_apart(self.mover(body), self.mover(other)) {
+                continue;
+            }
             // Two bodies that both go new ways are looked at once.
             let later = other < body && self.memory.changed.iter().any(|c| c.0 == other) && body != STRIKER;
             let pair = [body.min(other), body.max(other)];
-            if other != body && !later && self.can_meet(pair) {
+            if !later && self.can_meet(pair) {
                 self.look(pair, time_s);
             }
         }

@@ -11,23 +11,17 @@ use crate::physics::evolve::State;
 pub(super) fn first_look(a: Mover, b: Mover, from_s: f64) -> Outlook {
     let reach_m = a.body.plate.outer_radius_m + b.body.plate.outer_radius_m;
     let (state_a, state_b) = (a.motion.state(from_s, a.body), b.motion.state(from_s, b.body));
-    if paths_apart((a, &state_a), (b, &state_b), reach_m) {
-        return Outlook::Never;
-    }
     match time_apart((a, &state_a), (b, &state_b), reach_m, from_s) {
         f64::INFINITY => Outlook::Never,
         time => Outlook::NotBefore(from_s + time),
     }
 }
 
-/// Whether the circles that hold the remaining paths keep the bodies apart for ever.
-fn paths_apart(a: (Mover, &State), b: (Mover, &State), reach_m: f64) -> bool {
-    // A wall's circle is around the table's origin: its plate does not tell where it is.
-    let half = |(mover, state): (Mover, &State)| (mover.motion.end.position - state.position) * 0.5;
-    let (way_a, way_b) = (half(a), half(b));
-    let between = (b.1.position + way_b) - (a.1.position + way_a);
-    let room = reach_m + way_a.length_squared().sqrt() + way_b.length_squared().sqrt();
-    between.length_squared() > room * room
+/// Whether the circles that hold the whole paths keep the bodies apart for ever.
+pub(crate) fn paths_apart(a: Mover, b: Mover) -> bool {
+    let reach_m = a.body.plate.outer_radius_m + b.body.plate.outer_radius_m;
+    let room = reach_m + a.motion.half_way_m + b.motion.half_way_m + super::CONTACT_GAP_M;
+    (b.motion.middle() - a.motion.middle()).length_squared() > room * room
 }
 
 /// How long circles surely stay apart (s): zero if they overlap now, infinite if they never meet.
