@@ -237,15 +237,15 @@ fn check_polygon(owner: &str, points: &[Point]) -> Result<()> {
     if let Some(k) = points.iter().position(|p| !p.is_finite()) {
         return Err(Error::invalid(owner, format!("points_m[{k}]"), "not a number", "two numbers in m"));
     }
+    let area_m2 = polygon_area_m2(points);
     if let Some((i, k)) = crossing_edges(points) {
         return Err(Error::invalid(
             owner,
             "points_m",
-            format!("a self-crossing polygon (edges {i} and {k} meet)"),
+            format!("a self-crossing polygon with an area of {area_m2} m2 (edges {i} and {k} meet)"),
             "a simple polygon",
         ));
     }
-    let area_m2 = polygon_area_m2(points);
     if area_m2.abs() < SMALLEST_AREA_M2 {
         return Err(Error::invalid(
             owner,

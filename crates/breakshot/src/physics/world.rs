@@ -65,6 +65,7 @@ impl World {
         let mut notes = Vec::new();
         let unit_kg = mass_unit_kg(scene, properties, &mut notes);
         let mut shapes = Shapes { surface: options.surface, ..Shapes::default() };
+        scene.cell.striker.shape.clone().check_and_centre("striker")?;
         let mut bodies = vec![fixed_body(&mut shapes, &scene.cell.striker.shape, Pose::default(), 0)];
         if let Some(mass_kg) = options.striker_mass_kg {
             bodies[STRIKER].inverse_mass = 1.0 / mass_kg;
@@ -80,6 +81,7 @@ impl World {
             let friction = properties.friction(&placed.object)?.mean;
             let kind = 1 + kinds.iter().position(|k| *k == kind(&placed.object)).unwrap_or(0);
             let shape = &scene.object(&placed.object)?.shape;
+            shape.clone().check_and_centre(&format!("object `{}`", placed.object))?;
             shapes.pressure = options.pressure.get(object::kind(&placed.object)).cloned().unwrap_or_default();
             bodies.push(shapes.body(shape, placed.pose(), (mass, friction), kind));
         }
