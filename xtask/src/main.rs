@@ -31,6 +31,9 @@ usage: cargo xtask TASK
                    impacts against two pucks recorded on an air table alone
   validate estimate [COUNT]
                    how often 95 % intervals hold the truth in drawn campaigns (200 unless told)
+  validate tracks LAB TRACKS
+                   bounds, thinned and spoilt campaigns on the films' saved tracks, without the films (TRACKS is what
+                   `breakshot estimate --tracks` wrote)
   bench estimate [LAB TRACKS]
                    time of estimation in drawn campaigns of growing size, or from the films' tracks (TRACKS is what
                    `breakshot estimate --tracks` wrote)
@@ -58,6 +61,7 @@ fn main() -> ExitCode {
         },
         ["validate", "advise"] => validate::advise(None),
         ["validate", "advise", cells] => validate::advise(Some(cells)),
+        ["validate", "tracks", lab, tracks] => validate::tracks(lab.as_ref(), tracks.as_ref()),
         ["validate", lab] => validate::lab(lab.as_ref(), false),
         ["validate", lab, "--details"] => validate::lab(lab.as_ref(), true),
         ["bench", "estimate"] => speed::drawn(),

@@ -6,6 +6,8 @@
 
 mod advise;
 pub(crate) mod air_table;
+mod altered;
+mod bound;
 mod campaigns;
 mod physics;
 mod properties;
@@ -83,6 +85,13 @@ pub(crate) fn scatter(lab: &Path, python: Option<&str>) -> Result<(), String> {
     study::run(lab, python)
 }
 
+/// What is measured on the films' saved tracks, without the films.
+pub(crate) fn tracks(lab: &Path, tracks: &Path) -> Result<(), String> {
+    let folder = lab.join("campaign");
+    let all_hold = altered::validate(&saved::Saved::read(&folder, tracks)?, &Truth::read(&folder)?)?;
+    if all_hold { Ok(()) } else { Err("some targets were missed".into()) }
+}
+
 /// What is measured against recorded collisions.
 pub(crate) fn recorded(shared: &Path) -> Result<(), String> {
     let all_hold = air_table::run(&shared.join("real/air_table"))?;
@@ -114,5 +123,6 @@ fn campaign(program: &Program, folder: &Path, properties: &Path, details: bool) 
     holds &= row::print_all("Tracks", &tracks::rows(&truth, &tracks)?);
     let learned = breakshot::files::load_properties(properties).map_err(|e| e.to_string())?;
     holds &= row::print_all("Properties", &properties::rows(&truth, &learned, details));
+    holds &= altered::validate(&saved::Saved::read(folder, &tracks)?, &truth)?;
     Ok(holds)
 }

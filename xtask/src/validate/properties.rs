@@ -1,5 +1,6 @@
 //! Learned properties against the lab's own.
 
+use super::bound::{Bounds, MEAN_PER_STD};
 use super::row::{Row, mean_and_worst};
 use super::truth::Truth;
 use breakshot::properties::Properties;
@@ -27,20 +28,96 @@ impl Pair {
     }
 }
 
+/// Learned against true values of every kind.
+struct Groups {
+    friction: Vec<Pair>,
+    striker: Vec<Pair>,
+    between: Vec<Pair>,
+    pair_masses: Vec<Pair>,
+    masses: Vec<Pair>,
+}
+
+impl Groups {
+    fn new(truth: &Truth, learned: &Properties) -> Self {
+        let restitutions = truth.mean_restitution();
+        let mass = |name: &str| truth.mass_kg.get(name).copied();
+        let ratio = |name: &str| name.split_once('/').and_then(|(a, b)| Some(mass(a)? / mass(b)?));
+        let reference_kg = mass(&learned.reference).unwrap_or(f64::NAN);
+        let mut masses = pairs(&learned.mass_ratio, |name| Some(mass(name)? / reference_kg));
+        masses.retain(|p| p.name != learned.reference);
+        Self {
+            friction: pairs(&learned.friction, |name| truth.mean_friction().get(name).copied()),
+            striker: pairs(&learned.striker_restitution, |name| {
+                restitutions.get(&format!("{name}/striker")).copied()
+            }),
+            between: pairs(&learned.restitution, |name| restitutions.get(name).copied()),
+            pair_masses: pairs(&learned.pair_mass_ratio, ratio),
+            masses,
+        }
+    }
+
+    /// The quantities whose intervals are counted.
+    fn counted(&self) -> [&Vec<Pair>; 4] {
+        [&self.friction, &self.masses, &self.striker, &self.between]
+    }
+}
+
+/// The mean errors that the noise of the positions alone would leave, beside those found.
+pub(crate) fn bound_rows(truth: &Truth, learned: &Properties, bounds: &Bounds) -> Vec<Row> {
+    let groups = Groups::new(truth, learned);
+    let of = |what: &str, pairs: &[Pair], least: &BTreeMap<String, f64>, relative: bool| {
+        let percent = |p: &Pair| {
+            let std = least.get(&p.name).copied().unwrap_or(f64::NAN);
+            100.0 * MEAN_PER_STD * if relative { std } else { std / p.truth }
+        };
+        let bound: f64 = pairs.iter().map(percent).sum::<f64>() / pairs.len().max(1) as f64;
+        let found = mean_and_worst(&pairs.iter().map(Pair::error_percent).collect::<Vec<_>>()).0;
+        [
+            Row::plain(format!("{what}: mean error at best"), bound, "%"),
+            Row::plain(format!("{what}: mean error found"), found, "%"),
+        ]
+    };
+    [
+        of("friction", &groups.friction, &bounds.friction, false),
+        of("striker restitution", &groups.striker, &bounds.striker_restitution, false),
+        of("pair restitution", &groups.between, &bounds.restitution, false),
+        of("pair mass ratio", &groups.pair_masses, &bounds.pair_mass_ratio, true),
+        of("joint mass ratio", &groups.masses, &bounds.mass_ratio, true),
+    ]
+    .into_iter()
+    .flatten()
+    .collect()
+}
+
+/// What fewer clips or frames still tell: coverage, and by how much the intervals widen.
+pub(crate) fn thin_rows(truth: &Truth, whole: &Properties, thin: &Properties) -> Vec<Row> {
+    let (whole, thin) = (Groups::new(truth, whole), Groups::new(truth, thin));
+    let mut wider: Vec<f64> = Vec::new();
+    for (before, now) in whole.counted().into_iter().zip(thin.counted()) {
+        for pair in now {
+            let same = before.iter().find(|p| p.name == pair.name);
+            wider.extend(same.map(|p| pair.half_width_percent() / p.half_width_percent()));
+        }
+    }
+    wider.sort_by(f64::total_cmp);
+    let all = thin.counted().into_iter().flatten();
+    let (count, covered) = all.fold((0, 0), |(n, c), p| (n + 1, c + usize::from(p.covered())));
+    let outside = 100.0 * (1.0 - covered as f64 / count.max(1) as f64);
+    let middle = wider.get(wider.len() / 2).copied().unwrap_or(f64::NAN);
+    let mut rows = vec![
+        Row::at_most(format!("truths outside their 95 % interval, of {count}"), outside, 12.0, "%"),
+        Row::plain("half interval over that of the whole campaign, median", middle, ""),
+    ];
+    for (what, pairs) in [("friction", &thin.friction), ("joint mass ratio", &thin.masses)] {
+        let errors: Vec<f64> = pairs.iter().map(Pair::error_percent).collect();
+        rows.push(Row::plain(format!("{what}: mean error"), mean_and_worst(&errors).0, "%"));
+    }
+    rows
+}
+
 /// Compares every learned value with the truth.
 pub(crate) fn rows(truth: &Truth, learned: &Properties, details: bool) -> Vec<Row> {
-    let friction = pairs(&learned.friction, |name| truth.mean_friction().get(name).copied());
-    let restitutions = truth.mean_restitution();
-    let striker =
-        pairs(&learned.striker_restitution, |name| restitutions.get(&format!("{name}/striker")).copied());
-    let between = pairs(&learned.restitution, |name| restitutions.get(name).copied());
-    let mass = |name: &str| truth.mass_kg.get(name).copied();
-    let ratio = |name: &str| name.split_once('/').and_then(|(a, b)| Some(mass(a)? / mass(b)?));
-    let pair_masses = pairs(&learned.pair_mass_ratio, ratio);
-    let reference_kg = mass(&learned.reference).unwrap_or(f64::NAN);
-    let mut masses = pairs(&learned.mass_ratio, |name| Some(mass(name)? / reference_kg));
-    masses.retain(|p| p.name != learned.reference);
-
+    let Groups { friction, striker, between, pair_masses, masses } = Groups::new(truth, learned);
     let mut rows = Vec::new();
     let groups = [
         ("friction", &friction, 1.5, 0.6),
