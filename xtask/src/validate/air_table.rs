@@ -4,11 +4,16 @@
 //! others are predicted from those before it.  The folder's README tells the columns and the truth.
 
 use super::row::{self, Row, median};
+use crate::process;
+use breakshot::cell::{CameraSpec, Cell};
+use breakshot::detect::{self, Track, Tracks};
+use breakshot::estimate::{self, ClipTracks, Options, synthetic};
 use breakshot::geometry::{Point, Vec2};
-use breakshot::object::Shape;
+use breakshot::object::{Marker, Object, Shape};
 use breakshot::physics::{Encounter, ImpactLaw, Mover};
 use nalgebra::{Matrix3, Vector3};
 use std::path::Path;
+use std::time::Instant;
 
 /// What a scale said: the puck that moves first, the one that rests (kg).
 pub(crate) const MASS_KG: [f64; 2] = [0.028_726_2, 0.028_185_2];
@@ -248,7 +253,9 @@ fn fitted(collisions: &[&Collision], friction_fitted: bool) -> Result<[f64; 2], 
 
 /// Fits on every second run and predicts the others; says whether the target holds.
 pub(crate) fn run(folder: &Path) -> Result<bool, String> {
-    let collisions: Vec<Collision> = recordings(folder)?.iter().map(collision).collect::<Result<_, _>>()?;
+    let recordings = recordings(folder)?;
+    let estimation_holds = row::print_all("Air table: estimation", &estimated(&recordings)?);
+    let collisions: Vec<Collision> = recordings.iter().map(collision).collect::<Result<_, _>>()?;
     let half = |odd: usize| collisions.iter().skip(odd).step_by(2).collect::<Vec<_>>();
     let [[restitution, friction], other] = [fitted(&half(0), true)?, fitted(&half(1), true)?];
     let frictionless = fitted(&half(0), false)?;
@@ -258,7 +265,7 @@ pub(crate) fn run(folder: &Path) -> Result<bool, String> {
         let normal = (c.before[1].position - c.before[0].position).direction().unwrap_or_default();
         c.before[0].velocity.dot(normal) < GLANCING_COSINE * c.before[0].velocity.length()
     });
-    Ok(row::print_all(
+    let predictions_hold = row::print_all(
         "Air table: velocity vectors after impact, over the approach speed",
         &[
             Row::plain("recorded collisions", collisions.len() as f64, ""),
@@ -278,7 +285,94 @@ pub(crate) fn run(folder: &Path) -> Result<bool, String> {
                 "",
             ),
         ],
-    ))
+    );
+    Ok(estimation_holds && predictions_hold)
+}
+
+/// The recordings as clips of two kinds of pucks.
+fn clips(recordings: &[Recording]) -> Vec<ClipTracks> {
+    /// What motion capture claims (m).
+    const CLAIMED_STD_M: f64 = 5e-5;
+    let track = |name: &str, puck: &[Sample]| Track {
+        object: name.into(),
+        samples: (puck.iter())
+            .map(|s| detect::Sample {
+                time_s: s.time_s,
+                x_m: s.position.x,
+                y_m: s.position.y,
+                yaw_rad: Some(s.yaw_rad),
+                vx_m_s: None,
+                vy_m_s: None,
+                yaw_rate_rad_s: None,
+                ax_m_s2: None,
+                ay_m_s2: None,
+                std_m: CLAIMED_STD_M,
+                doubtful: false,
+            })
+            .collect(),
+    };
+    (recordings.iter())
+        .map(|recording| ClipTracks {
+            name: recording.name.clone(),
+            objects: PUCKS.map(String::from).to_vec(),
+            strike: None,
+            tracks: Tracks {
+                tracks: PUCKS.iter().zip(&recording.pucks).map(|(name, puck)| track(name, puck)).collect(),
+                ..Tracks::default()
+            },
+        })
+        .collect()
+}
+
+/// The puck that moves, and the one that rests.
+const PUCKS: [&str; 2] = ["moving", "resting"];
+
+/// Estimates from the recordings: the mass ratio holds, and friction is refused.
+fn estimated(recordings: &[Recording]) -> Result<Vec<Row>, String> {
+    let shape = Shape::Disc { radius_m: RADIUS_M };
+    let bar = Shape::Rectangle { size_m: [0.02, 0.01] };
+    let objects = PUCKS.map(|name| Object {
+        name: name.into(),
+        shape: shape.clone(),
+        height_m: 0.01,
+        marker: Marker { shape: bar.clone(), at_m: Point::ORIGIN },
+        mass_kg: None,
+    });
+    let cell =
+        Cell { camera: CameraSpec { exposure_s: Some(0.0), ..CameraSpec::default() }, ..synthetic::cell() };
+    let options = Options { reference: Some(PUCKS[1].into()) };
+    let (started, before_s) = (Instant::now(), process::own_cpu_s()?);
+    let found =
+        estimate::estimation(&clips(recordings), &cell, &objects, &options).map_err(|e| e.to_string())?;
+    let (wall_s, cpu_s) = (started.elapsed().as_secs_f64(), process::own_cpu_s()? - before_s);
+    let properties = found.properties;
+    for warning in &properties.warnings {
+        println!("{warning}");
+    }
+    let truth = MASS_KG[0] / MASS_KG[1];
+    let ratio = properties.mass_ratio.get(PUCKS[0]).ok_or("no mass ratio was found")?;
+    println!("{ratio:?}");
+    let covered = (ratio.interval_95[0]..=ratio.interval_95[1]).contains(&truth);
+    let refused = |name: &str| {
+        properties.warnings.iter().any(|w| w.starts_with(&format!("friction of `{name}` is refused")))
+    };
+    Ok(vec![
+        Row::plain("estimation of all runs, CPU time", cpu_s, "s"),
+        Row::plain("estimation of all runs, wall time", wall_s, "s"),
+        Row::at_most("mass ratio: error", 100.0 * (ratio.mean / truth - 1.0).abs(), 1.0, "%"),
+        Row::plain(
+            "mass ratio: half interval",
+            50.0 * (ratio.interval_95[1] - ratio.interval_95[0]) / truth,
+            "%",
+        ),
+        Row::at_most("truth outside the interval", f64::from(u8::from(!covered)), 0.0, ""),
+        Row::at_most(
+            "pucks whose friction is not refused as not Coulomb",
+            PUCKS.iter().filter(|name| !refused(name)).count() as f64,
+            0.0,
+            "",
+        ),
+    ])
 }
 
 /// Impacts with a cosine of incidence below it are glancing.

@@ -29,7 +29,10 @@ pub(super) fn told(cell: &Cell, frame_s: f64) -> Exposure {
 pub(super) fn misfits(fitted: &Fitted, place_scale: f64) -> Misfits {
     /// A frame that fits none of them says nothing beyond this.
     const MOST: f64 = 25.0;
-    let Model { bodies, .. } = &fitted.model;
+    let Model { bodies, exposure, .. } = &fitted.model;
+    if matches!(exposure, Exposure::Known(_)) {
+        return Misfits::default();
+    }
     let frame_s = frame_s(bodies);
     let mut squares = [0.0; TRIED_FRAMES.len()];
     let mut frames = 0;

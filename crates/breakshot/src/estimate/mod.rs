@@ -34,6 +34,7 @@ pub mod synthetic;
 mod touch;
 #[cfg(test)]
 mod update_tests;
+mod upset;
 
 pub use advise::{
     Advice, AdviceOptions, Advised, StruckPile, advice, prediction_error_m, predictive_spread_m, struck_piles,
@@ -50,6 +51,7 @@ use crate::error::{Error, Result};
 use crate::object::{self, Object};
 use crate::properties::Properties;
 use crate::scene::Strike;
+use clip::Exposure;
 use clip_fit::{Fitted, Noise};
 use exposure::Misfits;
 use rayon::prelude::*;
@@ -187,8 +189,9 @@ fn first_fit(clip: &ClipTracks, cell: &Cell, objects: &[Object]) -> Result<(Fitt
         .map(|track| object::find(objects, &track.object, &clip.name))
         .collect::<Result<Vec<_>>>()?;
     let run = clip.strike.as_ref().map(|strike| StrikerRun::new(&cell.striker, strike));
-    let bodies = segment::bodies(&clip.tracks.tracks, &kinds);
-    let exposure = exposure::told(cell, segment::frame_s(&bodies));
+    let mut bodies = segment::bodies(&clip.tracks.tracks, &kinds);
+    let exposure = segment::bin(&mut bodies)
+        .map_or_else(|| exposure::told(cell, segment::frame_s(&bodies)), Exposure::Known);
     let draft = Draft::new(bodies, run.as_ref(), exposure);
     Ok((Fitted::new(draft, run.as_ref()), run))
 }
@@ -241,6 +244,8 @@ fn told(fitted: &Fitted, run: Option<&StrikerRun>, clip: &ClipTracks) -> (ClipFi
         remarks: fitted.remarks.clone(),
     };
     let of_impacts = fit.impacts.iter().flat_map(|i| &i.remarks);
+    let upset = upset::contradiction(fitted, run.is_some());
+    let remarks = upset.iter().chain(&fit.remarks).chain(of_impacts).cloned().collect();
     let record = Record {
         name: clip.name.clone(),
         objects: fit.bodies.iter().map(|b| b.object.clone()).collect(),
@@ -250,7 +255,9 @@ fn told(fitted: &Fitted, run: Option<&StrikerRun>, clip: &ClipTracks) -> (ClipFi
         noise: fitted.noise,
         misfits: Misfits::default(),
         seen: Seen::new(fitted),
-        remarks: fit.remarks.iter().chain(of_impacts).cloned().collect(),
+        remarks,
     };
+    // Nothing of a clip whose story does not hold together is averaged in.
+    let record = if upset.is_some() { record.silenced() } else { record };
     (fit, record)
 }

@@ -62,6 +62,12 @@ impl Seen {
 }
 
 impl Record {
+    /// The record with nothing to say.
+    pub(super) fn silenced(self) -> Self {
+        let readings = self.readings.retained(|_| false);
+        Self { readings, drags: Vec::new(), grazings: Vec::new(), ..self }
+    }
+
     /// As the properties keep it.
     fn kept(&self, tracks: &ClipTracks) -> Result<ClipRecord> {
         let told = serde_json::to_value(self)

@@ -91,6 +91,42 @@ pub(super) fn median(values: impl Iterator<Item = f64>) -> f64 {
     }
 }
 
+/// A body is fitted to no more sights than about this: cost grows with them, and what they tell does not.
+const MOST_SIGHTS: usize = 300;
+
+/// At high frame rates, the means of so many successive sights: each is a sight whose shutter was open for all of them.
+///
+/// Gives the time that each of them spans; `None` if the sights are few enough as they are.
+pub(super) fn bin(bodies: &mut [Body]) -> Option<f64> {
+    let most = bodies.iter().map(|b| b.sights.len()).max()?;
+    let count = most.div_ceil(MOST_SIGHTS);
+    if count < 2 {
+        return None;
+    }
+    let frame_s = frame_s(bodies);
+    let span_s = frame_s * count as f64;
+    for body in bodies {
+        let block = |s: &Sight| (s.time_s / span_s + 1e-6).floor();
+        // A block that misses sights has its middle elsewhere.
+        let whole = body.sights.chunk_by(|p, q| block(p) == block(q)).filter(|b| b.len() == count);
+        body.sights = whole.map(mean_sight).collect();
+    }
+    Some(span_s)
+}
+
+fn mean_sight(sights: &[Sight]) -> Sight {
+    let n = sights.len() as f64;
+    let sum = sights.iter().fold(Vec2::ZERO, |sum, s| sum + s.position.to_vec());
+    let yaws: Option<f64> = sights.iter().map(|s| s.yaw_rad).sum();
+    Sight {
+        time_s: sights.iter().map(|s| s.time_s).sum::<f64>() / n,
+        position: Point::ORIGIN + sum / n,
+        yaw_rad: yaws.map(|sum| sum / n),
+        std_m: sights.iter().map(|s| s.std_m * s.std_m).sum::<f64>().sqrt() / n,
+        ignored: false,
+    }
+}
+
 fn onset(body: &Body) -> Onset {
     let sights = &body.sights;
     if sights.len() < SIGHTS_NEEDED {

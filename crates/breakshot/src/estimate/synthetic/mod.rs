@@ -135,7 +135,8 @@ pub fn campaign(recipe: &Recipe, seed: u64) -> Campaign {
     Campaign { cell: cell(), objects, clips, truth }
 }
 
-fn cell() -> Cell {
+/// The cell of every drawn campaign: a small round striker, and a camera of unknown exposure that looks straight down.
+pub fn cell() -> Cell {
     Cell {
         version: 1,
         camera: CameraSpec::default(),
