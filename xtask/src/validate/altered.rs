@@ -106,6 +106,9 @@ fn swapped(clip: &ClipTracks) -> ClipTracks {
     swapped
 }
 
+/// What happens to a clip.
+type Spoil = fn(&ClipTracks) -> ClipTracks;
+
 fn spoilt_rows(saved: &Saved, whole: &Estimation) -> Result<Vec<Row>, String> {
     let pairs: Vec<usize> = (0..saved.clips.len())
         .filter(|&k| match saved.clips[k].objects.as_slice() {
@@ -118,7 +121,7 @@ fn spoilt_rows(saved: &Saved, whole: &Estimation) -> Result<Vec<Row>, String> {
         (0..count).map(|n| pairs[(first + n * pairs.len() / count) % pairs.len()]).collect()
     };
     let mut rows = Vec::new();
-    let spoils: [(&str, fn(&ClipTracks) -> ClipTracks, Vec<usize>); 4] = [
+    let spoils: [(&str, Spoil, Vec<usize>); 4] = [
         ("two names swapped in 5 clips", swapped, some(5, 3)),
         ("a clip filmed at half the frame rate", too_fast, some(1, 11)),
         ("a clip with every picture twice", doubled, some(1, 31)),

@@ -101,7 +101,7 @@ pub(crate) fn thin_rows(truth: &Truth, whole: &Properties, thin: &Properties) ->
     }
     wider.sort_by(f64::total_cmp);
     let all = thin.counted().into_iter().flatten();
-    let (count, covered) = all.fold((0, 0), |(n, c), p| (n + 1, c + usize::from(p.covered())));
+    let (count, covered) = all.fold((0_usize, 0_usize), |(n, c), p| (n + 1, c + usize::from(p.covered())));
     let outside = 100.0 * (1.0 - covered as f64 / count.max(1) as f64);
     let middle = wider.get(wider.len() / 2).copied().unwrap_or(f64::NAN);
     let mut rows = vec![
