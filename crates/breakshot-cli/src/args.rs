@@ -1,6 +1,6 @@
 //! The commands and their flags.
 
-use breakshot::plan::Method;
+use breakshot::plan::{Method, Scatter};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use std::path::PathBuf;
 
@@ -246,12 +246,43 @@ pub(crate) struct SimulateArgs {
 pub(crate) enum MethodName {
     /// The paper's feedback on the strike's speed.
     Paper,
+    /// The strike that works most probably, over all that is not known exactly.
+    Robust,
 }
 
 impl From<MethodName> for Method {
     fn from(name: MethodName) -> Self {
         match name {
             MethodName::Paper => Self::Paper,
+            MethodName::Robust => Self::Robust,
+        }
+    }
+}
+
+/// How well the pile is seen and the strike carried out, one standard deviation each (robust).
+#[derive(Debug, Args)]
+pub(crate) struct ScatterArgs {
+    /// An object's place, along each axis.
+    #[arg(long, value_name = "M", default_value_t = Scatter::default().position_m)]
+    position_std_m: f64,
+    /// An object's yaw.
+    #[arg(long, value_name = "RAD", default_value_t = Scatter::default().yaw_rad)]
+    yaw_std_rad: f64,
+    /// The strike's speed, as a part of it.
+    #[arg(long, value_name = "PART", default_value_t = Scatter::default().speed)]
+    speed_std: f64,
+    /// The strike's heading.
+    #[arg(long, value_name = "RAD", default_value_t = Scatter::default().heading_rad)]
+    heading_std_rad: f64,
+}
+
+impl ScatterArgs {
+    pub(crate) fn scatter(&self) -> Scatter {
+        Scatter {
+            position_m: self.position_std_m,
+            yaw_rad: self.yaw_std_rad,
+            speed: self.speed_std,
+            heading_rad: self.heading_std_rad,
         }
     }
 }
@@ -267,6 +298,11 @@ pub(crate) struct PlanArgs {
     /// Which algorithm plans.
     #[arg(long, value_enum, default_value = "paper")]
     pub(crate) method: MethodName,
+    /// The seed of all draws; the same seed gives the same plan (robust).
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    pub(crate) seed: u64,
+    #[command(flatten)]
+    pub(crate) scatter: ScatterArgs,
     #[command(flatten)]
     pub(crate) assumptions: Assumptions,
     /// The plan to write.

@@ -9,7 +9,12 @@ use breakshot::{Result, files};
 /// Plans and writes the plan.
 pub(crate) fn run(args: &PlanArgs) -> Result<Outcome> {
     let (scene, properties, outcome) = simulate::world(&args.scene, &args.properties, &args.assumptions)?;
-    let options = plan::Options { method: args.method.into(), ..plan::Options::default() };
+    let options = plan::Options {
+        method: args.method.into(),
+        scatter: args.scatter.scatter(),
+        seed: args.seed,
+        ..plan::Options::default()
+    };
     let plan = plan::plan(&scene, &properties, &options)?;
     files::write_json(&args.output, &plan)?;
     if args.json {

@@ -104,7 +104,7 @@ pub(super) fn candidates(
             by.insert("the arm's reach".to_owned());
             continue;
         }
-        match surroundings.free_lead_in_m(contact_m, heading_rad) {
+        match surroundings.free_lead_in_m((contact_m, heading_rad), MOST_FOLLOW_THROUGH_M) {
             Ok(lead_in_m) => found.push(Candidate {
                 object: target.object.clone(),
                 heading_rad,
@@ -157,16 +157,27 @@ impl Candidate {
         (2.0 * self.deceleration_m_s2 * distance_m).sqrt() / (1.0 + self.restitution)
     }
 
-    /// The strike at that speed, its numbers rounded to what an arm can tell apart.
+    /// The strike at that speed.
     pub(super) fn strike(&self, speed_m_s: f64) -> Strike {
-        let start = self.contact_m - Vec2::from_heading(self.heading_rad) * self.lead_in_m;
-        Strike {
+        let start_m = self.contact_m - Vec2::from_heading(self.heading_rad) * self.lead_in_m;
+        rounded_strike(Strike {
             object: Some(self.object.clone()),
-            start_m: Point::new(rounded(start.x, 1e-6), rounded(start.y, 1e-6)),
-            heading_rad: rounded(self.heading_rad, 1e-6),
-            speed_m_s: rounded(speed_m_s, 1e-4),
-            travel_m: rounded(self.lead_in_m + self.follow_through_m(speed_m_s), 1e-5),
-        }
+            start_m,
+            heading_rad: self.heading_rad,
+            speed_m_s,
+            travel_m: self.lead_in_m + self.follow_through_m(speed_m_s),
+        })
+    }
+}
+
+/// A strike with its numbers rounded to what an arm can tell apart.
+pub(super) fn rounded_strike(strike: Strike) -> Strike {
+    Strike {
+        start_m: Point::new(rounded(strike.start_m.x, 1e-6), rounded(strike.start_m.y, 1e-6)),
+        heading_rad: rounded(strike.heading_rad, 1e-6),
+        speed_m_s: rounded(strike.speed_m_s, 1e-4),
+        travel_m: rounded(strike.travel_m, 1e-5),
+        ..strike
     }
 }
 
@@ -243,7 +254,7 @@ fn striker_center(striker: &Shape, touch: Point, heading_rad: f64) -> Point {
 }
 
 /// What may be in the striker's way.
-struct Surroundings<'a> {
+pub(super) struct Surroundings<'a> {
     scene: &'a Scene,
     target: Outline,
     others: Vec<(&'a str, Outline)>,
@@ -252,7 +263,7 @@ struct Surroundings<'a> {
 }
 
 impl<'a> Surroundings<'a> {
-    fn new(scene: &'a Scene, target: &Placed) -> Result<Self> {
+    pub(super) fn new(scene: &'a Scene, target: &Placed) -> Result<Self> {
         let outline = |placed: &Placed| Ok(Outline::new(&scene.object(&placed.object)?.shape, placed.pose()));
         let others = scene.placed.iter().filter(|p| p.object != target.object);
         Ok(Self {
@@ -265,10 +276,16 @@ impl<'a> Surroundings<'a> {
     }
 
     /// The longest lead-in for which the way is free, or what is in the way of the shortest.
-    fn free_lead_in_m(&self, contact_m: Point, heading_rad: f64) -> std::result::Result<f64, String> {
+    ///
+    /// The way goes on past the contact; there only walls, keep-out areas and the table's edge count.
+    pub(super) fn free_lead_in_m(
+        &self,
+        (contact_m, heading_rad): (Point, f64),
+        follow_through_m: f64,
+    ) -> std::result::Result<f64, String> {
         let mut obstacle = String::new();
         for lead_in_m in LEAD_INS_M {
-            match self.obstacle(contact_m, heading_rad, lead_in_m) {
+            match self.obstacle((contact_m, heading_rad), lead_in_m, follow_through_m) {
                 None => return Ok(lead_in_m),
                 Some(found) => obstacle = found,
             }
@@ -276,12 +293,17 @@ impl<'a> Surroundings<'a> {
         Err(obstacle)
     }
 
-    fn obstacle(&self, contact_m: Point, heading_rad: f64, lead_in_m: f64) -> Option<String> {
+    fn obstacle(
+        &self,
+        (contact_m, heading_rad): (Point, f64),
+        lead_in_m: f64,
+        follow_through_m: f64,
+    ) -> Option<String> {
         let striker = &self.scene.cell.striker.shape;
         let along = Vec2::from_heading(heading_rad);
         let at = |position| Pose { position, yaw_rad: heading_rad };
         let behind = contact_m - along * (lead_in_m + DRAW_BACK_M);
-        let end = contact_m + along * MOST_FOLLOW_THROUGH_M;
+        let end = contact_m + along * follow_through_m;
         if let Some(table) = &self.scene.cell.table {
             let top = Outline::polygon(&table.outline_m);
             if [behind, end].into_iter().any(|place| !top.contains(place)) {

@@ -25,8 +25,15 @@
 mod candidate;
 #[cfg(test)]
 mod candidate_tests;
+mod explain;
 mod feedback;
 mod goal;
+mod judge;
+mod possible;
+mod proposal;
+mod robust;
+#[cfg(test)]
+mod robust_tests;
 #[cfg(test)]
 mod tests;
 
@@ -37,7 +44,11 @@ use crate::properties::Properties;
 use crate::scene::{Placed, Scene, Strike};
 use crate::singulation::Singulation;
 use candidate::{Blocked, Candidate};
+pub use explain::{Doubt, Failure, RunnerUp};
 use feedback::{Search, Trial};
+pub use possible::{Scatter, Source};
+pub use proposal::Aim;
+pub use robust::Robustness;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
@@ -48,10 +59,15 @@ pub enum Method {
     /// The paper's feedback on the speed.
     #[default]
     Paper,
+    /// The strike that works most probably, over all that is not known exactly.
+    Robust,
 }
 
 /// The striker's effective mass (kg) in Eq. 8, by the touched point and the heading (rad); zero where the arm cannot strike.
 pub type EffectiveMass<'a> = dyn Fn(Point, f64) -> f64 + Sync + 'a;
+
+/// Strikes worth judging besides those from all around: what experience or a learned model proposes for a scene.
+pub type Proposals<'a> = dyn Fn(&Scene) -> Vec<Aim> + Sync + 'a;
 
 /// How to plan.
 #[derive(Clone, Copy, Default)]
@@ -60,6 +76,12 @@ pub struct Options<'a> {
     pub method: Method,
     /// The arm's impulse geometry; without it the striker counts as infinitely heavy.
     pub effective_mass_kg: Option<&'a EffectiveMass<'a>>,
+    /// What else to judge; only `Robust` asks.
+    pub proposals: Option<&'a Proposals<'a>>,
+    /// How well the pile is seen and the strike carried out; only `Robust` asks.
+    pub scatter: Scatter,
+    /// The seed of all draws; only `Robust` draws.
+    pub seed: u64,
 }
 
 /// How the search ended.
@@ -104,6 +126,9 @@ pub struct Plan {
     pub prediction: Option<Prediction>,
     /// The search, step by step.
     pub iterations: Vec<Iteration>,
+    /// How sure the plan is, and why; only `Robust` tells.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub robustness: Option<Robustness>,
 }
 
 /// What a strike is expected to do.
@@ -149,6 +174,7 @@ pub fn plan(scene: &Scene, properties: &Properties, options: &Options) -> Result
         strike: None,
         prediction: None,
         iterations: Vec::new(),
+        robustness: None,
     };
     if scene.placed.is_empty() {
         plan.reason = "nothing lies on the table".into();
@@ -169,8 +195,10 @@ pub fn plan(scene: &Scene, properties: &Properties, options: &Options) -> Result
         plan.reason = reason;
         return Ok(plan);
     }
-    let Options { method: Method::Paper, .. } = options;
-    paper(plan, properties, options)
+    match options.method {
+        Method::Paper => paper(plan, properties, options),
+        Method::Robust => robust::robust(plan, properties, options, &robust::Effort::FULL),
+    }
 }
 
 fn prediction(final_poses: BTreeMap<String, Pose>, singulation: &Singulation) -> Prediction {

@@ -1,0 +1,92 @@
+//! Why may the strike fail, and which doubt costs most?
+
+use super::Options;
+use super::judge::{Condition, Judge, Verdict};
+use super::possible::{Source, possible_worlds};
+use super::robust::{part, verdicts};
+use crate::error::Result;
+use crate::properties::Properties;
+use crate::scene::{Scene, Strike};
+use crate::singulation::Area;
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+
+/// A clearly different strike that is nearly as good.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct RunnerUp {
+    /// The strike.
+    pub strike: Strike,
+    /// The part of the possible worlds in which it fulfils the goal.
+    pub success_probability: f64,
+    #[serde(skip)]
+    pub(super) worth: f64,
+}
+
+/// One way to fail.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Failure {
+    /// What happens, in words.
+    pub what: String,
+    /// In which part of the possible worlds it is the worst that happens.
+    pub part: f64,
+}
+
+/// What it would bring to know one thing exactly.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Doubt {
+    /// What is not known exactly.
+    pub source: Source,
+    /// By how much the success probability of this strike would grow.
+    pub gain: f64,
+}
+
+/// The conditions that fail, by how often each is the worst.
+pub(super) fn failures(scene: &Scene, verdicts: &[Verdict]) -> Vec<Failure> {
+    let mut counts: BTreeMap<Condition, usize> = BTreeMap::new();
+    for verdict in verdicts.iter().filter(|v| !v.fulfilled()) {
+        *counts.entry(verdict.tightest).or_default() += 1;
+    }
+    let mut found: Vec<Failure> = counts
+        .into_iter()
+        .map(|(condition, count)| Failure {
+            what: words(scene, condition),
+            part: count as f64 / verdicts.len() as f64,
+        })
+        .collect();
+    found.sort_by(|one, other| other.part.total_cmp(&one.part));
+    found
+}
+
+fn words(scene: &Scene, condition: Condition) -> String {
+    let name = |k: usize| scene.placed[k].object.as_str();
+    match condition {
+        Condition::Close([a, b]) => format!("{} and {} stay close", name(a), name(b)),
+        Condition::Narrow([a, b]) => format!("the gap between {} and {} stays narrow", name(a), name(b)),
+        Condition::Dense => "the pile stays together".into(),
+        Condition::Wide => "the objects go too far".into(),
+        Condition::Place(k, Area::Workspace) => format!("{} leaves the workspace", name(k)),
+        Condition::Place(k, Area::Table) => format!("{} falls off the table", name(k)),
+        Condition::Place(k, Area::KeepOut) => format!("{} enters a keep-out area", name(k)),
+        Condition::Nothing => "the strike cannot be followed to its end".into(),
+    }
+}
+
+/// How the success probability would grow if one source of doubt after the other were known exactly, on the same draws.
+pub(super) fn doubts(
+    (scene, properties): (&Scene, &Properties),
+    options: &Options,
+    (strike, judge): (&Strike, &Judge),
+    (seed, probability): (u64, f64),
+) -> Result<Vec<Doubt>> {
+    let mut found = Vec::new();
+    for source in Source::ALL {
+        let worlds = possible_worlds((scene, properties), options, (seed, SAMPLES), Some(source))?;
+        let gain = part(&verdicts(strike, &worlds, judge), Verdict::fulfilled) - probability;
+        found.push(Doubt { source, gain });
+    }
+    found.sort_by(|one, other| other.gain.total_cmp(&one.gain));
+    Ok(found)
+}
+
+/// Possible worlds per source: the first of those that the strike was judged on.
+const SAMPLES: usize = 200;

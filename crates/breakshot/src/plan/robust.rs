@@ -1,0 +1,417 @@
+//! Which strike works in most of the worlds that may be?
+//!
+//! Successive halving: many aims are judged on a few possible worlds, the better ones on more; the best distinct ones are then
+//! varied, each generation closer, and the winner is judged on fresh worlds that had no say in choosing it.  Its success
+//! probability is the part of those in which the goal holds.  While searching, an outcome counts by how clearly it fulfils
+//! or misses the goal, so that the search feels a slope where no sample succeeds yet.
+
+use super::candidate::rounded_strike;
+use super::explain::{Doubt, Failure, RunnerUp, doubts, failures};
+use super::judge::{Judge, Verdict};
+use super::possible::{Possible, by_name, possible_worlds};
+use super::proposal::{Aim, LEAST_FOLLOW_THROUGH_M, MOST_FOLLOW_THROUGH_M, Range, everywhere};
+use super::{Contact, Iteration, Options, Outcome, Plan, Prediction};
+use crate::error::Result;
+use crate::geometry::{Pose, wrapped_rad};
+use crate::physics::{self, GRAVITY_M_S2, Simulator, World};
+use crate::properties::Properties;
+use crate::scene::{Scene, Strike};
+use crate::singulation::Singulation;
+use rand::{RngExt, SeedableRng};
+use rand_distr::StandardNormal;
+use rand_pcg::Pcg64Mcg;
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+use std::collections::{BTreeMap, BTreeSet};
+
+/// How sure a robust plan is, and why (`plan.json`).
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Robustness {
+    /// The part of the possible worlds in which the strike fulfils the goal.
+    pub success_probability: f64,
+    /// One standard deviation of that part.
+    pub standard_error: f64,
+    /// On how many possible worlds it was judged.
+    pub samples: usize,
+    /// How many objects are singulated, on average.
+    pub expected_singulated: f64,
+    /// The best strike that is clearly another one.
+    pub runner_up: Option<RunnerUp>,
+    /// What goes wrong where it goes wrong, the most frequent first.
+    pub failures: Vec<Failure>,
+    /// What it would bring to know one thing exactly, the most first.
+    pub doubts: Vec<Doubt>,
+    /// Where each object comes to rest in each of the first possible worlds.
+    pub cloud: BTreeMap<String, Vec<Pose>>,
+    /// The seed of all draws.
+    pub seed: u64,
+}
+
+/// How much is tried and on how many possible worlds.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Effort {
+    /// Lines judged at first, each at all paces; more are thinned evenly.
+    pub lines: usize,
+    /// How many candidates stay, and on how many worlds they are judged then.
+    pub rounds: [(usize, usize); 4],
+    /// Distinct candidates that are varied.
+    pub finalists: usize,
+    /// Generations of variants, how many each, and the worlds they are judged on.
+    pub generations: (usize, usize, usize),
+    /// Fresh worlds for the verdict.
+    pub fresh: usize,
+}
+
+impl Effort {
+    /// About forty thousand rollouts.
+    pub(super) const FULL: Self = Self {
+        lines: 160,
+        rounds: [(1600, 4), (240, 16), (60, 48), (24, 96)],
+        finalists: 6,
+        generations: (4, 10, 64),
+        fresh: 400,
+    };
+}
+
+/// Fresh worlds whose outcomes are told one by one.
+const CLOUD: usize = 60;
+/// An outcome that misses or fulfils the goal by this much (m) is still half a question of luck.
+const SOFT_M: f64 = 0.008;
+/// What singulating all objects counts beside fulfilling the goal: it decides where nothing fulfils it.
+const SINGULATED_WEIGHT: f64 = 0.1;
+/// A strike that works less often than this is only the best effort.
+const LEAST_PROBABILITY: f64 = 0.5;
+
+/// An aim and the strike it asks for.
+#[derive(Clone, Debug)]
+pub(super) struct Candidate {
+    pub aim: Aim,
+    pub strike: Strike,
+    /// What it is worth, so far.
+    worth: f64,
+}
+
+/// Plans the strike that works most probably.
+pub(super) fn robust(
+    mut plan: Plan,
+    properties: &Properties,
+    options: &Options,
+    effort: &Effort,
+) -> Result<Plan> {
+    let scene = plan.scene.clone();
+    let nominal = World::new(&scene, properties, &physics::Options::default())?;
+    let range = Range::new(&scene)?;
+    let (candidates, blocked) = reachable(&scene, &range, (options, effort));
+    if candidates.is_empty() {
+        let by: Vec<_> = blocked.into_iter().collect();
+        plan.reason = format!("the striker reaches no object: in its way are {}", by.join(", "));
+        return Ok(plan);
+    }
+    let judge = Judge::new(&scene)?;
+    let count = effort.rounds.iter().map(|round| round.1).max().unwrap_or(1).max(effort.generations.2);
+    let worlds = possible_worlds((&scene, properties), options, (options.seed, count), None)?;
+    let field = halved(candidates, &worlds, (&judge, effort));
+    let finalists = distinct(field, effort.finalists);
+    let field = refined(finalists, (&worlds, &judge), (&range, effort), options.seed);
+    let fresh_seed = options.seed.wrapping_add(FRESH_STREAM);
+    let fresh = possible_worlds((&scene, properties), options, (fresh_seed, effort.fresh), None)?;
+    let mut judged = judged(&field, &fresh, &judge);
+    judged.sort_by(|one, other| other.1.total_cmp(&one.1));
+    let runner_up = judged.get(1).map(|(candidate, worth, verdicts)| {
+        let success_probability = part(verdicts, Verdict::fulfilled);
+        RunnerUp { strike: candidate.strike.clone(), success_probability, worth: *worth }
+    });
+    let (best, _, verdicts) = judged.swap_remove(0);
+    let success_probability = part(&verdicts, Verdict::fulfilled);
+    let samples = verdicts.len();
+    let robustness = Robustness {
+        success_probability,
+        standard_error: standard_error(success_probability, samples),
+        samples,
+        expected_singulated: verdicts.iter().map(|v| v.singulated as f64).sum::<f64>() / samples as f64,
+        runner_up,
+        failures: failures(&scene, &verdicts),
+        doubts: doubts(
+            (&scene, properties),
+            options,
+            (&best.strike, &judge),
+            (fresh_seed, success_probability),
+        )?,
+        cloud: cloud(&best.strike, &fresh[..CLOUD.min(fresh.len())]),
+        seed: options.seed,
+    };
+    finish(&mut plan, (&nominal, properties), &best, robustness)?;
+    Ok(plan)
+}
+
+/// Tells the fresh worlds' draws from those of the search.
+const FRESH_STREAM: u64 = 0x5EED_0F_F4E5;
+
+/// All strikes that an aim leads to, and what is in the way of the others.
+fn reachable(
+    scene: &Scene,
+    range: &Range,
+    (options, effort): (&Options, &Effort),
+) -> (Vec<Candidate>, BTreeSet<String>) {
+    let mut lines = options.proposals.map_or_else(Vec::new, |proposed| {
+        proposed(scene)
+            .into_iter()
+            .filter(|aim| aim.object < scene.placed.len())
+            .map(|aim| vec![aim])
+            .collect()
+    });
+    lines.extend(everywhere(scene, range));
+    let tried: Vec<std::result::Result<Vec<Candidate>, String>> = lines
+        .into_par_iter()
+        .map(|paces| {
+            let candidate = |aim: Aim| range.strike(&aim).map(|strike| Candidate { aim, strike, worth: 0.0 });
+            let slow: Vec<_> = paces.into_iter().map(candidate).collect();
+            let free: Vec<_> = slow.iter().filter_map(|c| c.as_ref().ok().cloned()).collect();
+            match slow.into_iter().find_map(std::result::Result::err) {
+                Some(obstacle) if free.is_empty() => Err(obstacle),
+                _ => Ok(free),
+            }
+        })
+        .collect();
+    let blocked = tried.iter().filter_map(|t| t.as_ref().err().cloned()).collect();
+    let mut free: Vec<Vec<Candidate>> = tried.into_iter().filter_map(std::result::Result::ok).collect();
+    free.retain(|line| line.iter().any(|c| reached_by_arm(c, options)));
+    let step = free.len().div_ceil(effort.lines).max(1);
+    (free.into_iter().step_by(step).flatten().collect(), blocked)
+}
+
+/// Whether the arm has any mass there; without an arm, always.
+fn reached_by_arm(candidate: &Candidate, options: &Options) -> bool {
+    let end = |strike: &Strike| {
+        let along = crate::geometry::Vec2::from_heading(strike.heading_rad);
+        strike.start_m + along * (strike.travel_m - candidate.aim.follow_through_m)
+    };
+    options
+        .effective_mass_kg
+        .is_none_or(|mass| mass(end(&candidate.strike), candidate.strike.heading_rad) > 0.0)
+}
+
+/// Successive halving: the better half of the judged goes on to more worlds.
+fn halved(
+    mut field: Vec<Candidate>,
+    worlds: &[Possible],
+    (judge, effort): (&Judge, &Effort),
+) -> Vec<Candidate> {
+    for (stay, samples) in effort.rounds {
+        field.truncate(stay);
+        weigh(&mut field, &worlds[..samples.min(worlds.len())], judge);
+        field.sort_by(|one, other| other.worth.total_cmp(&one.worth));
+    }
+    field
+}
+
+/// The best candidates that are no variants of a better one.
+fn distinct(field: Vec<Candidate>, count: usize) -> Vec<Candidate> {
+    let mut kept: Vec<Candidate> = Vec::new();
+    for candidate in field {
+        let repeats = |k: &Candidate| {
+            k.aim.object == candidate.aim.object
+                && wrapped_rad(k.aim.heading_rad - candidate.aim.heading_rad).abs() < ALIKE_RAD
+        };
+        if kept.len() < count && !kept.iter().any(repeats) {
+            kept.push(candidate);
+        }
+    }
+    kept
+}
+
+/// Headings closer together are variants of one strike (rad).
+const ALIKE_RAD: f64 = 0.2;
+
+/// Varies each candidate, every generation by less, and keeps what is better.
+fn refined(
+    field: Vec<Candidate>,
+    (worlds, judge): (&[Possible], &Judge),
+    (range, effort): (&Range, &Effort),
+    seed: u64,
+) -> Vec<Candidate> {
+    let (generations, variants, samples) = effort.generations;
+    let worlds = &worlds[..samples.min(worlds.len())];
+    let mut rng = Pcg64Mcg::seed_from_u64(seed);
+    let mut field = field;
+    weigh(&mut field, worlds, judge);
+    for generation in 0..generations {
+        let width = 0.6f64.powi(i32::try_from(generation).unwrap_or(0));
+        let mut tried: Vec<(usize, Candidate)> = Vec::new();
+        for (line, parent) in field.iter().enumerate() {
+            for _ in 0..variants {
+                let aim = varied(&parent.aim, width, range, &mut rng);
+                if let Ok(strike) = range.strike(&aim) {
+                    tried.push((line, Candidate { aim, strike, worth: 0.0 }));
+                }
+            }
+        }
+        let (lines, mut children): (Vec<_>, Vec<_>) = tried.into_iter().unzip();
+        weigh(&mut children, worlds, judge);
+        for (line, child) in lines.into_iter().zip(children) {
+            if child.worth > field[line].worth {
+                field[line] = child;
+            }
+        }
+    }
+    field
+}
+
+/// An aim nearby.
+fn varied(aim: &Aim, width: f64, range: &Range, rng: &mut Pcg64Mcg) -> Aim {
+    let mut normal = || width * rng.sample::<f64, _>(StandardNormal);
+    let heading_rad = wrapped_rad(aim.heading_rad + 0.12 * normal());
+    let offset_m = aim.offset_m + 0.15 * normal() * range.reach_m(aim.object, heading_rad, 1.0);
+    let most_m = 0.8 * range.reach_m(aim.object, heading_rad, offset_m);
+    Aim {
+        object: aim.object,
+        heading_rad,
+        offset_m: offset_m.clamp(-most_m, most_m),
+        speed_m_s: (aim.speed_m_s * (0.15 * normal()).exp()).clamp(range.slowest_m_s, range.fastest_m_s),
+        follow_through_m: (aim.follow_through_m * (0.4 * normal()).exp())
+            .clamp(LEAST_FOLLOW_THROUGH_M, MOST_FOLLOW_THROUGH_M),
+    }
+}
+
+/// Judges every candidate on the same worlds.
+fn weigh(field: &mut [Candidate], worlds: &[Possible], judge: &Judge) {
+    let all = judge.count() as f64;
+    field.par_iter_mut().for_each_init(Simulator::new, |simulator, candidate| {
+        let verdicts = worlds.iter().map(|world| verdict(simulator, world, &candidate.strike, judge));
+        candidate.worth = verdicts.map(|v| worth(&v, all)).sum::<f64>() / worlds.len() as f64;
+    });
+}
+
+/// Between 0 and 1 for how clearly the goal is missed or fulfilled, a little more for every singulated object.
+fn worth(verdict: &Verdict, all: f64) -> f64 {
+    let clearly = 1.0 / (1.0 + (-verdict.margin_m / SOFT_M).exp());
+    clearly + SINGULATED_WEIGHT * verdict.singulated as f64 / all
+}
+
+/// What becomes of the goal if the arm is told this strike in this world.
+pub(super) fn verdict(
+    simulator: &mut Simulator,
+    possible: &Possible,
+    strike: &Strike,
+    judge: &Judge,
+) -> Verdict {
+    // A striker that starts inside something, by an error of the poses, has failed.
+    simulator
+        .run(&possible.world, &possible.executed(strike))
+        .map_or(Verdict::FAILED, |outcome| judge.verdict(&outcome))
+}
+
+type Judged = (Candidate, f64, Vec<Verdict>);
+
+fn judged(field: &[Candidate], worlds: &[Possible], judge: &Judge) -> Vec<Judged> {
+    let all = judge.count() as f64;
+    field
+        .iter()
+        .map(|candidate| {
+            let verdicts = verdicts(&candidate.strike, worlds, judge);
+            // What counts in the end is how often the goal holds; how clearly decides between equals.
+            let clearly = verdicts.iter().map(|v| worth(v, all)).sum::<f64>() / verdicts.len() as f64;
+            let worth = part(&verdicts, Verdict::fulfilled) + TIE_WEIGHT * clearly;
+            (candidate.clone(), worth, verdicts)
+        })
+        .collect()
+}
+
+/// Small against the standard error of a success probability.
+const TIE_WEIGHT: f64 = 0.01;
+
+/// The verdicts on one strike in every world.
+pub(super) fn verdicts(strike: &Strike, worlds: &[Possible], judge: &Judge) -> Vec<Verdict> {
+    worlds
+        .par_iter()
+        .map_init(Simulator::new, |simulator, world| verdict(simulator, world, strike, judge))
+        .collect()
+}
+
+/// The part of the verdicts for which something holds.
+pub(super) fn part(verdicts: &[Verdict], holds: impl Fn(&Verdict) -> bool) -> f64 {
+    verdicts.iter().filter(|v| holds(v)).count() as f64 / verdicts.len() as f64
+}
+
+/// Of a part of `n` (Agresti and Coull: never zero, however clear the count).
+fn standard_error(part: f64, n: usize) -> f64 {
+    let n = n as f64 + 4.0;
+    let centred = (part * (n - 4.0) + 2.0) / n;
+    (centred * (1.0 - centred) / n).sqrt()
+}
+
+fn cloud(strike: &Strike, worlds: &[Possible]) -> BTreeMap<String, Vec<Pose>> {
+    let mut simulator = Simulator::new();
+    let mut cloud: BTreeMap<String, Vec<Pose>> = BTreeMap::new();
+    for possible in worlds {
+        if let Ok(outcome) = simulator.run(&possible.world, &possible.executed(strike)) {
+            for (name, pose) in by_name(&possible.world, &outcome.poses) {
+                cloud.entry(name).or_default().push(pose);
+            }
+        }
+    }
+    cloud
+}
+
+/// The strike as written, simulated with the mean properties, and the answer in words.
+fn finish(
+    plan: &mut Plan,
+    (nominal, properties): (&World, &Properties),
+    best: &Candidate,
+    robustness: Robustness,
+) -> Result<()> {
+    let strike = rounded_strike(best.strike.clone());
+    let outcome = Simulator::new().run(nominal, &strike)?;
+    let final_poses = by_name(nominal, &outcome.poses);
+    let singulation = Singulation::of(&plan.scene, &final_poses)?;
+    let probability = robustness.success_probability;
+    plan.outcome = if probability >= LEAST_PROBABILITY { Outcome::Found } else { Outcome::BestEffort };
+    plan.reason = reason(plan, &strike, &robustness);
+    plan.iterations = vec![Iteration {
+        strike: strike.clone(),
+        contact: contact(&best.aim, &plan.scene, properties)?,
+        min_distance_m: singulation.min_distance_m(),
+        mean_distance_m: singulation.mean_distance_m(),
+        fulfilled: singulation.violations(&plan.scene.goal).is_empty(),
+    }];
+    plan.prediction = Some(Prediction {
+        final_poses,
+        min_distance_m: singulation.min_distance_m(),
+        mean_distance_m: singulation.mean_distance_m(),
+        success_probability: Some(probability),
+    });
+    plan.strike = Some(strike);
+    plan.robustness = Some(robustness);
+    Ok(())
+}
+
+/// Whether a free object would be caught up within the follow-through (Eq. 27 and 28, corrected).
+fn contact(aim: &Aim, scene: &Scene, properties: &Properties) -> Result<Contact> {
+    let name = &scene.placed[aim.object].object;
+    let restitution = properties.striker_restitution(name)?.mean;
+    let deceleration_m_s2 = properties.friction(name)?.mean * GRAVITY_M_S2;
+    let catch_up_m = 2.0 * restitution * aim.speed_m_s.powi(2) / deceleration_m_s2;
+    Ok(if catch_up_m > aim.follow_through_m { Contact::Scattering } else { Contact::Pushing })
+}
+
+fn reason(plan: &Plan, strike: &Strike, robustness: &Robustness) -> String {
+    let Robustness { success_probability, standard_error, samples, .. } = robustness;
+    let object = strike.object.as_deref().unwrap_or_default();
+    let mut text = format!(
+        "striking {object} at {:.3} m/s works in {:.0} % (+- {:.0} %) of {samples} possible worlds",
+        strike.speed_m_s,
+        success_probability * 100.0,
+        standard_error * 100.0
+    );
+    if let Some(failure) = robustness.failures.first() {
+        text += &format!("; what fails most often: {} ({:.0} %)", failure.what, failure.part * 100.0);
+    }
+    if plan.outcome == Outcome::BestEffort {
+        text += &format!(
+            "; no strike found works in half of them, and this one singulates {:.1} of {} objects on average",
+            robustness.expected_singulated,
+            plan.scene.placed.len()
+        );
+    }
+    text
+}

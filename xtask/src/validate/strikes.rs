@@ -1,0 +1,180 @@
+//! Do planned strikes work?  Random piles, plans by both methods, carried out in the lab.
+//!
+//! The planner knows what `estimate` learned from the campaign's films; the lab is another physics engine with friction that varies
+//! from strike to strike.  A strike succeeds if the goal holds where the objects come to rest and none has tipped.
+
+mod figure;
+mod lab;
+mod table;
+
+use super::Program;
+use breakshot::geometry::{Point, Pose, Vec2};
+use breakshot::outline::Outline;
+use breakshot::plan::{self, Method};
+use breakshot::properties::Properties;
+use breakshot::scene::{Goal, Placed, Scene, Strike};
+use breakshot::singulation::Singulation;
+use breakshot::{Result as Planned, files};
+use lab::{Lab, Pile, Rest};
+use std::path::Path;
+use table::Trial;
+
+/// Strikes after which a pile has to be singulated.
+const MOST_STRIKES: usize = 3;
+/// An object that leans more than this has tipped (degrees).
+const MOST_TILT_DEG: f64 = 10.0;
+
+/// Plans and strikes `count` random piles of 2 to 6 objects.
+pub(crate) fn run(shared: &Path, count: usize) -> Result<(), String> {
+    let program = Program::build()?;
+    let properties = learned(&program, shared)?;
+    let campaign = shared.join("campaign");
+    let scene = Scene {
+        cell: files::load_cell(&campaign.join("cell.toml")).map_err(|e| e.to_string())?,
+        objects: files::load_objects(&campaign.join("objects.toml")).map_err(|e| e.to_string())?.value,
+        observed_unix_s: None,
+        placed: Vec::new(),
+        walls: Vec::new(),
+        keep_out: Vec::new(),
+        goal: Goal::default(),
+    };
+    let mut lab = Lab::start(shared)?;
+    let piles = lab.piles(count, 1)?;
+    let mut trials = Vec::new();
+    for (k, pile) in piles.iter().enumerate() {
+        let trial = trial(&mut lab, (&scene, &properties), pile, k as u64).map_err(|e| format!("{}: {e}", pile.name))?;
+        println!("{trial}");
+        trials.push(trial);
+    }
+    table::print(&trials);
+    let figure = program.output.join("reliability.svg");
+    std::fs::write(&figure, figure::reliability(&trials)).map_err(|e| format!("{}: {e}", figure.display()))?;
+    println!("Wrote {}", figure.display());
+    Ok(())
+}
+
+/// What the campaign's films tell.
+fn learned(program: &Program, shared: &Path) -> Result<Properties, String> {
+    let properties = program.output.join("properties.json");
+    let campaign = shared.join("campaign/campaign.toml");
+    program.run(&["estimate", &campaign.to_string_lossy(), "-o", &properties.to_string_lossy()])?;
+    files::load_properties(&properties).map_err(|e| e.to_string())
+}
+
+fn trial(
+    lab: &mut Lab,
+    (scene, properties): (&Scene, &Properties),
+    pile: &Pile,
+    seed: u64,
+) -> Result<Trial, String> {
+    let mut scene = scene.clone();
+    scene.placed = placed(&pile.place);
+    let friction_scale = friction_scale(seed);
+    let plan = |scene: &Scene, method| planned(scene, properties, method, seed).map_err(|e| e.to_string());
+    let robust = plan(&scene, Method::Robust)?;
+    let stated = robust.prediction.as_ref().and_then(|p| p.success_probability).unwrap_or(0.0);
+    let mut trial = Trial { pile: pile.name.clone(), size: pile.place.len(), stated, ..Trial::default() };
+    let paper = plan(&scene, Method::Paper)?;
+    trial.paper = works(lab, &scene, paper.strike.as_ref(), friction_scale)?.0;
+    trial.random = works(lab, &scene, random_strike(&scene, seed).as_ref(), friction_scale)?.0;
+    let mut strike = robust.strike;
+    for n in 1..=MOST_STRIKES {
+        let (succeeded, rest) = works(lab, &scene, strike.as_ref(), friction_scale)?;
+        if succeeded {
+            trial.strikes = Some(n);
+            break;
+        }
+        let Some(rest) = rest.filter(|rest| can_go_on(&scene, rest)) else { break };
+        scene.placed = placed(&rest.poses);
+        strike = plan(&scene, Method::Robust)?.strike;
+    }
+    Ok(trial)
+}
+
+fn planned(scene: &Scene, properties: &Properties, method: Method, seed: u64) -> Planned<plan::Plan> {
+    plan::plan(scene, properties, &plan::Options { method, seed, ..plan::Options::default() })
+}
+
+fn placed(place: &[(String, Pose)]) -> Vec<Placed> {
+    place
+        .iter()
+        .map(|(name, pose)| Placed { object: name.clone(), position_m: pose.position, yaw_rad: pose.yaw_rad })
+        .collect()
+}
+
+/// Carries a strike out; whether it singulates the pile, and where everything comes to rest.
+fn works(
+    lab: &mut Lab,
+    scene: &Scene,
+    strike: Option<&Strike>,
+    friction_scale: f64,
+) -> Result<(bool, Option<Rest>), String> {
+    let Some(strike) = strike else { return Ok((false, None)) };
+    let Some(rest) = lab.strike(&scene.placed, strike, friction_scale)? else { return Ok((false, None)) };
+    let poses = rest.poses.iter().cloned().collect();
+    let singulation = Singulation::of(scene, &poses).map_err(|e| e.to_string())?;
+    let fulfilled = singulation.violations(&scene.goal).is_empty() && rest.tilt_deg < MOST_TILT_DEG;
+    Ok((fulfilled, Some(rest)))
+}
+
+/// Whether all objects lie flat where the striker may go.
+fn can_go_on(scene: &Scene, rest: &Rest) -> bool {
+    rest.tilt_deg < MOST_TILT_DEG
+        && rest.poses.iter().all(|(_, pose)| scene.cell.workspace.contains(pose.position))
+}
+
+/// As in the films of the campaign: about 3 % from strike to strike.
+fn friction_scale(seed: u64) -> f64 {
+    // A sum of twelve uniform numbers is nearly normal.
+    let sum: f64 = Uniform::new(seed ^ 0xF51C).take(12).sum();
+    (1.0 + 0.03 * (sum - 6.0)).clamp(0.92, 1.08)
+}
+
+/// A strike that knows nothing: any object, from anywhere that is free, at any speed that may do.
+fn random_strike(scene: &Scene, seed: u64) -> Option<Strike> {
+    let mut uniform = Uniform::new(seed);
+    let mut next = move || uniform.next().unwrap_or(0.5);
+    let striker = &scene.cell.striker.shape;
+    for _ in 0..1000 {
+        let target = &scene.placed[(next() * scene.placed.len() as f64) as usize % scene.placed.len()];
+        let (heading_rad, speed_m_s) = (std::f64::consts::TAU * next(), 0.3 + 0.7 * next());
+        let along = Vec2::from_heading(heading_rad);
+        let outline = |p: &Placed| Some(Outline::new(&scene.object(&p.object).ok()?.shape, p.pose()));
+        let gap_m = |position: Point, outline: &Outline| {
+            Outline::new(striker, Pose { position, yaw_rad: heading_rad }).gap_m(outline)
+        };
+        let own = outline(target)?;
+        let mut contact_m = target.position_m - along * 0.2;
+        while gap_m(contact_m, &own) > 1e-4 {
+            contact_m += along * (0.9 * gap_m(contact_m, &own));
+        }
+        let start_m = contact_m - along * 0.07;
+        let way = Outline::swept(striker, Pose { position: start_m, yaw_rad: heading_rad }, contact_m - start_m);
+        let mut others = scene.placed.iter().filter(|p| p.object != target.object).filter_map(outline);
+        if others.all(|other| way.gap_m(&other) > 3e-3) {
+            let object = Some(target.object.clone());
+            return Some(Strike { object, start_m, heading_rad, speed_m_s, travel_m: 0.085 });
+        }
+    }
+    None
+}
+
+/// Numbers from 0 to 1: splitmix64.
+struct Uniform(u64);
+
+impl Uniform {
+    fn new(seed: u64) -> Self {
+        Self(seed)
+    }
+}
+
+impl Iterator for Uniform {
+    type Item = f64;
+
+    fn next(&mut self) -> Option<f64> {
+        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
+        let mut z = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
+        Some(((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 53) as f64)
+    }
+}

@@ -1,0 +1,111 @@
+//! The lab as a running program: `xtask/peers/lab_strikes.py`.
+
+use crate::venv;
+use breakshot::geometry::Pose;
+use breakshot::scene::{Placed, Strike};
+use serde::Deserialize;
+use serde_json::{Value, json};
+use std::collections::BTreeMap;
+use std::io::{BufRead, BufReader, Write};
+use std::path::Path;
+use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
+
+/// A lab that waits for requests.
+pub(super) struct Lab {
+    program: Child,
+    requests: ChildStdin,
+    answers: BufReader<ChildStdout>,
+}
+
+/// A random pile: its objects and where they lie.
+#[derive(Clone, Debug)]
+pub(super) struct Pile {
+    pub name: String,
+    pub place: Vec<(String, Pose)>,
+}
+
+/// Where everything came to rest.
+#[derive(Clone, Debug)]
+pub(super) struct Rest {
+    pub poses: Vec<(String, Pose)>,
+    /// How far the object that leans most leans (degrees).
+    pub tilt_deg: f64,
+}
+
+#[derive(Deserialize)]
+struct PileAnswer {
+    name: String,
+    place: BTreeMap<String, Pose>,
+}
+
+#[derive(Deserialize)]
+struct StrikeAnswer {
+    #[serde(rename = "final")]
+    poses: BTreeMap<String, Pose>,
+    max_tilt_deg: f64,
+}
+
+impl Lab {
+    /// Starts the lab with the campaign's cell.
+    pub(super) fn start(shared: &Path) -> Result<Self, String> {
+        let python = venv::python("lab", &["mujoco==4.0.0", "numpy", "opencv-python-headless"])?;
+        let mut program = Command::new(python)
+            .arg("xtask/peers/lab_strikes.py")
+            .args([shared, &shared.join("campaign_spec.json")])
+            .stdin(Stdio::piped())
+            .stdout(Stdio::piped())
+            .spawn()
+            .map_err(|e| format!("the lab cannot be started ({e})"))?;
+        let (Some(requests), Some(answers)) = (program.stdin.take(), program.stdout.take()) else {
+            return Err("the lab has no input or output".into());
+        };
+        Ok(Self { program, requests, answers: BufReader::new(answers) })
+    }
+
+    fn ask(&mut self, request: &Value) -> Result<Value, String> {
+        writeln!(self.requests, "{request}").map_err(|e| format!("the lab does not listen ({e})"))?;
+        let mut line = String::new();
+        self.answers.read_line(&mut line).map_err(|e| format!("the lab does not answer ({e})"))?;
+        serde_json::from_str(&line).map_err(|e| format!("the lab answered {line:?} ({e})"))
+    }
+
+    /// Random piles of 2 to 6 objects.
+    pub(super) fn piles(&mut self, count: usize, seed: u64) -> Result<Vec<Pile>, String> {
+        let answer = self.ask(&json!({ "piles": count, "seed": seed }))?;
+        let piles: Vec<PileAnswer> = serde_json::from_value(answer).map_err(|e| e.to_string())?;
+        Ok(piles.into_iter().map(|p| Pile { name: p.name, place: p.place.into_iter().collect() }).collect())
+    }
+
+    /// Carries a strike out; none if the lab refuses it.
+    pub(super) fn strike(
+        &mut self,
+        placed: &[Placed],
+        strike: &Strike,
+        friction_scale: f64,
+    ) -> Result<Option<Rest>, String> {
+        let place: BTreeMap<&str, Pose> = placed.iter().map(|p| (p.object.as_str(), p.pose())).collect();
+        let answer = self.ask(&json!({
+            "place": place,
+            "strike": {
+                "start": strike.start_m,
+                "heading": strike.heading_rad,
+                "speed": strike.speed_m_s,
+                "travel": strike.travel_m,
+            },
+            "friction_scale": friction_scale,
+        }))?;
+        if answer.get("refused").is_some() {
+            return Ok(None);
+        }
+        let StrikeAnswer { poses, max_tilt_deg } = serde_json::from_value(answer).map_err(|e| e.to_string())?;
+        Ok(Some(Rest { poses: poses.into_iter().collect(), tilt_deg: max_tilt_deg }))
+    }
+}
+
+impl Drop for Lab {
+    fn drop(&mut self) {
+        // The program may have ended by itself.
+        let _ = self.program.kill();
+        let _ = self.program.wait();
+    }
+}

@@ -1,0 +1,28 @@
+//! A Python of our own with the packages that a peer needs, made once in the target folder.
+
+use std::path::PathBuf;
+use std::process::Command;
+
+/// The interpreter of an environment that holds these packages (as `pip` writes them).
+///
+/// # Errors
+/// No `python3`, or a package that cannot be installed.
+pub(crate) fn python(name: &str, packages: &[&str]) -> Result<PathBuf, String> {
+    let target = std::env::var_os("CARGO_TARGET_DIR").map_or_else(|| "target".into(), PathBuf::from);
+    let folder = target.join("python").join(name);
+    let python = folder.join("bin/python");
+    let complete = folder.join("complete");
+    let wanted = packages.join("\n");
+    if std::fs::read_to_string(&complete).is_ok_and(|made| made == wanted) {
+        return Ok(python);
+    }
+    succeed(Command::new("python3").args(["-m", "venv"]).arg(&folder))?;
+    succeed(Command::new(&python).args(["-m", "pip", "install", "--quiet"]).args(packages))?;
+    std::fs::write(&complete, wanted).map_err(|e| format!("{}: {e}", complete.display()))?;
+    Ok(python)
+}
+
+fn succeed(command: &mut Command) -> Result<(), String> {
+    let run = crate::process::run(command)?;
+    if run.code == 0 { Ok(()) } else { Err(format!("{command:?} ended with {}", run.code)) }
+}
