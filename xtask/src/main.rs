@@ -9,6 +9,7 @@ mod example;
 mod process;
 mod speed;
 mod validate;
+mod venv;
 
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -37,6 +38,8 @@ usage: cargo xtask TASK
   bench estimate [LAB TRACKS]
                    time of estimation in drawn campaigns of growing size, or from the films' tracks (TRACKS is what
                    `breakshot estimate --tracks` wrote)
+  validate strikes LAB [PILES]
+                   plans for random piles, carried out in the lab (60 piles if not given)
   bench decode CLIPS
                    decoded films against ffmpeg's, and the CPU time of both on a folder of MP4 clips
   bench physics [--scenes DIR] [--python PYTHON]
@@ -62,6 +65,7 @@ fn main() -> ExitCode {
         ["validate", "advise"] => validate::advise(None),
         ["validate", "advise", cells] => validate::advise(Some(cells)),
         ["validate", "tracks", lab, tracks] => validate::tracks(lab.as_ref(), tracks.as_ref()),
+        ["validate", "strikes", lab, rest @ ..] => strikes(lab, rest),
         ["validate", lab] => validate::lab(lab.as_ref(), false),
         ["validate", lab, "--details"] => validate::lab(lab.as_ref(), true),
         ["bench", "estimate"] => speed::drawn(),
@@ -81,6 +85,11 @@ fn main() -> ExitCode {
             ExitCode::FAILURE
         }
     }
+}
+
+fn strikes(lab: &str, rest: &[&str]) -> Result<(), String> {
+    let piles = rest.first().map_or(Ok(60), |n| n.parse::<usize>());
+    validate::strikes(lab.as_ref(), piles.map_err(|e| format!("number of piles: {e}"))?)
 }
 
 /// The folder of films, recordings and references: given, or beside the project.

@@ -15,6 +15,7 @@ pub(crate) mod row;
 pub(crate) mod saved;
 mod scatter;
 mod study;
+mod strikes;
 mod tracks;
 mod truth;
 
@@ -22,6 +23,7 @@ use crate::process;
 use row::Row;
 use std::path::{Path, PathBuf};
 use std::process::Command;
+pub(crate) use strikes::run as strikes;
 use truth::Truth;
 
 /// The program under test, built in release mode.

@@ -42,13 +42,15 @@ pub(crate) fn run(shared: &Path, count: usize) -> Result<(), String> {
     let piles = lab.piles(count, 1)?;
     let mut trials = Vec::new();
     for (k, pile) in piles.iter().enumerate() {
-        let trial = trial(&mut lab, (&scene, &properties), pile, k as u64).map_err(|e| format!("{}: {e}", pile.name))?;
+        let trial = trial(&mut lab, (&scene, &properties), pile, k as u64)
+            .map_err(|e| format!("{}: {e}", pile.name))?;
         println!("{trial}");
         trials.push(trial);
     }
     table::print(&trials);
     let figure = program.output.join("reliability.svg");
-    std::fs::write(&figure, figure::reliability(&trials)).map_err(|e| format!("{}: {e}", figure.display()))?;
+    std::fs::write(&figure, figure::reliability(&trials))
+        .map_err(|e| format!("{}: {e}", figure.display()))?;
     println!("Wrote {}", figure.display());
     Ok(())
 }
@@ -149,7 +151,8 @@ fn random_strike(scene: &Scene, seed: u64) -> Option<Strike> {
             contact_m += along * (0.9 * gap_m(contact_m, &own));
         }
         let start_m = contact_m - along * 0.07;
-        let way = Outline::swept(striker, Pose { position: start_m, yaw_rad: heading_rad }, contact_m - start_m);
+        let way =
+            Outline::swept(striker, Pose { position: start_m, yaw_rad: heading_rad }, contact_m - start_m);
         let mut others = scene.placed.iter().filter(|p| p.object != target.object).filter_map(outline);
         if others.all(|other| way.gap_m(&other) > 3e-3) {
             let object = Some(target.object.clone());

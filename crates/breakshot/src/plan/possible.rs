@@ -231,10 +231,16 @@ impl<'a> Factor<'a> {
             let value = |i: usize, k: usize| covariance.matrix.get(i).and_then(|row| row.get(k)).copied();
             f64::midpoint(value(i, k).unwrap_or(0.0), value(k, i).unwrap_or(0.0))
         });
-        let eigen = matrix.symmetric_eigen();
-        // Rounding may leave eigenvalues just below zero.
-        let roots = eigen.eigenvalues.map(|value| value.max(0.0).sqrt());
-        Self { names: &covariance.names, root: eigen.eigenvectors * DMatrix::from_diagonal(&roots) }
+        // An empty matrix has no decomposition.
+        let root = if n == 0 {
+            matrix
+        } else {
+            let eigen = matrix.symmetric_eigen();
+            // Rounding may leave eigenvalues just below zero.
+            let roots = eigen.eigenvalues.map(|value| value.max(0.0).sqrt());
+            eigen.eigenvectors * DMatrix::from_diagonal(&roots)
+        };
+        Self { names: &covariance.names, root }
     }
 
     fn shifts(&self, z: &[f64]) -> BTreeMap<&'a str, f64> {

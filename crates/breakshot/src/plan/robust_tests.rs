@@ -117,7 +117,7 @@ fn what_nobody_reaches_is_said_with_the_reason() {
     scene.walls = (0..4).map(side).collect();
     let plan = planned(&scene, &properties(), &Options::default());
     assert_eq!((plan.outcome, &plan.strike), (Outcome::Unreachable, &None));
-    assert!(plan.reason.contains("in its way are a wall"), "{}", plan.reason);
+    assert!(plan.reason.contains("in its way are a, a wall, c"), "{}", plan.reason);
 }
 
 #[test]

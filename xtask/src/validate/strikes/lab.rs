@@ -97,7 +97,8 @@ impl Lab {
         if answer.get("refused").is_some() {
             return Ok(None);
         }
-        let StrikeAnswer { poses, max_tilt_deg } = serde_json::from_value(answer).map_err(|e| e.to_string())?;
+        let StrikeAnswer { poses, max_tilt_deg } =
+            serde_json::from_value(answer).map_err(|e| e.to_string())?;
         Ok(Some(Rest { poses: poses.into_iter().collect(), tilt_deg: max_tilt_deg }))
     }
 }

@@ -45,7 +45,15 @@ impl fmt::Display for Trial {
 pub(super) fn print(trials: &[Trial]) {
     println!("\n| objects | piles | robust, one strike | robust, within three | stated | paper | random |");
     println!("|---|---|---|---|---|---|---|");
-    for (label, sizes) in [("2", 2..=2), ("3", 3..=3), ("4", 4..=4), ("5", 5..=5), ("6", 6..=6), ("2 to 4", 2..=4), ("all", 2..=6)] {
+    for (label, sizes) in [
+        ("2", 2..=2),
+        ("3", 3..=3),
+        ("4", 4..=4),
+        ("5", 5..=5),
+        ("6", 6..=6),
+        ("2 to 4", 2..=4),
+        ("all", 2..=6),
+    ] {
         let of: Vec<&Trial> = trials.iter().filter(|t| sizes.contains(&t.size)).collect();
         if of.is_empty() {
             continue;
