@@ -14,8 +14,8 @@ mod properties;
 pub(crate) mod row;
 pub(crate) mod saved;
 mod scatter;
-mod study;
 mod strikes;
+mod study;
 mod tracks;
 mod truth;
 
