@@ -18,7 +18,7 @@ use crate::error::Result;
 use crate::geometry::Pose;
 use crate::physics::{Simulator, World};
 use crate::scene::Scene;
-use crate::singulation::{Area, Singulation, Violation};
+use crate::singulation::{Area, Misplaced, Singulation, Violation};
 use std::collections::BTreeMap;
 
 /// How strongly the relative error acts on the speed's square.
@@ -138,7 +138,18 @@ impl<'a> Search<'a> {
         let outcome = self.simulator.run(self.world, &strike)?;
         let final_poses = self.world.names().iter().cloned().zip(outcome.poses).collect();
         let singulation = Singulation::of(self.scene, &final_poses)?;
-        let violations = singulation.violations(&self.scene.goal);
+        let mut violations = singulation.violations(&self.scene.goal);
+        let fallen = self.world.names().iter().zip(&outcome.fallen).filter(|(_, fallen)| **fallen);
+        for (object, _) in
+            fallen.filter(|(name, _)| !singulation.misplaced.iter().any(|m| m.object == **name))
+        {
+            // Its pose is the one at the edge, by rounding just on the table.
+            violations.push(Violation::Misplaced(Misplaced {
+                object: object.clone(),
+                area: Area::Table,
+                by_m: 0.0,
+            }));
+        }
         let follow_through_m = strike.travel_m - candidate.lead_in_m;
         let scatters = candidate.catch_up_m(strike.speed_m_s) > follow_through_m;
         let iteration = Iteration {

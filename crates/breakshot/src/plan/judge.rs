@@ -82,6 +82,11 @@ impl<'a> Judge<'a> {
         let mut slack = Slack { margin_m: f64::INFINITY, tightest: Condition::Nothing };
         let mut alone = vec![true; outcome.poses.len()];
         self.places(&outcome.poses, &mut slack, &mut alone);
+        // A fallen object's pose is the one at the edge.
+        for k in (0..alone.len()).filter(|&k| outcome.fallen.get(k) == Some(&true)) {
+            slack.take(Verdict::FAILED.margin_m, Condition::Place(k, Area::Table));
+            alone[k] = false;
+        }
         self.pairs(&outcome.poses, &mut slack, &mut alone);
         let singulated = alone.iter().filter(|&&alone| alone).count();
         Verdict { margin_m: slack.margin_m, tightest: slack.tightest, singulated }

@@ -143,7 +143,7 @@ proptest! {
         let poses: Vec<Pose> = places.iter().map(|&(x, y, yaw)| Pose::new(x, y, yaw)).collect();
         let named = scene.placed.iter().map(|p| p.object.clone()).zip(poses.iter().copied()).collect();
         let violations = Singulation::of(&scene, &named).expect("known objects").violations(&scene.goal);
-        let outcome = physics::Outcome { poses, duration_s: 0.0, impacts: 0, complete: true };
+        let outcome = physics::Outcome { poses, duration_s: 0.0, impacts: 0, complete: true, fallen: Vec::new() };
         let verdict = Judge::new(&scene).expect("known objects").verdict(&outcome);
         prop_assert_eq!(verdict.fulfilled(), violations.is_empty(), "{:?} {:?}", verdict, violations);
     }
