@@ -145,7 +145,7 @@ pub(super) fn robust(
 }
 
 /// Tells the fresh worlds' draws from those of the search.
-const FRESH_STREAM: u64 = 0x5EED_0F_F4E5;
+const FRESH_STREAM: u64 = 0x5EED_F4E5;
 
 /// All strikes that an aim leads to, and what is in the way of the others.
 fn reachable(
@@ -395,23 +395,24 @@ fn contact(aim: &Aim, scene: &Scene, properties: &Properties) -> Result<Contact>
 }
 
 fn reason(plan: &Plan, strike: &Strike, robustness: &Robustness) -> String {
-    let Robustness { success_probability, standard_error, samples, .. } = robustness;
-    let object = strike.object.as_deref().unwrap_or_default();
-    let mut text = format!(
-        "striking {object} at {:.3} m/s works in {:.0} % (+- {:.0} %) of {samples} possible worlds",
+    let Robustness { success_probability, standard_error, samples, expected_singulated, .. } = robustness;
+    let what = format!(
+        "striking {} at {:.3} m/s works in {:.0} % (+- {:.0} %) of {samples} possible worlds",
+        strike.object.as_deref().unwrap_or_default(),
         strike.speed_m_s,
         success_probability * 100.0,
         standard_error * 100.0
     );
-    if let Some(failure) = robustness.failures.first() {
-        text += &format!("; what fails most often: {} ({:.0} %)", failure.what, failure.part * 100.0);
-    }
-    if plan.outcome == Outcome::BestEffort {
-        text += &format!(
-            "; no strike found works in half of them, and this one singulates {:.1} of {} objects on average",
-            robustness.expected_singulated,
-            plan.scene.placed.len()
-        );
-    }
-    text
+    let fails = robustness
+        .failures
+        .first()
+        .map(|failure| format!("; what fails most often: {} ({:.0} %)", failure.what, failure.part * 100.0));
+    let best_effort = (plan.outcome == Outcome::BestEffort).then(|| {
+        let all = plan.scene.placed.len();
+        format!(
+            "; no strike found works in half of them, and this one singulates {expected_singulated:.1} of {all} \
+             objects on average"
+        )
+    });
+    what + &fails.unwrap_or_default() + &best_effort.unwrap_or_default()
 }
