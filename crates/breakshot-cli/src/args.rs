@@ -40,11 +40,11 @@ pub(crate) enum Command {
     )]
     Detect(DetectArgs),
     /// Learns friction, restitution and mass ratios from the clips of a campaign.
-    #[command(after_help = "Examples:\n  breakshot estimate campaign.toml -o properties.json\n  \
-        breakshot estimate campaign.toml -o properties.json --figures figures/     (Figs. 7, 8, 9 and Table 1)\n  \
-        breakshot estimate new_clips.toml --update properties.json -o newer.json   (without the old films)\n  \
-        breakshot estimate campaign.toml -o properties.json --advise 10            (what to film next)\n  \
-        breakshot estimate campaign.toml -o properties.json --advise 5 --scene pile.scene.toml")]
+    #[command(after_help = "Example: breakshot estimate campaign.toml -o properties.json\n\
+        Example: breakshot estimate campaign.toml -o properties.json --figures figures/     (Figs. 7, 8, 9 and Table 1)\n\
+        Example: breakshot estimate new_clips.toml --update properties.json -o newer.json   (without the old films)\n\
+        Example: breakshot estimate campaign.toml -o properties.json --advise 10            (what to film next)\n\
+        Example: breakshot estimate campaign.toml -o properties.json --advise 5 --scene pile.scene.toml")]
     Estimate(EstimateArgs),
     /// Simulates one strike on a pile.
     #[command(
@@ -52,7 +52,8 @@ pub(crate) enum Command {
     )]
     Simulate(SimulateArgs),
     /// Plans the strike that singulates a pile.
-    #[command(after_help = "Example: breakshot plan scene.toml --properties properties.json -o plan.json")]
+    #[command(after_help = "Example: breakshot plan scene.toml --properties properties.json -o plan.json\n\
+        Example: breakshot plan scene.toml --properties properties.json --method robust -o plan.json")]
     Plan(PlanArgs),
     /// The joint path of a planned strike, checked against the arm's limits.
     #[command(
@@ -67,9 +68,9 @@ pub(crate) enum Command {
     )]
     Export(ExportArgs),
     /// Compares a filmed strike with its simulation.
-    #[command(after_help = "Examples:\n  \
-        breakshot verify scene.toml strike.mp4 --properties properties.json --strike plan.json -o report/\n  \
-        breakshot verify scene.toml strike.mp4 --properties properties.json --strike plan.json -o report/ --update newer.json")]
+    #[command(after_help = "\
+        Example: breakshot verify scene.toml strike.mp4 --properties properties.json --strike plan.json -o report/\n\
+        Example: breakshot verify scene.toml strike.mp4 --properties properties.json --strike plan.json -o report/ --update newer.json")]
     Verify(VerifyArgs),
 }
 
