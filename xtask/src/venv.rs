@@ -1,5 +1,6 @@
 //! A Python of our own with the packages that a peer needs, made once in the target folder.
 
+use crate::example::target;
 use std::path::PathBuf;
 use std::process::Command;
 
@@ -8,8 +9,7 @@ use std::process::Command;
 /// # Errors
 /// No `python3`, or a package that cannot be installed.
 pub(crate) fn python(name: &str, packages: &[&str]) -> Result<PathBuf, String> {
-    let target = std::env::var_os("CARGO_TARGET_DIR").map_or_else(|| "target".into(), PathBuf::from);
-    let folder = target.join("python").join(name);
+    let folder = target().join("python").join(name);
     let python = folder.join("bin/python");
     let complete = folder.join("complete");
     let wanted = packages.join("\n");

@@ -5,6 +5,7 @@
 
 use crate::example::{Scenes, answer, apart_mm, finals, target};
 use crate::validate::row::{self, Row, median};
+use crate::venv;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -108,22 +109,7 @@ fn rapier() -> Result<PathBuf, String> {
 
 /// A Python that knows MuJoCo: given, or made here once.
 pub(crate) fn mujoco(python: Option<&str>) -> Result<PathBuf, String> {
-    if let Some(python) = python {
-        return Ok(python.into());
-    }
-    let folder = target().join("peers/venv");
-    let python = folder.join("bin/python");
-    if !python.exists() {
-        run(Command::new("python3").args(["-m", "venv"]).arg(&folder))?;
-        run(Command::new(&python).args(["-m", "pip", "install", "--quiet", "mujoco==4.0.0"]))?;
-    }
-    Ok(python)
-}
-
-fn run(command: &mut Command) -> Result<(), String> {
-    let name = command.get_program().to_string_lossy().into_owned();
-    let status = command.status().map_err(|e| format!("{name} cannot be started ({e})"))?;
-    if status.success() { Ok(()) } else { Err(format!("{name} ended with {status}")) }
+    python.map_or_else(|| venv::python("mujoco", &["mujoco==4.0.0"]), |given| Ok(given.into()))
 }
 
 /// Objects of a pile whose time and memory are measured.

@@ -18,8 +18,6 @@ pub struct RunnerUp {
     pub strike: Strike,
     /// The part of the possible worlds in which it fulfils the goal.
     pub success_probability: f64,
-    #[serde(skip)]
-    pub(super) worth: f64,
 }
 
 /// One way to fail.
@@ -88,5 +86,5 @@ pub(super) fn doubts(
     Ok(found)
 }
 
-/// Possible worlds per source: the first of those that the strike was judged on.
+/// Possible worlds per source: drawn as the first of those that the strike was judged on.
 const SAMPLES: usize = 200;

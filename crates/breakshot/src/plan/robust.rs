@@ -1,11 +1,10 @@
 //! Which strike works in most of the worlds that may be?
 //!
 //! Successive halving: many aims are judged on a few possible worlds, the better ones on more; the best distinct ones are then
-//! varied, each generation closer, and the winner is judged on fresh worlds that had no say in choosing it.  Its success
-//! probability is the part of those in which the goal holds.  While searching, an outcome counts by how clearly it fulfils
+//! varied, each generation closer, and compared on fresh worlds that had no say in choosing them.  The winner's success
+//! probability is the part of those in which the goal holds; choosing among a few by it makes it a little too high.  While searching, an outcome counts by how clearly it fulfils
 //! or misses the goal, so that the search feels a slope where no sample succeeds yet.
 
-use super::candidate::rounded_strike;
 use super::explain::{Doubt, Failure, RunnerUp, doubts, failures};
 use super::judge::{Judge, Verdict};
 use super::possible::{Possible, by_name, possible_worlds};
@@ -117,9 +116,9 @@ pub(super) fn robust(
     let fresh = possible_worlds((&scene, properties), options, (fresh_seed, effort.fresh), None)?;
     let mut judged = judged(&field, &fresh, &judge);
     judged.sort_by(|one, other| other.1.total_cmp(&one.1));
-    let runner_up = judged.get(1).map(|(candidate, worth, verdicts)| {
-        let success_probability = part(verdicts, Verdict::fulfilled);
-        RunnerUp { strike: candidate.strike.clone(), success_probability, worth: *worth }
+    let runner_up = judged.get(1).map(|(candidate, _, verdicts)| RunnerUp {
+        strike: candidate.strike.clone(),
+        success_probability: part(verdicts, Verdict::fulfilled),
     });
     let (best, _, verdicts) = judged.swap_remove(0);
     let success_probability = part(&verdicts, Verdict::fulfilled);
@@ -360,7 +359,7 @@ fn finish(
     best: &Candidate,
     robustness: Robustness,
 ) -> Result<()> {
-    let strike = rounded_strike(best.strike.clone());
+    let strike = best.strike.clone();
     let outcome = Simulator::new().run(nominal, &strike)?;
     let final_poses = by_name(nominal, &outcome.poses);
     let singulation = Singulation::of(&plan.scene, &final_poses)?;
