@@ -24,9 +24,9 @@ pub(crate) fn run(shared: &Path) -> Result<bool, String> {
 
 /// Steps of the independent simulator where bodies are close (s): halving them changes medians by less than 1 um.
 const STEP_S: f64 = 2e-7;
-const SPRING_STEP_S: f64 = 4e-7;
+const SPRING_STEP_S: f64 = 1e-7;
 /// How long the first contact of a pile lasts alone (s): the simulator's own default.
-const CONTACT_TIME_S: f64 = 1e-4;
+const CONTACT_TIME_S: f64 = 3e-5;
 
 /// File, law of the steps, flags of ours, what it shows, targets of median and worst (mm).
 struct Case(&'static str, Contact, &'static [&'static str], &'static str, [f64; 2]);

@@ -98,7 +98,9 @@ impl Agenda {
         let slot = self.slot(pair);
         self.times[slot] = time_s;
         let entry = &mut self.table[slot];
-        (entry.time_s, entry.touch, entry.hint) = (time_s, touch, hint);
+        (entry.time_s, entry.touch) = (time_s, touch);
+        // What kept them apart before may do so again.
+        entry.hint = hint.or(entry.hint);
     }
 
     /// Takes the earliest prediction that holds away, unless it comes after `until_s`; with the time of the next one (s),
@@ -124,8 +126,8 @@ impl Agenda {
         for (k, &time_s) in self.times.iter().enumerate() {
             if time_s < first {
                 (first, next_s, slot) = (time_s, first, k);
-            } else {
-                next_s = next_s.min(time_s);
+            } else if time_s < next_s {
+                next_s = time_s;
             }
         }
         if first > until_s || first == f64::INFINITY {

@@ -4,7 +4,7 @@ use super::Touching;
 use super::body::Body;
 use super::cluster::{Cluster, Compliance, Contact, Member};
 use super::contact::{CONTACT_GAP_M, PRESSING_M_S, PRESSING_S, contact_points};
-use super::evolve::State;
+use super::evolve::{State, length};
 use super::press::hopping;
 use super::resolve::{Impact, Touch, struck};
 use super::rollout::Rollout;
@@ -24,8 +24,6 @@ const SUNK_M: f64 = 3e-7;
 const NO_ROOM_M: f64 = 1e-6;
 /// Bodies this close lean on each other (m).
 const LEANING_M: f64 = 2e-6;
-/// How far numbers may differ for what is the same place (m).
-const SAME_PLACE_M: f64 = 1e-5;
 
 /// Two bodies as they touch.
 struct Meeting {
@@ -45,6 +43,7 @@ impl Rollout<'_> {
             return;
         }
         let states = pair.map(|i| self.memory.motions[i].state(time_s, &self.world.bodies[i]));
+        self.find_points(pair, &states);
         let Some(meeting) = self.fastest_contact(pair, states) else {
             self.look_again(pair, time_s, pressing_time_s(pair.map(|i| &self.world.bodies[i]), &states));
             return;
@@ -70,16 +69,32 @@ impl Rollout<'_> {
         self.resolve_alone(&meeting, time_s);
     }
 
+    /// Notes all points at which two bodies touch or could touch during a contact.
+    fn find_points(&mut self, pair: [usize; 2], states: &[State; 2]) {
+        let contact_time_s = match self.world.options.touching {
+            Touching::Compliant(compliance) => compliance.contact_time_s,
+            Touching::Pairwise => 0.0,
+        };
+        let [a, b] = [0, 1].map(|k| (&self.world.bodies[pair[k]], &states[k]));
+        let closing = [a, b].map(|(body, state)| {
+            length(state.velocity) + state.yaw_rate_rad_s.abs() * body.plate.outer_radius_m
+        });
+        let reach_m = LEANING_M.max(contact_time_s * (closing[0] + closing[1]));
+        let points = &mut self.memory.points;
+        points.clear();
+        contact_points(a, b, reach_m, |touch, gap_m| points.push((touch, gap_m)));
+    }
+
     /// Of all points at which two bodies touch, the one that closes fastest; none if all part.
     fn fastest_contact(&self, pair: [usize; 2], states: [State; 2]) -> Option<Meeting> {
         let [a, b] = [0, 1].map(|k| (&self.world.bodies[pair[k]], &states[k]));
         let mut fastest: Option<Meeting> = None;
-        contact_points(a, b, TOUCHING_M, |touch, gap_m| {
+        for &(touch, gap_m) in self.memory.points.iter().filter(|p| p.1 <= TOUCHING_M) {
             let impact = Impact::new(a, b, &touch);
             if impact.approach > fastest.as_ref().map_or(CREEPING_M_S, |f| f.impact.approach) {
                 fastest = Some(Meeting { pair, states, touch, gap_m, impact });
             }
-        });
+        }
         fastest
     }
 
@@ -182,12 +197,13 @@ impl Rollout<'_> {
         blocked
     }
 
-    /// Finds the contacts that close together with a meeting's, and all bodies that take part.
+    /// Finds the contacts that close together with a meeting's, which comes first, and all bodies that take part.
     fn gather(&mut self, meeting: &Meeting, reach_m: f64, time_s: f64) {
         self.memory.cluster.clear();
         for (&body, state) in meeting.pair.iter().zip(&meeting.states) {
             self.memory.cluster.members.push(Member::new(body, &self.world.bodies[body], state));
         }
+        self.gather_pair(meeting, reach_m);
         let mut done = 0;
         while done < self.memory.cluster.members.len() {
             let Member { body, before, .. } = self.memory.cluster.members[done];
@@ -196,30 +212,22 @@ impl Rollout<'_> {
             }
             done += 1;
         }
-        self.put_first(meeting);
     }
 
-    /// The contact where it began comes first; it is added if the two bodies' sides, cut to fit, left it out.
-    fn put_first(&mut self, meeting: &Meeting) {
+    /// The contacts of the two bodies that meet, the fastest first.
+    fn gather_pair(&mut self, meeting: &Meeting, reach_m: f64) {
         let Meeting { pair, states, touch, .. } = meeting;
+        let bodies = pair.map(|i| &self.world.bodies[i]);
+        let coefficients = self.world.coefficients(pair[0], pair[1]);
         let contacts = &mut self.memory.cluster.contacts;
-        let distance = |c: &Contact| (c.touch.point - touch.point).length_squared();
-        let same_pair = |c: &Contact| c.members == [0, 1] || c.members == [1, 0];
-        let nearest = (0..contacts.len())
-            .filter(|&k| same_pair(&contacts[k]) && distance(&contacts[k]) < SAME_PLACE_M * SAME_PLACE_M)
-            .min_by(|&i, &k| distance(&contacts[i]).total_cmp(&distance(&contacts[k])));
-        let first = nearest.unwrap_or_else(|| {
-            let bodies = pair.map(|i| &self.world.bodies[i]);
+        for &(point, gap_m) in self.memory.points.iter().filter(|p| p.1 <= reach_m.max(TOUCHING_M)) {
             let both = ((bodies[0], &states[0]), (bodies[1], &states[1]));
-            contacts.push(Contact::new(
-                (0, 1),
-                both,
-                (*touch, 0.0),
-                self.world.coefficients(pair[0], pair[1]),
-            ));
-            contacts.len() - 1
-        });
-        contacts.swap(0, first);
+            contacts.push(Contact::new((0, 1), both, (point, gap_m), coefficients));
+            if point == *touch {
+                let last = contacts.len() - 1;
+                contacts.swap(0, last);
+            }
+        }
     }
 
     /// The contacts of one member with bodies that are no members yet, or that come later among them.
@@ -229,20 +237,22 @@ impl Rollout<'_> {
         let count = self.memory.neighbours.around(body, state.position, state.position).len();
         for k in 0..count {
             let other = self.memory.neighbours.found(k);
-            if other == one || other >= world.areas || self.is_gone(other) {
+            let motion = &self.memory.motions[other];
+            let circles_m = body.plate.outer_radius_m + world.bodies[other].plate.outer_radius_m + reach_m;
+            // Where the rest of its path is out of reach the other need not be looked at.
+            let room = circles_m + motion.half_way_m;
+            if (motion.middle() - state.position).length_squared() > room * room
+                || other == one
+                || other >= world.areas
+                || self.is_gone(other)
+            {
                 continue;
             }
             let Cluster { members, contacts, .. } = &mut self.memory.cluster;
             let mut known = members.iter().position(|m| m.body == other);
             let fixed = other == STRIKER || other > world.objects;
-            if known.is_some_and(|k| k < index && !fixed) {
-                continue;
-            }
-            let motion = &self.memory.motions[other];
-            let circles_m = body.plate.outer_radius_m + world.bodies[other].plate.outer_radius_m + reach_m;
-            // Where the rest of its path is out of reach the other need not be looked at.
-            let room = circles_m + motion.half_way_m;
-            if (motion.middle() - state.position).length_squared() > room * room {
+            // Each pair once; that of the two that meet is known.
+            if known.is_some_and(|k| k < index && !fixed || k + index == 1) {
                 continue;
             }
             let there =

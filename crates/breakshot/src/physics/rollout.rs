@@ -6,6 +6,7 @@ use super::cluster::Cluster;
 use super::contact::{Mover, Outlook, closer_look, first_look, paths_apart};
 use super::evolve::{Motion, State};
 use super::neighbours::Neighbours;
+use super::resolve::Touch;
 use super::simulator::Outcome;
 use super::striker::{Phase, Program};
 use super::trajectory::Log;
@@ -18,6 +19,8 @@ use crate::scene::Strike;
 pub(crate) struct Memory {
     pub(super) motions: Vec<Motion>,
     pub(super) cluster: Cluster,
+    /// Where the two bodies that meet touch or nearly touch, and the gaps (m).
+    pub(super) points: Vec<(Touch, f64)>,
     pub(super) neighbours: Neighbours,
     /// Bodies with new states, to be let go.
     pub(super) changed: Vec<(usize, State)>,

@@ -72,6 +72,7 @@ pub(super) fn first_contact(
     let reach_m = a.body.plate.outer_radius_m + b.body.plate.outer_radius_m;
     let simple = a.body.plate.parts.len() == 1 && b.body.plate.parts.len() == 1;
     let mut time_s = from_s;
+    let mut enough_s = until_s - from_s;
     for _ in 0..STEPS {
         if time_s >= a.motion.stop_s && time_s >= b.motion.stop_s {
             return Outlook::Never;
@@ -87,10 +88,12 @@ pub(super) fn first_contact(
             let now = (Now::new(a, state_a), Now::new(b, state_b));
             let pressing = pressing_s - time_s;
             let step = if simple {
-                step_of_parts(&now, (0, 0), pressing, hint)
+                step_of_parts(&now, (0, 0), (pressing, enough_s), hint)
             } else {
                 step_of_all(&now, pressing)
             };
+            // A line found on the way keeps them apart as long as it does.
+            enough_s = 0.0;
             match step {
                 None => return Outlook::Touch(time_s),
                 Some(step) => step,
@@ -120,7 +123,7 @@ fn step_of_all(now: &(Now, Now), pressing_s: f64) -> Option<f64> {
     let mut step_s = f64::INFINITY;
     for i in 0..now.0.mover.body.plate.parts.len() {
         for k in 0..now.1.mover.body.plate.parts.len() {
-            step_s = step_s.min(step_of_parts(now, (i, k), pressing_s, &mut None)?);
+            step_s = step_s.min(step_of_parts(now, (i, k), (pressing_s, 0.0), &mut None)?);
         }
     }
     Some(step_s)
@@ -128,16 +131,17 @@ fn step_of_all(now: &(Now, Now), pressing_s: f64) -> Option<f64> {
 
 /// How long two parts surely stay apart (s); none if they touch now.
 ///
-/// The line that kept them apart before is tried first; when it no longer does, the widest one.
+/// The line that kept them apart before is tried first; when it does not do so for long enough (s), the widest one.
 fn step_of_parts(
     (a, b): &(Now, Now),
     (i, k): (usize, usize),
-    pressing_s: f64,
+    (pressing_s, enough_s): (f64, f64),
     hint: &mut Option<Feature>,
 ) -> Option<f64> {
     let laid = (a.laid(i), b.laid(k));
     if let Some(feature) = *hint
         && let Some(step_s) = step_of_line(a, b, &laid, feature, None)
+        && step_s >= enough_s
     {
         return Some(step_s);
     }

@@ -41,12 +41,12 @@ pub(crate) fn witness_within(a: &Laid, b: &Laid, most_m: f64) -> Option<Witness>
         return Some(corners(a, b, 0, 0));
     }
     let turn = a.rotation.seen_from(b.rotation);
-    let mine = widest_edge((a, b), |n| turn.turned(n), f64::NEG_INFINITY);
+    let mine = widest_edge((a, b), |n| turn.turned(n), (f64::NEG_INFINITY, most_m));
     let least_m = mine.map_or(f64::NEG_INFINITY, |m| m.gap_m);
     if least_m > most_m {
         return None;
     }
-    let yours = widest_edge((b, a), |n| turn.turned_back(n), least_m);
+    let yours = widest_edge((b, a), |n| turn.turned_back(n), (least_m, most_m));
     // Ties go to the first part's edge if it shows as much: a matter of rounding, not of physics.
     match (mine, yours) {
         (_, Some(Widest { gap_m, .. })) if gap_m > most_m => None,
@@ -78,9 +78,13 @@ struct Widest {
     gap_m: f64,
 }
 
-/// The edge of `owner` whose line keeps `other` farthest away, if by more than `least_m`; `seen` turns a normal into the
-/// other's frame.
-fn widest_edge((owner, other): (&Laid, &Laid), seen: impl Fn(Vec2) -> Vec2, least_m: f64) -> Option<Widest> {
+/// The edge of `owner` whose line keeps `other` farthest away, if by more than `least_m`, or the first one seen to do so by
+/// more than `most_m`; `seen` turns a normal into the other's frame.
+fn widest_edge(
+    (owner, other): (&Laid, &Laid),
+    seen: impl Fn(Vec2) -> Vec2,
+    (least_m, most_m): (f64, f64),
+) -> Option<Widest> {
     let edges = &owner.part.edges;
     let way = owner.rotation.turned_back(other.origin - owner.origin);
     let radii_m = owner.part.radius_m + other.part.radius_m;
@@ -104,6 +108,9 @@ fn widest_edge((owner, other): (&Laid, &Laid), seen: impl Fn(Vec2) -> Vec2, leas
     }
     // The edge that faces the other most shows most, as a rule, and rules out the others.
     let mut widest = look(first.0, first.1);
+    if widest.gap_m > most_m {
+        return Some(widest);
+    }
     for k in (0..edges.len()).filter(|&k| k != first.0) {
         let beyond_m = beyond(k);
         if beyond_m - back_m > widest.gap_m.max(least_m) {
