@@ -35,6 +35,9 @@ usage: cargo xtask TASK
   validate tracks LAB TRACKS
                    bounds, thinned and spoilt campaigns on the films' saved tracks, without the films (TRACKS is what
                    `breakshot estimate --tracks` wrote)
+  validate robot [SHARED] [--part arms|impulse|paths|wire]
+                   the arm beside pinocchio and MuJoCo, the drivers beside a mock controller, the vendor's client and roslibpy
+                   (`cargo run --release -p xtask --`; paths takes the last learned properties)
   bench estimate [LAB TRACKS]
                    time of estimation in drawn campaigns of growing size, or from the films' tracks (TRACKS is what
                    `breakshot estimate --tracks` wrote)
@@ -56,6 +59,8 @@ fn main() -> ExitCode {
         ["validate", "physics", rest @ ..] => validate::physics(&shared(rest)),
         ["validate", "scatter", lab] => validate::scatter(lab.as_ref(), None),
         ["validate", "scatter", lab, "--python", python] => validate::scatter(lab.as_ref(), Some(python)),
+        ["validate", "robot", rest @ .., "--part", part] => validate::robot(&shared(rest), Some(part)),
+        ["validate", "robot", rest @ ..] => validate::robot(&shared(rest), None),
         ["validate", "air-table", rest @ ..] => validate::recorded(&shared(rest)),
         ["validate", "estimate"] => validate::estimate(validate::CAMPAIGNS),
         ["validate", "estimate", count] => match count.parse() {

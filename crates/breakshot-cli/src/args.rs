@@ -62,6 +62,13 @@ pub(crate) enum Command {
         Example: breakshot command --touch touches.toml --cell cell.toml     (where the table lies for the robot)"
     )]
     Arm(CommandArgs),
+    /// Carries a command out on a robot; without --live nothing moves and it only shows what would happen.
+    #[command(after_help = "\
+        Example: breakshot strike command.json                                      (may it be carried out?)\n\
+        Example: breakshot strike command.json --driver sim --properties properties.json --live --hash 1a2b3c4d\n\
+        Example: breakshot strike command.json --driver indy:192.168.0.10           (and what does the robot say?)\n\
+        Example: breakshot strike command.json --driver indy:192.168.0.10 --scene scene.toml --live --hash 1a2b3c4d")]
+    Strike(StrikeArgs),
     /// Writes scene, properties and strike as a model for another simulator.
     #[command(
         after_help = "Example: breakshot export scene.toml --properties properties.json --strike strike.json --to mjcf -o scene.xml"
@@ -353,6 +360,40 @@ pub(crate) struct CommandArgs {
     #[arg(long, value_name = "FILE", conflicts_with_all = ["plan", "ros", "urscript", "mcap", "impulse", "urdf"])]
     pub(crate) touch: Option<PathBuf>,
     /// Prints the result as JSON.
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct StrikeArgs {
+    /// The command, as `breakshot command` wrote it.
+    #[arg(value_name = "COMMAND")]
+    pub(crate) command: PathBuf,
+    /// The robot: `indy:HOST` (`indy:HOST:PORT` for all services on one port), `ros:HOST:PORT`, or `sim`.
+    #[arg(long, value_name = "ROBOT")]
+    pub(crate) driver: Option<String>,
+    /// What the objects are like (`sim` alone).
+    #[arg(long, value_name = "FILE")]
+    pub(crate) properties: Option<PathBuf>,
+    /// The controller's name (`ros` alone).
+    #[arg(long, value_name = "NAME", default_value = "/joint_trajectory_controller")]
+    pub(crate) controller: String,
+    /// What lies on the table, as `breakshot look` wrote it; read now and again before the strike.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) scene: Option<PathBuf>,
+    /// Moves the arm.
+    #[arg(long, requires = "driver")]
+    pub(crate) live: bool,
+    /// The command's short hash, as it was printed: the arm moves for no other command.
+    #[arg(long, value_name = "HASH")]
+    pub(crate) hash: Option<String>,
+    /// Allows a strike of more than 0.25 m/s: nobody may be in the cell.
+    #[arg(long)]
+    pub(crate) allow_fast: bool,
+    /// The log to write (JSON lines; beside it a recording, MCAP); `strike-HASH.jsonl` if not given.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) log: Option<PathBuf>,
+    /// Prints the report as JSON.
     #[arg(long)]
     pub(crate) json: bool,
 }

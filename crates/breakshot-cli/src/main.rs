@@ -9,12 +9,14 @@ use clap::Parser;
 use std::process::ExitCode;
 
 /// How a command that did not fail ended.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum Outcome {
     /// Done.
     Done,
     /// Done, but the user should look at the warnings.
     Doubtful,
+    /// Not done: a robot that cannot be reached, or that had to be stopped.
+    Failed,
 }
 
 impl Outcome {
@@ -23,9 +25,9 @@ impl Outcome {
         if doubtful { Self::Doubtful } else { Self::Done }
     }
 
-    /// Doubtful if either is.
+    /// The worse of the two.
     pub(crate) fn and(self, other: Self) -> Self {
-        Self::doubtful_if(self == Self::Doubtful || other == Self::Doubtful)
+        self.max(other)
     }
 }
 
@@ -42,12 +44,14 @@ fn main() -> ExitCode {
         Command::Simulate(args) => commands::simulate::run(&args),
         Command::Plan(args) => commands::plan::run(&args),
         Command::Arm(args) => commands::command::run(&args),
+        Command::Strike(args) => commands::strike::run(&args),
         Command::Export(args) => commands::export::run(&args),
         Command::Verify(args) => commands::verify::run(&args),
     };
     match result {
         Ok(Outcome::Done) => ExitCode::SUCCESS,
         Ok(Outcome::Doubtful) => ExitCode::from(3),
+        Ok(Outcome::Failed) => ExitCode::FAILURE,
         Err(error) => {
             eprintln!("error: {error}");
             // A result that cannot be written is the machine's fault or ours; all else is the input's.

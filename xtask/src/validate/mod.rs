@@ -11,6 +11,7 @@ mod bound;
 mod campaigns;
 mod physics;
 mod properties;
+mod robot;
 pub(crate) mod row;
 pub(crate) mod saved;
 mod scatter;
@@ -80,6 +81,11 @@ pub(crate) fn advise(cells: Option<&str>) -> Result<(), String> {
 /// The simulator against an independent one, itself and recorded collisions.
 pub(crate) fn physics(shared: &Path) -> Result<(), String> {
     if physics::run(shared)? { Ok(()) } else { Err("some targets were missed".into()) }
+}
+
+/// The arm and its drivers against other programs; one part of it, or all.
+pub(crate) fn robot(shared: &Path, part: Option<&str>) -> Result<(), String> {
+    if robot::run(shared, part)? { Ok(()) } else { Err("some targets were missed".into()) }
 }
 
 /// What explains the difference between predicted and filmed strikes on piles.

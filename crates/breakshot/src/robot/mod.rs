@@ -23,6 +23,7 @@ mod path;
 mod posture;
 mod profile;
 mod recording;
+mod review;
 mod safety;
 #[cfg(test)]
 mod tests;

@@ -90,7 +90,7 @@ fn refused(reason: impl Into<String>) -> Answer {
     Answer::Refused(Refusal { reason: reason.into(), part: None, fastest_m_s: None })
 }
 
-fn tip_box(cell: &Cell) -> TipBox {
+pub(super) fn tip_box(cell: &Cell) -> TipBox {
     let (min, max) = (cell.workspace.min_m, cell.workspace.max_m);
     TipBox {
         low: [min.x - BOX_MARGIN_M, min.y - BOX_MARGIN_M],

@@ -1,8 +1,8 @@
 //! The ways an arm can hold the striker upright at a place on the table, and what it can do there.
 
-use super::Frame;
 use super::kinematics::condition_number;
 use super::model::{Arm, frame};
+use super::{Frame, JointState};
 use crate::cell::{Cell, RobotSpec};
 use crate::error::{Error, Result};
 use crate::geometry::{Point, Vec2};
@@ -82,6 +82,12 @@ impl Station {
     pub fn tip_on_table(&self, angles_rad: &[f64]) -> (Point, f64) {
         let tip = (self.base_from_table.inverse() * self.arm.tip(angles_rad)).translation;
         (Point::new(tip.x, tip.y), tip.z)
+    }
+
+    /// The velocity of the tip along the table (m/s).
+    pub fn tip_velocity_on_table(&self, state: &JointState) -> Vec2 {
+        let velocity = self.base_from_table.rotation.inverse() * self.arm.tip_velocity(state);
+        Vec2::new(velocity.x, velocity.y)
     }
 
     /// The arm.

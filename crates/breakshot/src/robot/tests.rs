@@ -275,3 +275,35 @@ fn the_picture_of_the_impulse_geometry_is_well_formed() {
     assert!(!svg.contains("NaN"), "a number is missing");
     assert!(svg.contains("(c)"), "{svg}");
 }
+
+#[test]
+fn a_command_that_was_tampered_with_is_found_out() {
+    let command = ready(&strike(0.3, 0.4));
+    command.check().expect("as it was planned");
+    type Spoil = fn(&mut Command);
+    let spoilt: [(&str, Spoil); 7] = [
+        ("rows", |c| drop(c.phases[2].q_rad.pop())),
+        ("a row", |c| c.phases[1].qd_rad_s[3].truncate(5)),
+        ("a row", |c| c.phases[4].qdd_rad_s2[3][0] = f64::NAN),
+        ("off its speed", |c| c.phases[2].q_rad[40][1] += 0.001),
+        ("s between two samples", |c| c.phases[2].time_s[40] = 0.0),
+        ("phases", |c| drop(c.phases.remove(0))),
+        ("joints", |c| c.joints[0] = "other".into()),
+    ];
+    for (word, spoil) in spoilt {
+        let mut other = command.clone();
+        spoil(&mut other);
+        let message = other.check().expect_err(word).to_string();
+        assert!(message.contains(word), "`{word}` is not in: {message}");
+    }
+}
+
+#[test]
+fn a_command_looked_at_again_shows_the_same_checks_and_its_real_speeds() {
+    let command = ready(&strike(2.0, 0.5));
+    let again = command.checked_again().expect("an arm and a scene");
+    assert_eq!(again, command.checks);
+    let [strike_m_s, else_m_s] = command.tip_speeds_m_s().expect("an arm");
+    assert!((strike_m_s - 0.5).abs() < 0.005, "{strike_m_s} m/s in the strike");
+    assert!(else_m_s <= SLOW_M_S * 1.01, "{else_m_s} m/s elsewhere");
+}

@@ -1,0 +1,146 @@
+//! `breakshot strike` as a user runs it: what it refuses, and how it ends.
+
+use std::path::Path;
+use std::process::{Command, Output};
+use std::time::SystemTime;
+
+/// The folder with all that a strike on one disc needs.
+fn folder() -> tempfile::TempDir {
+    let folder = tempfile::tempdir().expect("a folder");
+    let write = |name: &str, text: &str| std::fs::write(folder.path().join(name), text).expect("a file");
+    write(
+        "cell.toml",
+        r#"
+        [camera]
+        scale_px_per_m = 1000.0
+        [workspace]
+        min_m = [-0.3, -0.2]
+        max_m = [0.3, 0.2]
+        [striker]
+        shape = { disc = { radius_m = 0.015 } }
+        height_m = 0.1
+        speed_range_m_s = [0.05, 1.0]
+        [robot]
+        arm = "indy7"
+        base_from_table = { position_m = [0.45, 0.0, 0.0], rpy_rad = [0.0, 0.0, 1.5707963] }
+        tool_offset_m = [0.0, 0.0, 0.15]
+        tool_mass_kg = 0.3
+        "#,
+    );
+    write(
+        "objects.toml",
+        "[[objects]]\nname = \"a\"\nshape = { disc = { radius_m = 0.03 } }\nheight_m = 0.04\n\
+         marker = { shape = { disc = { radius_m = 0.01 } } }\n",
+    );
+    write("scene.toml", &scene(now_unix_s(), 0.0));
+    write(
+        "strike.json",
+        r#"{ "object": "a", "start_m": [-0.1, 0.0], "heading_rad": 0.0, "speed_m_s": 0.2, "travel_m": 0.06 }"#,
+    );
+    let one = r#"{ "mean": 0.5, "std": 0.01, "standard_error": 0.01, "interval_95": [0.4, 0.6], "n": 5 }"#;
+    write(
+        "properties.json",
+        &format!(
+            r#"{{ "version": 1, "reference": "a", "friction": {{ "a": {one} }}, "striker_restitution": {{ "a": {one} }},
+                 "restitution": {{}}, "mass_ratio": {{ "a": {one} }}, "pair_mass_ratio": {{}}, "contact_friction": {{}},
+                 "warnings": [] }}"#
+        ),
+    );
+    let made = run(
+        folder.path(),
+        &["command", "strike.json", "--cell", "cell.toml", "--scene", "scene.toml", "-o", "command.json"],
+    );
+    assert_eq!(made.status.code(), Some(0), "{}", String::from_utf8_lossy(&made.stderr));
+    folder
+}
+
+fn scene(observed_unix_s: f64, x_m: f64) -> String {
+    format!(
+        "cell = \"cell.toml\"\nobjects = \"objects.toml\"\nobserved_unix_s = {observed_unix_s:?}\n\
+         [[placed]]\nobject = \"a\"\nposition_m = [{x_m:?}, 0.0]\n"
+    )
+}
+
+fn now_unix_s() -> f64 {
+    SystemTime::now().duration_since(SystemTime::UNIX_EPOCH).expect("after 1970").as_secs_f64()
+}
+
+fn run(folder: &Path, arguments: &[&str]) -> Output {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_breakshot"));
+    command.args(arguments).current_dir(folder).output().expect("the program")
+}
+
+fn text(output: &Output) -> String {
+    let (out, err) = (String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
+    format!("{out}{err}")
+}
+
+/// The hash that a dry run prints.
+fn hash(folder: &Path) -> String {
+    let shown = run(folder, &["strike", "command.json", "--scene", "scene.toml"]);
+    assert_eq!(shown.status.code(), Some(0), "{}", text(&shown));
+    assert!(text(&shown).contains("nothing was moved"), "{}", text(&shown));
+    let shown = text(&shown);
+    let (_, after) = shown.split_once("--live --hash ").expect("how to go on");
+    after.chars().take(8).collect()
+}
+
+const SIM: [&str; 6] = ["strike", "command.json", "--driver", "sim", "--properties", "properties.json"];
+
+#[test]
+fn a_strike_in_simulation_needs_live_and_the_hash_and_leaves_a_log() {
+    let folder = folder();
+    let hash = hash(folder.path());
+    let dry = run(folder.path(), &SIM);
+    assert_eq!(dry.status.code(), Some(0), "{}", text(&dry));
+    assert!(text(&dry).contains("nothing was moved"), "{}", text(&dry));
+    let without = run(folder.path(), &[&SIM[..], &["--live"]].concat());
+    assert_eq!(without.status.code(), Some(3), "{}", text(&without));
+    assert!(text(&without).contains("the hash is missing"), "{}", text(&without));
+    std::fs::write(folder.path().join("scene.toml"), scene(now_unix_s(), 0.0)).expect("a file");
+    let live =
+        [&SIM[..], &["--scene", "scene.toml", "--live", "--hash", &hash, "--log", "log.jsonl"]].concat();
+    let struck = run(folder.path(), &live);
+    assert_eq!(struck.status.code(), Some(0), "{}", text(&struck));
+    assert!(text(&struck).contains("struck at 0.200 m/s"), "{}", text(&struck));
+    let log = std::fs::read_to_string(folder.path().join("log.jsonl")).expect("a log");
+    assert_eq!(log.matches("\"event\":\"sent\"").count(), 5, "{log}");
+    assert!(folder.path().join("log.mcap").exists());
+}
+
+#[test]
+fn an_old_or_changed_table_is_refused_with_the_reason() {
+    let folder = folder();
+    for (scene, word) in [
+        (scene(now_unix_s() - 100.0, 0.0), "100 s ago"),
+        (scene(now_unix_s(), 0.02), "`a` lies 20.0 mm away"),
+    ] {
+        std::fs::write(folder.path().join("scene.toml"), scene).expect("a file");
+        let refused = run(folder.path(), &["strike", "command.json", "--scene", "scene.toml"]);
+        assert_eq!(refused.status.code(), Some(3), "{}", text(&refused));
+        assert!(text(&refused).contains(word), "no `{word}` in {}", text(&refused));
+    }
+}
+
+#[test]
+fn bad_robots_and_damaged_commands_are_told() {
+    let folder = folder();
+    let cases: [(&[&str], i32, &str); 3] = [
+        (&["strike", "command.json", "--driver", "kuka:host"], 2, "`kuka:host`"),
+        (&["strike", "command.json", "--driver", "sim"], 2, "--properties"),
+        (&["strike", "command.json", "--driver", "indy:127.0.0.1:1"], 1, "nothing was moved"),
+    ];
+    for (arguments, code, word) in cases {
+        let ended = run(folder.path(), arguments);
+        assert_eq!(ended.status.code(), Some(code), "{arguments:?}: {}", text(&ended));
+        assert!(text(&ended).contains(word), "no `{word}` in {}", text(&ended));
+    }
+    let path = folder.path().join("command.json");
+    let command = std::fs::read_to_string(&path).expect("a command");
+    let damaged = command.replacen("\"name\": \"strike\"", "\"name\": \"raise\"", 1);
+    assert_ne!(damaged, command, "the test has to change something");
+    std::fs::write(&path, damaged).expect("a file");
+    let ended = run(folder.path(), &["strike", "command.json"]);
+    assert_eq!(ended.status.code(), Some(2), "{}", text(&ended));
+    assert!(text(&ended).contains("phases"), "{}", text(&ended));
+}

@@ -1,0 +1,278 @@
+//! The services, word for word as the proto file has them.
+
+use super::{Controller, Fault};
+use breakshot_drivers::indy::requests::{FULL_SPEED_M_S, PERIOD_S, frame_from};
+use breakshot_drivers::wire::{
+    CollisionPolicy, CollisionPolicyType, CollisionSensLevel, ControlData, ControlInfo, DeviceInfo, Empty,
+    ForwardKinematicsReq, ForwardKinematicsRes, GetMotionLReq, GetMotionRes, JointBaseType, MotionData,
+    MoveJReq, MoveJointTrajReq, MoveLReq, OpState, Response, SafetyLimits, ServoData, StopCat, TargetP,
+    TaskBaseType, ToolProperties, Vector, ViolationData,
+};
+use nalgebra::Vector6;
+use server::config_server::{Config, ConfigServer};
+use server::control_server::{Control, ControlServer};
+use server::device_server::{Device, DeviceServer};
+use server::rt_data_exchange_server::{RtDataExchange, RtDataExchangeServer};
+use std::sync::Arc;
+use tonic::transport::Server;
+use tonic::transport::server::Router;
+use tonic::{Request, Response as Reply, Status};
+
+#[allow(clippy::pedantic, unreachable_pub, reason = "made by a program")]
+mod server {
+    include!(concat!(env!("OUT_DIR"), "/server/nrmk.indy_framework.rs"));
+}
+
+type Answer<T> = Result<Reply<T>, Status>;
+
+/// One service's view of the controller.
+struct Service(Arc<Controller>);
+
+pub(super) fn router(controller: &Arc<Controller>) -> Router {
+    let service = || Service(Arc::clone(controller));
+    Server::builder()
+        .add_service(RtDataExchangeServer::new(service()))
+        .add_service(ControlServer::new(service()))
+        .add_service(ConfigServer::new(service()))
+        .add_service(DeviceServer::new(service()))
+}
+
+fn degrees(radians: &[f64]) -> Vec<f32> {
+    radians.iter().map(|q| q.to_degrees() as f32).collect()
+}
+
+fn radians(degrees: &[f32]) -> Vec<f64> {
+    degrees.iter().map(|&q| f64::from(q).to_radians()).collect()
+}
+
+fn done(accepted: bool) -> Reply<Response> {
+    let (code, msg) = if accepted { (0, "") } else { (-1, "the motion is not accepted") };
+    Reply::new(Response { code, msg: msg.into() })
+}
+
+#[tonic::async_trait]
+impl RtDataExchange for Service {
+    async fn get_control_data(&self, _: Request<Empty>) -> Answer<ControlData> {
+        let controller = &self.0;
+        controller.asked("GetControlData").await;
+        let q_rad = controller.q_rad();
+        let inside = controller.inside();
+        let op_state = if inside.moving.is_some() { OpState::TrajMoving } else { inside.op_state };
+        Ok(Reply::new(ControlData {
+            op_state: op_state.into(),
+            sim_mode: true,
+            is_robot_connected: true,
+            q: degrees(&q_rad),
+            qdot: vec![0.0; 6],
+            p: controller.pose(&q_rad),
+            pdot: vec![0.0; 6],
+            ref_frame: vec![0.0; 6],
+            tool_frame: vec![0.0; 6],
+            response: None,
+        }))
+    }
+
+    async fn get_motion_data(&self, _: Request<Empty>) -> Answer<MotionData> {
+        self.0.asked("GetMotionData").await;
+        let is_moving = self.0.inside().moving.is_some();
+        Ok(Reply::new(MotionData {
+            is_in_motion: is_moving,
+            is_target_reached: !is_moving,
+            has_motion: is_moving,
+            speed_ratio: self.0.setup.speed_ratio,
+            ..MotionData::default()
+        }))
+    }
+
+    async fn get_servo_data(&self, _: Request<Empty>) -> Answer<ServoData> {
+        self.0.asked("GetServoData").await;
+        let on = self.0.setup.servos_on;
+        Ok(Reply::new(ServoData { servo_actives: vec![on; 6], brake_actives: vec![!on; 6], response: None }))
+    }
+
+    async fn get_violation_data(&self, _: Request<Empty>) -> Answer<ViolationData> {
+        self.0.asked("GetViolationData").await;
+        let violated = self.0.inside().op_state == OpState::OpViolate;
+        // Bit 8: a joint is too fast.
+        let (code, text) = if violated { (1 << 8, "Velocity Exceeded") } else { (0, "") };
+        Ok(Reply::new(ViolationData {
+            violation_code: code,
+            violation_str: text.into(),
+            ..ViolationData::default()
+        }))
+    }
+}
+
+#[tonic::async_trait]
+impl Control for Service {
+    async fn get_control_info(&self, _: Request<Empty>) -> Answer<ControlInfo> {
+        self.0.asked("GetControlInfo").await;
+        let (control_version, robot_model) = ("mock".into(), self.0.setup.model.clone());
+        Ok(Reply::new(ControlInfo { control_version, robot_model, response: None }))
+    }
+
+    async fn forward_kinematics(
+        &self,
+        request: Request<ForwardKinematicsReq>,
+    ) -> Answer<ForwardKinematicsRes> {
+        self.0.asked("ForwardKinematics").await;
+        let tpos = self.0.pose(&radians(&request.into_inner().jpos));
+        Ok(Reply::new(ForwardKinematicsRes { tpos, response: None }))
+    }
+
+    async fn get_motion_l(&self, request: Request<GetMotionLReq>) -> Answer<GetMotionRes> {
+        self.0.asked("GetMotionL").await;
+        let request = request.into_inner();
+        let target = request.target_list.first().ok_or_else(|| Status::invalid_argument("no target"))?;
+        let speeds = (request.vel_ratio, request.acc_ratio);
+        let step_s = f64::from(request.time_step);
+        let line = self.0.line(target, speeds, step_s).ok_or_else(|| Status::out_of_range("no such line"))?;
+        let row = |values: Vec<f64>| Vector { values: values.iter().map(|x| x.to_degrees()).collect() };
+        Ok(Reply::new(GetMotionRes {
+            timestamp: (0..line.len()).map(|k| (step_s * k as f64) as f32).collect(),
+            q_list: line.iter().map(|(q, _)| row(q.clone())).collect(),
+            qdot_list: line.into_iter().map(|(_, qd)| row(qd)).collect(),
+        }))
+    }
+
+    async fn move_j(&self, request: Request<MoveJReq>) -> Answer<Response> {
+        self.0.asked("MoveJ").await;
+        let request = request.into_inner();
+        let target = request.target.unwrap_or_default();
+        let mut to = radians(&target.j_target);
+        let from = self.0.q_rad();
+        if to.len() != from.len() {
+            return Ok(done(false));
+        }
+        if target.base_type() == JointBaseType::RelativeJoint {
+            to.iter_mut().zip(&from).for_each(|(to, from)| *to += from);
+        }
+        let way = |k: usize| (to[k] - from[k]).abs() / self.0.arm.links[k].joint.speed_rad_s;
+        let ratio = f64::from(request.vel_ratio).max(1.0) / 100.0;
+        // A smooth step is at most 1.5 times as fast as an even motion.
+        let duration_s = 1.5 * (0..from.len()).map(way).fold(0.0, f64::max) / ratio + PERIOD_S;
+        let count = (duration_s / PERIOD_S) as usize;
+        let rows = (0..=count).map(|k| {
+            let part = k as f64 / count.max(1) as f64;
+            let share = part * part * (3.0 - 2.0 * part);
+            from.iter().zip(&to).map(|(from, to)| from + share * (to - from)).collect()
+        });
+        Ok(done(self.0.begin(rows.collect(), PERIOD_S)))
+    }
+
+    async fn move_l(&self, request: Request<MoveLReq>) -> Answer<Response> {
+        self.0.asked("MoveL").await;
+        let request = request.into_inner();
+        let target = request.target.unwrap_or_default();
+        let line = self.0.line(&target, (request.vel_ratio, request.acc_ratio), 0.001).unwrap_or_default();
+        Ok(done(self.0.begin(line.into_iter().map(|(q, _)| q).collect(), 0.001)))
+    }
+
+    async fn move_joint_traj(&self, request: Request<MoveJointTrajReq>) -> Answer<Response> {
+        self.0.asked("MoveJointTraj").await;
+        let rows: Vec<Vec<f64>> = request.into_inner().q_list.into_iter().map(|row| row.values).collect();
+        // A real controller refuses to jump; half a degree is what its servos may be off.
+        let near = |row: &Vec<f64>| {
+            let q_rad = self.0.q_rad();
+            row.len() == q_rad.len() && row.iter().zip(&q_rad).all(|(a, b)| (a - b).abs() < 0.01)
+        };
+        Ok(done(rows.first().is_some_and(near) && self.0.begin(rows, PERIOD_S)))
+    }
+
+    async fn stop_motion(&self, request: Request<StopCat>) -> Answer<Response> {
+        let category = request.into_inner().category;
+        let works = self.0.setup.fault.is_none_or(|(fault, ..)| fault != Fault::LostLink);
+        if works {
+            self.0.stop();
+        }
+        self.0.asked(&format!("StopMotion {category}")).await;
+        Ok(done(true))
+    }
+
+    async fn recover(&self, _: Request<Empty>) -> Answer<Response> {
+        self.0.asked("Recover").await;
+        self.0.inside().op_state = OpState::OpIdle;
+        Ok(done(true))
+    }
+}
+
+impl Controller {
+    /// A straight line to a place (mm, deg), gaining and losing speed evenly: joint angles and speeds, a row a step.
+    fn line(
+        &self,
+        target: &TargetP,
+        (vel, acc): (f32, f32),
+        step_s: f64,
+    ) -> Option<Vec<(Vec<f64>, Vec<f64>)>> {
+        let mut q = self.q_rad();
+        let from = if target.t_start.is_empty() { self.tool(&q) } else { frame_from(&target.t_start)? };
+        let mut to = frame_from(&target.t_target)?;
+        if target.base_type() == TaskBaseType::RelativeTask {
+            to =
+                nalgebra::Translation3::from(from.translation.vector + to.translation.vector) * from.rotation;
+        }
+        let way = to.translation.vector - from.translation.vector;
+        let (length, speed) = (way.norm(), FULL_SPEED_M_S * f64::from(vel) / 100.0);
+        let acceleration = speed * f64::from(acc) / 100.0;
+        let ramp_s = (speed / acceleration).min((length / acceleration).sqrt());
+        let duration_s = length / (acceleration * ramp_s) + ramp_s;
+        let along = |t: f64| -> (f64, f64) {
+            let left = duration_s - t;
+            if t < ramp_s {
+                (acceleration * t * t / 2.0, acceleration * t)
+            } else if left < ramp_s {
+                (length - acceleration * left * left / 2.0, acceleration * left)
+            } else {
+                (acceleration * ramp_s * (t - ramp_s / 2.0), acceleration * ramp_s)
+            }
+        };
+        let mut rows = Vec::new();
+        for k in 0..=(duration_s / step_s).ceil() as usize {
+            let (way_m, speed_m_s) = along((k as f64 * step_s).min(duration_s));
+            let mut frame = from;
+            frame.translation.vector += way / length * way_m - nalgebra::Vector3::z() * super::HIGHER_M;
+            q = self.arm.inverse(&frame, &q)?;
+            let v = way / length * speed_m_s;
+            let twist = Vector6::new(v.x, v.y, v.z, 0.0, 0.0, 0.0);
+            let (qd, _) = self.arm.joint_rates(&q, &twist, &Vector6::zeros(), None)?;
+            rows.push((q.clone(), qd));
+        }
+        Some(rows)
+    }
+}
+
+#[tonic::async_trait]
+impl Config for Service {
+    async fn get_coll_policy(&self, _: Request<Empty>) -> Answer<CollisionPolicy> {
+        self.0.asked("GetCollPolicy").await;
+        let policy = if self.0.setup.detects_collisions {
+            CollisionPolicyType::CollStop
+        } else {
+            CollisionPolicyType::CollNoDetect
+        };
+        Ok(Reply::new(CollisionPolicy { policy: policy.into() }))
+    }
+
+    async fn get_coll_sens_level(&self, _: Request<Empty>) -> Answer<CollisionSensLevel> {
+        self.0.asked("GetCollSensLevel").await;
+        Ok(Reply::new(CollisionSensLevel { level: 3 }))
+    }
+
+    async fn get_safety_limits(&self, _: Request<Empty>) -> Answer<SafetyLimits> {
+        self.0.asked("GetSafetyLimits").await;
+        Ok(Reply::new(SafetyLimits { tcp_speed_limit: self.0.setup.tip_limit_m_s }))
+    }
+
+    async fn get_tool_property(&self, _: Request<Empty>) -> Answer<ToolProperties> {
+        self.0.asked("GetToolProperty").await;
+        Ok(Reply::new(ToolProperties { mass: self.0.setup.tool_kg, ..ToolProperties::default() }))
+    }
+}
+
+#[tonic::async_trait]
+impl Device for Service {
+    async fn get_device_info(&self, _: Request<Empty>) -> Answer<DeviceInfo> {
+        self.0.asked("GetDeviceInfo").await;
+        Ok(Reply::new(DeviceInfo { num_joints: 6, robot_serial: "mock".into(), ..DeviceInfo::default() }))
+    }
+}

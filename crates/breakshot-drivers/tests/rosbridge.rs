@@ -1,0 +1,91 @@
+//! The driver against a small rosbridge: it checks every message, and moves an arm of numbers.
+
+mod bridge;
+#[path = "mock/example.rs"]
+#[allow(dead_code, unreachable_pub, reason = "this test uses a part of it")]
+mod example;
+
+use breakshot_drivers::{
+    Diary, Driver, Ending, Errand, Permission, Report, Trouble, Watch, rosbridge, strike,
+};
+use bridge::{Bridge, Fault};
+use example::{command, just_after};
+use std::time::Duration;
+
+/// See the same in `indy.rs`.
+const PATIENT: Watch = Watch {
+    period: Duration::from_millis(10),
+    silence: Duration::from_secs(20),
+    grace: Duration::from_mins(1),
+};
+
+/// What is tested with it is that a silent link is noticed.
+const BRISK: Watch = Watch { silence: Duration::from_millis(300), ..PATIENT };
+
+async fn run(bridge: &Bridge, watch: Watch) -> Report {
+    let command = command(0.2);
+    let permission = Permission { hash: Some(command.short_hash()), allow_fast: false };
+    let (look, now_unix_s) = (&|| Ok(None), just_after);
+    let errand = Errand { command: &command, permission, live: true, look, now_unix_s, watch };
+    let mut diary = Diary::new(&command, None, |_| ()).expect("an arm");
+    let driver = Driver::Rosbridge(rosbridge::Address::of_host(bridge.host.clone()));
+    strike(&driver, &errand, &mut diary, std::future::pending()).await.expect("the bridge is there")
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_strike_is_five_goals_in_the_layout_of_rosbridge() {
+    let bridge = Bridge::start(None).await;
+    let report = run(&bridge, PATIENT).await;
+    assert_eq!(report.ending, Ending::Struck { simulated: None });
+    let messages = bridge.messages();
+    let ops: Vec<&str> = messages.iter().filter_map(|message| message["op"].as_str()).collect();
+    assert_eq!(
+        ops,
+        [
+            "subscribe",
+            "advertise",
+            "send_action_goal",
+            "send_action_goal",
+            "send_action_goal",
+            "send_action_goal",
+            "send_action_goal"
+        ]
+    );
+    for message in &messages[2..] {
+        assert_eq!(message["action"], "/joint_trajectory_controller/follow_joint_trajectory");
+        assert_eq!(message["action_type"], "control_msgs/action/FollowJointTrajectory");
+        let trajectory = &message["args"]["trajectory"];
+        assert_eq!(trajectory["joint_names"].as_array().map(Vec::len), Some(6));
+        let points = trajectory["points"].as_array().expect("points");
+        assert!(points.len() > 10, "{} points", points.len());
+        assert_eq!(points[0]["time_from_start"], serde_json::json!({ "sec": 0, "nanosec": 0 }));
+        for key in ["positions", "velocities", "accelerations"] {
+            assert_eq!(points[1][key].as_array().map(Vec::len), Some(6), "{key}");
+        }
+    }
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn an_aborted_goal_is_cancelled_and_the_joints_are_held() {
+    let bridge = Bridge::start(Some(Fault::Abort)).await;
+    let Ending::Stopped { trouble, motion, .. } = run(&bridge, PATIENT).await.ending else {
+        panic!("not stopped")
+    };
+    assert_eq!(motion, "strike");
+    assert!(matches!(&trouble, Trouble::Refused { answer, .. } if answer.contains("-4")), "{trouble:?}");
+    let messages = bridge.messages();
+    let last: Vec<&str> = messages[5..].iter().filter_map(|message| message["op"].as_str()).collect();
+    assert_eq!(last[..2], ["cancel_action_goal", "publish"]);
+    assert_eq!(messages[5]["id"], messages[4]["id"], "another goal was cancelled");
+    assert_eq!(messages[6]["topic"], "/joint_trajectory_controller/joint_trajectory");
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_bridge_that_falls_silent_is_a_lost_link() {
+    let bridge = Bridge::start(Some(Fault::Silence)).await;
+    let Ending::Stopped { trouble, stop, .. } = run(&bridge, BRISK).await.ending else {
+        panic!("not stopped")
+    };
+    assert!(matches!(trouble, Trouble::LostLink { .. }), "{trouble:?}");
+    assert_eq!(stop.confirmed_after_s, None);
+}

@@ -1,0 +1,70 @@
+//! The arm against other programs: `cargo xtask validate robot`.
+//!
+//! Kinematics and dynamics against pinocchio's, strike paths in MuJoCo, the driver against a mock controller, the mock against the
+//! vendor's own client.  The Python packages are installed into environments of their own.
+
+mod arms;
+mod impulse;
+mod paths;
+mod wire;
+
+use serde::de::DeserializeOwned;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+/// Everything that is measured about the arm.
+pub(crate) fn run(shared: &Path, part: Option<&str>) -> Result<bool, String> {
+    let mut all_hold = true;
+    let is_wanted = |name: &str| part.is_none_or(|part| part == name);
+    if is_wanted("arms") {
+        all_hold &= arms::run(&shared.join("reference/indy7"))?;
+    }
+    if is_wanted("impulse") {
+        all_hold &= impulse::run(&shared.join("reference/indy7"))?;
+    }
+    if is_wanted("paths") {
+        all_hold &= paths::run(&shared.join("lab/scatter"))?;
+    }
+    if is_wanted("wire") {
+        all_hold &= wire::run()?;
+    }
+    Ok(all_hold)
+}
+
+/// Numbers from 0 to 1, always the same: splitmix64.
+pub(super) struct Draw(u64);
+
+impl Draw {
+    pub(super) fn new(seed: u64) -> Self {
+        Self(seed)
+    }
+
+    pub(super) fn next(&mut self) -> f64 {
+        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
+        let mut z = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
+        ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 53) as f64
+    }
+
+    pub(super) fn between(&mut self, low: f64, high: f64) -> f64 {
+        low + (high - low) * self.next()
+    }
+}
+
+/// A file that lives as long as the value, with this text.
+fn temporary(text: &str, ending: &str) -> Result<tempfile::NamedTempFile, String> {
+    let file = tempfile::Builder::new().suffix(ending).tempfile().map_err(|e| e.to_string())?;
+    std::fs::write(file.path(), text).map_err(|e| e.to_string())?;
+    Ok(file)
+}
+
+/// Runs a script and reads the JSON lines that it prints.
+fn lines<T: DeserializeOwned>(python: &Path, script: &str, arguments: &[&Path]) -> Result<Vec<T>, String> {
+    let script = PathBuf::from("xtask/peers").join(script);
+    let run = crate::process::run(Command::new(python).arg(&script).args(arguments))?;
+    if run.code != 0 {
+        return Err(format!("{} ended with {}", script.display(), run.code));
+    }
+    let parsed = run.stdout.lines().map(serde_json::from_str).collect::<Result<Vec<T>, _>>();
+    parsed.map_err(|e| format!("{}: {e}", script.display()))
+}
