@@ -91,13 +91,16 @@ const SIM: [&str; 6] = ["strike", "command.json", "--driver", "sim", "--properti
 fn a_strike_in_simulation_needs_live_and_the_hash_and_leaves_a_log() {
     let folder = folder();
     let hash = hash(folder.path());
-    let dry = run(folder.path(), &SIM);
+    let look_again =
+        || std::fs::write(folder.path().join("scene.toml"), scene(now_unix_s(), 0.0)).expect("a file");
+    look_again();
+    let dry = run(folder.path(), &[&SIM[..], &["--scene", "scene.toml"]].concat());
     assert_eq!(dry.status.code(), Some(0), "{}", text(&dry));
     assert!(text(&dry).contains("nothing was moved"), "{}", text(&dry));
     let without = run(folder.path(), &[&SIM[..], &["--live"]].concat());
     assert_eq!(without.status.code(), Some(3), "{}", text(&without));
     assert!(text(&without).contains("the hash is missing"), "{}", text(&without));
-    std::fs::write(folder.path().join("scene.toml"), scene(now_unix_s(), 0.0)).expect("a file");
+    look_again();
     let live =
         [&SIM[..], &["--scene", "scene.toml", "--live", "--hash", &hash, "--log", "log.jsonl"]].concat();
     let struck = run(folder.path(), &live);

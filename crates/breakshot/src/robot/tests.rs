@@ -276,11 +276,13 @@ fn the_picture_of_the_impulse_geometry_is_well_formed() {
     assert!(svg.contains("(c)"), "{svg}");
 }
 
+/// Something done to a command.
+type Spoil = fn(&mut Command);
+
 #[test]
 fn a_command_that_was_tampered_with_is_found_out() {
     let command = ready(&strike(0.3, 0.4));
     command.check().expect("as it was planned");
-    type Spoil = fn(&mut Command);
     let spoilt: [(&str, Spoil); 7] = [
         ("rows", |c| drop(c.phases[2].q_rad.pop())),
         ("a row", |c| c.phases[1].qd_rad_s[3].truncate(5)),
