@@ -7,7 +7,7 @@ mod stepper;
 
 use breakshot::geometry::{Point, Pose};
 use breakshot::object::Shape;
-use breakshot::physics::{Compliance, Touching};
+use breakshot::physics::Touching;
 use piles::{Pile, disc, four_discs, four_shapes};
 use stepper::outline::Outline;
 use stepper::{Body, Contact, Striker, settled};
