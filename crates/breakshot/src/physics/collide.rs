@@ -5,9 +5,10 @@ use super::body::Body;
 use super::cluster::{Cluster, Compliance, Contact, Member};
 use super::contact::{CONTACT_GAP_M, PRESSING_M_S, PRESSING_S, contact_points};
 use super::evolve::{State, length};
+use super::neighbours::Circle;
 use super::press::hopping;
 use super::resolve::{Impact, Touch, struck};
-use super::rollout::Rollout;
+use super::rollout::{Memory, Rollout};
 use super::springs::End;
 use super::striker::Phase;
 use super::world::STRIKER;
@@ -232,31 +233,21 @@ impl Rollout<'_> {
 
     /// The contacts of one member with bodies that are no members yet, or that come later among them.
     fn gather_around(&mut self, (index, one, state): (usize, usize, State), reach_m: f64, time_s: f64) {
+        self.find_near((one, &state), reach_m);
         let world = self.world;
         let body = &world.bodies[one];
-        let count = self.memory.neighbours.around(body, state.position, state.position).len();
-        for k in 0..count {
-            let other = self.memory.neighbours.found(k);
-            let motion = &self.memory.motions[other];
-            let circles_m = body.plate.outer_radius_m + world.bodies[other].plate.outer_radius_m + reach_m;
-            // Where the rest of its path is out of reach the other need not be looked at.
-            let room = circles_m + motion.half_way_m;
-            if (motion.middle() - state.position).length_squared() > room * room
-                || other == one
-                || other >= world.areas
-                || self.is_gone(other)
-            {
-                continue;
-            }
-            let Cluster { members, contacts, .. } = &mut self.memory.cluster;
+        let Memory { cluster, near, motions, .. } = &mut *self.memory;
+        let Cluster { members, contacts, .. } = cluster;
+        for &other in near.iter() {
             let mut known = members.iter().position(|m| m.body == other);
             let fixed = other == STRIKER || other > world.objects;
             // Each pair once; that of the two that meet is known.
             if known.is_some_and(|k| k < index && !fixed || k + index == 1) {
                 continue;
             }
-            let there =
-                known.map_or_else(|| motion.state(time_s, &world.bodies[other]), |k| members[k].before);
+            let there = known
+                .map_or_else(|| motions[other].state(time_s, &world.bodies[other]), |k| members[k].before);
+            let circles_m = body.plate.outer_radius_m + world.bodies[other].plate.outer_radius_m + reach_m;
             if (there.position - state.position).length_squared() > circles_m * circles_m {
                 continue;
             }
@@ -273,6 +264,18 @@ impl Rollout<'_> {
                     world.coefficients(one, other),
                 ));
             });
+        }
+    }
+
+    /// Finds all bodies whose way comes within reach of where one is now, in order.
+    fn find_near(&mut self, (one, state): (usize, &State), reach_m: f64) {
+        let radius_m = self.world.bodies[one].plate.outer_radius_m + reach_m;
+        self.memory.near.clear();
+        for k in 0..self.memory.neighbours.around(Circle { centre: state.position, radius_m }) {
+            let other = self.memory.neighbours.found(k);
+            if other != one && other < self.world.areas && !self.is_gone(other) {
+                self.memory.near.push(other);
+            }
         }
     }
 }

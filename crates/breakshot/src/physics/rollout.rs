@@ -3,9 +3,9 @@
 use super::agenda::{Agenda, Prediction};
 use super::alone::Appointment;
 use super::cluster::Cluster;
-use super::contact::{Mover, Outlook, closer_look, first_look, paths_apart};
+use super::contact::{CONTACT_GAP_M, Mover, Outlook, closer_look, first_look};
 use super::evolve::{Motion, State};
-use super::neighbours::Neighbours;
+use super::neighbours::{Circle, Neighbours};
 use super::resolve::Touch;
 use super::simulator::Outcome;
 use super::striker::{Phase, Program};
@@ -21,6 +21,8 @@ pub(crate) struct Memory {
     pub(super) cluster: Cluster,
     /// Where the two bodies that meet touch or nearly touch, and the gaps (m).
     pub(super) points: Vec<(Touch, f64)>,
+    /// The bodies near one.
+    pub(super) near: Vec<usize>,
     pub(super) neighbours: Neighbours,
     /// Bodies with new states, to be let go.
     pub(super) changed: Vec<(usize, State)>,
@@ -185,12 +187,12 @@ impl<'a> Rollout<'a> {
         if self.is_gone(body) {
             return;
         }
-        let Motion { start, end, .. } = self.memory.motions[body];
-        let count =
-            self.memory.neighbours.around(&self.world.bodies[body], start.position, end.position).len();
-        for k in 0..count {
+        let Circle { centre, radius_m } =
+            Circle::around(&self.world.bodies[body], &self.memory.motions[body]);
+        let circle = Circle { centre, radius_m: radius_m + CONTACT_GAP_M };
+        for k in 0..self.memory.neighbours.around(circle) {
             let other = self.memory.neighbours.found(k);
-            if other == body || paths_apart(self.mover(body), self.mover(other)) {
+            if other == body {
                 continue;
             }
             // Two bodies that both go new ways are looked at once.

@@ -17,13 +17,6 @@ pub(super) fn first_look(a: Mover, b: Mover, from_s: f64) -> Outlook {
     }
 }
 
-/// Whether the circles that hold the whole paths keep the bodies apart for ever.
-pub(crate) fn paths_apart(a: Mover, b: Mover) -> bool {
-    let reach_m = a.body.plate.outer_radius_m + b.body.plate.outer_radius_m;
-    let room = reach_m + a.motion.half_way_m + b.motion.half_way_m + super::CONTACT_GAP_M;
-    (b.motion.middle() - a.motion.middle()).length_squared() > room * room
-}
-
 /// How long circles surely stay apart (s): zero if they overlap now, infinite if they never meet.
 pub(super) fn time_apart(a: (Mover, &State), b: (Mover, &State), reach_m: f64, from_s: f64) -> f64 {
     let between = b.1.position - a.1.position;

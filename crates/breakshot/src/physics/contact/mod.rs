@@ -10,7 +10,6 @@ mod discs;
 mod manifold;
 mod witness;
 
-pub(crate) use circles::paths_apart;
 pub(crate) use manifold::contact_points;
 pub(crate) use witness::{Feature, witness};
 
