@@ -2,9 +2,11 @@
 
     opencv_tracks.py CLIP.mp4 [CLIP.mp4 ...]
 
-Threshold, connectedComponentsWithStats, centroids weighted by darkness; one line a clip: frames and markers found.
+Threshold, connectedComponentsWithStats, centroids weighted by darkness; one line a clip: frames and markers found.  At the
+end the CPU time of all of it (s), the start of Python left out.
 """
 import sys
+import time
 
 import cv2
 import numpy as np
@@ -31,6 +33,7 @@ def markers(grey):
 
 
 def main():
+    start = time.process_time()
     for path in sys.argv[1:]:
         video, frames, seen = cv2.VideoCapture(path), 0, 0
         while True:
@@ -40,6 +43,7 @@ def main():
             frames += 1
             seen += len(markers(cv2.cvtColor(picture, cv2.COLOR_BGR2GRAY)))
         print(path.rsplit("/", 1)[-1], frames, seen)
+    print(f"cpu_s={time.process_time() - start:.3f}")
 
 
 if __name__ == "__main__":

@@ -45,6 +45,9 @@ usage: cargo xtask TASK
                    plans for random piles, carried out in the lab (60 piles if not given)
   bench decode CLIPS
                    decoded films against ffmpeg's, and the CPU time of both on a folder of MP4 clips
+  bench detect [LAB] [--python PYTHON]
+                   a 4K frame labelled beside OpenCV, a 4K film and films of the lab to tracks beside OpenCV and
+                   ffmpeg, memory (use `cargo run --release -p xtask --`; without PYTHON a venv with OpenCV is made)
   bench physics [--scenes DIR] [--python PYTHON]
                    piles simulated per CPU second beside rapier2d and MuJoCo; growth with the number of objects
                    (DIR is ../shared/reference/scenes if not given; without PYTHON a venv with MuJoCo is made)
@@ -76,6 +79,12 @@ fn main() -> ExitCode {
         ["bench", "estimate"] => speed::drawn(),
         ["bench", "estimate", lab, tracks] => speed::lab(lab.as_ref(), tracks.as_ref()),
         ["bench", "decode", clips] => bench::decode::bench(clips.as_ref()),
+        ["bench", "detect"] => bench::detect::bench(None, None),
+        ["bench", "detect", "--python", python] => bench::detect::bench(None, Some(python)),
+        ["bench", "detect", lab] => bench::detect::bench(Some(lab.as_ref()), None),
+        ["bench", "detect", lab, "--python", python] => {
+            bench::detect::bench(Some(lab.as_ref()), Some(python))
+        }
         ["bench", "physics", flags @ ..] => bench_physics(flags),
         ["deny"] => check::deny(),
         _ => {

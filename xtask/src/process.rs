@@ -29,7 +29,9 @@ pub(crate) fn run(command: &mut Command) -> Result<Run, String> {
     let (mut cpu_s, mut peak_memory_mb) = (None, None);
     let status = loop {
         cpu_s = cpu_seconds(&account).or(cpu_s);
-        peak_memory_mb = peak_megabytes(&account).or(peak_memory_mb);
+        // A program that it started may have ended since.
+        peak_memory_mb =
+            peak_megabytes(&account).map(|mb| mb.max(peak_memory_mb.unwrap_or(0.0))).or(peak_memory_mb);
         if let Some(status) = child.try_wait().map_err(|e| e.to_string())? {
             break status;
         }
@@ -45,6 +47,12 @@ pub(crate) fn own_cpu_s() -> Result<f64, String> {
     cpu_seconds(Path::new("/proc/self")).ok_or_else(|| "/proc/self/stat cannot be read".into())
 }
 
+/// What the processes that this one started, and has seen end, have used (s).
+pub(crate) fn children_cpu_s() -> Result<f64, String> {
+    let ticks = ticks(Path::new("/proc/self"), 13).ok_or("/proc/self/stat cannot be read")?;
+    Ok(ticks / TICKS_PER_S)
+}
+
 fn read_from_start(mut file: std::fs::File) -> std::io::Result<String> {
     use std::io::{Read, Seek, SeekFrom};
     let mut text = String::new();
@@ -53,18 +61,31 @@ fn read_from_start(mut file: std::fs::File) -> std::io::Result<String> {
     Ok(text)
 }
 
+/// Linux counts process time in hundredths of a second for every program.
+const TICKS_PER_S: f64 = 100.0;
+
 fn cpu_seconds(account: &Path) -> Option<f64> {
-    /// Linux counts process time in hundredths of a second for every program.
-    const TICKS_PER_S: f64 = 100.0;
-    let text = std::fs::read_to_string(account.join("stat")).ok()?;
-    let fields: Vec<&str> = text.rsplit_once(')')?.1.split_whitespace().collect();
-    let ticks: f64 = fields.get(11)?.parse::<f64>().ok()? + fields.get(12)?.parse::<f64>().ok()?;
-    Some(ticks / TICKS_PER_S)
+    Some(ticks(account, 11)? / TICKS_PER_S)
 }
 
+/// User and system ticks; where they stand is counted from behind the name.
+fn ticks(account: &Path, field: usize) -> Option<f64> {
+    let text = std::fs::read_to_string(account.join("stat")).ok()?;
+    let fields: Vec<&str> = text.rsplit_once(')')?.1.split_whitespace().collect();
+    let number = |k: usize| fields.get(k)?.parse::<f64>().ok();
+    Some(number(field)? + number(field + 1)?)
+}
+
+/// The most memory that a process has had, and the programs that it runs.
 fn peak_megabytes(account: &Path) -> Option<f64> {
     let text = std::fs::read_to_string(account.join("status")).ok()?;
     let line = text.lines().find(|line| line.starts_with("VmHWM"))?;
     let kilobytes: f64 = line.split_whitespace().nth(1)?.parse().ok()?;
-    Some(kilobytes / 1024.0)
+    let threads = std::fs::read_dir(account.join("task")).ok()?.filter_map(Result::ok);
+    let children = threads.filter_map(|thread| std::fs::read_to_string(thread.path().join("children")).ok());
+    let started: f64 = children
+        .flat_map(|pids| pids.split_whitespace().map(str::to_owned).collect::<Vec<_>>())
+        .filter_map(|pid| peak_megabytes(&Path::new("/proc").join(pid)))
+        .sum();
+    Some(kilobytes / 1024.0 + started)
 }

@@ -1,8 +1,11 @@
 //! The commands and their flags.
 
+use breakshot::Result;
+use breakshot::capture::{Capture, Decoder, Footage};
+use breakshot::cell::Cell;
 use breakshot::plan::{Method, Scatter};
 use clap::{Args, Parser, Subcommand, ValueEnum};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Learns from strike videos how objects slide and bounce, and plans the one strike that singulates a pile.
 #[derive(Debug, Parser)]
@@ -111,6 +114,38 @@ pub(crate) struct TagsArgs {
     pub(crate) output: PathBuf,
 }
 
+#[derive(Clone, Copy, Debug, Args)]
+pub(crate) struct DecoderArgs {
+    /// Who decodes the video: `auto` takes the built-in decoder where it can, and `ffmpeg`, if it is installed, for
+    /// HEVC, AV1, 10 bits and whatever else there is.
+    #[arg(long, value_enum, default_value_t = DecoderName::Auto, value_name = "DECODER")]
+    pub(crate) decoder: DecoderName,
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub(crate) enum DecoderName {
+    Auto,
+    Builtin,
+    Ffmpeg,
+}
+
+impl From<DecoderArgs> for Decoder {
+    fn from(args: DecoderArgs) -> Self {
+        match args.decoder {
+            DecoderName::Auto => Self::Auto,
+            DecoderName::Builtin => Self::Builtin,
+            DecoderName::Ffmpeg => Self::Ffmpeg,
+        }
+    }
+}
+
+impl DecoderArgs {
+    /// Opens a film and finds the camera in it.
+    pub(crate) fn film(self, path: &Path, cell: &Cell) -> Result<Capture> {
+        Capture::of(Footage::open_with(path, self.into())?, cell)
+    }
+}
+
 #[derive(Debug, Args)]
 pub(crate) struct CalibrateArgs {
     /// The cell file.
@@ -119,6 +154,8 @@ pub(crate) struct CalibrateArgs {
     /// A video or picture in which the tags are seen.
     #[arg(value_name = "VIDEO_OR_IMAGE")]
     pub(crate) film: PathBuf,
+    #[command(flatten)]
+    pub(crate) decoder: DecoderArgs,
     /// Where to write the picture of the fit (SVG).
     #[arg(short, long, value_name = "FILE")]
     pub(crate) output: Option<PathBuf>,
@@ -144,6 +181,8 @@ pub(crate) struct LookArgs {
     /// The grey level between markers and objects, instead of the film's own.
     #[arg(long, value_name = "LEVEL")]
     pub(crate) threshold: Option<u8>,
+    #[command(flatten)]
+    pub(crate) decoder: DecoderArgs,
     /// The scene file to write.
     #[arg(short, long, value_name = "FILE")]
     pub(crate) output: PathBuf,
@@ -175,6 +214,8 @@ pub(crate) struct DetectArgs {
     /// The grey level between markers and objects, instead of the clip's own.
     #[arg(long, value_name = "LEVEL")]
     pub(crate) threshold: Option<u8>,
+    #[command(flatten)]
+    pub(crate) decoder: DecoderArgs,
     /// The tracks to write: `.csv` or `.json`.
     #[arg(short, long, value_name = "FILE")]
     pub(crate) output: PathBuf,
@@ -194,6 +235,8 @@ pub(crate) struct EstimateArgs {
     /// Adds the campaign's clips to the estimate in this file; the films of its clips are not needed.
     #[arg(long, value_name = "FILE")]
     pub(crate) update: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) decoder: DecoderArgs,
     /// Also writes the tracks of every clip into this folder (JSON).
     #[arg(long, value_name = "DIR")]
     pub(crate) tracks: Option<PathBuf>,
@@ -442,6 +485,8 @@ pub(crate) struct VerifyArgs {
     pub(crate) strike: PathBuf,
     #[command(flatten)]
     pub(crate) assumptions: Assumptions,
+    #[command(flatten)]
+    pub(crate) decoder: DecoderArgs,
     /// Also adds what the film tells to the properties, and writes them to this file.
     #[arg(long, value_name = "FILE")]
     pub(crate) update: Option<PathBuf>,

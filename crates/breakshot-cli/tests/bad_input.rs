@@ -207,3 +207,21 @@ fn a_pair_that_was_never_filmed_is_named() {
     assert_eq!(output.status.code(), Some(3), "{message}");
     assert!(message.contains("c/e") && message.contains("assumed"), "{message}");
 }
+
+#[test]
+fn a_film_that_needs_ffmpeg_says_so_where_it_is_not_installed() {
+    let folder = workbench();
+    let film = Path::new(env!("CARGO_MANIFEST_DIR")).join("../breakshot/tests/data/footage/h265.mp4");
+    fs::copy(film, folder.path().join("phone.mp4")).unwrap();
+    let output = Command::new(env!("CARGO_BIN_EXE_breakshot"))
+        .current_dir(folder.path())
+        .args(detect("phone.mp4", "a"))
+        .env("PATH", folder.path())
+        .output()
+        .unwrap();
+    let message = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.code(), Some(2), "{message}");
+    for word in ["phone.mp4", "H.265 (HEVC)", "the program `ffmpeg`", "not installed"] {
+        assert!(message.contains(word), "`{word}` is not in: {message}");
+    }
+}

@@ -38,6 +38,7 @@ pub mod verify;
 pub use error::{Error, Result};
 
 use campaign::{Campaign, Clip};
+use capture::{Capture, Decoder, Footage};
 use estimate::ClipTracks;
 use physics::Trajectory;
 use plan::Plan;
@@ -51,7 +52,11 @@ use scene::Scene;
 /// # Errors
 /// The first stage that cannot go on says why.
 pub fn run(campaign: &Campaign, scene: &Scene) -> Result<(Properties, Plan, Option<Trajectory>)> {
-    let clips = campaign.clips.iter().map(|clip| clip_tracks(campaign, clip)).collect::<Result<Vec<_>>>()?;
+    let clips = campaign
+        .clips
+        .iter()
+        .map(|clip| clip_tracks(campaign, clip, Decoder::Auto))
+        .collect::<Result<Vec<_>>>()?;
     let estimation =
         estimate::estimation(&clips, &campaign.cell, &campaign.objects, &estimate::Options::default())?;
     let properties = estimation.properties;
@@ -65,7 +70,7 @@ pub fn run(campaign: &Campaign, scene: &Scene) -> Result<(Properties, Plan, Opti
 ///
 /// # Errors
 /// See [`capture::capture`] and [`detect::tracks`].
-pub fn clip_tracks(campaign: &Campaign, clip: &Clip) -> Result<ClipTracks> {
+pub fn clip_tracks(campaign: &Campaign, clip: &Clip, decoder: Decoder) -> Result<ClipTracks> {
     let layout = match &clip.placed {
         Some(placed) => detect::Layout::Placed(placed.clone()),
         None => detect::Layout::AlongStrike {
@@ -73,7 +78,7 @@ pub fn clip_tracks(campaign: &Campaign, clip: &Clip) -> Result<ClipTracks> {
             start_m: Some(clip.strike.start_m),
         },
     };
-    let film = capture::capture(&clip.video, &campaign.cell)?;
+    let film = Capture::of(Footage::open_with(&clip.video, decoder)?, &campaign.cell)?;
     let options = detect::Options::default();
     let tracks = detect::tracks(film, &campaign.objects, &clip.objects, &layout, &options)?;
     Ok(ClipTracks {

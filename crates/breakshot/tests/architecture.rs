@@ -126,7 +126,10 @@ fn only_the_loaders_touch_files_and_nothing_prints() {
         let may_read = relative == "files.rs" || relative.starts_with("capture/source");
         let code = code(&path);
         for word in BANNED {
-            let allowed = may_read && (word == "std::fs" || word == "File::open");
+            let read = may_read && (word == "std::fs" || word == "File::open");
+            // The one program that is ever started decodes films.
+            let started = word == "std::process" && relative == "capture/source/ffmpeg.rs";
+            let allowed = read || started;
             assert!(allowed || !code.contains(word), "{relative} uses {word}");
         }
     }

@@ -2,7 +2,7 @@
 
 #![allow(clippy::unwrap_used, reason = "a test may stop where it fails")]
 
-use breakshot::capture::{Footage, Frame};
+use breakshot::capture::{Decoder, Footage, Frame};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
@@ -18,7 +18,7 @@ fn code(pixels: &[u8]) -> u64 {
 /// All that is said on the way to the last frame: the number of frames, or the error.
 fn played(path: &Path) -> Result<usize, String> {
     let mut count = 0;
-    for frame in Footage::open(path).map_err(|e| e.to_string())? {
+    for frame in Footage::open_with(path, Decoder::Builtin).map_err(|e| e.to_string())? {
         frame.map_err(|e| e.to_string())?;
         count += 1;
     }
@@ -74,19 +74,106 @@ fn what_cannot_be_read_is_refused_by_name() {
         ("make.sh", "a text file"),
         ("missing.mp4", "cannot be read"),
     ] {
-        let said = Footage::open(&data(film)).err().unwrap().to_string();
+        let said = Footage::open_with(&data(film), Decoder::Builtin).err().unwrap().to_string();
         assert!(said.contains(film) && said.contains(named) && said.contains("needed: "), "{film}: {said}");
     }
     for (name, bytes, named) in [
         ("film.mp4", &b""[..], "an empty file"),
         ("film.mp4", b"this is a text\n", "a text file"),
-        ("film.mp4", b"\xff\xd8\xff\xe0\0\x10JFIF\0", "a JPEG picture"),
-        ("film.mp4", b"RIFF\0\0\0\0AVI LIST", "an AVI film"),
+        ("film.mp4", b"PK\x03\x04 and so on", "a ZIP archive"),
         ("film.png", b"\x1a\x45\xdf\xa3\xa3\x42\x86\x81", "a Matroska"),
     ] {
         let said = played_bytes(name, bytes).unwrap_err();
         assert!(said.contains(name) && said.contains(named), "{said}");
     }
+}
+
+/// Whether films of other codings can be decoded here.
+fn has_ffmpeg() -> bool {
+    std::process::Command::new("ffmpeg").arg("-version").output().is_ok()
+}
+
+#[test]
+fn other_codings_are_read_through_ffmpeg_or_ask_for_it() {
+    for (film, count) in [
+        ("h265.mp4", 3),
+        ("ten_bit.mp4", 3),
+        ("full_colour.mp4", 3),
+        ("lossless.mp4", 3),
+        ("motion_jpeg.mov", 3),
+        // Each field is a frame.
+        ("interlaced.mp4", 6),
+    ] {
+        let mut footage = match Footage::open(&data(film)) {
+            Ok(footage) => footage,
+            Err(said) => {
+                assert!(!has_ffmpeg() && said.to_string().contains("the program `ffmpeg`"), "{film}: {said}");
+                continue;
+            }
+        };
+        let frames: Vec<Frame> = footage.by_ref().map(Result::unwrap).collect();
+        assert_eq!(frames.len(), count, "frames of {film}");
+        for (n, frame) in frames.iter().enumerate() {
+            let time_s = n as f64 / (20.0 * count as f64);
+            assert!(
+                (frame.time_s - time_s).abs() < 1e-6,
+                "{film}: frame {n} at {} s, not {time_s}",
+                frame.time_s
+            );
+            assert_eq!(frame.image.pixels.len(), frame.image.width * frame.image.height, "{film}");
+            let (least, most) = (frame.image.pixels.iter().min(), frame.image.pixels.iter().max());
+            assert!(least < Some(&80) && most > Some(&160), "{film}: grey levels {least:?} to {most:?}");
+        }
+        let interlaced = footage.warnings().iter().any(|w| w.contains("interlaced"));
+        assert_eq!(interlaced, film.starts_with("interlaced"), "{film}: {:?}", footage.warnings());
+    }
+}
+
+#[test]
+fn ffmpeg_and_the_built_in_decoder_give_the_same_frames() {
+    let listing = std::fs::read_to_string(data("luma.txt")).unwrap();
+    // Only a title has an `x`, between width and height.
+    let titles = listing.lines().filter(|line| !line.starts_with('#') && line.contains('x'));
+    for film in titles.filter_map(|line| line.split(' ').next()) {
+        let own: Vec<Frame> =
+            Footage::open_with(&data(film), Decoder::Builtin).unwrap().map(Result::unwrap).collect();
+        match Footage::open_with(&data(film), Decoder::Ffmpeg) {
+            Err(said) => assert!(!has_ffmpeg() && said.to_string().contains("`ffmpeg`"), "{film}: {said}"),
+            Ok(footage) => {
+                let theirs: Vec<Frame> = footage.map(Result::unwrap).collect();
+                assert_eq!(own.len(), theirs.len(), "{film}");
+                for (own, their) in own.iter().zip(&theirs) {
+                    assert!(
+                        (own.time_s - their.time_s).abs() < 1e-6,
+                        "{film}: {} and {} s",
+                        own.time_s,
+                        their.time_s
+                    );
+                    assert!(own.image == their.image, "{film}: other luma at {} s", own.time_s);
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn a_film_for_ffmpeg_that_is_damaged_is_refused_too() {
+    if !has_ffmpeg() {
+        return;
+    }
+    let mut bytes = std::fs::read(data("motion_jpeg.mov")).unwrap();
+    let at = bytes.windows(4).position(|window| window == b"mdat").unwrap();
+    bytes[at + 4..at + 300].fill(0);
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("film.mov");
+    std::fs::write(&path, bytes).unwrap();
+    let said =
+        Footage::open(&path).map(|footage| footage.map(|frame| frame.map(|f| f.time_s)).collect::<Vec<_>>());
+    let refused = match &said {
+        Err(e) => e.to_string(),
+        Ok(frames) => frames.iter().find_map(|f| f.as_ref().err()).map_or(String::new(), ToString::to_string),
+    };
+    assert!(refused.contains("film.mov") && refused.contains("ffmpeg"), "said: {said:?}");
 }
 
 #[test]

@@ -1,5 +1,6 @@
 //! Are decoded films what ffmpeg decodes, and what does decoding cost?  Needs an `ffmpeg` with x264 on the path.
 
+use crate::process::{children_cpu_s, own_cpu_s};
 use breakshot::capture::{Footage, Frame};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
@@ -152,7 +153,7 @@ fn weigh(title: &str, films: &[PathBuf]) -> Result<(), String> {
     let mut count = 0_usize;
     for _ in 0..ROUNDS {
         count = 0;
-        let before_s = cpu_s(OWN)?;
+        let before_s = own_cpu_s()?;
         for film in films {
             let footage = Footage::open(film).map_err(|e| e.to_string())?;
             for frame in footage {
@@ -160,14 +161,14 @@ fn weigh(title: &str, films: &[PathBuf]) -> Result<(), String> {
                 count += 1;
             }
         }
-        spent_s[0].push(cpu_s(OWN)? - before_s);
+        spent_s[0].push(own_cpu_s()? - before_s);
         for (k, sink) in [(1, "-f null -"), (2, "-vf extractplanes=y -f rawvideo -pix_fmt gray -y /dev/null")]
         {
-            let before_s = cpu_s(CHILDREN)?;
+            let before_s = children_cpu_s()?;
             for film in films {
                 output(&mut ffmpeg(&format!("-threads 1 -i {} -vsync passthrough {sink}", film.display())))?;
             }
-            spent_s[k].push(cpu_s(CHILDREN)? - before_s);
+            spent_s[k].push(children_cpu_s()? - before_s);
         }
     }
     let [ours, null, luma] = spent_s.map(|mut rounds| {
@@ -176,22 +177,4 @@ fn weigh(title: &str, films: &[PathBuf]) -> Result<(), String> {
     });
     println!("{title:24} {count:6} frames {ours:8.2} {null:16.2} {luma:16.2}");
     Ok(())
-}
-
-/// Where `/proc/self/stat` counts, behind the name: user and system ticks of this process, and of its children.
-const OWN: usize = 11;
-const CHILDREN: usize = 13;
-
-/// CPU time spent so far.
-fn cpu_s(field: usize) -> Result<f64, String> {
-    /// Linux counts process time in hundredths of a second for every program.
-    const TICKS_PER_S: f64 = 100.0;
-    let text = std::fs::read_to_string("/proc/self/stat").map_err(|e| format!("no CPU time ({e})"))?;
-    let fields: Vec<&str> =
-        text.rsplit_once(')').map_or(Vec::new(), |(_, rest)| rest.split_whitespace().collect());
-    let ticks = |k: usize| fields.get(k).and_then(|field| field.parse::<f64>().ok());
-    match (ticks(field), ticks(field + 1)) {
-        (Some(user), Some(system)) => Ok((user + system) / TICKS_PER_S),
-        _ => Err("no CPU time in /proc/self/stat".into()),
-    }
 }

@@ -1,4 +1,9 @@
 //! The program beside others.
 
 pub(crate) mod decode;
+pub(crate) mod detect;
+mod films;
 pub(crate) mod physics;
+
+/// How often vision is timed; medians are printed.
+const ROUNDS: usize = 7;

@@ -8,7 +8,7 @@ use breakshot::{Result, files};
 /// Finds the camera, prints its pose and the tags' errors, and draws the fit.
 pub(crate) fn run(args: &CalibrateArgs) -> Result<Outcome> {
     let cell = files::load_cell(&args.cell)?;
-    let calibration = capture::calibration(&args.film, &cell)?;
+    let calibration = capture::calibration(args.decoder.film(&args.film, &cell)?)?;
     console::warn(&calibration.camera.warnings);
     if let Some(output) = &args.output {
         files::write_whole(output, calibration.drawing()?.as_bytes())?;

@@ -4,6 +4,7 @@ use super::{estimate as estimate_command, plan as plan_command, verify as verify
 use crate::args::DemoArgs;
 use crate::{Outcome, console};
 use breakshot::campaign::Campaign;
+use breakshot::capture::Decoder;
 use breakshot::detect::{self, Layout, Tracks};
 use breakshot::estimate::{self, ClipTracks, Estimation};
 use breakshot::physics::{self, Trajectory};
@@ -52,7 +53,7 @@ pub(crate) fn run(args: &DemoArgs) -> Result<Outcome> {
     let scene = files::load_scene(&folder.join("pile.scene.toml"))?.value;
 
     say(args, "Learning from 12 films how three objects slide and bounce ...");
-    let (clips, unread) = estimate_command::tracked(&campaign)?;
+    let (clips, unread) = estimate_command::tracked(&campaign, Decoder::Builtin)?;
     let estimation =
         estimate::estimation(&clips, &campaign.cell, &campaign.objects, &estimate::Options::default())?;
     let properties = &estimation.properties;
@@ -146,7 +147,7 @@ fn write(folder: &Path, results: &Results) -> Result<()> {
 
     let shown = results.clips.iter().find(|clip| clip.name == SHOWN_CLIP);
     let fit = results.estimation.clips.iter().find(|fit| fit.name == SHOWN_CLIP);
-    let pictures = verify_command::first_and_last(&folder.join("pile.mp4"))?;
+    let pictures = verify_command::first_and_last(&folder.join("pile.mp4"), Decoder::Builtin)?;
     let filmed = [Filmed {
         scene: results.scene,
         strike,

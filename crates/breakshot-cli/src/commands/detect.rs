@@ -3,7 +3,7 @@
 use crate::args::DetectArgs;
 use crate::{Outcome, console};
 use breakshot::detect::{Layout, Tracks};
-use breakshot::{Error, Result, capture, detect, files};
+use breakshot::{Error, Result, detect, files};
 use std::fmt::Write;
 use std::path::Path;
 
@@ -18,7 +18,7 @@ pub(crate) fn run(args: &DetectArgs) -> Result<Outcome> {
         (None, Some(heading_rad)) => Layout::AlongStrike { heading_rad, start_m: None },
         (None, None) => Layout::Unknown,
     };
-    let seen = capture::capture(&args.video, &cell)?;
+    let seen = args.decoder.film(&args.video, &cell)?;
     let bar = console::progress(seen.footage.frame_count().unwrap_or(0), "frames");
     let count = |frames: usize| bar.set_position(frames as u64);
     let options = detect::Options { threshold: args.threshold, on_frame: Some(&count) };

@@ -3,6 +3,7 @@
 use crate::args::EstimateArgs;
 use crate::{Outcome, console};
 use breakshot::campaign::{Campaign, Clip};
+use breakshot::capture::Decoder;
 use breakshot::cell::Cell;
 use breakshot::estimate::{self, Advice, AdviceOptions, ClipTracks, Shot};
 use breakshot::object::Object;
@@ -26,7 +27,7 @@ pub(crate) fn run(args: &EstimateArgs) -> Result<Outcome> {
         let names: Vec<&str> = names.iter().map(String::as_str).collect();
         estimate::check_update(old, &names, (cell, objects), &options)?;
     }
-    let (clips, unread) = tracked(&campaign)?;
+    let (clips, unread) = tracked(&campaign, args.decoder.into())?;
     if let Some(folder) = &args.tracks {
         write_tracks(folder, &clips)?;
     }
@@ -124,13 +125,13 @@ fn print_advice(advice: &Advice) {
 /// The tracks of every clip that can be read, and a warning for every other one.
 ///
 /// Clips run side by side; each is decoded frame by frame.
-pub(crate) fn tracked(campaign: &Campaign) -> Result<(Vec<ClipTracks>, Vec<String>)> {
+pub(crate) fn tracked(campaign: &Campaign, decoder: Decoder) -> Result<(Vec<ClipTracks>, Vec<String>)> {
     let bar = console::progress(campaign.clips.len(), "clips");
     let results: Vec<Result<ClipTracks>> = campaign
         .clips
         .par_iter()
         .map(|clip| {
-            let tracks = breakshot::clip_tracks(campaign, clip);
+            let tracks = breakshot::clip_tracks(campaign, clip, decoder);
             bar.inc(1);
             tracks
         })

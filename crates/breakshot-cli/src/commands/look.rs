@@ -5,7 +5,7 @@ use crate::{Outcome, console};
 use breakshot::files::{self, SceneFile};
 use breakshot::geometry::Point;
 use breakshot::scene::{Goal, Placed};
-use breakshot::{Error, Result, capture, detect};
+use breakshot::{Error, Result, detect};
 use std::path::{Path, PathBuf};
 
 /// Finds every named object in the picture and writes the scene file.
@@ -13,7 +13,7 @@ pub(crate) fn run(args: &LookArgs) -> Result<Outcome> {
     let cell = files::load_cell(&args.cell)?;
     let objects = files::load_objects(&args.objects)?;
     console::note(&objects.notes);
-    let seen = capture::capture(&args.film, &cell)?;
+    let seen = args.decoder.film(&args.film, &cell)?;
     let options = detect::Options { threshold: args.threshold, ..detect::Options::default() };
     let (placed, warnings) = detect::placed(seen, &objects.value, &args.names, &options)?;
     console::warn(&warnings);

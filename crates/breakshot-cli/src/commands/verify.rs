@@ -3,12 +3,12 @@
 use super::simulate;
 use crate::args::VerifyArgs;
 use crate::{Outcome, console};
-use breakshot::capture::{Footage, GreyImage};
+use breakshot::capture::{Decoder, Footage, GreyImage};
 use breakshot::detect::{self, Layout};
 use breakshot::estimate::{self, ClipTracks};
 use breakshot::scene::Scene;
 use breakshot::verify::{self, Filmed, Observed, Report, Story};
-use breakshot::{Error, Result, capture, files, physics};
+use breakshot::{Error, Result, files, physics};
 use std::path::Path;
 
 /// Tracks the film, simulates the strike, writes `report.html`, `report.json`, `distances.csv`, `tracks.json` and
@@ -18,14 +18,14 @@ pub(crate) fn run(args: &VerifyArgs) -> Result<Outcome> {
     let strike = files::load_strike(&args.strike)?;
     let trajectory = physics::trajectory(&scene, &properties, &strike, &physics::Options::default())?;
     let names: Vec<String> = scene.placed.iter().map(|p| p.object.clone()).collect();
-    let film = capture::capture(&args.video, &scene.cell)?;
+    let film = args.decoder.film(&args.video, &scene.cell)?;
     let layout = Layout::Placed(scene.placed.clone());
     let tracks = detect::tracks(film, &scene.objects, &names, &layout, &detect::Options::default())?;
     let report = verify::comparison(&scene, &trajectory.final_poses, &Observed::from_tracks(&tracks))?;
     console::warn(&trajectory.notes);
     console::warn(&report.warnings);
 
-    let pictures = first_and_last(&args.video)?;
+    let pictures = first_and_last(&args.video, args.decoder.into())?;
     let filmed = [Filmed {
         scene: &scene,
         strike: &strike,
@@ -85,8 +85,8 @@ fn feed_back(args: &VerifyArgs, path: &Path, scene: &Scene, clip: ClipTracks) ->
 }
 
 /// The film's first and last frame.
-pub(crate) fn first_and_last(film: &Path) -> Result<Option<[GreyImage; 2]>> {
-    let mut frames = Footage::open(film)?;
+pub(crate) fn first_and_last(film: &Path, decoder: Decoder) -> Result<Option<[GreyImage; 2]>> {
+    let mut frames = Footage::open_with(film, decoder)?;
     let Some(first) = frames.next().transpose()? else { return Ok(None) };
     let last = frames.last().transpose()?;
     Ok(last.map(|last| [first.image, last.image]))

@@ -1,12 +1,11 @@
 //! Is the camera where the cell says, and how would one see it?
 
-use super::{Camera, Capture, Footage, GreyImage};
+use super::{Camera, Capture, GreyImage};
 use crate::cell::Cell;
 use crate::error::{Error, Result};
 use crate::geometry::{Pixel, Point, Vec2};
 use serde::Serialize;
 use std::fmt::Write;
-use std::path::Path;
 
 /// A camera, the cell it belongs to and the picture it was found in.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -29,14 +28,15 @@ pub struct Calibration {
     cell: Cell,
 }
 
-/// The camera of a film's first frames, or of a picture.
+/// The camera of a film's first frames, or of a picture, and how well it fits.
 ///
 /// # Errors
-/// As [`capture`](super::capture()).
-pub fn calibration(path: &Path, cell: &Cell) -> Result<Calibration> {
-    let Capture { mut footage, camera, cell } = Capture::of(Footage::open(path)?, cell)?;
+/// A film without frames, or that breaks off.
+pub fn calibration(capture: Capture) -> Result<Calibration> {
+    let Capture { mut footage, camera, cell } = capture;
     let image = footage.next().transpose()?.map(|frame| frame.image);
-    let image = image.ok_or_else(|| Error::video(path, "no picture", "at least one frame"))?;
+    let image =
+        image.ok_or_else(|| Error::video(footage.name().as_ref(), "no picture", "at least one frame"))?;
     let middle = Point::ORIGIN + (cell.workspace.min_m.to_vec() + cell.workspace.max_m.to_vec()) / 2.0;
     Ok(Calibration {
         version: 1,

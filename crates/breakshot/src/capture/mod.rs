@@ -45,6 +45,18 @@ pub struct Frame {
     pub image: GreyImage,
 }
 
+/// Who turns a film into frames; all give the same frames.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Decoder {
+    /// The built-in one where it can, `ffmpeg` for what else there is.
+    #[default]
+    Auto,
+    /// The built-in one alone: H.264, Y4M, PNG.
+    Builtin,
+    /// The program `ffmpeg` for every film, if it is installed.
+    Ffmpeg,
+}
+
 /// A video or a folder of pictures, read frame by frame: memory does not grow with its length.
 ///
 /// Frames come in the order in which they are shown.  After an error, which is the last item, nothing comes.
@@ -59,7 +71,8 @@ pub struct Footage {
 
 impl Footage {
     /// Opens an H.264 MP4 or MOV, a Y4M, a PNG, or a folder of PNGs with a `timing.toml` that holds
-    /// `frame_rate_hz = 60.0` or `times_s = [0.0, ...]`; what it is, its content tells.
+    /// `frame_rate_hz = 60.0` or `times_s = [0.0, ...]`; any other film or picture where the program `ffmpeg` is
+    /// installed.  What it is, its content tells.
     ///
     /// Presentation times, edit lists and the rotation written in the file are applied.
     ///
@@ -67,14 +80,22 @@ impl Footage {
     /// A file of another kind or coding, one that breaks off, one whose times go back: [`Error::Video`](crate::Error)
     /// names the file, what was found and what is needed.
     pub fn open(path: &Path) -> Result<Self> {
-        let opened = source::open(path)?;
+        Self::open_with(path, Decoder::Auto)
+    }
+
+    /// As [`Footage::open`], by a decoder of one's choice.
+    ///
+    /// # Errors
+    /// As [`Footage::open`]; also a film that needs `ffmpeg` where it is not installed.
+    pub fn open_with(path: &Path, decoder: Decoder) -> Result<Self> {
+        let opened = source::open(path, decoder)?;
         Ok(Self {
             name: path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned(),
             size_px: opened.size_px,
             frame_count: opened.frame_count,
             warnings: opened.warnings,
             frames: opened.frames,
-            repeats: Some(Repeats::default()),
+            repeats: Some(Repeats::new(opened.tick_s)),
         })
     }
 
@@ -128,7 +149,9 @@ impl Iterator for Footage {
                 self.frames = Box::new(std::iter::empty());
                 self.repeats = None;
             }
-            None => self.warnings.extend(self.repeats.take().and_then(|repeats| repeats.warning())),
+            None => {
+                self.warnings.extend(self.repeats.take().map_or(Vec::new(), |repeats| repeats.warnings()));
+            }
         }
         next
     }

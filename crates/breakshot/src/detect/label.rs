@@ -183,43 +183,78 @@ const BLOCK: usize = 64;
 
 /// One bit per pixel: whether it is foreground.  Tells whether any is.
 fn mask_row(row: &[u8], level: Level, masks: &mut [u64]) -> bool {
-    // Foreground is `pixel ^ flip < below` for either polarity.
-    let (flip, below) = match level {
-        Level::Below(threshold) => (0, threshold),
-        Level::Above(threshold) => (u8::MAX, u8::MAX - threshold),
-    };
-    let (blocks, rest) = row.as_chunks::<BLOCK>();
+    match level {
+        Level::Below(threshold) => mask_row_flipped::<0>(row, threshold, masks),
+        Level::Above(threshold) => mask_row_flipped::<{ u8::MAX }>(row, u8::MAX - threshold, masks),
+    }
+}
+
+/// Foreground is `pixel ^ FLIP < below`.
+fn mask_row_flipped<const FLIP: u8>(row: &[u8], below: u8, masks: &mut [u64]) -> bool {
+    let (spans, rest) = row.as_chunks::<SPAN>();
+    let (of_spans, of_rest) = masks.split_at_mut(spans.len() * (SPAN / BLOCK));
     let mut any = 0;
-    for (block, mask) in blocks.iter().zip(masks.iter_mut()) {
-        // Most blocks hold no foreground at all, which the darkest pixel alone tells.
-        let darkest = block.iter().fold(u8::MAX, |least, &p| least.min(p ^ flip));
-        *mask = if darkest < below { mask_block(block, flip, below) } else { 0 };
+    for (span, masks) in spans.iter().zip(of_spans.as_chunks_mut::<{ SPAN / BLOCK }>().0) {
+        *masks = [0; SPAN / BLOCK];
+        // Most spans, and in others most blocks, hold no foreground at all.
+        if shows::<FLIP, SPAN>(span, below) {
+            for (block, mask) in span.as_chunks::<BLOCK>().0.iter().zip(masks) {
+                if shows::<FLIP, BLOCK>(block, below) {
+                    *mask = mask_block::<FLIP>(block, below);
+                    any |= *mask;
+                }
+            }
+        }
+    }
+    let (blocks, rest) = rest.as_chunks::<BLOCK>();
+    for (block, mask) in blocks.iter().zip(of_rest.iter_mut()) {
+        *mask = if shows::<FLIP, BLOCK>(block, below) { mask_block::<FLIP>(block, below) } else { 0 };
         any |= *mask;
     }
     if !rest.is_empty() {
-        let mut block = [!flip; BLOCK];
+        let mut block = [!FLIP; BLOCK];
         block[..rest.len()].copy_from_slice(rest);
-        let mask = mask_block(&block, flip, below) & (u64::MAX >> (BLOCK - rest.len()));
-        masks[blocks.len()] = mask;
+        let mask = mask_block::<FLIP>(&block, below) & (u64::MAX >> (BLOCK - rest.len()));
+        of_rest[blocks.len()] = mask;
         any |= mask;
     }
     any != 0
 }
 
-/// Eight pixels at a time in one word: a borrow in a byte's top bit tells that it is below.
-fn mask_block(block: &[u8; BLOCK], flip: u8, below: u8) -> u64 {
-    const TOP: u64 = 0x8080_8080_8080_8080;
-    /// Brings the top bits of eight bytes, shifted to their low bits, side by side into the highest byte.
-    const GATHER: u64 = 0x0102_0408_1020_4080;
-    let everywhere = |byte: u8| u64::from(byte) * 0x0101_0101_0101_0101;
-    let (flip, below) = (everywhere(flip), everywhere(below));
-    let (words, _) = block.as_chunks::<8>();
-    words.iter().enumerate().fold(0, |mask, (k, &word)| {
-        let p = u64::from_le_bytes(word) ^ flip;
-        let difference = ((p | TOP) - (below & !TOP)) ^ ((p ^ !below) & TOP);
-        let less = ((!p & below) | ((!p | below) & difference)) & TOP;
-        mask | ((less >> 7).wrapping_mul(GATHER) >> 56) << (8 * k)
-    })
+/// Pixels whose darkest is looked for first; whole blocks.
+const SPAN: usize = 4 * BLOCK;
+
+/// Whether any pixel is foreground.
+#[allow(clippy::needless_bitwise_bool, reason = "without a way out the loop is one comparison of vectors")]
+fn shows<const FLIP: u8, const N: usize>(pixels: &[u8; N], below: u8) -> bool {
+    let mut least = [u8::MAX; BLOCK];
+    for block in pixels.as_chunks::<BLOCK>().0 {
+        for (least, &p) in least.iter_mut().zip(block) {
+            *least = (*least).min(p ^ FLIP);
+        }
+    }
+    least.iter().fold(false, |any, &p| any | (p < below))
+}
+
+/// The bit of each pixel in its byte of the mask.
+const BITS: [u8; BLOCK] = {
+    let mut bits = [0; BLOCK];
+    let mut k = 0;
+    while k < BLOCK {
+        bits[k] = 1 << (k % 8);
+        k += 1;
+    }
+    bits
+};
+
+/// A bit for each pixel; eight of them are brought together by adding up the bytes of a word.
+fn mask_block<const FLIP: u8>(block: &[u8; BLOCK], below: u8) -> u64 {
+    let mut bits = BITS;
+    for (bit, &p) in bits.iter_mut().zip(block) {
+        *bit = if p ^ FLIP < below { *bit } else { 0 };
+    }
+    let byte = |word: &[u8; 8]| u64::from_le_bytes(*word).wrapping_mul(0x0101_0101_0101_0101) >> 56;
+    bits.as_chunks::<8>().0.iter().enumerate().fold(0, |mask, (k, word)| mask | byte(word) << (8 * k))
 }
 
 /// The pixels of word `k` that have at least one neighbour: lone ones are noise and cannot join anything.

@@ -15,6 +15,8 @@ pub(super) enum Kind {
     Y4m(File),
     Png,
     Folder,
+    /// A film of a kind that only `ffmpeg` reads.
+    Foreign(Refusal),
 }
 
 /// The kind of what lies at `path`, or an error that says what it is instead.
@@ -41,7 +43,8 @@ pub(super) fn of(path: &Path) -> Result<Kind> {
     if is_mp4(&head) {
         return Ok(Kind::Mp4(file));
     }
-    Err(foreign(&head).of(path))
+    let foreign = foreign(&head);
+    if foreign.convertible { Ok(Kind::Foreign(foreign)) } else { Err(foreign.of(path)) }
 }
 
 pub(super) fn is_png(head: &[u8]) -> bool {
@@ -101,8 +104,9 @@ fn foreign(head: &[u8]) -> Refusal {
     let known =
         FOREIGN.iter().find(|(at, mark, _)| head.get(*at..).is_some_and(|rest| rest.starts_with(mark)));
     if let Some((_, _, what)) = known {
-        let film = what.contains("film") || what.contains("stream");
-        return if film { Refusal::convertible(*what) } else { Refusal::foreign(*what) };
+        let read = ["film", "stream", "JPEG", "BMP", "TIFF", "PGM", "PPM", "GIF", "WebP"];
+        let convertible = !what.contains("bare") && read.iter().any(|word| what.contains(word));
+        return if convertible { Refusal::convertible(*what) } else { Refusal::foreign(*what) };
     }
     if head.iter().all(|&byte| byte == 0) {
         return Refusal::foreign("a file that begins with zeros");

@@ -3,7 +3,9 @@
 //! What a file is, is read from its first bytes, never from its name.  Whatever cannot be read, or breaks off, is
 //! refused with the reason, as soon as it is known; no film is shortened silently.
 
+mod ahead;
 mod boxes;
+mod ffmpeg;
 mod guard;
 mod h264;
 mod kind;
@@ -19,9 +21,10 @@ mod y4m;
 
 pub(super) use repeats::Repeats;
 
-use super::Frame;
+use super::{Decoder, Frame};
 use crate::error::Result;
 use kind::Kind;
+use refusal::Refusal;
 use std::path::Path;
 
 /// No side of a picture is longer: a header that says more lies, or asks for more memory than is sane.
@@ -37,26 +40,39 @@ pub(super) struct Opened {
     pub frame_count: Option<usize>,
     pub warnings: Vec<String>,
     pub frames: Box<dyn Iterator<Item = Result<Frame>> + Send>,
+    /// The step of the clock (s) of a film that tells its times only frame by frame: they are still to be checked.
+    pub tick_s: Option<f64>,
 }
 
 /// Opens whatever film lies at `path`.
-pub(super) fn open(path: &Path) -> Result<Opened> {
-    match kind::of(path)? {
-        Kind::Mp4(file) => movie::open(path, file),
-        Kind::Y4m(file) => y4m::open(path, file),
-        Kind::Png => pictures::open_one(path),
-        Kind::Folder => pictures::open_folder(path),
+///
+/// `ffmpeg` is asked for what the built-in decoder names as another coding, never for what is damaged.
+pub(super) fn open(path: &Path, decoder: Decoder) -> Result<Opened> {
+    let refusal = match kind::of(path)? {
+        Kind::Y4m(file) => return y4m::open(path, file),
+        Kind::Png => return pictures::open_one(path),
+        Kind::Folder => return pictures::open_folder(path),
+        Kind::Foreign(refusal) => refusal,
+        Kind::Mp4(_) if decoder == Decoder::Ffmpeg => Refusal::convertible("an MP4 or MOV film"),
+        Kind::Mp4(file) => match movie::open(path, file) {
+            Ok(opened) => return Ok(opened),
+            Err(refusal) => refusal,
+        },
+    };
+    if decoder == Decoder::Builtin || !refusal.convertible {
+        return Err(refusal.of(path));
     }
+    ffmpeg::open(path, &refusal)
 }
 
 /// An error unless a picture of this size can be worked on.
-fn check_size(width: u64, height: u64) -> std::result::Result<(), refusal::Refusal> {
+fn check_size(width: u64, height: u64) -> std::result::Result<(), Refusal> {
     let sane = 1..=MAX_SIDE_PX;
     if sane.contains(&width) && sane.contains(&height) && width * height <= MAX_PIXELS {
         return Ok(());
     }
-    Err(refusal::Refusal {
-        found: format!("pictures of {width} x {height} px"),
-        needed: format!("1 to {MAX_SIDE_PX} px a side and at most {} million pixels", MAX_PIXELS / 1_000_000),
-    })
+    Err(Refusal::unfit(
+        format!("pictures of {width} x {height} px"),
+        format!("1 to {MAX_SIDE_PX} px a side and at most {} million pixels", MAX_PIXELS / 1_000_000),
+    ))
 }

@@ -5,19 +5,19 @@ use super::mp4::{self, Track};
 use super::refusal::Refusal;
 use super::samples::Sample;
 use super::timeline::{self, NEEDED_TIMES, Timeline};
-use super::{Opened, boxes, orientation::Orientation};
+use super::{Opened, ahead::ahead, boxes, orientation::Orientation};
 use crate::capture::{Frame, GreyImage};
-use crate::error::{Error, Result};
+use crate::error::Result;
 use std::collections::BTreeMap;
 use std::fs::File;
 use std::path::{Path, PathBuf};
 
 /// Opens an MP4 and checks all that can be checked without decoding more than its first picture.
-pub(super) fn open(path: &Path, mut file: File) -> Result<Opened> {
-    let length = file.metadata().map_err(|source| Error::Read { path: path.into(), source })?.len();
-    let track = mp4::read(&mut file, length).map_err(|refusal| refusal.of(path))?;
-    let (opened, movie) = Movie::of(path, file, track).map_err(|refusal| refusal.of(path))?;
-    Ok(Opened { frames: Box::new(movie), ..opened })
+pub(super) fn open(path: &Path, mut file: File) -> std::result::Result<Opened, Refusal> {
+    let length = file.metadata().map_err(|e| Refusal::damaged(format!("unreadable ({e})")))?.len();
+    let track = mp4::read(&mut file, length)?;
+    let (opened, movie) = Movie::of(path, file, track)?;
+    Ok(Opened { frames: Box::new(ahead(path.into(), movie)), ..opened })
 }
 
 /// The timeline of a film cut out of a longer one: the first pictures may need others that were cut away.
@@ -55,7 +55,7 @@ struct Movie {
 impl Movie {
     fn of(path: &Path, mut file: File, mut track: Track) -> std::result::Result<(Opened, Self), Refusal> {
         let Some(&first) = track.samples.first() else {
-            return Err(Refusal { found: "a film of 0 frames".into(), needed: "at least one frame".into() });
+            return Err(Refusal::unfit("a film of 0 frames", "at least one frame"));
         };
         let coded = boxes::read_at(&mut file, first.offset, u64::from(first.size))?;
         let stream = Stream::new(&track.coding, &coded)?;
@@ -72,6 +72,7 @@ impl Movie {
             frame_count: Some(timeline.times_s.len()),
             warnings,
             frames: Box::new(std::iter::empty()),
+            tick_s: None,
         };
         let mut movie = Self {
             path: path.into(),
@@ -124,7 +125,7 @@ impl Movie {
                 None => "not shown".into(),
             };
             let found = format!("frame {} of {} ({when}): {}", number + 1, self.samples.len(), refusal.found);
-            Refusal { found, needed: refusal.needed }
+            Refusal { found, ..refusal }
         })?;
         if let Some(place) = place {
             self.waiting.insert(place, (picture.image, picture.order, number));
@@ -141,7 +142,7 @@ impl Movie {
             let found = format!(
                 "time stamps that go back: the frame shown at {time_s:.4} s belongs before the last one"
             );
-            return Err(Refusal { found, needed: NEEDED_TIMES.into() });
+            return Err(Refusal::unfit(found, NEEDED_TIMES));
         }
         self.last = Some((order, number));
         Ok(())

@@ -2,6 +2,7 @@
 //!
 //! A film that was re-timed (30 to 60 frames a second) stands still every second frame; speeds read from it are wrong.
 
+use super::timeline;
 use crate::capture::Frame;
 
 /// Pictures are compared block by block: this wide, and as high, of which every [`ROW_STEP`]th row is looked at.
@@ -23,6 +24,8 @@ const RETIMED_SHARE: f64 = 0.05;
 /// Watches a film go by.
 #[derive(Debug, Default)]
 pub(crate) struct Repeats {
+    /// The step of the film's clock (s), if the frames' times are only known once they come.
+    tick_s: Option<f64>,
     /// The rows that are looked at, of the last frame and of this one.
     last: Vec<u8>,
     rows: Vec<u8>,
@@ -31,6 +34,11 @@ pub(crate) struct Repeats {
 }
 
 impl Repeats {
+    /// For a film whose times were not checked when it was opened, if there is a `tick_s`.
+    pub(crate) fn new(tick_s: Option<f64>) -> Self {
+        Self { tick_s, ..Self::default() }
+    }
+
     /// Looks at the next frame.
     pub(crate) fn see(&mut self, frame: &Frame) {
         let width = frame.image.width.max(1);
@@ -45,7 +53,13 @@ impl Repeats {
     }
 
     /// What the user should know, once all frames went by.
-    pub(crate) fn warning(&self) -> Option<String> {
+    pub(crate) fn warnings(&self) -> Vec<String> {
+        let times_s: Vec<f64> = self.changes.iter().map(|(time_s, _)| *time_s).collect();
+        let odd = self.tick_s.map(|tick_s| timeline::warnings(&times_s, tick_s));
+        odd.unwrap_or_default().into_iter().chain(self.warning()).collect()
+    }
+
+    fn warning(&self) -> Option<String> {
         let repeated: Vec<usize> = (1..self.changes.len()).filter(|&n| self.is_repeat(n)).collect();
         let (&first, &last) = (repeated.first()?, repeated.last()?);
         let (count, frames, first_s) = (repeated.len(), self.changes.len(), self.changes[first].0);

@@ -108,7 +108,7 @@ fn check_count(count: u64) -> Result<()> {
     if count <= MAX_FRAMES {
         return Ok(());
     }
-    Err(Refusal { found: format!("{count} frames"), needed: format!("at most {MAX_FRAMES} frames") })
+    Err(Refusal::unfit(format!("{count} frames"), format!("at most {MAX_FRAMES} frames")))
 }
 
 fn chunk_offsets(tables: &Boxes) -> Result<Vec<u64>> {

@@ -62,12 +62,12 @@ impl Timeline {
         shown.sort_unstable();
         let Some(&(first, _)) = shown.first() else {
             let found = format!("an edit list that shows none of its {} frames", ticks.len());
-            return Err(Refusal { found, needed: "at least one frame".into() });
+            return Err(Refusal::unfit(found, "at least one frame"));
         };
         let seconds = |tick: i64| tick.saturating_sub(first) as f64 / f64::from(timescale);
         if let Some(pair) = shown.windows(2).find(|pair| pair[0].0 == pair[1].0) {
             let found = format!("two frames at the same time ({:.4} s)", seconds(pair[0].0));
-            return Err(Refusal { found, needed: NEEDED_TIMES.into() });
+            return Err(Refusal::unfit(found, NEEDED_TIMES));
         }
         let mut places = vec![None; ticks.len()];
         for (place, &(_, n)) in (0..).zip(&shown) {
@@ -94,7 +94,7 @@ impl Timeline {
                 let time_s = self.times_s[next];
                 let found =
                     format!("time stamps that go back: the frame at {time_s:.4} s comes far too late");
-                return Err(Refusal { found, needed: NEEDED_TIMES.into() });
+                return Err(Refusal::unfit(found, NEEDED_TIMES));
             }
         }
         Ok(())

@@ -40,6 +40,7 @@ pub(super) fn open(path: &Path, file: File) -> Result<Opened> {
         frame_count: Some(frame_count),
         warnings: Vec::new(),
         frames: Box::new(frames),
+        tick_s: None,
     })
 }
 
@@ -64,14 +65,14 @@ fn outline(file: &mut BufReader<File>, length: u64) -> std::result::Result<(Head
         }
         if places.len() as u64 == MAX_FRAMES {
             let found = format!("more than {MAX_FRAMES} frames");
-            return Err(Refusal { found, needed: "a shorter film".into() });
+            return Err(Refusal::unfit(found, "a shorter film"));
         }
         places.push(at);
         at += size;
         file.seek_relative(size.cast_signed()).map_err(|e| Refusal::damaged(format!("unreadable ({e})")))?;
     }
     if places.is_empty() {
-        return Err(Refusal { found: "a film of 0 frames".into(), needed: "at least one frame".into() });
+        return Err(Refusal::unfit("a film of 0 frames", "at least one frame"));
     }
     Ok((header, places))
 }
@@ -109,10 +110,7 @@ impl Header {
         }
         check_size(width, height)?;
         let Some((numerator, denominator)) = rate.filter(|&(n, d)| n > 0 && d > 0) else {
-            return Err(Refusal {
-                found: "no frame rate".into(),
-                needed: "a rate such as F60:1 in its header".into(),
-            });
+            return Err(Refusal::unfit("no frame rate", "a rate such as F60:1 in its header"));
         };
         let (half_width, half_height) = (width.div_ceil(2), height.div_ceil(2));
         let colour_bytes = match colours {
@@ -126,7 +124,7 @@ impl Header {
                 let found = format!("a Y4M of colour space {other}");
                 let needed =
                     "8 bits a sample: 420, 420jpeg, 420paldv, 420mpeg2, 411, 422, 444, 444alpha or mono";
-                return Err(Refusal { found, needed: needed.into() });
+                return Err(Refusal::unfit(found, needed));
             }
         };
         let frame_rate_hz = f64::from(numerator) / f64::from(denominator);

@@ -1,0 +1,254 @@
+//! Films that the built-in decoder does not read, through the program `ffmpeg`: luma and times, nothing else.
+//!
+//! One process gives both: raw luma planes on its output, and on its error output, in front of each plane, a line with
+//! the time, size and depth of the frame (`showinfo`).  Frames come as they are stored: none is doubled or dropped to
+//! keep a rate, and grey levels are not stretched.
+
+use super::refusal::Refusal;
+use super::{Opened, check_size, timeline::NEEDED_TIMES};
+use crate::capture::{Frame, GreyImage};
+use crate::error::{Error, Result};
+use std::ffi::OsString;
+use std::io::{BufRead, BufReader, ErrorKind, Read};
+use std::path::{Path, PathBuf};
+use std::process::{Child, ChildStdout, Command, Stdio};
+use std::sync::mpsc::{Receiver, channel};
+
+/// Codings of pixels whose luma can be taken out as it is; `ffmpeg` turns any other into the nearest of these.
+const PIXELS: &str = "yuv420p|yuvj420p|yuv422p|yuvj422p|yuv444p|yuvj444p|yuv440p|yuvj440p|yuv411p|yuv410p|gray\
+    |yuv420p10le|yuv422p10le|yuv444p10le|yuv420p12le|yuv422p12le|yuv444p12le|gray10le|gray12le|gray16le";
+/// Each field of an interlaced film becomes a frame of its own: it was taken at a time of its own.
+const FIELDS: &str = "bwdif=mode=send_field:deint=interlaced,";
+/// Threads that decode: more hardly help one film, and films are worked on side by side.
+const THREADS: &str = "2";
+
+/// Starts decoding `path`; `refused` says what the built-in decoder had to say.
+pub(super) fn open(path: &Path, refused: &Refusal) -> Result<Opened> {
+    let mut warnings = Vec::new();
+    let (mut stream, mut first) = Stream::start(path, refused, "")?;
+    if first.interlaced {
+        warnings.push(
+            "the film is interlaced: each frame was taken apart into two, each of half the height"
+                .to_string(),
+        );
+        (stream, first) = Stream::start(path, refused, FIELDS)?;
+    }
+    check_size(first.width as u64, first.height as u64).map_err(|refusal| refusal.of(path))?;
+    let size_px = [first.width, first.height];
+    stream.next = Some(first);
+    let tick_s = Some(stream.tick_s);
+    Ok(Opened { size_px, frame_count: None, warnings, frames: Box::new(stream), tick_s })
+}
+
+/// A line of the program about the frame that follows, or about what is wrong.
+#[derive(Debug, PartialEq)]
+enum Line {
+    /// The clock's step (s).
+    Tick(f64),
+    Frame(Info),
+    Error(String),
+}
+
+/// A frame that is on its way.
+#[derive(Clone, Debug, PartialEq)]
+struct Info {
+    /// When it is shown, in ticks; some files do not say.
+    ticks: Option<i64>,
+    width: usize,
+    height: usize,
+    /// Bits of a grey level; more than eight take two bytes.
+    bits: u32,
+    interlaced: bool,
+}
+
+impl Line {
+    /// What a line says, if it matters.
+    fn of(text: &str) -> Option<Self> {
+        if let Some((_, said)) = ["[error] ", "[fatal] "].iter().find_map(|mark| text.split_once(mark)) {
+            return Some(Self::Error(said.trim().into()));
+        }
+        let (_, said) = text.split_once("Parsed_showinfo")?;
+        let value = |key: &str| said.split_once(key)?.1.split_whitespace().next();
+        if let Some(base) = value("config in time_base: ") {
+            let (part, whole) = base.trim_end_matches(',').split_once('/')?;
+            return Some(Self::Tick(part.parse::<f64>().ok()? / whole.parse::<f64>().ok()?));
+        }
+        let (width, height) = value(" s:")?.split_once('x')?;
+        let bits = match value(" fmt:")?.strip_prefix("gray")? {
+            "" => 8,
+            deep => deep.strip_suffix("le")?.parse().ok()?,
+        };
+        Some(Self::Frame(Info {
+            ticks: value(" pts:")?.parse().ok(),
+            width: width.parse().ok()?,
+            height: height.parse().ok()?,
+            bits,
+            interlaced: value(" i:")? != "P",
+        }))
+    }
+}
+
+/// A film that is being decoded.
+struct Stream {
+    path: PathBuf,
+    program: Child,
+    luma: ChildStdout,
+    lines: Receiver<Line>,
+    tick_s: f64,
+    /// The frame whose line has been read already.
+    next: Option<Info>,
+    first_ticks: Option<i64>,
+    last_ticks: Option<i64>,
+    size_px: Option<[usize; 2]>,
+    bytes: Vec<u8>,
+}
+
+impl Stream {
+    /// The program at work, and its first frame's line.
+    fn start(path: &Path, refused: &Refusal, filter: &str) -> Result<(Self, Info)> {
+        let mut file = OsString::from("file:");
+        file.push(std::path::absolute(path).map_err(|source| Error::Read { path: path.into(), source })?);
+        let mut command = Command::new("ffmpeg");
+        command.args(["-nostdin", "-hide_banner", "-nostats", "-loglevel", "level+info"]);
+        // A file may name others; none is fetched from anywhere.
+        command.args(["-protocol_whitelist", "file", "-threads", THREADS, "-flags", "unaligned", "-i"]);
+        command.arg(file).args(["-map", "0:V:0", "-vsync", "passthrough", "-vf"]);
+        command.arg(format!("{filter}format={PIXELS},extractplanes=y,showinfo=checksum=0"));
+        command.args(["-f", "rawvideo", "-"]);
+        command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
+        let mut program = command.spawn().map_err(|e| without(&e, refused).of(path))?;
+        let (Some(luma), Some(said)) = (program.stdout.take(), program.stderr.take()) else {
+            return Err(Refusal::damaged("no way to hear from `ffmpeg`").of(path));
+        };
+        let (sender, lines) = channel();
+        std::thread::spawn(move || {
+            for text in BufReader::new(said).split(b'\n').map_while(std::result::Result::ok) {
+                if let Some(line) = Line::of(&String::from_utf8_lossy(&text))
+                    && sender.send(line).is_err()
+                {
+                    return;
+                }
+            }
+        });
+        let mut stream = Self {
+            path: path.into(),
+            program,
+            luma,
+            lines,
+            tick_s: f64::NAN,
+            next: None,
+            first_ticks: None,
+            last_ticks: None,
+            size_px: None,
+            bytes: Vec::new(),
+        };
+        let first = stream.info().map_err(|refusal| refusal.of(path))?;
+        let first = first
+            .ok_or_else(|| Refusal::damaged(format!("{}, and no frame in it", refused.found)).of(path))?;
+        Ok((stream, first))
+    }
+
+    /// The next frame's line; none once the film has ended as it should.
+    fn info(&mut self) -> std::result::Result<Option<Info>, Refusal> {
+        if let Some(info) = self.next.take() {
+            return Ok(Some(info));
+        }
+        while let Ok(line) = self.lines.recv() {
+            match line {
+                Line::Tick(tick_s) => self.tick_s = tick_s,
+                Line::Frame(info) => return Ok(Some(info)),
+                Line::Error(said) => return Err(Refusal::damaged(format!("`ffmpeg` says: {said}"))),
+            }
+        }
+        match self.program.wait() {
+            Ok(status) if status.success() => Ok(None),
+            Ok(status) => Err(Refusal::damaged(format!("`ffmpeg` gave up ({status})"))),
+            Err(e) => Err(Refusal::damaged(format!("`ffmpeg` was lost ({e})"))),
+        }
+    }
+
+    fn advance(&mut self) -> std::result::Result<Option<Frame>, Refusal> {
+        let Some(Info { ticks, width, height, bits, .. }) = self.info()? else { return Ok(None) };
+        if *self.size_px.get_or_insert([width, height]) != [width, height] {
+            return Err(Refusal::damaged(format!("pictures whose size changes to {width} x {height} px")));
+        }
+        let needed_times = |found: String| Refusal { needed: NEEDED_TIMES.into(), ..Refusal::damaged(found) };
+        let ticks = ticks.ok_or_else(|| needed_times("a frame without a time stamp".into()))?;
+        let time_s = (ticks - *self.first_ticks.get_or_insert(ticks)) as f64 * self.tick_s;
+        if !time_s.is_finite() || self.last_ticks.is_some_and(|last| ticks <= last) {
+            return Err(needed_times(format!(
+                "time stamps that go back: a frame at {time_s:.4} s after a later one"
+            )));
+        }
+        self.last_ticks = Some(ticks);
+        let mut pixels = vec![0; width * height];
+        let read =
+            if bits == 8 { self.luma.read_exact(&mut pixels) } else { self.read_deep(&mut pixels, bits) };
+        read.map_err(|e| {
+            Refusal::damaged(format!("`ffmpeg` broke off in the frame at {time_s:.4} s ({e})"))
+        })?;
+        Ok(Some(Frame { time_s, image: GreyImage { width, height, pixels } }))
+    }
+
+    /// Grey levels of more than eight bits, rounded to eight.
+    fn read_deep(&mut self, pixels: &mut [u8], bits: u32) -> std::io::Result<()> {
+        self.bytes.resize(2 * pixels.len(), 0);
+        self.luma.read_exact(&mut self.bytes)?;
+        let (levels, _) = self.bytes.as_chunks::<2>();
+        let shift = bits.saturating_sub(8).min(8);
+        for (pixel, &level) in pixels.iter_mut().zip(levels) {
+            let rounded = (u32::from(u16::from_le_bytes(level)) + (1 << shift >> 1)) >> shift;
+            *pixel = rounded.min(255) as u8;
+        }
+        Ok(())
+    }
+}
+
+impl Iterator for Stream {
+    type Item = Result<Frame>;
+
+    fn next(&mut self) -> Option<Self::Item> {
+        self.advance().map_err(|refusal| refusal.of(&self.path)).transpose()
+    }
+}
+
+impl Drop for Stream {
+    /// Nobody waits for frames that nobody reads.
+    fn drop(&mut self) {
+        // It may have ended by itself; either way it is gone then.
+        let _ = self.program.kill();
+        let _ = self.program.wait();
+    }
+}
+
+/// What to say where `ffmpeg` would be needed and cannot be started.
+fn without(error: &std::io::Error, refused: &Refusal) -> Refusal {
+    let why = match error.kind() {
+        ErrorKind::NotFound => "which is not installed or not on the PATH".to_string(),
+        _ => format!("which cannot be started ({error})"),
+    };
+    let needed = format!("the program `ffmpeg`, {why}; without it: {}", refused.needed);
+    Refusal { needed, ..refused.clone() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_programs_lines_are_understood() {
+        let frame = "[Parsed_showinfo_2 @ 0x55] [info] n:   1 pts:    256 pts_time:0.016 pos:     1298 fmt:gray10le \
+                     sar:1/1 s:64x48 i:T iskey:0 type:P ";
+        let info = Info { ticks: Some(256), width: 64, height: 48, bits: 10, interlaced: true };
+        assert_eq!(Line::of(frame), Some(Line::Frame(info)));
+        let timeless =
+            frame.replace("pts:    256", "pts: NOPTS").replace("gray10le", "gray").replace("i:T", "i:P");
+        let info = Info { ticks: None, width: 64, height: 48, bits: 8, interlaced: false };
+        assert_eq!(Line::of(&timeless), Some(Line::Frame(info)));
+        let base = "[Parsed_showinfo_2 @ 0x5] [info] config in time_base: 1/15360, frame_rate: 60/1";
+        assert_eq!(Line::of(base), Some(Line::Tick(1.0 / 15360.0)));
+        let error = "[mov,mp4,m4a @ 0x55f] [error] stream 0, offset 0x30: partial file";
+        assert_eq!(Line::of(error), Some(Line::Error("stream 0, offset 0x30: partial file".into())));
+        assert_eq!(Line::of("[info] video:9kB audio:0kB"), None);
+    }
+}
