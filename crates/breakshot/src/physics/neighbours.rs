@@ -126,7 +126,7 @@ impl Neighbours {
             let beyond = circle.beyond((x_m, y_m, radius_m));
             // A negative number has the sign bit set: most blocks hold none.
             let signs = beyond.iter().fold(0, |bits, number| bits | number.to_bits());
-            if (signs as i64) < 0 {
+            if signs.cast_signed() < 0 {
                 let near = (0..TOGETHER).filter(|&k| beyond[k] < 0.0);
                 found.extend(near.map(|k| (block * TOGETHER + k) as u32));
             }
