@@ -147,3 +147,35 @@ fn bad_robots_and_damaged_commands_are_told() {
     assert_eq!(ended.status.code(), Some(2), "{}", text(&ended));
     assert!(text(&ended).contains("phases"), "{}", text(&ended));
 }
+
+#[cfg(unix)]
+#[test]
+fn ctrl_c_stops_the_arm_and_ends_with_a_failure() {
+    use std::io::{BufRead, BufReader, Read};
+    let folder = folder();
+    let hash = hash(folder.path());
+    let mut child = Command::new(env!("CARGO_BIN_EXE_breakshot"))
+        .args(SIM)
+        .args(["--scene", "scene.toml", "--live", "--hash", &hash, "--log", "log.jsonl"])
+        .current_dir(folder.path())
+        .stdout(std::process::Stdio::piped())
+        .stderr(std::process::Stdio::piped())
+        .spawn()
+        .expect("the program");
+    let mut progress = BufReader::new(child.stderr.take().expect("piped"));
+    let mut line = String::new();
+    while !line.contains("approach") {
+        line.clear();
+        assert!(progress.read_line(&mut line).expect("text") > 0, "it ended before it moved");
+    }
+    let sent = Command::new("kill").args(["-INT", &child.id().to_string()]).status().expect("kill");
+    assert!(sent.success());
+    let status = child.wait().expect("it ends");
+    let mut shown = String::new();
+    child.stdout.take().expect("piped").read_to_string(&mut shown).expect("text");
+    assert_eq!(status.code(), Some(1), "{shown}");
+    assert!(shown.contains("STOPPED during the approach: stopped by the user"), "{shown}");
+    let log = std::fs::read_to_string(folder.path().join("log.jsonl")).expect("a log");
+    assert_eq!(log.matches("\"event\":\"sent\"").count(), 1, "{log}");
+    assert!(log.contains("\"event\":\"stopped\""), "{log}");
+}

@@ -96,8 +96,6 @@ pub enum Ending {
 /// How a stop went; times count from the moment in which the trouble was known.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct StopAccount {
-    /// When the stop was sent (s).
-    pub sent_after_s: f64,
     /// When the robot confirmed it (s); none if it never did.
     pub confirmed_after_s: Option<f64>,
     /// Whether the brakes had to be asked for.
@@ -380,8 +378,7 @@ impl<I: Future<Output = ()>> Session<'_, I> {
 
     async fn stop(&mut self) -> StopAccount {
         let (known, silence) = (Instant::now(), self.errand.watch.silence);
-        let mut account =
-            StopAccount { sent_after_s: known.elapsed().as_secs_f64(), ..StopAccount::default() };
+        let mut account = StopAccount::default();
         let mut confirmed = timeout(silence, self.robot.stop(Stop::Smooth)).await;
         if !matches!(confirmed, Ok(Ok(()))) {
             account.braked = true;

@@ -4,28 +4,34 @@
 //! quadratically (Sugihara, IEEE T-RO 2011), from one start pose after the other.
 
 use super::Frame;
-use super::kinematics::{Jacobian, twist};
+use super::kinematics::twist;
 use super::model::Arm;
 use crate::geometry::wrapped_rad;
-use nalgebra::{DVector, Matrix6, Vector6};
+use nalgebra::{Matrix6, SMatrix, SVector, Vector6};
 use std::f64::consts::TAU;
 
 /// How well a pose must meet the target: metres and radians together.
 const TOLERANCE: f64 = 1e-10;
 /// A start from which this many steps do not arrive will not.
-const STEPS_PER_START: usize = 40;
+const STEPS_PER_START: usize = 25;
+/// A walk that has not halved its squared error within so many steps leads nowhere.  Of ten thousand random poses of an Indy 7 all
+/// are found with these numbers, after 18 steps each; without this rule and with 40 steps a start, after 28.
+const PATIENCE: usize = 8;
 /// Starts tried before a target counts as out of reach.
 const STARTS: u32 = 60;
 /// The most a joint may turn in one step (rad): beyond, the linear model means nothing.
-const STEP_LIMIT_RAD: f64 = 0.6;
+const STEP_LIMIT_RAD: f64 = 1.0;
 /// Damping per squared error; small enough not to slow the last steps, large enough to pass singular poses.
-const DAMPING: f64 = 0.02;
+const DAMPING: f64 = 0.05;
 /// Damping that stays, against a Jacobian without inverse; it changes the last steps by less than the tolerance.
 const LEAST_DAMPING: f64 = 1e-14;
 /// A joint with less range than this is held at its stops; with more, whole turns bring it back in the end (rad).
 const TURNING_RAD: f64 = 0.9 * TAU;
 /// Poses that differ by less in every joint are one (rad).
 const SAME_POSE_RAD: f64 = 1e-4;
+
+/// The Jacobian's columns; a joint that an arm does not have, or that stands still, has a column of zeros.
+type Columns = SMatrix<f64, 6, 7>;
 
 impl Arm {
     /// The joint angles (rad) that bring the tip to `target`, near `start_rad` if there are any; `None` if no start
@@ -58,30 +64,32 @@ impl Arm {
         mut angles: Vec<f64>,
         still: Option<usize>,
     ) -> Option<Vec<f64>> {
-        for _ in 0..STEPS_PER_START {
+        let mut squares = [f64::INFINITY; PATIENCE];
+        for n in 0..STEPS_PER_START {
             let frames = self.link_frames(&angles);
             let tip = self.tip_of(&frames);
             let error = twist(&tip, target);
             if error.norm() < TOLERANCE {
                 return self.within_ranges(angles);
             }
-            let mut jacobian = self.jacobian_at(&frames, &tip.translation.vector, frames.len());
-            if let Some(still) = still {
-                jacobian.column_mut(still).fill(0.0);
+            let square = error.norm_squared();
+            if square > 0.5 * std::mem::replace(&mut squares[n % PATIENCE], square) {
+                return None;
             }
-            let damping = DAMPING * error.norm_squared() + LEAST_DAMPING;
-            let mut step = damped_step(&jacobian, &error, damping)?;
+            let mut columns = self.columns(&frames, &tip, still);
+            let damping = DAMPING * square + LEAST_DAMPING;
+            let mut step = damped_step(&columns, &error, damping)?;
             // A joint at its stop that is pushed against it takes no part: the others must do without.
             let is_held = |k: usize, step: f64| {
                 let [low, high] = self.links[k].joint.range_rad;
                 high - low < TURNING_RAD
                     && ((angles[k] <= low && step < 0.0) || (angles[k] >= high && step > 0.0))
             };
-            if (0..step.len()).any(|k| is_held(k, step[k])) {
-                for k in (0..step.len()).filter(|&k| is_held(k, step[k])) {
-                    jacobian.column_mut(k).fill(0.0);
+            if (0..angles.len()).any(|k| is_held(k, step[k])) {
+                for k in (0..angles.len()).filter(|&k| is_held(k, step[k])) {
+                    columns.column_mut(k).fill(0.0);
                 }
-                step = damped_step(&jacobian, &error, damping)?;
+                step = damped_step(&columns, &error, damping)?;
             }
             let scale = (STEP_LIMIT_RAD / step.amax()).min(1.0);
             for (k, angle) in angles.iter_mut().enumerate() {
@@ -93,6 +101,20 @@ impl Arm {
             }
         }
         None
+    }
+
+    /// How the tip moves with each joint; the joint `still` does not move.
+    fn columns(&self, frames: &[Frame], tip: &Frame, still: Option<usize>) -> Columns {
+        let mut columns = Columns::zeros();
+        for (k, (frame, link)) in
+            frames.iter().zip(&self.links).enumerate().filter(|(k, _)| Some(*k) != still)
+        {
+            let axis = frame.rotation * link.joint.axis.into_inner();
+            let moved = axis.cross(&(tip.translation.vector - frame.translation.vector));
+            columns.fixed_view_mut::<3, 1>(0, k).copy_from(&moved);
+            columns.fixed_view_mut::<3, 1>(3, k).copy_from(&axis);
+        }
+        columns
     }
 
     /// The same pose with every joint inside its range, if full turns can do that.
@@ -153,12 +175,9 @@ impl Arm {
 }
 
 /// The step of damped least squares: `J' (J J' + damping E)^-1 error`.
-fn damped_step(jacobian: &Jacobian, error: &Vector6<f64>, damping: f64) -> Option<DVector<f64>> {
-    let mut normal = Matrix6::identity() * damping;
-    for column in jacobian.column_iter() {
-        normal += column * column.transpose();
-    }
-    Some(jacobian.tr_mul(&normal.cholesky()?.solve(error)))
+fn damped_step(columns: &Columns, error: &Vector6<f64>, damping: f64) -> Option<SVector<f64, 7>> {
+    let normal = columns * columns.transpose() + Matrix6::identity() * damping;
+    Some(columns.tr_mul(&normal.cholesky()?.solve(error)))
 }
 
 /// The number whose powers fill `dimensions` evenly: the root of x^(d+1) = x + 1.
@@ -170,6 +189,7 @@ fn roberts_ratio(dimensions: usize) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use nalgebra::DVector;
     use proptest::prelude::*;
 
     fn pose() -> impl Strategy<Value = Vec<f64>> {
