@@ -6,6 +6,7 @@
 mod bench;
 mod check;
 mod example;
+mod fuzz;
 mod process;
 mod speed;
 mod validate;
@@ -43,6 +44,12 @@ usage: cargo xtask TASK
                    `breakshot estimate --tracks` wrote)
   validate strikes LAB [PILES]
                    plans for random piles, carried out in the lab (60 piles if not given)
+  validate cameras LAB [--python PYTHON]
+                   tracks of one strike of the lab filmed at other rates, tilted, blurred, noisy, dim, in other codings
+                   (use `cargo run --release -p xtask --`; needs ffmpeg and libosmesa)
+  validate decode CLIPS
+                   decoded films against ffmpeg's, bit for bit; the same as `bench decode`
+  fuzz [COUNT]     mutated films are opened, every fiftieth is played: no panic, no hang, no waste of memory
   bench decode CLIPS
                    decoded films against ffmpeg's, and the CPU time of both on a folder of MP4 clips
   bench detect [LAB] [--python PYTHON]
@@ -70,6 +77,13 @@ fn main() -> ExitCode {
             Ok(count) => validate::estimate(count),
             Err(_) => Err(format!("`{count}` is no number of campaigns")),
         },
+        ["validate", "cameras", lab] => validate::cameras(lab.as_ref(), None),
+        ["validate", "cameras", lab, "--python", python] => validate::cameras(lab.as_ref(), Some(python)),
+        ["fuzz"] => fuzz::fuzz(fuzz::COUNT),
+        ["fuzz", count] => match count.parse() {
+            Ok(count) => fuzz::fuzz(count),
+            Err(_) => Err(format!("`{count}` is no number of films")),
+        },
         ["validate", "advise"] => validate::advise(None),
         ["validate", "advise", cells] => validate::advise(Some(cells)),
         ["validate", "tracks", lab, tracks] => validate::tracks(lab.as_ref(), tracks.as_ref()),
@@ -78,7 +92,7 @@ fn main() -> ExitCode {
         ["validate", lab, "--details"] => validate::lab(lab.as_ref(), true),
         ["bench", "estimate"] => speed::drawn(),
         ["bench", "estimate", lab, tracks] => speed::lab(lab.as_ref(), tracks.as_ref()),
-        ["bench", "decode", clips] => bench::decode::bench(clips.as_ref()),
+        ["bench" | "validate", "decode", clips] => bench::decode::bench(clips.as_ref()),
         ["bench", "detect"] => bench::detect::bench(None, None),
         ["bench", "detect", "--python", python] => bench::detect::bench(None, Some(python)),
         ["bench", "detect", lab] => bench::detect::bench(Some(lab.as_ref()), None),

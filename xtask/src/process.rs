@@ -47,6 +47,11 @@ pub(crate) fn own_cpu_s() -> Result<f64, String> {
     cpu_seconds(Path::new("/proc/self")).ok_or_else(|| "/proc/self/stat cannot be read".into())
 }
 
+/// The most memory that this process has had (MB).
+pub(crate) fn peak_memory_mb() -> Option<f64> {
+    peak_megabytes(Path::new("/proc/self"))
+}
+
 /// What the processes that this one started, and has seen end, have used (s).
 pub(crate) fn children_cpu_s() -> Result<f64, String> {
     let ticks = ticks(Path::new("/proc/self"), 13).ok_or("/proc/self/stat cannot be read")?;

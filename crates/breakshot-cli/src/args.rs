@@ -39,7 +39,8 @@ pub(crate) enum Command {
     Look(LookArgs),
     /// Tracks the objects of one clip.
     #[command(
-        after_help = "Example: breakshot detect cell.toml objects.toml clip.mp4 --objects a,c --strike-heading-rad 0.1 -o tracks.csv"
+        after_help = "Example: breakshot detect cell.toml objects.toml clip.mp4 --objects a,c --strike-heading-rad 0.1 -o tracks.csv\n\
+        Example: breakshot detect cell.toml objects.toml clip.mp4 --objects a,c -o tracks.csv --plot motion.svg --overlay overlay.mp4"
     )]
     Detect(DetectArgs),
     /// Learns friction, restitution and mass ratios from the clips of a campaign.
@@ -216,6 +217,13 @@ pub(crate) struct DetectArgs {
     pub(crate) threshold: Option<u8>,
     #[command(flatten)]
     pub(crate) decoder: DecoderArgs,
+    /// Also draws distance, speed and acceleration over time (Fig. 6 of the paper; SVG).
+    #[arg(long, value_name = "FILE")]
+    pub(crate) plot: Option<PathBuf>,
+    /// Also draws outlines, ways, velocities and the time on the film: an MP4 where `ffmpeg` is installed, else a
+    /// folder of PNG pictures of that name.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) overlay: Option<PathBuf>,
     /// The tracks to write: `.csv` or `.json`.
     #[arg(short, long, value_name = "FILE")]
     pub(crate) output: PathBuf,

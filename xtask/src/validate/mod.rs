@@ -8,6 +8,7 @@ mod advise;
 pub(crate) mod air_table;
 mod altered;
 mod bound;
+mod cameras;
 mod campaigns;
 mod physics;
 mod properties;
@@ -21,6 +22,7 @@ mod tracks;
 mod truth;
 
 use crate::process;
+pub(crate) use cameras::cameras;
 use row::Row;
 use std::path::{Path, PathBuf};
 use std::process::Command;

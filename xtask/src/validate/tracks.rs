@@ -8,7 +8,7 @@ use std::path::Path;
 
 /// Position errors (m) of all clips.
 #[derive(Default)]
-struct Errors {
+pub(super) struct Errors {
     /// First and last positions.
     ends_m: Vec<f64>,
     /// Every frame whose exposure holds no impact.
@@ -16,8 +16,19 @@ struct Errors {
     /// Angles of objects whose marker tells them (rad), modulo half a turn.
     angles_rad: Vec<f64>,
     /// Tracks that do not reach from the first to the last frame.
-    incomplete: Vec<String>,
+    pub(super) incomplete: Vec<String>,
 }
+
+/// How a film was taken.
+#[derive(Clone, Copy)]
+pub(super) struct Film {
+    pub(super) frame_rate_hz: f64,
+    /// An exposure whose middle is this close to an impact holds it (s).
+    pub(super) near_impact_s: f64,
+}
+
+/// The campaign's films.
+const CAMPAIGN: Film = Film { frame_rate_hz: 60.0, near_impact_s: NEAR_IMPACT_S };
 
 /// An exposure this close to an impact holds it (s): half the lab's shutter time and half a contact.
 const NEAR_IMPACT_S: f64 = 0.0025;
@@ -28,37 +39,56 @@ pub(crate) fn rows(truth: &Truth, folder: &Path) -> Result<Vec<Row>, String> {
     for (video, clip) in &truth.clips {
         let path = folder.join(video).with_extension("json");
         let tracks: Tracks = files::read_json(&path).map_err(|e| e.to_string())?;
-        for (object, poses) in &clip.frames {
-            let Some(track) = tracks.tracks.iter().find(|t| &t.object == object) else {
-                errors.incomplete.push(format!("{video} {object}: no track"));
-                continue;
-            };
-            let impacts: Vec<f64> = clip.measured.impacts.iter().map(|i| i.time_s).collect();
-            compare(&mut errors, &format!("{video} {object}"), track, (poses, &impacts));
-        }
+        errors.add(video, &tracks, clip, CAMPAIGN);
     }
     for line in &errors.incomplete {
         println!("incomplete: {line}");
     }
-    let rms = |v: &[f64]| (v.iter().map(|e| e * e).sum::<f64>() / v.len().max(1) as f64).sqrt();
     let worst = |v: &[f64]| v.iter().copied().fold(0.0, f64::max);
     Ok(vec![
         Row::at_most("tracks that miss their first or last frame", errors.incomplete.len() as f64, 0.0, ""),
         Row::at_most("first and last positions, rms", rms(&errors.ends_m) * 1e3, 0.15, "mm"),
         Row::at_most("first and last positions, worst", worst(&errors.ends_m) * 1e3, 0.5, "mm"),
-        Row::at_most("every frame without an impact, rms", rms(&errors.every_m) * 1e3, 0.08, "mm"),
-        Row::at_most("angles of bar markers, rms", rms(&errors.angles_rad).to_degrees(), 0.5, "deg"),
+        Row::at_most("every frame without an impact, rms", errors.every_rms_mm(), 0.08, "mm"),
+        Row::at_most("angles of bar markers, rms", errors.angle_rms_deg(), 0.5, "deg"),
     ])
+}
+
+/// Root mean square; of nothing zero.
+fn rms(values: &[f64]) -> f64 {
+    (values.iter().map(|e| e * e).sum::<f64>() / values.len().max(1) as f64).sqrt()
+}
+
+impl Errors {
+    /// Position errors of every frame without an impact (mm, rms).
+    pub(super) fn every_rms_mm(&self) -> f64 {
+        rms(&self.every_m) * 1e3
+    }
+
+    /// Angle errors (degrees, rms).
+    pub(super) fn angle_rms_deg(&self) -> f64 {
+        rms(&self.angles_rad).to_degrees()
+    }
+
+    /// Compares the tracks of one clip with its truth.
+    pub(super) fn add(&mut self, video: &str, tracks: &Tracks, clip: &super::truth::Clip, film: Film) {
+        let impacts: Vec<f64> = clip.measured.impacts.iter().map(|i| i.time_s).collect();
+        for (object, poses) in &clip.frames {
+            match tracks.tracks.iter().find(|t| &t.object == object) {
+                Some(track) => compare(self, &format!("{video} {object}"), track, (poses, &impacts, film)),
+                None => self.incomplete.push(format!("{video} {object}: no track")),
+            }
+        }
+    }
 }
 
 fn compare(
     errors: &mut Errors,
     name: &str,
     track: &breakshot::detect::Track,
-    (poses, impacts): (&[[f64; 3]], &[f64]),
+    (poses, impacts, film): (&[[f64; 3]], &[f64], Film),
 ) {
-    const FRAME_RATE_HZ: f64 = 60.0;
-    let frame = |time_s: f64| (time_s * FRAME_RATE_HZ).round() as usize;
+    let frame = |time_s: f64| (time_s * film.frame_rate_hz).round() as usize;
     let reached: Vec<usize> = track.samples.iter().map(|s| frame(s.time_s)).collect();
     if reached.first() != Some(&0) || reached.last() != Some(&(poses.len() - 1)) {
         errors.incomplete.push(format!(
@@ -74,7 +104,7 @@ fn compare(
         if k == 0 || k + 1 == track.samples.len() {
             errors.ends_m.push(error_m);
         }
-        if impacts.iter().all(|t| (t - sample.time_s).abs() > NEAR_IMPACT_S) {
+        if impacts.iter().all(|t| (t - sample.time_s).abs() > film.near_impact_s) {
             errors.every_m.push(error_m);
             if let Some(yaw_rad) = sample.yaw_rad {
                 let half_turns = ((yaw_rad - pose[2]) / std::f64::consts::PI).round();

@@ -1,8 +1,11 @@
 //! `breakshot detect`: the tracks of one clip.
 
+use super::overlay;
 use crate::args::DetectArgs;
 use crate::{Outcome, console};
+use breakshot::capture::Footage;
 use breakshot::detect::{Layout, Tracks};
+use breakshot::verify::{self, Overlay};
 use breakshot::{Error, Result, detect, files};
 use std::fmt::Write;
 use std::path::Path;
@@ -19,6 +22,7 @@ pub(crate) fn run(args: &DetectArgs) -> Result<Outcome> {
         (None, None) => Layout::Unknown,
     };
     let seen = args.decoder.film(&args.video, &cell)?;
+    let camera = seen.camera.clone();
     let bar = console::progress(seen.footage.frame_count().unwrap_or(0), "frames");
     let count = |frames: usize| bar.set_position(frames as u64);
     let options = detect::Options { threshold: args.threshold, on_frame: Some(&count) };
@@ -30,13 +34,25 @@ pub(crate) fn run(args: &DetectArgs) -> Result<Outcome> {
     } else {
         files::write_json(&args.output, &tracks)?;
     }
+    if let Some(plot) = &args.plot {
+        files::write_whole(plot, verify::motion(&tracks)?.as_bytes())?;
+    }
+    let mut written = vec![args.output.clone()];
+    written.extend(args.plot.clone());
+    if let Some(film) = &args.overlay {
+        let overlay = Overlay { camera: &camera, tracks: &tracks, objects: &objects.value };
+        let frames = Footage::open_with(&args.video, args.decoder.into())?;
+        written.push(overlay::write(&overlay, frames, film)?);
+    }
     if args.json {
         console::print_json(&tracks)?;
     } else {
         for track in &tracks.tracks {
             println!("{}: {} samples", track.object, track.samples.len());
         }
-        println!("Wrote {}", args.output.display());
+        for file in &written {
+            println!("Wrote {}", file.display());
+        }
     }
     Ok(Outcome::doubtful_if(!tracks.warnings.is_empty()))
 }

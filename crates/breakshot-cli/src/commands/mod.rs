@@ -8,6 +8,7 @@ pub(crate) mod estimate;
 pub(crate) mod export;
 pub(crate) mod init;
 pub(crate) mod look;
+mod overlay;
 pub(crate) mod plan;
 pub(crate) mod simulate;
 pub(crate) mod strike;

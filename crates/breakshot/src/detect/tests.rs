@@ -306,3 +306,81 @@ fn a_camera_that_is_nudged_during_the_clip_is_named() {
     let told = warnings(0.003).join("; ");
     assert!(told.contains("the camera moved by 3"), "{told}");
 }
+
+#[test]
+fn one_frame_gives_a_place_and_no_speed() {
+    let view = view();
+    let objects = [object("a", disc(0.03), disc(0.011))];
+    let pose = Pose::new(0.03, -0.02, 0.0);
+    let tracks =
+        found(&view, pictured(&view, &objects, &[pose], 1), &objects, &Layout::Unknown).expect("tracks");
+    let samples = &tracks.tracks[0].samples;
+    assert!(samples.len() == 1 && off_mm(&samples[0], pose) < 0.1, "{samples:?}");
+    assert!(samples[0].vx_m_s.is_none() && samples[0].ax_m_s2.is_none(), "{samples:?}");
+}
+
+#[test]
+fn a_marker_of_another_size_is_no_marker() {
+    let view = view();
+    let (wanted, large) = (object("a", disc(0.05), disc(0.011)), object("a", disc(0.05), disc(0.03)));
+    for pose in [Pose::default(), Pose::new(0.1, 0.05, 0.0)] {
+        let frames = pictured(&view, std::slice::from_ref(&large), &[pose], 2);
+        let error = found(&view, frames, std::slice::from_ref(&wanted), &Layout::Unknown)
+            .expect_err("nothing of that size");
+        let message = error.to_string();
+        assert!(message.contains("`a` (") && message.contains("of the shape and size"), "{message}");
+    }
+}
+
+#[test]
+fn twenty_objects_that_slide_past_each_other_keep_their_names() {
+    let view = view();
+    let objects: Vec<Object> = (0..20).map(|k| object(&format!("o{k}"), disc(0.014), disc(0.007))).collect();
+    let start = |k: usize| Pose::new((k % 5) as f64 * 0.09 - 0.18, (k / 5) as f64 * 0.06 - 0.10, 0.0);
+    let motion = |k: usize, t: f64| {
+        let speed_m_s = if (k / 5).is_multiple_of(2) { 0.45 } else { -0.45 };
+        slid(start(k), Vec2::new(speed_m_s, 0.0), 0.0, t + 0.08)
+    };
+    let frames = film(&view, &times_s(12), |t| {
+        let things = objects.iter().enumerate().flat_map(|(k, object)| {
+            let (pose, velocity, _) = motion(k, t);
+            Thing::object(object, pose).map(|thing| thing.moving(velocity, 0.0))
+        });
+        things.collect()
+    });
+    let placed = objects.iter().enumerate().map(|(k, object)| {
+        let Pose { position, yaw_rad } = motion(k, 0.0).0;
+        Placed { object: object.name.clone(), position_m: position, yaw_rad }
+    });
+    let tracks = found(&view, frames, &objects, &Layout::Placed(placed.collect())).expect("tracks");
+    for (k, track) in tracks.tracks.iter().enumerate() {
+        assert_eq!(track.samples.len(), 12, "{}: {:?}", track.object, tracks.warnings);
+        for s in &track.samples {
+            let off = off_mm(s, motion(k, s.time_s).0);
+            assert!(off < 0.3, "{} is {off} mm off at {} s", track.object, s.time_s);
+        }
+    }
+}
+
+#[test]
+fn a_shadow_across_a_marker_makes_a_place_doubtful_not_wrong() {
+    let view = view();
+    let objects = [object("a", disc(0.03), disc(0.011))];
+    let pose = Pose::new(0.02, 0.01, 0.0);
+    let mut frames = pictured(&view, &objects, &[pose], 14);
+    let edge = view.camera.pixel_from_table(pose.position, 0.03);
+    for frame in &mut frames[6..10] {
+        for (k, grey) in frame.image.pixels.iter_mut().enumerate() {
+            if (k % 640) as f64 > edge.x {
+                *grey = (f64::from(*grey) * 0.4) as u8;
+            }
+        }
+    }
+    let tracks = found(&view, frames, &objects, &Layout::Unknown).expect("tracks");
+    let samples = &tracks.tracks[0].samples;
+    assert!(samples.len() >= 10, "{} of 14 samples", samples.len());
+    for s in samples {
+        let off = off_mm(s, pose);
+        assert!(off < 0.2 || s.doubtful, "{off} mm off at {} s, and sure of it", s.time_s);
+    }
+}

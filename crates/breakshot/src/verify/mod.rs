@@ -10,13 +10,16 @@ mod compare;
 mod figures;
 mod html;
 mod observed;
+mod overlay;
 mod published;
 
 pub use html::{Filmed, Motion, Simulated, Story};
 pub use observed::{Observed, Seen};
+pub use overlay::{Overlay, Picture};
 pub use published::Published;
 
-use crate::error::Result;
+use crate::detect::Tracks;
+use crate::error::{Error, Result};
 use crate::estimate::ClipValue;
 use crate::geometry::Pose;
 use crate::object::Object;
@@ -155,6 +158,16 @@ pub fn html(story: &Story) -> String {
 /// Properties that hold nothing to draw.
 pub fn published(properties: &Properties, clips: &[ClipValue], objects: &[Object]) -> Result<Published> {
     published::published(properties, clips, objects)
+}
+
+/// The paper's Fig. 6 of one clip as an SVG that stands alone: distance from the first place, speed, and acceleration
+/// along the motion, over time.
+///
+/// # Errors
+/// Tracks without a sample.
+pub fn motion(tracks: &Tracks) -> Result<String> {
+    published::motion(tracks)
+        .ok_or_else(|| Error::invalid(&tracks.video, "tracks", "not one sample", "an object that was seen"))
 }
 
 impl Report {

@@ -6,7 +6,7 @@
 
 mod film;
 mod learned;
-mod motion;
+pub(super) mod motion;
 mod planned;
 mod simulated;
 #[cfg(test)]

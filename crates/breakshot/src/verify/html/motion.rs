@@ -17,7 +17,8 @@ const FIT_STEP_S: f64 = 1e-3;
 /// Distance from the first place (mm), speed (m/s) and acceleration along the motion (m/s2) at some time (s).
 type Row = (f64, [Option<f64>; 3]);
 
-pub(super) fn chapter(motion: &Motion, palette: &Palette) -> Option<String> {
+/// The three panels of Fig. 6; none for tracks without a sample.
+pub(in crate::verify) fn drawing(motion: &Motion, palette: &Palette) -> Option<String> {
     let tracks: Vec<&Track> = motion.tracks.tracks.iter().filter(|t| !t.samples.is_empty()).collect();
     if tracks.is_empty() {
         return None;
@@ -36,8 +37,11 @@ pub(super) fn chapter(motion: &Motion, palette: &Palette) -> Option<String> {
             height_px: PANEL_PX,
         })
         .collect();
-    let svg =
-        lines("time (s)", &panels, &marks(motion), "Distance, speed and acceleration of one clip over time");
+    Some(lines("time (s)", &panels, &marks(motion), "Distance, speed and acceleration of one clip over time"))
+}
+
+pub(super) fn chapter(motion: &Motion, palette: &Palette) -> Option<String> {
+    let svg = drawing(motion, palette)?;
     let name = escaped(&motion.tracks.video);
     let how = match motion.fit {
         Some(_) => {
@@ -49,7 +53,7 @@ pub(super) fn chapter(motion: &Motion, palette: &Palette) -> Option<String> {
     let caption = format!(
         "Motion in <code>{name}</code>: distance from where the object lay, speed, and acceleration along the motion. {how}"
     );
-    let frames = tracks.iter().map(|t| t.samples.len()).max().unwrap_or(0);
+    let frames = motion.tracks.tracks.iter().map(|t| t.samples.len()).max().unwrap_or(0);
     Some(format!(
         "<h2>One strike, frame by frame</h2>\n<p>The robot hits the first object, which may hit the next. An impact makes \
          speed jump; after it each object slides to rest at a steady deceleration, friction times <i>g</i>. The markers \

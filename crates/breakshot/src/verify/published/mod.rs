@@ -6,7 +6,10 @@
 mod style;
 mod table;
 
+use super::Motion;
 use super::figures::{IntervalRow, Intervals, Palette, Scale, intervals};
+use super::html::motion::drawing;
+use crate::detect::Tracks;
 use crate::error::{Error, Result};
 use crate::estimate::ClipValue;
 use crate::object::{self, Object};
@@ -22,6 +25,12 @@ pub struct Published {
     pub files: Vec<(String, String)>,
     /// The figures that the data do not support, each with the reason.
     pub missing: Vec<String>,
+}
+
+/// The three panels of Fig. 6 as a file: distance, speed and acceleration of every object over time.
+pub(super) fn motion(tracks: &Tracks) -> Option<String> {
+    let palette = Palette::new(tracks.tracks.iter().map(|t| t.object.as_str()));
+    drawing(&Motion { tracks, fit: None }, &palette).map(|svg| style::standalone(&svg))
 }
 
 /// What a figure shows.

@@ -1,0 +1,218 @@
+//! Damaged films: whatever is broken in them, reading ends with frames or with an error, soon and in little memory.
+//!
+//! `cargo xtask fuzz [COUNT]` opens COUNT mutated films (a million if not told) and plays every fiftieth to its end;
+//! arithmetic is checked in this build, so that a wrapped number is a panic too.
+
+use breakshot::capture::{Decoder, Footage};
+use std::collections::BTreeMap;
+use std::io::Write;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+/// Films that are opened.
+pub(crate) const COUNT: usize = 1_000_000;
+/// One of so many is decoded to its end.
+const PLAYED: usize = 50;
+/// No film of the corpus has more frames: more means that it does not end.
+const MOST_FRAMES: usize = 1000;
+/// Nothing takes longer than this, on a busy machine either.
+const LONGEST: Duration = Duration::from_secs(20);
+/// Nothing needs more memory than this (MB).
+const MOST_MEMORY_MB: f64 = 500.0;
+/// A line of progress after so many.
+const REPORT: usize = 50_000;
+
+/// What became of the films.
+#[derive(Default)]
+struct Outcomes {
+    opened: usize,
+    played: usize,
+    /// Refusals by their words, numbers left out.
+    refused: BTreeMap<String, usize>,
+    longest: Duration,
+}
+
+/// Opens mutated films; every one that panics, hangs or asks for too much is kept and named.
+pub(crate) fn fuzz(count: usize) -> Result<(), String> {
+    let corpus = corpus()?;
+    let folder = tempfile::tempdir().map_err(|e| e.to_string())?;
+    let path = folder.path().join("film");
+    let mut random = Random(1);
+    let mut outcomes = Outcomes::default();
+    let mut bad = Vec::new();
+    for number in 0..count {
+        let bytes = random.mutated(&corpus);
+        overwrite(&path, &bytes).map_err(|e| format!("{}: {e}", path.display()))?;
+        let started = Instant::now();
+        let play = number.is_multiple_of(PLAYED);
+        let done = catch_unwind(AssertUnwindSafe(|| read(&path, play, &mut outcomes)));
+        let spent = started.elapsed();
+        outcomes.longest = outcomes.longest.max(spent);
+        let wrong = match done {
+            Err(_) => Some("panicked".to_string()),
+            Ok(Err(wrong)) => Some(wrong),
+            Ok(Ok(())) if spent > LONGEST => Some(format!("took {:.1} s", spent.as_secs_f64())),
+            Ok(Ok(())) => None,
+        };
+        if let Some(wrong) = wrong {
+            bad.push(format!("{} {wrong}", kept(number, &bytes)?.display()));
+        }
+        if (number + 1).is_multiple_of(REPORT) {
+            println!(
+                "{} films: {} opened, {} played, {} bad",
+                number + 1,
+                outcomes.opened,
+                outcomes.played,
+                bad.len()
+            );
+        }
+    }
+    told(count, &outcomes, &bad)
+}
+
+fn told(count: usize, outcomes: &Outcomes, bad: &[String]) -> Result<(), String> {
+    println!("\n{count} mutated films: {} opened, {} played to their end", outcomes.opened, outcomes.played);
+    let mut refused: Vec<_> = outcomes.refused.iter().collect();
+    refused.sort_by_key(|(words, count)| (std::cmp::Reverse(**count), words.as_str()));
+    for (words, count) in refused {
+        println!("{count:>9}  {words}");
+    }
+    println!("longest: {:.2} s", outcomes.longest.as_secs_f64());
+    let memory_mb = crate::process::peak_memory_mb().unwrap_or(f64::NAN);
+    println!("peak memory: {memory_mb:.0} MB");
+    for line in bad {
+        println!("BAD: {line}");
+    }
+    if !bad.is_empty() {
+        return Err(format!("{} of {count} films went wrong", bad.len()));
+    }
+    if memory_mb > MOST_MEMORY_MB {
+        return Err(format!("{memory_mb:.0} MB of memory; at most {MOST_MEMORY_MB:.0} are wanted"));
+    }
+    Ok(())
+}
+
+/// Opens a film, and plays it if asked; an error of its own making is what is wanted, silence is not.
+fn read(path: &Path, play: bool, outcomes: &mut Outcomes) -> Result<(), String> {
+    let mut refuse = |said: String| {
+        if said.contains("ended without a word") {
+            return Err("panicked in its own thread".to_string());
+        }
+        *outcomes.refused.entry(words(&said)).or_insert(0) += 1;
+        Ok(())
+    };
+    match Footage::open_with(path, Decoder::Builtin) {
+        Err(said) => refuse(said.to_string()),
+        Ok(footage) if play => {
+            outcomes.played += 1;
+            let mut frames = 0;
+            for frame in footage.take(MOST_FRAMES) {
+                frames += 1;
+                if let Err(said) = frame {
+                    refuse(said.to_string())?;
+                }
+            }
+            if frames < MOST_FRAMES { Ok(()) } else { Err("does not end".into()) }
+        }
+        Ok(_) => {
+            outcomes.opened += 1;
+            Ok(())
+        }
+    }
+}
+
+/// What was found, without the film's name and without numbers, so that alike ones count together.
+fn words(said: &str) -> String {
+    let found = said.split_once(": ").map_or(said, |(_, rest)| rest);
+    let found = found.split("; needed").next().unwrap_or(found);
+    let letters: String = found.chars().map(|c| if c.is_ascii_digit() { '#' } else { c }).collect();
+    let mut words = letters.replace("##", "#");
+    while words.contains("##") {
+        words = words.replace("##", "#");
+    }
+    words.chars().take(90).collect()
+}
+
+/// The small films of the library's tests that the built-in decoder reads, and a Y4M.
+fn corpus() -> Result<Vec<Vec<u8>>, String> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../crates/breakshot/tests/data/footage");
+    let entries = std::fs::read_dir(&folder).map_err(|e| format!("{}: {e}", folder.display()))?;
+    let mut films: Vec<PathBuf> = entries.filter_map(|entry| entry.ok().map(|entry| entry.path())).collect();
+    films.retain(|film| film.extension().is_some_and(|e| e == "mp4" || e == "mov"));
+    films.sort();
+    let mut corpus: Vec<Vec<u8>> = Vec::new();
+    for film in films {
+        corpus.push(std::fs::read(&film).map_err(|e| format!("{}: {e}", film.display()))?);
+    }
+    let frame = [&b"FRAME\n"[..], &[90; 16 * 12 * 3 / 2]].concat();
+    corpus.push([b"YUV4MPEG2 W16 H12 F60:1 C420\n".to_vec(), frame.repeat(5)].concat());
+    Ok(corpus)
+}
+
+/// Keeps a film that went wrong.
+fn kept(number: usize, bytes: &[u8]) -> Result<PathBuf, String> {
+    let folder = crate::example::target().join("fuzz");
+    let path = folder.join(format!("film_{number}"));
+    let written = std::fs::create_dir_all(&folder).and_then(|()| std::fs::write(&path, bytes));
+    written.map_err(|e| format!("{}: {e}", path.display()))?;
+    Ok(path)
+}
+
+/// Writes a file in place: emptying it first makes some file systems wait for the disk.
+fn overwrite(path: &Path, bytes: &[u8]) -> std::io::Result<()> {
+    let mut file = std::fs::OpenOptions::new().write(true).create(true).truncate(false).open(path)?;
+    file.write_all(bytes)?;
+    file.set_len(bytes.len() as u64)
+}
+
+/// A small generator of mutations (`SplitMix64`).
+struct Random(u64);
+
+impl Random {
+    fn below(&mut self, limit: usize) -> usize {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        ((z ^ (z >> 31)) % limit.max(1) as u64) as usize
+    }
+
+    /// A film of the corpus with some bytes changed, lost, doubled, or taken from another film; half of the changes
+    /// strike the boxes, which are what is trusted.
+    fn mutated(&mut self, corpus: &[Vec<u8>]) -> Vec<u8> {
+        let mut bytes = corpus[self.below(corpus.len())].clone();
+        for _ in 0..=self.below(6) {
+            let at = self.place(&bytes);
+            let rest = bytes.len() - at;
+            match self.below(14) {
+                0..=3 => bytes[at] ^= 1 << self.below(8),
+                4..=5 => bytes[at] = self.below(256) as u8,
+                6 => bytes[at] = 0,
+                7 => bytes[at..at + rest.min(4)].fill(0xff),
+                8 => bytes[at..at + rest.min(4)].fill(0),
+                9 => bytes[at] = bytes[at].wrapping_add(1),
+                10 => drop(bytes.drain(at..at + 1 + self.below(rest.min(9)))),
+                11 => bytes.insert(at, self.below(256) as u8),
+                12 => {
+                    let other = &corpus[self.below(corpus.len())];
+                    let from = self.below(other.len());
+                    let part = &other[from..(from + 1 + self.below(64)).min(other.len())];
+                    let end = (at + part.len()).min(bytes.len());
+                    bytes[at..end].copy_from_slice(&part[..end - at]);
+                }
+                _ => bytes.truncate(at.max(1)),
+            }
+            if bytes.len() < 16 {
+                break;
+            }
+        }
+        bytes
+    }
+
+    fn place(&mut self, bytes: &[u8]) -> usize {
+        let index = bytes.windows(4).position(|window| window == b"moov").unwrap_or(0);
+        let index_length = (bytes.len() - index).min(1200);
+        if self.below(2) == 0 { index + self.below(index_length) } else { self.below(bytes.len()) }
+    }
+}

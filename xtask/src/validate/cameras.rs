@@ -1,0 +1,65 @@
+//! One strike filmed by other cameras, and coded in other ways: `cargo xtask validate cameras LAB`.
+//!
+//! The lab films it (`peers/lab_cameras.py`): 30 to 120 frames a second, tilted, blurred, noisy, dim; HEVC, Motion JPEG,
+//! 10 bits.  Truth is read for measuring only.
+
+use super::row::{Row, median, print_all};
+use super::tracks::{Errors, Film};
+use super::truth::Truth;
+use crate::example::target;
+use crate::{process, venv};
+use breakshot::capture::Decoder;
+use breakshot::files;
+use std::path::Path;
+use std::process::Command;
+
+/// What filming needs.
+const PACKAGES: [&str; 3] = ["mujoco==4.0.0", "numpy", "opencv-python-headless==5.0.0.93"];
+
+/// Films the strike by every camera (once), tracks it, and compares.
+pub(crate) fn cameras(lab: &Path, python: Option<&str>) -> Result<(), String> {
+    let folder = target().join("cameras");
+    let python = python.map_or_else(|| venv::python("lab", &PACKAGES), |given| Ok(given.into()))?;
+    let run = process::run(Command::new(python).arg("xtask/peers/lab_cameras.py").arg(lab).arg(&folder))?;
+    if run.code != 0 {
+        return Err(format!("the lab's cameras ended with {}", run.code));
+    }
+    let entries = std::fs::read_dir(&folder).map_err(|e| format!("{}: {e}", folder.display()))?;
+    let mut cameras: Vec<_> = entries.filter_map(|entry| entry.ok().map(|entry| entry.path())).collect();
+    cameras.sort();
+    let mut all_hold = true;
+    for camera in cameras.iter().filter(|camera| camera.join("truth.json").exists()) {
+        all_hold &= measured(camera)?;
+    }
+    if all_hold { Ok(()) } else { Err("some targets were missed".into()) }
+}
+
+/// The films of one camera.
+fn measured(folder: &Path) -> Result<bool, String> {
+    let truth = Truth::read(folder)?;
+    let campaign = files::load_campaign(&folder.join("campaign.toml")).map_err(|e| e.to_string())?.value;
+    let mut errors = Errors::default();
+    let mut warnings = Vec::new();
+    for clip in &campaign.clips {
+        let name = clip.video.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        let told = breakshot::clip_tracks(&campaign, clip, Decoder::Auto).map_err(|e| e.to_string())?;
+        let steps = told.tracks.tracks.iter().flat_map(|track| track.samples.windows(2));
+        let interval_s = median(steps.map(|pair| pair[1].time_s - pair[0].time_s).collect());
+        // However long the shutter is open, it is for less than from frame to frame.
+        let film = Film { frame_rate_hz: 1.0 / interval_s, near_impact_s: 0.5 * interval_s };
+        let known = truth.clips.get(&name).ok_or_else(|| format!("{name} is not in the truth"))?;
+        errors.add(&name, &told.tracks, known, film);
+        warnings.extend(told.tracks.warnings);
+    }
+    let rows = [
+        Row::at_most("tracks that miss their first or last frame", errors.incomplete.len() as f64, 0.0, ""),
+        Row::at_most("every frame without an impact, rms", errors.every_rms_mm(), 0.08, "mm"),
+        Row::at_most("angles of bar markers, rms", errors.angle_rms_deg(), 0.5, "deg"),
+    ];
+    let title = folder.file_name().unwrap_or_default().to_string_lossy();
+    let holds = print_all(&format!("Camera: {title}, {} films", campaign.clips.len()), &rows);
+    for line in errors.incomplete.iter().chain(&warnings) {
+        println!("  {line}");
+    }
+    Ok(holds)
+}
