@@ -50,6 +50,15 @@ pub struct ContactFriction {
     pub striker: Option<Estimate>,
 }
 
+impl ContactFriction {
+    /// A coefficient that nobody measured is anything from zero to this: dry wood, plastic and metal.
+    pub const MOST_ASSUMED: f64 = 0.3;
+    /// The mean of all those.
+    pub const ASSUMED: f64 = 0.5 * Self::MOST_ASSUMED;
+    /// Their standard deviation: a `sqrt(12)`th of the range.
+    pub const ASSUMED_STD: f64 = 0.288_675_134_594_812_9 * Self::MOST_ASSUMED;
+}
+
 /// A covariance matrix with names.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]

@@ -140,6 +140,12 @@ fn growth(ours: &Scenes) -> Result<bool, String> {
         })
         .collect();
     rows.push(Row::at_most("time per impact, 200 over 10 objects", times_us[4] / times_us[0], 2.0, ""));
+    rows.push(Row::at_most(
+        "time per impact, 10 objects and 190 bystanders over 10 objects",
+        bystanders(ours)?,
+        2.0,
+        "",
+    ));
     let per_object =
         |large: usize, small: usize| (memory[large] - memory[small]) / (SIZES[large] - SIZES[small]) as f64;
     rows.push(Row::at_most(
@@ -152,6 +158,32 @@ fn growth(ours: &Scenes) -> Result<bool, String> {
         "Growth with the number of objects (discs of 40 mm, gaps of 2 to 4 mm, struck at 1 m/s)",
         &rows,
     ))
+}
+
+/// Time of the same strikes on ten objects with 190 more that nothing reaches, over that without them.
+fn bystanders(ours: &Scenes) -> Result<f64, String> {
+    let (few, many) = (heaps(10), heaps(10).replace("end\n", &(rows_far_away(190) + "end\n")));
+    let mut ratios = Vec::new();
+    let [few_file, many_file] = [few, many].map(|text| {
+        let file = tempfile::NamedTempFile::new().map_err(|e| e.to_string())?;
+        std::fs::write(file.path(), text).map_err(|e| e.to_string())?;
+        Ok::<_, String>(file)
+    });
+    let (few_file, many_file) = (few_file?, many_file?);
+    for _ in 0..ROUNDS {
+        let rate = |file: &Path| ours.run(file, &["--repeat", "400"], 1).map(|run| run.rollouts_per_cpu_s);
+        ratios.push(rate(few_file.path())? / rate(many_file.path())?);
+    }
+    Ok(median(ratios))
+}
+
+/// Discs in rows a metre and more away from the piles.
+fn rows_far_away(count: usize) -> String {
+    (0..count).fold(String::new(), |mut text, k| {
+        let (x, y) = (2.0 + 0.05 * (k / 20) as f64, -0.5 + 0.05 * (k % 20) as f64);
+        let _ = writeln!(text, "disc 0.05 0.3 0.8 0.0 {x} {y} 0.0 0.02 {}", 0.04 / 3.0);
+        text
+    })
 }
 
 /// Piles of alike discs beside each other in a square; so many that their memory stands out.

@@ -14,7 +14,7 @@ use super::{GRAVITY_M_S2, Options};
 use crate::error::{Error, Result};
 use crate::geometry::{Point, Pose, Vec2};
 use crate::object::{self, Shape, kind, polygon_area_m2};
-use crate::properties::Properties;
+use crate::properties::{ContactFriction, Properties};
 use crate::scene::{Scene, Strike, Wall};
 use std::sync::Arc;
 
@@ -367,8 +367,9 @@ fn coefficients(
     let mut measured = |estimate: Option<crate::uncertain::Estimate>, between: &str| {
         estimate.map_or_else(
             || {
-                notes.push(format!("contact friction {between} was never measured: taken as 0"));
-                0.0
+                let assumed = ContactFriction::ASSUMED;
+                notes.push(format!("contact friction {between} was never measured: taken as {assumed}"));
+                assumed
             },
             |e| e.mean,
         )

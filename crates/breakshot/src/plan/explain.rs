@@ -74,11 +74,13 @@ pub(super) fn doubts(
     (scene, properties): (&Scene, &Properties),
     options: &Options,
     (strike, judge): (&Strike, &Judge),
-    (seed, probability): (u64, f64),
+    (seed, judged): (u64, &[Verdict]),
 ) -> Result<Vec<Doubt>> {
+    let probability = part(&judged[..SAMPLES.min(judged.len())], Verdict::fulfilled);
     let mut found = Vec::new();
     for source in Source::ALL {
-        let worlds = possible_worlds((scene, properties), options, (seed, SAMPLES), Some(source))?;
+        let count = SAMPLES.min(judged.len());
+        let worlds = possible_worlds((scene, properties), options, (seed, count), Some(source))?;
         let gain = part(&verdicts(strike, &worlds, judge), Verdict::fulfilled) - probability;
         found.push(Doubt { source, gain });
     }
@@ -86,5 +88,5 @@ pub(super) fn doubts(
     Ok(found)
 }
 
-/// Possible worlds per source: drawn as the first of those that the strike was judged on.
+/// Possible worlds per source: the first of those that the strike was judged on, but for the source.
 const SAMPLES: usize = 200;

@@ -10,7 +10,7 @@ use crate::error::Result;
 use crate::geometry::{Pose, Vec2};
 use crate::outline::Outline;
 use crate::physics::{self, Compliance, ContactForce, Stiffness, Touching, World};
-use crate::properties::Properties;
+use crate::properties::{ContactFriction, Properties};
 use crate::scene::{Scene, Strike};
 use crate::uncertain::Estimate;
 use nalgebra::DMatrix;
@@ -108,8 +108,6 @@ pub(super) fn possible_worlds(
 
 /// However badly the speed is known, the arm moves forward.
 const LEAST_SPEED_FACTOR: f64 = 0.1;
-/// Contact friction that nobody measured is anything from zero to this: dry wood and plastic.
-const MOST_CONTACT_FRICTION: f64 = 0.3;
 /// Contacts of hard objects of some centimetres last between these times (s).
 const CONTACT_TIMES_S: [f64; 2] = [5e-5, 2e-3];
 /// Friction does not fall below this part of its mean.
@@ -195,7 +193,7 @@ impl Dice {
                 let std = estimate.standard_error.hypot(estimate.std.unwrap_or(0.0));
                 (estimate.mean + std * normal).max(0.0)
             }
-            None => MOST_CONTACT_FRICTION * uniform,
+            None => ContactFriction::MOST_ASSUMED * uniform,
         })
     }
 

@@ -1,9 +1,9 @@
 //! Which strike works in most of the worlds that may be?
 //!
 //! Successive halving: many aims are judged on a few possible worlds, the better ones on more; the best distinct ones are then
-//! varied, each generation closer, and compared on fresh worlds that had no say in choosing them.  The winner's success
-//! probability is the part of those in which the goal holds; choosing among a few by it makes it a little too high.  While searching, an outcome counts by how clearly it fulfils
-//! or misses the goal, so that the search feels a slope where no sample succeeds yet.
+//! varied, each generation closer, and compared on fresh worlds.  The winner's success probability is the part of still
+//! others, which had no say in choosing it, in which the goal holds.  While searching, an outcome counts by how clearly it
+//! fulfils or misses the goal, so that the search feels a slope where no sample succeeds yet.
 
 use super::explain::{Doubt, Failure, RunnerUp, doubts, failures};
 use super::judge::{Judge, Verdict};
@@ -112,30 +112,28 @@ pub(super) fn robust(
     let field = halved(candidates, &worlds, (&judge, effort));
     let finalists = distinct(field, effort.finalists);
     let field = refined(finalists, (&worlds, &judge), (&range, effort), options.seed);
-    let fresh_seed = options.seed.wrapping_add(FRESH_STREAM);
-    let fresh = possible_worlds((&scene, properties), options, (fresh_seed, effort.fresh), None)?;
-    let mut judged = judged(&field, &fresh, &judge);
+    let drawn = |seed: u64| possible_worlds((&scene, properties), options, (seed, effort.fresh), None);
+    let [compared_seed, verdict_seed] = [1, 2].map(|k| options.seed.wrapping_add(k * FRESH_STREAM));
+    let mut judged = judged(&field, &drawn(compared_seed)?, &judge);
     judged.sort_by(|one, other| other.1.total_cmp(&one.1));
-    let runner_up = judged.get(1).map(|(candidate, _, verdicts)| RunnerUp {
+    // Some of the winner's lead is luck: it is judged once more, in worlds that had no say in the choice.
+    let fresh = drawn(verdict_seed)?;
+    let runner_up = judged.get(1).map(|(candidate, _)| RunnerUp {
         strike: candidate.strike.clone(),
-        success_probability: part(verdicts, Verdict::fulfilled),
+        success_probability: part(&verdicts(&candidate.strike, &fresh, &judge), Verdict::fulfilled),
     });
-    let (best, _, verdicts) = judged.swap_remove(0);
-    let success_probability = part(&verdicts, Verdict::fulfilled);
-    let samples = verdicts.len();
+    let best = judged.swap_remove(0).0;
+    let told = verdicts(&best.strike, &fresh, &judge);
+    let success_probability = part(&told, Verdict::fulfilled);
+    let samples = told.len();
     let robustness = Robustness {
         success_probability,
         standard_error: standard_error(success_probability, samples),
         samples,
-        expected_singulated: verdicts.iter().map(|v| v.singulated as f64).sum::<f64>() / samples as f64,
+        expected_singulated: told.iter().map(|v| v.singulated as f64).sum::<f64>() / samples as f64,
         runner_up,
-        failures: failures(&scene, &verdicts),
-        doubts: doubts(
-            (&scene, properties),
-            options,
-            (&best.strike, &judge),
-            (fresh_seed, success_probability),
-        )?,
+        failures: failures(&scene, &told),
+        doubts: doubts((&scene, properties), options, (&best.strike, &judge), (verdict_seed, &told))?,
         cloud: cloud(&best.strike, &fresh[..CLOUD.min(fresh.len())]),
         seed: options.seed,
     };
@@ -143,7 +141,7 @@ pub(super) fn robust(
     Ok(plan)
 }
 
-/// Tells the fresh worlds' draws from those of the search.
+/// Tells fresh worlds' draws from those of the search.
 const FRESH_STREAM: u64 = 0x5EED_F4E5;
 
 /// All strikes that an aim leads to, and what is in the way of the others.
@@ -300,9 +298,8 @@ pub(super) fn verdict(
         .map_or(Verdict::FAILED, |outcome| judge.verdict(&outcome))
 }
 
-type Judged = (Candidate, f64, Vec<Verdict>);
-
-fn judged(field: &[Candidate], worlds: &[Possible], judge: &Judge) -> Vec<Judged> {
+/// What each candidate is worth in these worlds.
+fn judged(field: &[Candidate], worlds: &[Possible], judge: &Judge) -> Vec<(Candidate, f64)> {
     let all = judge.count() as f64;
     field
         .iter()
@@ -311,7 +308,7 @@ fn judged(field: &[Candidate], worlds: &[Possible], judge: &Judge) -> Vec<Judged
             // What counts in the end is how often the goal holds; how clearly decides between equals.
             let clearly = verdicts.iter().map(|v| worth(v, all)).sum::<f64>() / verdicts.len() as f64;
             let worth = part(&verdicts, Verdict::fulfilled) + TIE_WEIGHT * clearly;
-            (candidate.clone(), worth, verdicts)
+            (candidate.clone(), worth)
         })
         .collect()
 }
