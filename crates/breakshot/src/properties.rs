@@ -55,8 +55,6 @@ impl ContactFriction {
     pub const MOST_ASSUMED: f64 = 0.3;
     /// The mean of all those.
     pub const ASSUMED: f64 = 0.5 * Self::MOST_ASSUMED;
-    /// Their standard deviation: a `sqrt(12)`th of the range.
-    pub const ASSUMED_STD: f64 = 0.288_675_134_594_812_9 * Self::MOST_ASSUMED;
 }
 
 /// A covariance matrix with names.

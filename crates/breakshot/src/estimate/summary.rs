@@ -6,13 +6,12 @@ use super::reading::{Key, Readings, poor_ones_last};
 use super::record::Record;
 use super::{contact_friction, doubt, friction};
 use crate::object::{Object, kind};
-use crate::properties::{ContactFriction, Properties};
+use crate::properties::Properties;
 use crate::uncertain::Estimate;
 use std::collections::{BTreeMap, BTreeSet};
 
 /// Contact friction of dry, hard objects if no impact tells it.
-const ASSUMED_CONTACT_FRICTION: Measured =
-    Measured { value: ContactFriction::ASSUMED, std: ContactFriction::ASSUMED_STD };
+const ASSUMED_CONTACT_FRICTION: Measured = Measured { value: 0.2, std: 0.1 };
 
 /// All clips together.
 pub(super) fn properties(clips: &[&Record], objects: &[Object], reference: &str) -> Properties {

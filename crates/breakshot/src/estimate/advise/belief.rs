@@ -2,7 +2,7 @@
 
 use super::super::reading::Key;
 use crate::object::{Object, pair_key};
-use crate::properties::{ContactFriction, Properties};
+use crate::properties::Properties;
 use crate::uncertain::Estimate;
 use nalgebra::DMatrix;
 
@@ -33,7 +33,7 @@ pub(super) struct Belief {
 const FRICTION: [f64; 2] = [0.3, 0.15];
 const RESTITUTION: f64 = 0.5;
 const LOG_MASS_STD: f64 = std::f64::consts::LN_2;
-const CONTACT_FRICTION: [f64; 2] = [ContactFriction::ASSUMED, ContactFriction::ASSUMED_STD];
+const CONTACT_FRICTION: [f64; 2] = [0.2, 0.1];
 
 impl Belief {
     /// What the properties say of these objects, each with its own copies too where the restitution of copies is known or
