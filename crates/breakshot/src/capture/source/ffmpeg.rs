@@ -36,15 +36,15 @@ pub(super) fn open(path: &Path, refused: &Refusal) -> Result<Opened> {
     check_size(first.width as u64, first.height as u64).map_err(|refusal| refusal.of(path))?;
     let size_px = [first.width, first.height];
     stream.next = Some(first);
-    let tick_s = Some(stream.tick_s);
+    let tick_s = Some(stream.tick[0] / stream.tick[1]);
     Ok(Opened { size_px, frame_count: None, warnings, frames: Box::new(stream), tick_s })
 }
 
 /// A line of the program about the frame that follows, or about what is wrong.
 #[derive(Debug, PartialEq)]
 enum Line {
-    /// The clock's step (s).
-    Tick(f64),
+    /// The clock's step is the first over the second (s).
+    Tick([f64; 2]),
     Frame(Info),
     Error(String),
 }
@@ -71,7 +71,7 @@ impl Line {
         let value = |key: &str| said.split_once(key)?.1.split_whitespace().next();
         if let Some(base) = value("config in time_base: ") {
             let (part, whole) = base.trim_end_matches(',').split_once('/')?;
-            return Some(Self::Tick(part.parse::<f64>().ok()? / whole.parse::<f64>().ok()?));
+            return Some(Self::Tick([part.parse().ok()?, whole.parse().ok()?]));
         }
         let (width, height) = value(" s:")?.split_once('x')?;
         let bits = match value(" fmt:")?.strip_prefix("gray")? {
@@ -94,7 +94,7 @@ struct Stream {
     program: Child,
     luma: ChildStdout,
     lines: Receiver<Line>,
-    tick_s: f64,
+    tick: [f64; 2],
     /// The frame whose line has been read already.
     next: Option<Info>,
     first_ticks: Option<i64>,
@@ -135,7 +135,7 @@ impl Stream {
             program,
             luma,
             lines,
-            tick_s: f64::NAN,
+            tick: [f64::NAN; 2],
             next: None,
             first_ticks: None,
             last_ticks: None,
@@ -155,7 +155,7 @@ impl Stream {
         }
         while let Ok(line) = self.lines.recv() {
             match line {
-                Line::Tick(tick_s) => self.tick_s = tick_s,
+                Line::Tick(tick) => self.tick = tick,
                 Line::Frame(info) => return Ok(Some(info)),
                 Line::Error(said) => return Err(Refusal::damaged(format!("`ffmpeg` says: {said}"))),
             }
@@ -174,7 +174,9 @@ impl Stream {
         }
         let needed_times = |found: String| Refusal { needed: NEEDED_TIMES.into(), ..Refusal::damaged(found) };
         let ticks = ticks.ok_or_else(|| needed_times("a frame without a time stamp".into()))?;
-        let time_s = (ticks - *self.first_ticks.get_or_insert(ticks)) as f64 * self.tick_s;
+        // Divided last, as by the demuxer of our own: the same bits.
+        let shown = (ticks - *self.first_ticks.get_or_insert(ticks)) as f64;
+        let time_s = shown * self.tick[0] / self.tick[1];
         if !time_s.is_finite() || self.last_ticks.is_some_and(|last| ticks <= last) {
             return Err(needed_times(format!(
                 "time stamps that go back: a frame at {time_s:.4} s after a later one"
@@ -246,7 +248,7 @@ mod tests {
         let info = Info { ticks: None, width: 64, height: 48, bits: 8, interlaced: false };
         assert_eq!(Line::of(&timeless), Some(Line::Frame(info)));
         let base = "[Parsed_showinfo_2 @ 0x5] [info] config in time_base: 1/15360, frame_rate: 60/1";
-        assert_eq!(Line::of(base), Some(Line::Tick(1.0 / 15360.0)));
+        assert_eq!(Line::of(base), Some(Line::Tick([1.0, 15360.0])));
         let error = "[mov,mp4,m4a @ 0x55f] [error] stream 0, offset 0x30: partial file";
         assert_eq!(Line::of(error), Some(Line::Error("stream 0, offset 0x30: partial file".into())));
         assert_eq!(Line::of("[info] video:9kB audio:0kB"), None);
