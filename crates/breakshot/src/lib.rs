@@ -4,7 +4,7 @@
 //!
 //! | stage | question | answer |
 //! |---|---|---|
-//! | [`capture`] | what did the camera see, and from where? | [`Footage`](capture::Footage), [`Camera`](capture::Camera) |
+//! | [`capture`] | what did the camera see, and from where? | [`Footage`], [`Camera`](capture::Camera) |
 //! | [`detect`] | where was each object at each instant? | [`Tracks`](detect::Tracks) |
 //! | [`estimate`] | how do the objects slide and bounce? | [`Properties`] |
 //! | [`physics`] | what does this strike do to this pile? | [`Trajectory`] |
