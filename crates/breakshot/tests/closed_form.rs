@@ -58,7 +58,10 @@ impl Bench {
         };
         let options =
             Options { spin: Spin::Decoupled, after_strike: AfterStrike::Lift, ..Options::default() };
-        Self { scene, properties: Properties { version: 1, ..Properties::default() }, options, strike }
+        let none = Some(Estimate::exact(0.0));
+        let contact_friction = ContactFriction { objects: none, striker: none };
+        let properties = Properties { version: 1, contact_friction, ..Properties::default() };
+        Self { scene, properties, options, strike }
     }
 
     fn object(

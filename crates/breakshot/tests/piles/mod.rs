@@ -64,7 +64,7 @@ impl Pile {
         };
         let (objects, placed, walls, keep_out) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
         let goal = Goal::default();
-        Self {
+        let mut pile = Self {
             scene: Scene { cell, objects, observed_unix_s: None, placed, walls, keep_out, goal },
             properties: Properties { version: 1, ..Properties::default() },
             strike: Strike {
@@ -75,7 +75,9 @@ impl Pile {
                 travel_m: 0.2,
             },
             options: Options { after_strike: AfterStrike::Lift, ..Options::default() },
-        }
+        };
+        pile.contact_friction(0.0);
+        pile
     }
 
     /// One more object: mass, friction, restitution (of a pair: the product; with the striker: its own).
