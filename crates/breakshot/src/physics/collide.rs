@@ -58,7 +58,7 @@ impl Rollout<'_> {
                 }
             }
             Touching::Compliant(compliance) => {
-                self.gather(&meeting, approach * compliance.contact_time_s, time_s);
+                self.gather(&meeting, LEANING_M.max(approach * compliance.contact_time_s), time_s);
                 if self.memory.cluster.contacts.len() > 1
                     && self.spring_together(&compliance, &meeting, time_s)
                 {
