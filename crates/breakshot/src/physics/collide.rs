@@ -221,7 +221,7 @@ impl Rollout<'_> {
         let bodies = pair.map(|i| &self.world.bodies[i]);
         let coefficients = self.world.coefficients(pair[0], pair[1]);
         let contacts = &mut self.memory.cluster.contacts;
-        for &(point, gap_m) in self.memory.points.iter().filter(|p| p.1 <= reach_m.max(TOUCHING_M)) {
+        for &(point, gap_m) in self.memory.points.iter().filter(|p| p.1 <= reach_m) {
             let both = ((bodies[0], &states[0]), (bodies[1], &states[1]));
             contacts.push(Contact::new((0, 1), both, (point, gap_m), coefficients));
             if point == *touch {
