@@ -76,11 +76,11 @@ pub(super) fn doubts(
     (strike, judge): (&Strike, &Judge),
     (seed, judged): (u64, &[Verdict]),
 ) -> Result<Vec<Doubt>> {
-    let probability = part(&judged[..SAMPLES.min(judged.len())], Verdict::fulfilled);
+    let judged = &judged[..SAMPLES.min(judged.len())];
+    let probability = part(judged, Verdict::fulfilled);
     let mut found = Vec::new();
     for source in Source::ALL {
-        let count = SAMPLES.min(judged.len());
-        let worlds = possible_worlds((scene, properties), options, (seed, count), Some(source))?;
+        let worlds = possible_worlds((scene, properties), options, (seed, judged.len()), Some(source))?;
         let gain = part(&verdicts(strike, &worlds, judge), Verdict::fulfilled) - probability;
         found.push(Doubt { source, gain });
     }
