@@ -106,13 +106,8 @@ impl Arm {
     /// How the tip moves with each joint; the joint `still` does not move.
     fn columns(&self, frames: &[Frame], tip: &Frame, still: Option<usize>) -> Columns {
         let mut columns = Columns::zeros();
-        for (k, (frame, link)) in
-            frames.iter().zip(&self.links).enumerate().filter(|(k, _)| Some(*k) != still)
-        {
-            let axis = frame.rotation * link.joint.axis.into_inner();
-            let moved = axis.cross(&(tip.translation.vector - frame.translation.vector));
-            columns.fixed_view_mut::<3, 1>(0, k).copy_from(&moved);
-            columns.fixed_view_mut::<3, 1>(3, k).copy_from(&axis);
+        for (k, frame) in frames.iter().enumerate().filter(|(k, _)| Some(*k) != still) {
+            columns.set_column(k, &self.column(frame, &tip.translation.vector, k));
         }
         columns
     }

@@ -49,13 +49,16 @@ impl Arm {
     pub(super) fn jacobian_at(&self, frames: &[Frame], point: &Vector3<f64>, joints: usize) -> Jacobian {
         let mut jacobian = Jacobian::zeros(frames.len());
         for (k, frame) in frames.iter().enumerate().take(joints) {
-            let axis = frame.rotation * self.links[k].joint.axis.into_inner();
-            let arm = point - frame.translation.vector;
-            let column = axis.cross(&arm);
-            jacobian.fixed_view_mut::<3, 1>(0, k).copy_from(&column);
-            jacobian.fixed_view_mut::<3, 1>(3, k).copy_from(&axis);
+            jacobian.set_column(k, &self.column(frame, point, k));
         }
         jacobian
+    }
+
+    /// How a point (m, base frame) moves and turns with the k-th joint, whose frame is given.
+    pub(super) fn column(&self, frame: &Frame, point: &Vector3<f64>, k: usize) -> Vector6<f64> {
+        let axis = frame.rotation * self.links[k].joint.axis.into_inner();
+        let moved = axis.cross(&(point - frame.translation.vector));
+        Vector6::new(moved.x, moved.y, moved.z, axis.x, axis.y, axis.z)
     }
 
     /// The velocity of the tip's point (m/s, base axes).
