@@ -8,25 +8,7 @@ use std::time::SystemTime;
 fn folder() -> tempfile::TempDir {
     let folder = tempfile::tempdir().expect("a folder");
     let write = |name: &str, text: &str| std::fs::write(folder.path().join(name), text).expect("a file");
-    write(
-        "cell.toml",
-        r#"
-        [camera]
-        scale_px_per_m = 1000.0
-        [workspace]
-        min_m = [-0.3, -0.2]
-        max_m = [0.3, 0.2]
-        [striker]
-        shape = { disc = { radius_m = 0.015 } }
-        height_m = 0.1
-        speed_range_m_s = [0.05, 1.0]
-        [robot]
-        arm = "indy7"
-        base_from_table = { position_m = [0.45, 0.0, 0.0], rpy_rad = [0.0, 0.0, 1.5707963] }
-        tool_offset_m = [0.0, 0.0, 0.15]
-        tool_mass_kg = 0.3
-        "#,
-    );
+    write("cell.toml", include_str!("../../breakshot/tests/data/arms/indy7_cell.toml"));
     write(
         "objects.toml",
         "[[objects]]\nname = \"a\"\nshape = { disc = { radius_m = 0.03 } }\nheight_m = 0.04\n\

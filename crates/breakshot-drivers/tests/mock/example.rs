@@ -15,22 +15,7 @@ pub fn just_after() -> f64 {
 }
 
 pub fn scene() -> Scene {
-    let text = r#"
-        [camera]
-        scale_px_per_m = 1000.0
-        [workspace]
-        min_m = [-0.3, -0.2]
-        max_m = [0.3, 0.2]
-        [striker]
-        shape = { disc = { radius_m = 0.015 } }
-        height_m = 0.1
-        speed_range_m_s = [0.05, 1.0]
-        [robot]
-        arm = "indy7"
-        base_from_table = { position_m = [0.45, 0.0, 0.0], rpy_rad = [0.0, 0.0, 1.5707963] }
-        tool_offset_m = [0.0, 0.0, 0.15]
-        tool_mass_kg = 0.3
-    "#;
+    let text = include_str!("../../../breakshot/tests/data/arms/indy7_cell.toml");
     let cell: Cell = toml::from_str(text).expect("a cell");
     let object = Object {
         name: "a".into(),

@@ -3,25 +3,9 @@ use crate::geometry::{Point, Vec2};
 use crate::object::{Object, Shape};
 use crate::scene::{Goal, Placed};
 
-/// A table in front of an Indy 7: the table's middle 0.5 m before the base, its x axis along the base's y axis.
+/// A table in front of an Indy 7.
 fn cell() -> Cell {
-    let text = r#"
-        [camera]
-        scale_px_per_m = 1000.0
-        [workspace]
-        min_m = [-0.3, -0.2]
-        max_m = [0.3, 0.2]
-        [striker]
-        shape = { disc = { radius_m = 0.015 } }
-        height_m = 0.1
-        speed_range_m_s = [0.05, 1.0]
-        [robot]
-        arm = "indy7"
-        base_from_table = { position_m = [0.45, 0.0, 0.0], rpy_rad = [0.0, 0.0, 1.5707963] }
-        tool_offset_m = [0.0, 0.0, 0.15]
-        tool_mass_kg = 0.3
-    "#;
-    toml::from_str(text).expect("a cell")
+    toml::from_str(include_str!("../../tests/data/arms/indy7_cell.toml")).expect("a cell")
 }
 
 fn scene() -> Scene {
