@@ -4,6 +4,17 @@ use crate::example::target;
 use std::path::PathBuf;
 use std::process::Command;
 
+/// What the lab's scripts import.
+pub(crate) const LAB: [&str; 3] = ["mujoco==4.0.0", "numpy", "opencv-python-headless==5.0.0.93"];
+
+/// The given interpreter, or that of an environment with these packages.
+///
+/// # Errors
+/// As [`python`].
+pub(crate) fn given_or(given: Option<&str>, name: &str, packages: &[&str]) -> Result<PathBuf, String> {
+    given.map_or_else(|| python(name, packages), |given| Ok(given.into()))
+}
+
 /// The interpreter of an environment that holds these packages (as `pip` writes them).
 ///
 /// # Errors

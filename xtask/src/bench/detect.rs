@@ -44,7 +44,7 @@ pub(crate) fn bench(lab: Option<&Path>, python: Option<&str>) -> Result<(), Stri
     if cfg!(debug_assertions) {
         return Err("speed is that of a release build: cargo run --release -p xtask -- bench detect".into());
     }
-    let python = python.map_or_else(|| venv::python("opencv", &OPENCV), |given| Ok(given.into()))?;
+    let python = venv::given_or(python, "opencv", &OPENCV)?;
     let mut all_hold = true;
     for task in &TASKS {
         all_hold &= labelling(task, &python)?;

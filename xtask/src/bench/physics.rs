@@ -109,7 +109,7 @@ fn rapier() -> Result<PathBuf, String> {
 
 /// A Python that knows MuJoCo: given, or made here once.
 pub(crate) fn mujoco(python: Option<&str>) -> Result<PathBuf, String> {
-    python.map_or_else(|| venv::python("mujoco", &["mujoco==4.0.0"]), |given| Ok(given.into()))
+    venv::given_or(python, "mujoco", &["mujoco==4.0.0"])
 }
 
 /// Objects of a pile whose time and memory are measured.

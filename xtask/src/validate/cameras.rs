@@ -13,13 +13,10 @@ use breakshot::files;
 use std::path::Path;
 use std::process::Command;
 
-/// What filming needs.
-const PACKAGES: [&str; 3] = ["mujoco==4.0.0", "numpy", "opencv-python-headless==5.0.0.93"];
-
 /// Films the strike by every camera (once), tracks it, and compares.
 pub(crate) fn cameras(lab: &Path, python: Option<&str>) -> Result<(), String> {
     let folder = target().join("cameras");
-    let python = python.map_or_else(|| venv::python("lab", &PACKAGES), |given| Ok(given.into()))?;
+    let python = venv::given_or(python, "lab", &venv::LAB)?;
     let run = process::run(Command::new(python).arg("xtask/peers/lab_cameras.py").arg(lab).arg(&folder))?;
     if run.code != 0 {
         return Err(format!("the lab's cameras ended with {}", run.code));

@@ -48,7 +48,7 @@ struct StrikeAnswer {
 impl Lab {
     /// Starts the lab with the campaign's cell.
     pub(super) fn start(shared: &Path) -> Result<Self, String> {
-        let python = venv::python("lab", &["mujoco==4.0.0", "numpy", "opencv-python-headless"])?;
+        let python = venv::python("lab", &venv::LAB)?;
         let mut program = Command::new(python)
             .arg("xtask/peers/lab_strikes.py")
             .args([shared, &shared.join("campaign_spec.json")])
