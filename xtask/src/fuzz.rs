@@ -3,6 +3,7 @@
 //! `cargo xtask fuzz [COUNT]` opens COUNT mutated films (a million if not told) and plays every fiftieth to its end;
 //! arithmetic is checked in this build, so that a wrapped number is a panic too.
 
+use crate::splitmix::Draw;
 use breakshot::capture::{Decoder, Footage};
 use std::collections::BTreeMap;
 use std::io::Write;
@@ -38,11 +39,11 @@ pub(crate) fn fuzz(count: usize) -> Result<(), String> {
     let corpus = corpus()?;
     let folder = tempfile::tempdir().map_err(|e| e.to_string())?;
     let path = folder.path().join("film");
-    let mut random = Random(1);
+    let mut draw = Draw::new(1);
     let mut outcomes = Outcomes::default();
     let mut bad = Vec::new();
     for number in 0..count {
-        let bytes = random.mutated(&corpus);
+        let bytes = mutated(&corpus, &mut draw);
         overwrite(&path, &bytes).map_err(|e| format!("{}: {e}", path.display()))?;
         let started = Instant::now();
         let play = number.is_multiple_of(PLAYED);
@@ -166,53 +167,41 @@ fn overwrite(path: &Path, bytes: &[u8]) -> std::io::Result<()> {
     file.set_len(bytes.len() as u64)
 }
 
-/// A small generator of mutations (`SplitMix64`).
-struct Random(u64);
-
-impl Random {
-    fn below(&mut self, limit: usize) -> usize {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        ((z ^ (z >> 31)) % limit.max(1) as u64) as usize
-    }
-
-    /// A film of the corpus with some bytes changed, lost, doubled, or taken from another film; half of the changes
-    /// strike the boxes, which are what is trusted.
-    fn mutated(&mut self, corpus: &[Vec<u8>]) -> Vec<u8> {
-        let mut bytes = corpus[self.below(corpus.len())].clone();
-        for _ in 0..=self.below(6) {
-            let at = self.place(&bytes);
-            let rest = bytes.len() - at;
-            match self.below(14) {
-                0..=3 => bytes[at] ^= 1 << self.below(8),
-                4..=5 => bytes[at] = self.below(256) as u8,
-                6 => bytes[at] = 0,
-                7 => bytes[at..at + rest.min(4)].fill(0xff),
-                8 => bytes[at..at + rest.min(4)].fill(0),
-                9 => bytes[at] = bytes[at].wrapping_add(1),
-                10 => drop(bytes.drain(at..at + 1 + self.below(rest.min(9)))),
-                11 => bytes.insert(at, self.below(256) as u8),
-                12 => {
-                    let other = &corpus[self.below(corpus.len())];
-                    let from = self.below(other.len());
-                    let part = &other[from..(from + 1 + self.below(64)).min(other.len())];
-                    let end = (at + part.len()).min(bytes.len());
-                    bytes[at..end].copy_from_slice(&part[..end - at]);
-                }
-                _ => bytes.truncate(at.max(1)),
+/// A film of the corpus with some bytes changed, lost, doubled, or taken from another film; half of the changes
+/// strike the boxes, which are what is trusted.
+fn mutated(corpus: &[Vec<u8>], draw: &mut Draw) -> Vec<u8> {
+    let mut bytes = corpus[draw.below(corpus.len())].clone();
+    for _ in 0..=draw.below(6) {
+        let at = place(&bytes, draw);
+        let rest = bytes.len() - at;
+        match draw.below(14) {
+            0..=3 => bytes[at] ^= 1 << draw.below(8),
+            4..=5 => bytes[at] = draw.below(256) as u8,
+            6 => bytes[at] = 0,
+            7 => bytes[at..at + rest.min(4)].fill(0xff),
+            8 => bytes[at..at + rest.min(4)].fill(0),
+            9 => bytes[at] = bytes[at].wrapping_add(1),
+            10 => drop(bytes.drain(at..at + 1 + draw.below(rest.min(9)))),
+            11 => bytes.insert(at, draw.below(256) as u8),
+            12 => {
+                let other = &corpus[draw.below(corpus.len())];
+                let from = draw.below(other.len());
+                let part = &other[from..(from + 1 + draw.below(64)).min(other.len())];
+                let end = (at + part.len()).min(bytes.len());
+                bytes[at..end].copy_from_slice(&part[..end - at]);
             }
-            if bytes.len() < 16 {
-                break;
-            }
+            _ => bytes.truncate(at.max(1)),
         }
-        bytes
+        if bytes.len() < 16 {
+            break;
+        }
     }
+    bytes
+}
 
-    fn place(&mut self, bytes: &[u8]) -> usize {
-        let index = bytes.windows(4).position(|window| window == b"moov").unwrap_or(0);
-        let index_length = (bytes.len() - index).min(1200);
-        if self.below(2) == 0 { index + self.below(index_length) } else { self.below(bytes.len()) }
-    }
+/// Where a change strikes.
+fn place(bytes: &[u8], draw: &mut Draw) -> usize {
+    let index = bytes.windows(4).position(|window| window == b"moov").unwrap_or(0);
+    let index_length = (bytes.len() - index).min(1200);
+    if draw.below(2) == 0 { index + draw.below(index_length) } else { draw.below(bytes.len()) }
 }

@@ -9,6 +9,8 @@ mod example;
 mod fuzz;
 mod process;
 mod speed;
+#[path = "../../crates/breakshot/tests/splitmix/mod.rs"]
+mod splitmix;
 mod validate;
 mod venv;
 

@@ -3,8 +3,11 @@
 #![allow(clippy::unwrap_used, reason = "a test may stop where it fails")]
 
 use breakshot::capture::{Decoder, Footage, Frame};
+use splitmix::Draw;
 use std::io::Write;
 use std::path::{Path, PathBuf};
+
+mod splitmix;
 
 fn data(film: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/footage").join(film)
@@ -275,34 +278,22 @@ fn a_frame_that_is_damaged_is_named() {
     assert!(said.contains("frame ") && said.contains("shown at "), "said: {said}");
 }
 
-/// A small generator of mutations (`SplitMix64`).
-struct Random(u64);
-
-impl Random {
-    fn below(&mut self, limit: usize) -> usize {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        ((z ^ (z >> 31)) % limit.max(1) as u64) as usize
-    }
-
-    fn mutated(&mut self, whole: &[u8]) -> Vec<u8> {
-        let mut bytes = whole.to_vec();
-        for _ in 0..=self.below(6) {
-            let at = self.below(bytes.len() - 4);
-            match self.below(12) {
-                0..=3 => bytes[at] ^= 1 << self.below(8),
-                4..=6 => bytes[at] = self.below(256) as u8,
-                7 => bytes[at] = 0,
-                8 => bytes[at..at + 4].fill(0xff),
-                9 => bytes[at] = bytes[at].wrapping_add(1),
-                10 => drop(bytes.drain(at..=at)),
-                _ => bytes.insert(at, self.below(256) as u8),
-            }
+/// A film with some bytes changed, lost or added.
+fn mutated(whole: &[u8], draw: &mut Draw) -> Vec<u8> {
+    let mut bytes = whole.to_vec();
+    for _ in 0..=draw.below(6) {
+        let at = draw.below(bytes.len() - 4);
+        match draw.below(12) {
+            0..=3 => bytes[at] ^= 1 << draw.below(8),
+            4..=6 => bytes[at] = draw.below(256) as u8,
+            7 => bytes[at] = 0,
+            8 => bytes[at..at + 4].fill(0xff),
+            9 => bytes[at] = bytes[at].wrapping_add(1),
+            10 => drop(bytes.drain(at..=at)),
+            _ => bytes.insert(at, draw.below(256) as u8),
         }
-        bytes
     }
+    bytes
 }
 
 #[test]
@@ -312,10 +303,10 @@ fn damaged_bytes_never_panic_and_never_hang() {
     let films =
         ["b_frames.mp4", "baseline.mov", "faded.mp4", "fragmented.mp4", "edit_list.mp4", "cropped.mp4"];
     let wholes: Vec<Vec<u8>> = films.iter().map(|film| std::fs::read(data(film)).unwrap()).collect();
-    let mut random = Random(1);
+    let mut draw = Draw::new(1);
     for round in 0..4000 {
-        let whole = &wholes[random.below(wholes.len())];
-        overwrite(&path, &random.mutated(whole));
+        let whole = &wholes[draw.below(wholes.len())];
+        overwrite(&path, &mutated(whole, &mut draw));
         let Ok(footage) = Footage::open(&path) else { continue };
         // Decoding takes the time: every fourth film is played to its end.
         if round % 4 == 0 {

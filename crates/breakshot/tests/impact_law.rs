@@ -4,7 +4,8 @@ mod piles;
 
 use breakshot::geometry::{Point, Vec2};
 use breakshot::physics::{Encounter, ImpactLaw, Mover};
-use piles::Draw;
+use piles::draw;
+use piles::splitmix::Draw;
 use std::collections::BTreeMap;
 
 /// A wall: so heavy that nothing moves it.
@@ -89,7 +90,7 @@ fn grown(movers: [&Mover; 2], restitution: f64, friction: f64, steps: f64) -> ([
 
 #[test]
 fn impacts_end_as_impulses_that_grow_in_small_steps() {
-    let mut draw = Draw::new(7);
+    let mut draw = draw(7);
     let mut seen: BTreeMap<&str, usize> = BTreeMap::new();
     for _ in 0..4000 {
         let (a, b) = (corner(&mut draw, 0.1, -1.0), corner(&mut draw, 0.07, 1.0));
@@ -113,7 +114,7 @@ fn impacts_end_as_impulses_that_grow_in_small_steps() {
 
 /// The greatest energy gain (relative) of a hundred thousand impacts on a wall.
 fn greatest_gain(law: ImpactLaw) -> f64 {
-    let mut draw = Draw::new(11);
+    let mut draw = draw(11);
     let mut greatest: f64 = -1.0;
     for _ in 0..100_000 {
         let wall = Mover {

@@ -4,7 +4,8 @@ mod piles;
 
 use breakshot::geometry::{Point, Vec2};
 use breakshot::physics::{Encounter, ImpactLaw, Mover};
-use piles::Draw;
+use piles::draw;
+use piles::splitmix::Draw;
 
 const IMPACTS: usize = 1_000_000;
 
@@ -24,7 +25,7 @@ fn encounter(draw: &mut Draw, law: ImpactLaw) -> Encounter {
         point: Point::new(draw.between(-0.05, 0.05), draw.between(-0.05, 0.05)),
         normal_ab: Vec2::from_heading(draw.between(-3.2, 3.2)),
         restitution: draw.between(0.0, 1.0),
-        friction: if draw.one_of(5) == 0 { 0.0 } else { draw.between(0.0, 1.0) },
+        friction: if draw.below(5) == 0 { 0.0 } else { draw.between(0.0, 1.0) },
         law,
     }
 }
@@ -56,7 +57,7 @@ fn approach(movers: &[Mover; 2], hit: &Encounter) -> f64 {
 
 /// The greatest gain of energy (relative), and how many of the impacts leave the bodies approaching.
 fn survey(law: ImpactLaw, impacts: usize) -> (f64, usize) {
-    let mut draw = Draw::new(law as u64 + 77);
+    let mut draw = draw(law as u64 + 77);
     let (mut gain, mut approaching): (f64, usize) = (f64::NEG_INFINITY, 0);
     for _ in 0..impacts {
         let (before, hit) = ([mover(&mut draw), mover(&mut draw)], encounter(&mut draw, law));
@@ -95,7 +96,7 @@ fn newtons_law_makes_energy_and_the_papers_leaves_bodies_approaching() {
 
 #[test]
 fn an_elastic_impact_without_friction_runs_backwards() {
-    let mut draw = Draw::new(5);
+    let mut draw = draw(5);
     let turned = |m: Mover| Mover { velocity: -m.velocity, yaw_rate_rad_s: -m.yaw_rate_rad_s, ..m };
     for _ in 0..10_000 {
         let before = [mover(&mut draw), mover(&mut draw)];

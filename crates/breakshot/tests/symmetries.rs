@@ -7,7 +7,8 @@ use breakshot::object::{Shape, kind, pair_key};
 use breakshot::physics::{Outcome, Simulator, World, rollouts};
 use breakshot::properties::Properties;
 use breakshot::scene::Strike;
-use piles::{Draw, Pile, anything, disc, four_discs, four_shapes, touching_discs};
+use piles::splitmix::Draw;
+use piles::{Pile, anything, disc, draw, four_discs, four_shapes, touching_discs};
 use std::collections::BTreeMap;
 
 fn outcome(pile: &Pile) -> Outcome {
@@ -24,7 +25,7 @@ fn relabelled(pile: &Pile, draw: &mut Draw) -> (Pile, BTreeMap<String, String>) 
     let mut other = pile.clone();
     let mut order: Vec<usize> = (0..pile.scene.placed.len()).collect();
     for k in (1..order.len()).rev() {
-        order.swap(k, draw.one_of(k + 1));
+        order.swap(k, draw.below(k + 1));
     }
     let names: BTreeMap<String, String> = (order.iter().enumerate())
         .map(|(new, &old)| (pile.scene.placed[old].object.clone(), format!("n{new:03}")))
@@ -54,7 +55,7 @@ fn relabelled(pile: &Pile, draw: &mut Draw) -> (Pile, BTreeMap<String, String>) 
 
 #[test]
 fn names_and_order_change_not_one_bit() {
-    let mut draw = Draw::new(3);
+    let mut draw = draw(3);
     for seed in 0..25 {
         for pile in [four_discs(seed), four_shapes(seed), touching_discs(seed), anything(seed)] {
             let (other, names) = relabelled(&pile, &mut draw);
@@ -162,7 +163,7 @@ fn what_lies_far_away_does_not_matter() {
 
 /// Piles made without sines, so that they are the same everywhere.
 fn plain_pile(seed: u64) -> Pile {
-    let mut draw = Draw::new(seed ^ 0x601D);
+    let mut draw = draw(seed ^ 0x601D);
     let mut pile = Pile::new();
     for k in 0..6 {
         let place = Pose::new(

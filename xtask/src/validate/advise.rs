@@ -6,6 +6,7 @@
 //! the new estimates, and how far the predictions are from the truth: neither is the advisor's own formula.
 
 use super::row::{self, Row};
+use crate::splitmix::Draw;
 use breakshot::cell::{CameraSpec, Cell, Striker, Workspace};
 use breakshot::estimate::{
     self, AdviceOptions, ClipTracks, Filming, Options, Shot, StruckPile, predictive_spread_m,
@@ -28,32 +29,6 @@ const ROLLOUTS: usize = 60;
 const FRICTION_SPREAD: f64 = 0.03;
 const RESTITUTION_SPREAD: f64 = 0.02;
 
-/// Numbers from a seed (`SplitMix64`).
-struct Dice(u64);
-
-impl Dice {
-    fn next(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        z ^ (z >> 31)
-    }
-
-    fn between(&mut self, low: f64, high: f64) -> f64 {
-        low + (high - low) * (self.next() >> 11) as f64 / (1u64 << 53) as f64
-    }
-
-    fn below(&mut self, count: usize) -> usize {
-        (self.next() % count as u64) as usize
-    }
-
-    /// Normal, of mean 0 and deviation 1.
-    fn normal(&mut self) -> f64 {
-        (-2.0 * self.between(1e-12, 1.0).ln()).sqrt() * self.between(0.0, std::f64::consts::TAU).cos()
-    }
-}
-
 /// A cell whose truth is known.
 struct World {
     cell: Cell,
@@ -72,7 +47,7 @@ enum Start {
 
 impl World {
     fn new(seed: u64) -> Self {
-        let mut dice = Dice(seed);
+        let mut dice = Draw::new(seed);
         let names = ["a", "b", "c", "d", "e", "f"];
         let objects: Vec<Object> =
             names.iter().enumerate().map(|(k, name)| object(name, k, &mut dice)).collect();
@@ -93,7 +68,7 @@ impl World {
     }
 
     /// The truth in one clip: friction varies alike for all objects, restitutions each by itself.
-    fn today(&self, dice: &mut Dice) -> Properties {
+    fn today(&self, dice: &mut Draw) -> Properties {
         let mut today = self.truth.clone();
         let scale = 1.0 + FRICTION_SPREAD * dice.normal();
         today.friction.values_mut().for_each(|e| e.mean *= scale);
@@ -103,15 +78,15 @@ impl World {
         today
     }
 
-    fn filmed(&self, name: String, shot: &Shot, dice: &mut Dice) -> Result<ClipTracks, String> {
+    fn filmed(&self, name: String, shot: &Shot, dice: &mut Draw) -> Result<ClipTracks, String> {
         let filming =
-            Filming { frame_rate_hz: 60.0, place_std_m: 4e-5, yaw_std_rad: 0.004, seed: Some(dice.next()) };
+            Filming { frame_rate_hz: 60.0, place_std_m: 4e-5, yaw_std_rad: 0.004, seed: Some(dice.bits()) };
         let today = self.today(dice);
         shot.staged(&name, (&self.cell, &self.objects), &today, &filming).map_err(|e| e.to_string())
     }
 
     /// A random shot whose objects stay in the workspace.
-    fn random_shot(&self, dice: &mut Dice) -> Result<Shot, String> {
+    fn random_shot(&self, dice: &mut Draw) -> Result<Shot, String> {
         const TRIALS: usize = 100;
         for _ in 0..TRIALS {
             let n = self.objects.len();
@@ -124,7 +99,7 @@ impl World {
                 speed_m_s: (dice.between(0.3, 0.8) * 1e3).round() / 1e3,
                 offset_m: 0.0,
             };
-            let clip = self.filmed(String::new(), &shot, &mut Dice(0))?;
+            let clip = self.filmed(String::new(), &shot, &mut Draw::new(0))?;
             let mut ends = clip.tracks.tracks.iter().filter_map(|t| t.samples.last());
             if ends.all(|s| self.cell.workspace.contains(s.position())) {
                 return Ok(shot);
@@ -133,7 +108,7 @@ impl World {
         Err("no random shot stays in the workspace".into())
     }
 
-    fn first_campaign(&self, start: Start, dice: &mut Dice) -> Result<Vec<ClipTracks>, String> {
+    fn first_campaign(&self, start: Start, dice: &mut Draw) -> Result<Vec<ClipTracks>, String> {
         let shot = |strike: usize, into: Option<usize>| Shot {
             strike: self.objects[strike].name.clone(),
             into: into.map(|k| self.objects[k].name.clone()),
@@ -154,7 +129,7 @@ impl World {
     }
 
     /// The estimate after these shots were filmed too.
-    fn after(&self, first: &Properties, shots: &[Shot], dice: &mut Dice) -> Result<Properties, String> {
+    fn after(&self, first: &Properties, shots: &[Shot], dice: &mut Draw) -> Result<Properties, String> {
         let clips: Vec<ClipTracks> = (shots.iter().enumerate())
             .map(|(k, s)| self.filmed(format!("next_{k}.mp4"), s, dice))
             .collect::<Result<_, _>>()?;
@@ -163,7 +138,7 @@ impl World {
     }
 }
 
-fn object(name: &str, k: usize, dice: &mut Dice) -> Object {
+fn object(name: &str, k: usize, dice: &mut Draw) -> Object {
     // Every third one is a block with a bar, whose turn is seen.
     let block = k % 3 == 2;
     let shape = if block {
@@ -223,7 +198,7 @@ struct Comparison {
 
 fn compared(seed: u64, start: Start) -> Result<Comparison, String> {
     let world = World::new(seed);
-    let mut dice = Dice(seed ^ 0x5eed);
+    let mut dice = Draw::new(seed ^ 0x5eed);
     let text = |e: breakshot::Error| e.to_string();
     let clips = world.first_campaign(start, &mut dice)?;
     let first = estimate::estimation(&clips, &world.cell, &world.objects, &Options::default())

@@ -8,6 +8,7 @@ mod lab;
 mod table;
 
 use super::Program;
+use crate::splitmix::Draw;
 use breakshot::geometry::{Point, Pose, Vec2};
 use breakshot::outline::Outline;
 use breakshot::plan::{self, Method};
@@ -128,18 +129,18 @@ fn can_go_on(scene: &Scene, rest: &Rest) -> bool {
 /// As in the films of the campaign: about 3 % from strike to strike.
 fn friction_scale(seed: u64) -> f64 {
     // A sum of twelve uniform numbers is nearly normal.
-    let sum: f64 = Uniform::new(seed ^ 0xF51C).take(12).sum();
+    let mut draw = Draw::new(seed ^ 0xF51C);
+    let sum: f64 = (0..12).map(|_| draw.part()).sum();
     (1.0 + 0.03 * (sum - 6.0)).clamp(0.92, 1.08)
 }
 
 /// A strike that knows nothing: any object, from anywhere that is free, at any speed that may do.
 fn random_strike(scene: &Scene, seed: u64) -> Option<Strike> {
-    let mut uniform = Uniform::new(seed);
-    let mut next = move || uniform.next().unwrap_or(0.5);
+    let mut draw = Draw::new(seed);
     let striker = &scene.cell.striker.shape;
     for _ in 0..1000 {
-        let target = &scene.placed[(next() * scene.placed.len() as f64) as usize % scene.placed.len()];
-        let (heading_rad, speed_m_s) = (std::f64::consts::TAU * next(), 0.3 + 0.7 * next());
+        let target = &scene.placed[draw.below(scene.placed.len())];
+        let (heading_rad, speed_m_s) = (draw.between(0.0, std::f64::consts::TAU), draw.between(0.3, 1.0));
         let along = Vec2::from_heading(heading_rad);
         let outline = |p: &Placed| Some(Outline::new(&scene.object(&p.object).ok()?.shape, p.pose()));
         let gap_m = |position: Point, outline: &Outline| {
@@ -160,24 +161,4 @@ fn random_strike(scene: &Scene, seed: u64) -> Option<Strike> {
         }
     }
     None
-}
-
-/// Numbers from 0 to 1: splitmix64.
-struct Uniform(u64);
-
-impl Uniform {
-    fn new(seed: u64) -> Self {
-        Self(seed)
-    }
-}
-
-impl Iterator for Uniform {
-    type Item = f64;
-
-    fn next(&mut self) -> Option<f64> {
-        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
-        let mut z = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-        Some(((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 53) as f64)
-    }
 }

@@ -9,6 +9,10 @@ use breakshot::physics::{AfterStrike, Options, Trajectory, trajectory};
 use breakshot::properties::{ContactFriction, Properties};
 use breakshot::scene::{Goal, Placed, Scene, Strike, Wall};
 use breakshot::uncertain::Estimate;
+use splitmix::Draw;
+
+#[path = "../splitmix/mod.rs"]
+pub(crate) mod splitmix;
 
 /// Everything one simulation needs.
 #[derive(Clone)]
@@ -19,28 +23,9 @@ pub(crate) struct Pile {
     pub(crate) options: Options,
 }
 
-/// A stream of numbers that depends on nothing but its seed (splitmix64).
-pub(crate) struct Draw(u64);
-
-impl Draw {
-    pub(crate) fn new(seed: u64) -> Self {
-        Self(seed.wrapping_mul(0x9E37_79B9_7F4A_7C15) ^ 0x1234_5678_9ABC_DEF0)
-    }
-
-    /// Evenly between two numbers.
-    pub(crate) fn between(&mut self, low: f64, high: f64) -> f64 {
-        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-        z ^= z >> 31;
-        low + (high - low) * (z >> 11) as f64 / (1u64 << 53) as f64
-    }
-
-    /// One of `n`.
-    pub(crate) fn one_of(&mut self, n: usize) -> usize {
-        (self.between(0.0, n as f64) as usize).min(n - 1)
-    }
+/// A stream of numbers whose seeds differ from other programs'.
+pub(crate) fn draw(seed: u64) -> Draw {
+    Draw::new(seed.wrapping_mul(0x9E37_79B9_7F4A_7C15) ^ 0x1234_5678_9ABC_DEF0)
 }
 
 impl Pile {
@@ -132,7 +117,7 @@ pub(crate) fn regular(n: usize, radius_m: f64) -> Shape {
 
 /// Four discs of the paper's masses, each 1 to 5 mm from one before it, the striker 20 mm before the first.
 pub(crate) fn four_discs(seed: u64) -> Pile {
-    let mut draw = Draw::new(seed);
+    let mut draw = draw(seed);
     let mut pile = Pile::new();
     let kinds = [
         (0.143, 0.25, 0.9, 0.05),
@@ -151,7 +136,7 @@ pub(crate) fn four_discs(seed: u64) -> Pile {
 
 /// Four discs that touch: three each other, the fourth the last two.
 pub(crate) fn touching_discs(seed: u64) -> Pile {
-    let mut draw = Draw::new(seed ^ 0x7075);
+    let mut draw = draw(seed ^ 0x7075);
     let mut pile = Pile::new();
     let radii_m: [f64; 4] = [0.05, 0.045, 0.038, 0.03].map(|r| r * draw.between(0.9, 1.0));
     // Where a disc touches two others, on the side where y or x is greater.
@@ -176,7 +161,7 @@ pub(crate) fn touching_discs(seed: u64) -> Pile {
 
 /// Two squares, a triangle and a hexagon, each 1 to 5 mm from one before it (by their circles or nearer).
 pub(crate) fn four_shapes(seed: u64) -> Pile {
-    let mut draw = Draw::new(seed ^ 0xF00D);
+    let mut draw = draw(seed ^ 0xF00D);
     let mut pile = Pile::new();
     let square = |a: f64| Shape::Rectangle { size_m: [a, a] };
     let kinds = [
@@ -194,33 +179,33 @@ pub(crate) fn four_shapes(seed: u64) -> Pile {
 
 /// Anything: two to seven objects of all shapes, touching or not, any friction and restitution, walls, any striker.
 pub(crate) fn anything(seed: u64) -> Pile {
-    let mut draw = Draw::new(seed ^ 0xABCD);
+    let mut draw = draw(seed ^ 0xABCD);
     let mut pile = Pile::new();
-    let count = 2 + draw.one_of(6);
+    let count = 2 + draw.below(6);
     for _ in 0..count {
         let size = draw.between(0.012, 0.05);
-        let shape = match draw.one_of(6) {
+        let shape = match draw.below(6) {
             0 | 1 => disc(size),
             2 => Shape::Rectangle { size_m: [1.6 * size, 1.6 * size] },
             3 => Shape::Rectangle { size_m: [2.0 * size, draw.between(0.4, 1.0) * size] },
             4 => regular(3, size),
-            _ => regular(4 + draw.one_of(5), size),
+            _ => regular(4 + draw.below(5), size),
         };
         let properties = (draw.between(0.008, 0.3), draw.between(0.1, 0.6), draw.between(0.0, 1.0));
-        let gaps = if draw.one_of(3) == 0 { (0.0, 0.0) } else { (0.0, 0.006) };
+        let gaps = if draw.below(3) == 0 { (0.0, 0.0) } else { (0.0, 0.006) };
         add_beside(&mut pile, shape, properties, &mut draw, gaps);
     }
-    pile.contact_friction(if draw.one_of(3) == 0 { 0.0 } else { draw.between(0.0, 0.5) });
-    if draw.one_of(3) == 0 {
+    pile.contact_friction(if draw.below(3) == 0 { 0.0 } else { draw.between(0.0, 0.5) });
+    if draw.below(3) == 0 {
         pile.scene.cell.striker.shape = Shape::Rectangle { size_m: [0.02, draw.between(0.01, 0.08)] };
     }
     aim(&mut pile, &mut draw);
     pile.strike.speed_m_s = draw.between(0.1, 1.0);
     pile.strike.travel_m += draw.between(0.0, 0.1);
-    if draw.one_of(2) == 0 {
+    if draw.below(2) == 0 {
         pile.options.after_strike = AfterStrike::Retract;
     }
-    if draw.one_of(3) == 0 {
+    if draw.below(3) == 0 {
         let reach = |(p, o): (&Placed, &Object)| p.position_m.x + o.shape.outer_radius_m();
         let right = pile.scene.placed.iter().zip(&pile.scene.objects).map(reach).fold(0.0, f64::max);
         let x = right + draw.between(0.005, 0.1);
@@ -252,7 +237,7 @@ fn aim(pile: &mut Pile, draw: &mut Draw) {
 fn place_beside(pile: &Pile, shape: &Shape, draw: &mut Draw, gaps: Option<(f64, f64)>) -> Point {
     let Some((low, high)) = gaps else { return Point::ORIGIN };
     for _ in 0..10_000 {
-        let k = draw.one_of(pile.scene.placed.len());
+        let k = draw.below(pile.scene.placed.len());
         let reach =
             pile.scene.objects[k].shape.outer_radius_m() + shape.outer_radius_m() + draw.between(low, high);
         let heading = draw.between(-1.6, 1.6);
@@ -275,7 +260,7 @@ fn add_beside(pile: &mut Pile, shape: Shape, properties: (f64, f64, f64), draw: 
     }
     loop {
         let yaw_rad = draw.between(0.0, std::f64::consts::TAU);
-        let k = draw.one_of(pile.scene.placed.len());
+        let k = draw.below(pile.scene.placed.len());
         let along = Vec2::from_heading(draw.between(-1.5, 1.5));
         let gap = draw.between(gaps.0, gaps.1);
         let others: Vec<(Shape, Pose)> = pile

@@ -1,7 +1,8 @@
 //! Kinematics, dynamics and inverse kinematics.
 
-use super::{Draw, lines, temporary};
+use super::{lines, temporary};
 use crate::process;
+use crate::splitmix::Draw;
 use crate::validate::row::{self, Row};
 use crate::venv;
 use breakshot::robot::Arm;

@@ -31,26 +31,6 @@ pub(crate) fn run(shared: &Path, part: Option<&str>) -> Result<bool, String> {
     Ok(all_hold)
 }
 
-/// Numbers from 0 to 1, always the same: splitmix64.
-pub(super) struct Draw(u64);
-
-impl Draw {
-    pub(super) fn new(seed: u64) -> Self {
-        Self(seed)
-    }
-
-    pub(super) fn next(&mut self) -> f64 {
-        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
-        let mut z = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-        ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 53) as f64
-    }
-
-    pub(super) fn between(&mut self, low: f64, high: f64) -> f64 {
-        low + (high - low) * self.next()
-    }
-}
-
 /// A file that lives as long as the value, with this text.
 fn temporary(text: &str, ending: &str) -> Result<tempfile::NamedTempFile, String> {
     let file = tempfile::Builder::new().suffix(ending).tempfile().map_err(|e| e.to_string())?;
