@@ -21,6 +21,8 @@ mod neighbours;
 mod press;
 mod pressure;
 mod resolve;
+#[cfg(test)]
+mod reversal_tests;
 mod rollout;
 mod roots;
 mod rotation;
