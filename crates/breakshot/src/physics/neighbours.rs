@@ -13,9 +13,16 @@ const TOGETHER: usize = 8;
 /// Up to so many blocks their boxes cost more than they spare.
 const FEW_BLOCKS: usize = 2;
 
-/// Where bodies are and where they are going.
+/// The circles of all bodies, and who was found last.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Neighbours {
+    circles: Circles,
+    found: Vec<u32>,
+}
+
+/// Where bodies are and where they are going.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Circles {
     /// Centres and radii (m) of the circles, filled up with circles too far away for any.
     x_m: Vec<f64>,
     y_m: Vec<f64>,
@@ -23,7 +30,6 @@ pub(crate) struct Neighbours {
     /// The boxes around the blocks.
     boxes: Vec<Bounds>,
     bodies: usize,
-    found: Vec<u32>,
 }
 
 /// Least x, least y, greatest x and greatest y (m).
@@ -68,25 +74,58 @@ impl Circle {
 }
 
 impl Neighbours {
+    /// Begins with these circles.
+    pub(crate) fn start(&mut self, circles: &Circles) {
+        self.circles.copy(circles);
+    }
+
+    /// A body goes another way.
+    pub(crate) fn change(&mut self, index: usize, body: &Body, motion: &Motion) {
+        self.circles.change(index, body, motion);
+    }
+
+    /// All bodies whose circles meet this one, in order; how many.
+    pub(crate) fn around(&mut self, circle: Circle) -> usize {
+        let Self { circles, found } = self;
+        found.clear();
+        circles.near(circle, |body| found.push(body as u32));
+        found.len()
+    }
+
+    /// The k-th body that [`Neighbours::around`] found last.
+    pub(crate) fn found(&self, k: usize) -> usize {
+        self.found[k] as usize
+    }
+}
+
+impl Circles {
     /// Enters all bodies.
-    pub(crate) fn start(&mut self, bodies: &[Body], motions: &[Motion]) {
+    pub(crate) fn new(bodies: &[Body], motions: &[Motion]) -> Self {
         let room = bodies.len().next_multiple_of(TOGETHER);
-        for (values, nowhere) in
-            [(&mut self.x_m, f64::INFINITY), (&mut self.y_m, 0.0), (&mut self.radius_m, 0.0)]
-        {
-            values.clear();
-            values.resize(room, nowhere);
-        }
-        self.bodies = bodies.len();
-        self.boxes.clear();
-        for (k, (body, motion)) in bodies.iter().zip(motions).enumerate() {
-            self.enter(k, Circle::around(body, motion));
-        }
         let blocks = room / TOGETHER;
-        self.boxes.resize(blocks, EVERYWHERE);
-        if blocks > FEW_BLOCKS {
-            (0..blocks).for_each(|block| self.bound(block));
+        let mut circles = Self {
+            x_m: vec![f64::INFINITY; room],
+            y_m: vec![0.0; room],
+            radius_m: vec![0.0; room],
+            boxes: vec![EVERYWHERE; blocks],
+            bodies: bodies.len(),
+        };
+        for (k, (body, motion)) in bodies.iter().zip(motions).enumerate() {
+            circles.enter(k, Circle::around(body, motion));
         }
+        if blocks > FEW_BLOCKS {
+            (0..blocks).for_each(|block| circles.bound(block));
+        }
+        circles
+    }
+
+    /// The same circles as others, in memory that is used again.
+    fn copy(&mut self, other: &Self) {
+        self.x_m.clone_from(&other.x_m);
+        self.y_m.clone_from(&other.y_m);
+        self.radius_m.clone_from(&other.radius_m);
+        self.boxes.clone_from(&other.boxes);
+        self.bodies = other.bodies;
     }
 
     fn enter(&mut self, index: usize, Circle { centre, radius_m }: Circle) {
@@ -106,18 +145,16 @@ impl Neighbours {
         self.boxes[block] = bounds;
     }
 
-    /// A body goes another way.
-    pub(crate) fn change(&mut self, index: usize, body: &Body, motion: &Motion) {
+    fn change(&mut self, index: usize, body: &Body, motion: &Motion) {
         self.enter(index, Circle::around(body, motion));
         if self.boxes.len() > FEW_BLOCKS {
             self.bound(index / TOGETHER);
         }
     }
 
-    /// All bodies whose circles meet this one, in order; how many.
-    pub(crate) fn around(&mut self, circle: Circle) -> usize {
-        let Self { x_m, y_m, radius_m, boxes, found, .. } = self;
-        found.clear();
+    /// Tells all bodies whose circles meet this one, in order.
+    pub(crate) fn near(&self, circle: Circle, mut tell: impl FnMut(usize)) {
+        let Self { x_m, y_m, radius_m, boxes, .. } = self;
         let blocks = x_m.as_chunks().0.iter().zip(y_m.as_chunks().0).zip(radius_m.as_chunks().0);
         for (block, (((x_m, y_m), radius_m), bounds)) in blocks.zip(boxes).enumerate() {
             if !circle.meets(bounds) {
@@ -127,15 +164,8 @@ impl Neighbours {
             // A negative number has the sign bit set: most blocks hold none.
             let signs = beyond.iter().fold(0, |bits, number| bits | number.to_bits());
             if signs.cast_signed() < 0 {
-                let near = (0..TOGETHER).filter(|&k| beyond[k] < 0.0);
-                found.extend(near.map(|k| (block * TOGETHER + k) as u32));
+                (0..TOGETHER).filter(|&k| beyond[k] < 0.0).for_each(|k| tell(block * TOGETHER + k));
             }
         }
-        found.len()
-    }
-
-    /// The k-th body that [`Neighbours::around`] found last.
-    pub(crate) fn found(&self, k: usize) -> usize {
-        self.found[k] as usize
     }
 }

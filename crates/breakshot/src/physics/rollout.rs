@@ -57,11 +57,11 @@ impl<'a> Rollout<'a> {
         mut log: Option<&'a mut Log>,
     ) -> Self {
         let program = Program::new(strike, world.retract_speed_m_s, world.options.after_strike);
-        memory.motions.clear();
-        memory.motions.extend(world.bodies.iter().map(|b| Motion::rest(b.pose, 0.0)));
+        memory.motions.clone_from(&world.start.motions);
         memory.motions[STRIKER] = program.forward();
+        memory.neighbours.start(&world.start.circles);
+        memory.neighbours.change(STRIKER, &world.bodies[STRIKER], &memory.motions[STRIKER]);
         memory.agenda.clear(world.bodies.len());
-        memory.neighbours.start(&world.bodies, &memory.motions);
         memory.pressing.clear();
         memory.entered.clear();
         memory.fallen.clear();

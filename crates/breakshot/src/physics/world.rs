@@ -6,6 +6,8 @@
 use super::body::Body;
 use super::contact::witness;
 use super::curve::SlideCurve;
+use super::evolve::Motion;
+use super::neighbours::{Circle, Circles};
 use super::pressure::{Hold, Pressure, Surface};
 use super::rotation::Rotation;
 use super::shape::{Laid, Plate};
@@ -41,11 +43,28 @@ pub struct World {
     pub(crate) edge: Vec<Point>,
     /// Whether any object's way can bend.
     pub(crate) bends: bool,
+    /// How every strike begins.
+    pub(crate) start: Start,
     pub(crate) coefficients: Vec<Coefficients>,
     pub(crate) kinds: usize,
     pub(crate) retract_speed_m_s: f64,
     pub(crate) options: Options,
     pub(crate) notes: Vec<String>,
+}
+
+/// All bodies at rest where they lie; the striker's entry stands for its outline at the origin.
+#[derive(Clone, Debug)]
+pub(crate) struct Start {
+    pub(crate) motions: Vec<Motion>,
+    pub(crate) circles: Circles,
+}
+
+impl Start {
+    fn new(bodies: &[Body]) -> Self {
+        let motions: Vec<Motion> = bodies.iter().map(|b| Motion::rest(b.pose, 0.0)).collect();
+        let circles = Circles::new(bodies, &motions);
+        Self { motions, circles }
+    }
 }
 
 /// The striker's index among the bodies.
@@ -100,6 +119,7 @@ impl World {
             bends: bodies.iter().any(|b| b.hold.is_some()),
             edge: scene.cell.table.as_ref().map_or_else(Vec::new, |t| counter_clockwise(&t.outline_m)),
             body_of,
+            start: Start::new(&bodies),
             bodies,
             kinds: 1 + kinds.len() + scene.walls.len(),
             coefficients,
@@ -204,14 +224,18 @@ impl World {
     pub(crate) fn check_strike(&self, strike: &Strike) -> Result<()> {
         strike.check("strike")?;
         let pose = Pose { position: strike.start_m, yaw_rad: strike.heading_rad };
-        for b in 1..self.areas {
-            let gap_m = gap_m((&self.bodies[STRIKER], pose), (&self.bodies[b], self.bodies[b].pose));
-            if gap_m < -OVERLAP_TOLERANCE_M {
-                let found = format!("{:.3} mm inside `{}`", -gap_m * 1e3, self.name(b));
-                return Err(Error::invalid("strike", "start_m", found, "a start clear of everything"));
+        let striker = &self.bodies[STRIKER];
+        let circle = Circle { centre: pose.position, radius_m: striker.plate.outer_radius_m };
+        let mut inside = None;
+        self.start.circles.near(circle, |b| {
+            if inside.is_none() && (1..self.areas).contains(&b) {
+                let gap_m = gap_m((striker, pose), (&self.bodies[b], self.bodies[b].pose));
+                inside = (gap_m < -OVERLAP_TOLERANCE_M).then_some((b, gap_m));
             }
-        }
-        Ok(())
+        });
+        let Some((b, gap_m)) = inside else { return Ok(()) };
+        let found = format!("{:.3} mm inside `{}`", -gap_m * 1e3, self.name(b));
+        Err(Error::invalid("strike", "start_m", found, "a start clear of everything"))
     }
 }
 
