@@ -72,13 +72,19 @@ fn recording(file: &Path) -> Result<Recording, String> {
     if pucks.iter().any(|puck| puck.len() < FEWEST_SAMPLES) {
         return Err(format!("{}: fewer than {FEWEST_SAMPLES} samples of a puck", file.display()));
     }
-    // The names `a` and `b` say nothing: the puck that moves first is the one that moves in the first samples.
-    let way_m = |puck: &Vec<Sample>| puck[0].position.distance(puck[puck.len() / 4].position);
-    if way_m(&pucks[0]) < way_m(&pucks[1]) {
-        pucks.swap(0, 1);
-    }
     let name = file.file_stem().unwrap_or_default().to_string_lossy().into_owned();
-    Ok(Recording { name, pucks })
+    let mut recording = Recording { name, pucks };
+    // The names `a` and `b` say nothing: the puck that moves first is the one that comes along just before the impact.
+    let hit_s = nearest_s(&recording);
+    let way_m = |puck: &Vec<Sample>| {
+        let mut before = puck.iter().filter(|s| (hit_s - WINDOW_S..hit_s - CONTACT_S).contains(&s.time_s));
+        let first = before.next();
+        first.zip(before.next_back()).map_or(0.0, |(first, last)| first.position.distance(last.position))
+    };
+    if way_m(&recording.pucks[0]) < way_m(&recording.pucks[1]) {
+        recording.pucks.swap(0, 1);
+    }
+    Ok(recording)
 }
 
 /// A shorter recording tells no velocity on either side of the impact.

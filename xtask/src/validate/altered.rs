@@ -137,14 +137,19 @@ fn spoilt_rows(saved: &Saved, whole: &Estimation) -> Result<Vec<Row>, String> {
             let about = |w: &&String| w.starts_with(&format!("{name}:"));
             found.properties.warnings.iter().find(about).filter(|w| !whole.properties.warnings.contains(w))
         };
+        let named_before =
+            |name: &str| whole.properties.warnings.iter().any(|w| w.starts_with(&format!("{name}:")));
         let missed = which.iter().filter(|&&k| told(&clips[k].name).is_none()).count();
-        let others =
-            (0..clips.len()).filter(|k| !which.contains(k) && told(&clips[*k].name).is_some()).count();
+        let others: Vec<&String> = (0..clips.len())
+            .filter(|k| !which.contains(k) && !named_before(&clips[*k].name))
+            .filter_map(|k| told(&clips[k].name))
+            .inspect(|warning| println!("{what}, newly named: {warning}"))
+            .collect();
         for &k in &which {
             println!("{what}: {}", told(&clips[k].name).map_or("NOT NAMED", String::as_str));
         }
         rows.push(Row::at_most(format!("{what}: clips not named"), missed as f64, 0.0, ""));
-        rows.push(Row::plain(format!("{what}: other clips newly named"), others as f64, ""));
+        rows.push(Row::plain(format!("{what}: other clips newly named"), others.len() as f64, ""));
         rows.push(Row::at_most(
             format!("{what}: largest change, in standard errors"),
             largest_change(whole, &found),

@@ -1,7 +1,7 @@
 //! The model of one clip: bodies that rest, slide and hit each other, and what the camera sees of them.
 
 use super::least_squares::{Problem, Residual};
-use super::slide::{Grip, Motion, Slide};
+use super::slide::{Grip, Motion, Rates, Slide};
 use crate::geometry::{Point, Pose, Vec2};
 use crate::object::Shape;
 use crate::physics::GRAVITY_M_S2;
@@ -53,6 +53,7 @@ pub(super) struct Event {
 /// Bodies, events, and how the camera looks.
 #[derive(Clone, Debug)]
 pub(super) struct Model {
+    pub(super) law: Law,
     pub(super) bodies: Vec<Body>,
     pub(super) events: Vec<Event>,
     pub(super) exposure: Exposure,
@@ -60,6 +61,15 @@ pub(super) struct Model {
     pub(super) yaw_std_rad: f64,
     /// For every body and sight: the deviation that it enters the fit with (m).
     pub(super) stds_m: Vec<Vec<f64>>,
+}
+
+/// How bodies slow down between impacts.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Law {
+    /// By Coulomb friction, down to rest.
+    Coulomb,
+    /// Each leg at rates of its own: good for a short while around an impact, whatever slows them.
+    Free,
 }
 
 /// How long the shutter is open.
@@ -105,7 +115,7 @@ pub(super) struct BodySlots {
     /// x; y follows.
     pub(super) position: usize,
     pub(super) yaw: Option<usize>,
-    /// vx; vy and, where the yaw is seen, the spin follow.
+    /// vx; vy and, where the yaw is seen, the spin follow; then, under [`Law::Free`], their rates of change.
     pub(super) velocity: Option<usize>,
     pub(super) friction: Option<usize>,
 }
@@ -114,7 +124,7 @@ pub(super) struct BodySlots {
 #[derive(Clone, Debug)]
 pub(super) struct EventSlots {
     pub(super) time: usize,
-    /// For each member: vx; vy and, where the yaw is seen, the spin follow.
+    /// For each member, as [`BodySlots::velocity`].
     pub(super) velocities: Vec<usize>,
 }
 
@@ -140,6 +150,9 @@ const SIGHTS_OF_A_REST: f64 = 4.0;
 const SPEED_SPAN_M_S: f64 = 10.0;
 const SPIN_SPAN_RAD_S: f64 = 300.0;
 const FRICTION_SPAN: f64 = 3.0;
+const SPIN_RATE_SPAN_RAD_S2: f64 = 1e4;
+/// What slows bodies otherwise than Coulomb friction is often soft: their impacts may last this long (s).
+const SOFT_CONTACT_S: f64 = 0.008;
 
 impl Path {
     /// The motion at a time; at the instant of an impact, the one after it.
@@ -227,7 +240,8 @@ impl Body {
 impl Model {
     pub(super) fn new(bodies: Vec<Body>, exposure: Exposure) -> Self {
         let stds_m = bodies.iter().map(|b| b.sights.iter().map(|s| s.std_m).collect()).collect();
-        Self { bodies, events: Vec::new(), exposure, yaw_std_rad: YAW_STD_RAD, stds_m }
+        let law = Law::Coulomb;
+        Self { law, bodies, events: Vec::new(), exposure, yaw_std_rad: YAW_STD_RAD, stds_m }
     }
 
     /// Where each parameter stands.
@@ -238,7 +252,12 @@ impl Model {
             moves.resize(steps.len(), what);
             steps.len() - sizes.len()
         };
-        let velocity_steps = |body: &Body| [1e-5, 1e-5, 1e-3][..body.velocity_len()].to_vec();
+        let free = self.law == Law::Free;
+        let velocity_steps = |body: &Body| {
+            let len = body.velocity_len();
+            let rates = if free { &[1e-3, 1e-3, 1e-1][..len] } else { &[] };
+            [&[1e-5, 1e-5, 1e-3][..len], rates].concat()
+        };
         let bodies = (0..self.bodies.len())
             .map(|k| {
                 let (body, own) = (&self.bodies[k], Moves::Body(k));
@@ -247,7 +266,7 @@ impl Model {
                     position: take(&[1e-6, 1e-6], own),
                     yaw: body.sees_yaw.then(|| take(&[1e-5], own)),
                     velocity: body.moves_at_start.then(|| take(&velocity_steps(body), own)),
-                    friction: moves.then(|| take(&[1e-5], own)),
+                    friction: (moves && !free).then(|| take(&[1e-5], own)),
                 }
             })
             .collect();
@@ -279,20 +298,28 @@ impl Model {
             patch_radius_m: body.patch_radius_m,
             gyration_m: body.gyration_m,
         };
+        let slide = |start_s: f64, start: Motion, slot: usize| match self.law {
+            Law::Coulomb => Slide::new(start_s, start, &grip),
+            Law::Free => {
+                let (acceleration, spin_rad_s2) = velocity(slot + body.velocity_len());
+                Slide::free(start_s, start, Rates { acceleration, spin_rad_s2 })
+            }
+        };
         let yaw_rad = slots.yaw.map_or(0.0, |y| parameters[y]);
         let pose = Pose::new(parameters[slots.position], parameters[slots.position + 1], yaw_rad);
         let mut path = Path { first: Motion { pose, ..Motion::default() }, slides: Vec::new() };
         if let Some(slot) = slots.velocity {
             let start_s = body.sights.first().map_or(0.0, |s| s.time_s);
             (path.first.velocity, path.first.spin_rad_s) = velocity(slot);
-            path.slides.push((start_s, Slide::new(start_s, path.first, &grip)));
+            path.slides.push((start_s, slide(start_s, path.first, slot)));
         }
         for (event, at) in self.events.iter().zip(&layout.events) {
             let Some(member) = event.members.iter().position(|&m| m == k) else { continue };
             let start_s = parameters[at.time];
             let mut start = path.slides.last().map_or(path.first, |(_, slide)| slide.motion(start_s));
-            (start.velocity, start.spin_rad_s) = velocity(at.velocities[member]);
-            path.slides.push((start_s, Slide::new(start_s, start, &grip)));
+            let slot = at.velocities[member];
+            (start.velocity, start.spin_rad_s) = velocity(slot);
+            path.slides.push((start_s, slide(start_s, start, slot)));
         }
         path
     }
@@ -333,6 +360,14 @@ impl Model {
             if body.sees_yaw {
                 expect([parameters[slot + 2] / SPIN_SPAN_RAD_S, 0.0]);
             }
+            if self.law == Law::Free {
+                const SPAN_M_S2: f64 = FRICTION_SPAN * GRAVITY_M_S2;
+                let slot = slot + body.velocity_len();
+                expect([parameters[slot] / SPAN_M_S2, parameters[slot + 1] / SPAN_M_S2]);
+                if body.sees_yaw {
+                    expect([parameters[slot + 2] / SPIN_RATE_SPAN_RAD_S2, 0.0]);
+                }
+            }
         };
         for (body, slots) in self.bodies.iter().zip(&layout.bodies) {
             if let Some(slot) = slots.velocity {
@@ -369,7 +404,11 @@ impl Model {
                     Exposure::Known(_) => 0.0,
                     Exposure::UpTo(exposure_s) => possible_blur_m(path, sight.time_s, exposure_s),
                 };
-                *std_m = (sight.std_m * repeated).hypot(blur_m);
+                let soft_m = match self.law {
+                    Law::Coulomb => 0.0,
+                    Law::Free => possible_blur_m(path, sight.time_s, SOFT_CONTACT_S),
+                };
+                *std_m = (sight.std_m * repeated).hypot(blur_m).hypot(soft_m);
             }
         }
     }

@@ -1,6 +1,6 @@
 //! The fit of one clip: how many impacts it shows, and the most likely motion of all its bodies.
 
-use super::clip::{Cause, Event, Exposure, Layout, Model, ModelFit, Path};
+use super::clip::{Cause, Event, Exposure, Law, Layout, Model, ModelFit, Path};
 use super::least_squares::{AT_REST, Minimum, NEAR, minimum};
 use super::segment::{Draft, SIGHTS_NEEDED, fitted_partner, frame_s};
 use super::striker::StrikerRun;
@@ -18,6 +18,8 @@ pub(super) struct Fitted {
     pub(super) paths: Vec<Path>,
     /// How many times larger than claimed the noise of the moving bodies is, and how sure that is.
     pub(super) noise: Noise,
+    /// Whether a body changes its velocity with nothing near: then something else than Coulomb friction slows it.
+    pub(super) uneven: bool,
     /// What the user should know.
     pub(super) remarks: Vec<String>,
 }
@@ -54,7 +56,7 @@ impl Fitted {
     /// The most likely motion, from the sights of this clip alone.
     pub(super) fn new(draft: Draft, striker: Option<&StrikerRun>) -> Self {
         let mut fitted = best_start(draft);
-        while fitted.model.events.len() < MOST_EVENTS {
+        while fitted.model.events.len() < MOST_EVENTS && !fitted.uneven {
             match fitted.with_one_more_event(striker) {
                 Some(better) => fitted = better,
                 None => break,
@@ -66,19 +68,31 @@ impl Fitted {
         fitted.without_outliers()
     }
 
+    /// The most likely motion with the draft's impacts and no others.
+    pub(super) fn of_draft(draft: Draft) -> Self {
+        Self::run(draft.model, draft.parameters).without_outliers()
+    }
+
     /// Fits again with what all clips together tell about noise and shutter.
     pub(super) fn refined(&self, place_scale: f64, yaw_scale: f64, exposure: Exposure) -> Self {
-        let mut model = self.model.clone();
+        let Self { mut model, .. } = self.noisier(place_scale, yaw_scale);
         model.exposure = exposure;
-        for body in &mut model.bodies {
-            for sight in &mut body.sights {
-                sight.std_m *= place_scale;
-            }
+        if model.law == Law::Free {
+            return Self::run(model, self.minimum.parameters.clone());
         }
-        model.yaw_std_rad *= yaw_scale;
         let refined =
             Self { remarks: self.remarks.clone(), ..Self::run(model, self.minimum.parameters.clone()) };
         refined.without_idle_events()
+    }
+
+    /// The same fit of sights whose noise is otherwise than claimed.
+    pub(super) fn noisier(&self, place_scale: f64, yaw_scale: f64) -> Self {
+        let mut fitted = self.clone();
+        for sight in fitted.model.bodies.iter_mut().flat_map(|body| &mut body.sights) {
+            sight.std_m *= place_scale;
+        }
+        fitted.model.yaw_std_rad *= yaw_scale;
+        fitted
     }
 
     /// The fit without the events that, seen closely, change no velocity.
@@ -110,7 +124,7 @@ impl Fitted {
         let minimum = minimum(first.parameters, &layout.steps, AT_REST, &ModelFit::new(&model, &layout));
         let paths = model.paths(&layout, &minimum.parameters);
         let noise = noise(&model, &minimum, &paths);
-        Self { model, layout, minimum, paths, noise, remarks: Vec::new() }
+        Self { model, layout, minimum, paths, noise, uneven: false, remarks: Vec::new() }
     }
 
     /// The factor by which this clip's noise exceeds the claimed one, squared.
@@ -120,7 +134,7 @@ impl Fitted {
         if freedom > 2.0 { (squares / freedom).max(SMALLEST_VARIANCE) } else { 1.0 }
     }
 
-    /// The same fit with one more impact, if the sights demand one.
+    /// The same fit with one more impact, if the sights demand one; one with nothing near is none.
     fn with_one_more_event(&self, striker: Option<&StrikerRun>) -> Option<Self> {
         let variance = self.place_variance();
         let (gain, body, time_s, jump) = self.best_kink()?;
@@ -150,7 +164,7 @@ impl Fitted {
         let believed = gained > needed * trial.place_variance()
             && jump_m_s > EVENT_STDS * std_m_s * trial.place_variance().sqrt()
             && jump_m_s > EVENT_JUMP * speed_m_s;
-        believed.then_some(trial)
+        believed.then(|| if alone { Self { uneven: true, ..self.clone() } } else { trial })
     }
 
     /// The part of the loss that the places are to blame for.
@@ -342,6 +356,7 @@ impl Fitted {
             .filter(|t| *t > impact_s + frame_s)
             .find(|t| touches(*t) && touches(*t + PUSH_FRAMES * frame_s));
         let Some(caught_s) = caught else { return self };
+        let uneven = self.uneven;
         let caught_s = caught_s - frame_s;
         let mut model = self.model.clone();
         for sight in model.bodies[struck].sights.iter_mut().filter(|s| s.time_s > caught_s) {
@@ -363,7 +378,7 @@ impl Fitted {
             }
         }
         model.events = events;
-        let mut fitted = best_start(Draft::from_times(model, &times));
+        let mut fitted = Self { uneven, ..best_start(Draft::from_times(model, &times)) };
         fitted.remarks.push(format!(
             "the striker catches up with `{object}` at {caught_s:.3} s and pushes it: what it does then is left out"
         ));
@@ -390,20 +405,26 @@ impl Fitted {
         if left_out == 0 {
             return self;
         }
-        Self { remarks: self.remarks.clone(), ..Self::run(model, self.minimum.parameters) }
+        let (uneven, remarks) = (self.uneven, self.remarks);
+        Self { uneven, remarks, ..Self::run(model, self.minimum.parameters) }
     }
 
     /// How far the sights of moving bodies lie from the fit (m, root mean square, both axes together).
     pub(super) fn residual_rms_m(&self) -> f64 {
-        let (mut squares, mut count) = (0.0, 0);
-        for (body, path) in self.model.bodies.iter().zip(&self.paths) {
-            let moving = path.onset_s()..path.stop_s();
-            for sight in body.sights.iter().filter(|s| !s.ignored && moving.contains(&s.time_s)) {
-                squares += (sight.position - path.motion(sight.time_s).pose.position).length_squared();
-                count += 1;
-            }
-        }
-        if count > 0 { (squares / f64::from(count)).sqrt() } else { 0.0 }
+        root_mean_square((0..self.model.bodies.len()).flat_map(|k| self.distances_m(k)))
+    }
+
+    /// The same for one body, and along one axis.
+    pub(super) fn residual_rms_of(&self, k: usize) -> f64 {
+        root_mean_square(self.distances_m(k)) / std::f64::consts::SQRT_2
+    }
+
+    /// How far each sight of a body lies from the fit while it moves.
+    fn distances_m(&self, k: usize) -> impl Iterator<Item = f64> + '_ {
+        let (body, path) = (&self.model.bodies[k], &self.paths[k]);
+        let moving = path.onset_s()..path.stop_s();
+        let sights = body.sights.iter().filter(move |s| !s.ignored && moving.contains(&s.time_s));
+        sights.map(|s| s.position.distance(path.motion(s.time_s).pose.position))
     }
 
     /// The covariance of functions of the parameters, and their values.
@@ -431,6 +452,12 @@ impl Fitted {
 const CANDIDATES: usize = 80;
 /// Noise is not believed to be smaller than this part of what the track claims (variance).
 const SMALLEST_VARIANCE: f64 = 0.04;
+
+/// Zero of nothing.
+fn root_mean_square(values: impl Iterator<Item = f64>) -> f64 {
+    let (squares, count) = values.fold((0.0, 0.0), |(squares, count), v| (squares + v * v, count + 1.0));
+    if count > 0.0 { f64::sqrt(squares / count) } else { 0.0 }
+}
 
 fn layout_len(layout: &Layout, slots: &super::clip::EventSlots) -> usize {
     let next = layout.events.iter().map(|e| e.time).filter(|t| *t > slots.time).min();

@@ -9,7 +9,7 @@ use crate::geometry::Vec2;
 use crate::object::kind;
 use crate::physics::GRAVITY_M_S2;
 use serde::{Deserialize, Serialize};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// How much of an object's deceleration grows with its speed, over the Coulomb part, in one clip.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -77,9 +77,21 @@ pub(super) fn drags(fitted: &Fitted) -> Vec<Drag> {
         .collect()
 }
 
-/// The objects whose deceleration is not Coulomb's, with the evidence.
-pub(super) fn refused(clips: &[Readings], drags: &[Drag]) -> BTreeMap<String, String> {
+/// The objects whose deceleration is not Coulomb's, with the evidence; `uneven` names an object once for every clip in
+/// which it slid so.
+pub(super) fn refused(clips: &[Readings], drags: &[Drag], uneven: &[&String]) -> BTreeMap<String, String> {
     let mut refused = BTreeMap::new();
+    let even = groups(clips).0;
+    for object in uneven.iter().copied().collect::<BTreeSet<_>>() {
+        let count = uneven.iter().filter(|name| **name == object).count();
+        let slid = count + even.get(object).map_or(0, |group| group.values.len());
+        if 2 * count > slid {
+            refused.insert(
+                object.clone(),
+                format!("its deceleration is not Coulomb's in {count} of {slid} clips"),
+            );
+        }
+    }
     let mut shares: BTreeMap<&str, Group> = BTreeMap::new();
     for drag in drags {
         let group = shares.entry(&drag.object).or_insert(Group { values: Vec::new(), scale: 1.0 });
@@ -90,17 +102,16 @@ pub(super) fn refused(clips: &[Readings], drags: &[Drag]) -> BTreeMap<String, St
         let Some(mean) = group.mean(own) else { continue };
         if mean.value.abs() > REFUSED_DRAG && mean.value.abs() > SURE * mean.standard_error {
             let grows = if mean.value > 0.0 { "grows" } else { "falls" };
-            refused.insert(
-                object.to_owned(),
+            refused.entry(object.to_owned()).or_insert_with(|| {
                 format!(
                     "its deceleration {grows} with speed: {:.0} % of the constant part at the highest speed (+- {:.0} %)",
                     mean.value.abs() * 100.0,
                     mean.standard_error * 100.0
-                ),
-            );
+                )
+            });
         }
     }
-    for (object, group) in groups(clips).0 {
+    for (object, group) in even {
         let own = spread(std::slice::from_ref(&group));
         let noise = median(group.values.iter().map(|m| m.std / group.scale));
         if own.relative > REFUSED_SPREAD && own.relative > SURE * noise && group.values.len() > 3 {

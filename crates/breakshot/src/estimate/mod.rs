@@ -1,7 +1,7 @@
 //! How do the objects slide and bounce?
 //!
 //! Sections 4.1 to 4.3 of the paper with the corrected equations.  Every clip is fitted as rest, slide, impact, slide,
-//! rest (`segment`, `clip`, `clip_fit`); what its impacts tell (`contact`, `friction`, `restitution`, `mass_ratio`) is
+//! rest (`segment`, `clip`, `clip_fit`), or right around its impacts alone (`local`); what its impacts tell (`contact`, `friction`, `restitution`, `mass_ratio`) is
 //! weighed against the other clips (`doubt`, `spread`), and all clips together give friction, restitution and mass
 //! ratios with their uncertainty (`joint`).
 
@@ -19,6 +19,7 @@ mod impact;
 mod joint;
 mod least_squares;
 mod lists;
+mod local;
 mod mass_ratio;
 mod reading;
 mod record;
@@ -28,6 +29,7 @@ mod shot;
 mod slide;
 mod spread;
 mod staged;
+mod story;
 mod striker;
 mod summary;
 pub mod synthetic;
@@ -51,14 +53,10 @@ use crate::error::{Error, Result};
 use crate::object::{self, Object};
 use crate::properties::Properties;
 use crate::scene::Strike;
-use clip::Exposure;
-use clip_fit::{Fitted, Noise};
-use exposure::Misfits;
+use clip_fit::Noise;
 use rayon::prelude::*;
-use reading::Readings;
-use record::{Record, Seen};
-use segment::Draft;
-use striker::StrikerRun;
+use record::Record;
+use story::Story;
 
 /// The tracks of one clip and what the robot was told in it.
 #[derive(Clone, Debug, PartialEq)]
@@ -151,22 +149,19 @@ fn joint(
     if clips.is_empty() {
         return Err(Error::invalid("estimate", "clips", "none", "the tracks of at least one clip"));
     }
-    let first: Vec<(Fitted, Option<StrikerRun>)> =
-        clips.par_iter().map(|clip| first_fit(clip, cell, objects)).collect::<Result<_>>()?;
-    let noises: Vec<Noise> =
-        earlier.iter().map(|r| r.noise).chain(first.iter().map(|(f, _)| f.noise)).collect();
+    let first: Vec<Story> =
+        clips.par_iter().map(|clip| Story::new(clip, cell, objects)).collect::<Result<_>>()?;
+    let noises: Vec<Noise> = earlier.iter().map(|r| r.noise).chain(first.iter().map(Story::noise)).collect();
     let (place_scales, yaw_scale) = noise_scales(&noises);
     let place_scales = &place_scales[earlier.len()..];
-    let misfits: Vec<_> =
-        first.iter().zip(place_scales).map(|((f, _), s)| exposure::misfits(f, *s)).collect();
+    let misfits: Vec<_> = first.iter().zip(place_scales).map(|(s, scale)| s.misfits(*scale)).collect();
     let all_misfits: Vec<_> = earlier.iter().map(|r| r.misfits).chain(misfits.iter().copied()).collect();
     let found_frames = exposure::found_frames(&all_misfits);
     let (fits, new): (Vec<ClipFit>, Vec<Record>) =
         (first.par_iter().zip(clips).zip(place_scales).zip(misfits))
-            .map(|((((fitted, run), clip), scale), misfits)| {
-                let exposure = exposure::settled(fitted, found_frames);
-                let (fit, record) = told(&fitted.refined(*scale, yaw_scale, exposure), run.as_ref(), clip);
-                (fit, Record { noise: fitted.noise, misfits, ..record })
+            .map(|(((story, clip), scale), misfits)| {
+                let (fit, record) = story.refined(*scale, yaw_scale, found_frames).told(clip);
+                (fit, Record { noise: story.noise(), misfits, ..record })
             })
             .unzip();
     let evidence = record::evidence(&new, clips, cell, objects)?;
@@ -182,18 +177,6 @@ fn reference(objects: &[Object], options: &Options) -> Result<String> {
         None => (objects.iter().map(|o| o.name.clone()).min())
             .ok_or_else(|| Error::invalid("estimate", "objects", "none", "at least one object")),
     }
-}
-
-fn first_fit(clip: &ClipTracks, cell: &Cell, objects: &[Object]) -> Result<(Fitted, Option<StrikerRun>)> {
-    let kinds = (clip.tracks.tracks.iter())
-        .map(|track| object::find(objects, &track.object, &clip.name))
-        .collect::<Result<Vec<_>>>()?;
-    let run = clip.strike.as_ref().map(|strike| StrikerRun::new(&cell.striker, strike));
-    let mut bodies = segment::bodies(&clip.tracks.tracks, &kinds);
-    let exposure = segment::bin(&mut bodies)
-        .map_or_else(|| exposure::told(cell, segment::frame_s(&bodies)), Exposure::Known);
-    let draft = Draft::new(bodies, run.as_ref(), exposure);
-    Ok((Fitted::new(draft, run.as_ref()), run))
 }
 
 /// By how much the noise of each clip's places exceeds the claimed one, and of all yaws; clips with few moving sights
@@ -213,51 +196,4 @@ fn noise_scales(noises: &[Noise]) -> (Vec<f64>, f64) {
         ((COMMON * place + squares) / (COMMON + freedom)).sqrt()
     });
     (scales.collect(), yaw.sqrt())
-}
-
-/// What a clip's final fit tells.
-fn told(fitted: &Fitted, run: Option<&StrikerRun>, clip: &ClipTracks) -> (ClipFit, Record) {
-    let mut contacts = contact::contacts(fitted, run);
-    crowd::leave_out(fitted, &mut contacts);
-    let slots = &fitted.layout.bodies;
-    let slid: Vec<usize> = (0..slots.len()).filter(|&k| slots[k].friction.is_some()).collect();
-    let (values, covariance) = fitted.propagated(|parameters| {
-        let of_contacts = contacts.iter().flat_map(|c| c.values(fitted, parameters));
-        slid.iter().filter_map(|&k| slots[k].friction.map(|f| parameters[f])).chain(of_contacts).collect()
-    });
-    let std = |k: usize| covariance[(k, k)].max(0.0).sqrt();
-    let mut bodies: Vec<BodyFit> = (fitted.model.bodies.iter().zip(&fitted.paths))
-        .map(|(body, path)| BodyFit { object: body.object.clone(), friction: None, path: path.clone() })
-        .collect();
-    for (n, &k) in slid.iter().enumerate() {
-        bodies[k].friction = Some(Measured { value: values[n], std: std(n) });
-    }
-    let impacts = (contacts.iter().enumerate()).map(|(n, contact)| {
-        let at = slid.len() + 3 * n;
-        contact.impact(fitted, [at, at + 1, at + 2].map(std))
-    });
-    let fit = ClipFit {
-        name: clip.name.clone(),
-        bodies,
-        impacts: impacts.collect(),
-        residual_rms_m: fitted.residual_rms_m(),
-        remarks: fitted.remarks.clone(),
-    };
-    let of_impacts = fit.impacts.iter().flat_map(|i| &i.remarks);
-    let upset = upset::contradiction(fitted, run.is_some());
-    let remarks = upset.iter().chain(&fit.remarks).chain(of_impacts).cloned().collect();
-    let record = Record {
-        name: clip.name.clone(),
-        objects: fit.bodies.iter().map(|b| b.object.clone()).collect(),
-        readings: Readings::new(fitted, &contacts, &slid, (&values, &covariance)),
-        drags: friction::drags(fitted),
-        grazings: contacts.iter().filter_map(|c| contact_friction::grazing(fitted, c)).collect(),
-        noise: fitted.noise,
-        misfits: Misfits::default(),
-        seen: Seen::new(fitted),
-        remarks,
-    };
-    // Nothing of a clip whose story does not hold together is averaged in.
-    let record = if upset.is_some() { record.silenced() } else { record };
-    (fit, record)
 }

@@ -172,6 +172,25 @@ impl Readings {
         }
     }
 
+    /// The readings of parts of a clip that were fitted each by itself.
+    pub(super) fn joined(parts: &[Self]) -> Self {
+        let size = parts.iter().map(|p| p.keys.len()).sum();
+        let mut covariance = DMatrix::zeros(size, size);
+        let mut at = 0;
+        for part in parts {
+            let n = part.keys.len();
+            covariance.view_mut((at, at), (n, n)).copy_from(&part.covariance);
+            at += n;
+        }
+        Self {
+            keys: parts.iter().flat_map(|p| p.keys.iter().cloned()).collect(),
+            values: DVector::from_iterator(size, parts.iter().flat_map(|p| p.values.iter().copied())),
+            covariance,
+            pressing: parts.iter().flat_map(|p| p.pressing.iter().copied()).collect(),
+            met_twice: parts.iter().flat_map(|p| p.met_twice.iter().copied()).collect(),
+        }
+    }
+
     /// Whether every key has a value and a row of covariance, all of them numbers.
     pub(super) fn is_sound(&self) -> bool {
         let n = self.keys.len();

@@ -28,6 +28,9 @@ pub(super) struct Record {
     pub(super) objects: Vec<String>,
     pub(super) readings: Readings,
     pub(super) drags: Vec<Drag>,
+    /// The objects whose deceleration is not Coulomb's in this clip.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub(super) uneven: Vec<String>,
     pub(super) grazings: Vec<Grazing>,
     /// Of the fit before all clips shared their noise.
     pub(super) noise: Noise,
@@ -65,7 +68,7 @@ impl Record {
     /// The record with nothing to say.
     pub(super) fn silenced(self) -> Self {
         let readings = self.readings.retained(|_| false);
-        Self { readings, drags: Vec::new(), grazings: Vec::new(), ..self }
+        Self { readings, drags: Vec::new(), uneven: Vec::new(), grazings: Vec::new(), ..self }
     }
 
     /// As the properties keep it.

@@ -81,6 +81,11 @@ pub(super) fn noise_m(sights: &[Sight]) -> f64 {
     median(sights.iter().map(|s| s.std_m)).max(median(thirds))
 }
 
+/// How far from where it lay a body is seen to have moved (m).
+pub(super) fn moved_m(sights: &[Sight]) -> f64 {
+    MOVED_NOISES * noise_m(sights)
+}
+
 /// The middle value; zero of none.
 pub(super) fn median(values: impl Iterator<Item = f64>) -> f64 {
     let mut all: Vec<f64> = values.collect();
@@ -132,7 +137,7 @@ fn onset(body: &Body) -> Onset {
     if sights.len() < SIGHTS_NEEDED {
         return Onset::Never;
     }
-    let moved_m = MOVED_NOISES * noise_m(sights);
+    let moved_m = moved_m(sights);
     let mut place = sights[0].position;
     for k in 1..sights.len() - 1 {
         let (away, further) = (sights[k].position - place, sights[k + 1].position - place);
@@ -213,6 +218,11 @@ impl Draft {
         Self::from_times(model, &times)
     }
 
+    /// When its events are.
+    pub(super) fn times_s(&self) -> impl Iterator<Item = f64> + '_ {
+        self.layout.events.iter().map(|slots| self.parameters[slots.time])
+    }
+
     /// The parameters that the sights suggest for events at these times.
     pub(super) fn from_times(model: Model, times: &[f64]) -> Self {
         let layout = model.layout();
@@ -265,7 +275,7 @@ fn rest_pose(body: &Body, until_s: f64) -> Pose {
 fn friction_guess(body: &Body, from_s: f64) -> f64 {
     const UNKNOWN: f64 = 0.2;
     let Some(last) = body.sights.last() else { return UNKNOWN };
-    let moved_m = MOVED_NOISES * noise_m(&body.sights);
+    let moved_m = moved_m(&body.sights);
     let stop = body.sights.iter().find(|s| s.position.distance(last.position) < moved_m);
     let distance_m = seen_at(body, from_s).position.distance(last.position);
     match stop {

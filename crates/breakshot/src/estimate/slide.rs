@@ -54,6 +54,17 @@ enum Course {
     Straight { deceleration_m_s2: f64 },
     /// Sliding and spinning, tabulated from start to rest.
     Spinning(Vec<Knot>),
+    /// Slowed by whatever it is, evenly for a while; never at rest.
+    Free(Rates),
+}
+
+/// How fast a velocity changes.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct Rates {
+    /// Of the centroid (m/s^2).
+    pub(super) acceleration: Vec2,
+    /// Of the spin (rad/s^2).
+    pub(super) spin_rad_s2: f64,
 }
 
 /// A moment of a spinning slide.
@@ -85,12 +96,18 @@ impl Slide {
         Self { start_s, start, course }
     }
 
+    /// The slide that begins with this motion at `start_s` and whose velocity changes at constant rates.
+    pub(super) fn free(start_s: f64, start: Motion, rates: Rates) -> Self {
+        Self { start_s, start, course: Course::Free(rates) }
+    }
+
     /// Where the body is and how it moves; before the start it moved evenly.
     pub(super) fn motion(&self, time_s: f64) -> Motion {
         let elapsed_s = time_s - self.start_s;
         match &self.course {
             Course::Straight { deceleration_m_s2 } => self.straight(elapsed_s, *deceleration_m_s2),
             Course::Spinning(knots) => self.spinning(elapsed_s, knots),
+            Course::Free(rates) => self.freely(elapsed_s, rates),
         }
     }
 
@@ -101,6 +118,7 @@ impl Slide {
                 self.start_s + stop_after_s(self.start.velocity.length(), *deceleration_m_s2)
             }
             Course::Spinning(knots) => self.start_s + knots.last().map_or(0.0, |k| k.time_s),
+            Course::Free(_) => f64::INFINITY,
         }
     }
 
@@ -132,6 +150,17 @@ impl Slide {
         let mut motion = self.moved(along * now.distance_m, now.turn_rad, 0.0);
         motion.velocity = if speed > 0.0 { along * now.speed_m_s } else { Vec2::ZERO };
         motion.spin_rad_s = now.spin_rad_s;
+        motion
+    }
+
+    fn freely(&self, elapsed_s: f64, rates: &Rates) -> Motion {
+        let changed_s = elapsed_s.max(0.0);
+        let half = changed_s * changed_s / 2.0;
+        let way = self.start.velocity * elapsed_s + rates.acceleration * half;
+        let turn_rad = self.start.spin_rad_s * elapsed_s + rates.spin_rad_s2 * half;
+        let mut motion = self.moved(way, turn_rad, 1.0);
+        motion.velocity += rates.acceleration * changed_s;
+        motion.spin_rad_s += rates.spin_rad_s2 * changed_s;
         motion
     }
 

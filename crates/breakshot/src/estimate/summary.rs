@@ -22,7 +22,8 @@ pub(super) fn properties(clips: &[&Record], objects: &[Object], reference: &str)
 
     let readings = poor_ones_last(&readings);
     let (readings, contradictions) = doubt::without_contradictions(&readings, &names);
-    let refused = friction::refused(&readings, &drags);
+    let uneven: Vec<&String> = clips.iter().flat_map(|c| &c.uneven).collect();
+    let refused = friction::refused(&readings, &drags, &uneven);
     let expected = friction::expected(&readings);
     let [of_objects, of_striker] = [false, true].map(|with_striker| {
         let some: Vec<_> = grazings.iter().copied().filter(|g| g.with_striker == with_striker).collect();

@@ -1,4 +1,4 @@
-//! Clips whose story does not hold together: a body that nothing sets in motion, a picture that jumps.
+//! Clips whose story does not hold together: a body that nothing sets in motion, a picture that jumps or comes twice.
 
 use super::clip::{Body, Cause, EventSlots, Sight};
 use super::clip_fit::Fitted;
@@ -7,7 +7,7 @@ use crate::geometry::{Point, Vec2};
 use crate::outline::Outline;
 
 /// So many sights on either side tell that a body rests.
-const STILL_SIGHTS: usize = 4;
+const STILL_SIGHTS: usize = 3;
 /// A jump is longer than this (m), and than this many deviations of the noise.
 const JUMP_M: f64 = 2e-4;
 const JUMP_NOISES: f64 = 8.0;
@@ -18,7 +18,10 @@ const NEAR_M: f64 = 0.01;
 
 /// Why nothing that the clip tells can be believed, if so; `struck`: whether the robot was told to strike.
 pub(super) fn contradiction(fitted: &Fitted, struck: bool) -> Option<String> {
-    let why = picture_jumps(&fitted.model.bodies).or_else(|| set_off_by_nothing(fitted, struck))?;
+    let bodies = &fitted.model.bodies;
+    let why = pictures_repeat(bodies)
+        .or_else(|| picture_jumps(bodies))
+        .or_else(|| set_off_by_nothing(fitted, struck))?;
     Some(format!("left out: {why}"))
 }
 
@@ -45,6 +48,24 @@ fn set_off_by_nothing(fitted: &Fitted, struck: bool) -> Option<String> {
                 .then(|| format!("`{object}` is set in motion at {at_s:.3} s with nothing near it"))
         },
     )
+}
+
+/// A body under way stands still from one frame to the next, and goes on: the film shows old pictures again.
+fn pictures_repeat(bodies: &[Body]) -> Option<String> {
+    /// A picture or two may be lost.
+    const FEWEST: usize = 4;
+    /// Steps so long (m), with one between them that is shorter than this part of either.
+    const STEP_M: f64 = 4e-4;
+    const STANDS: f64 = 0.1;
+    bodies.iter().find_map(|body| {
+        let steps_m: Vec<f64> =
+            body.sights.windows(2).map(|w| w[1].position.distance(w[0].position)).collect();
+        let stands = |w: &&[f64]| w[0].min(w[2]) > STEP_M && w[1] < STANDS * w[0].min(w[2]);
+        let again = steps_m.windows(3).filter(stands).count();
+        let object = &body.object;
+        (again >= FEWEST)
+            .then(|| format!("{again} pictures show `{object}` under way where it was the picture before"))
+    })
 }
 
 /// Everything that rests lies elsewhere from one frame to the next: the camera or the table was moved.

@@ -1,12 +1,12 @@
 //! Clips that could be filmed next, and what each would tell: the clip fit's own sensitivity at the learned noise.
 
-use super::super::clip_fit::Fitted;
 use super::super::reading::{KINDS, Key, Readings, grouped};
 use super::super::record::Record;
 use super::super::restitution::MET_TWICE_STD;
 use super::super::segment::median;
 use super::super::spread::{Group, spread};
-use super::super::{Filming, Shot, exposure, first_fit, told};
+use super::super::story::Story;
+use super::super::{Filming, Shot, exposure};
 use super::belief::{Belief, Quantity};
 use super::piles::fastest_m_s;
 use crate::cell::Cell;
@@ -121,11 +121,10 @@ impl Candidate {
         if !rests.into_iter().all(|s| cell.workspace.contains(s.position())) {
             return Ok(None);
         }
-        let (fitted, run) = first_fit(&clip, cell, objects)?;
-        let yaw_scale = habits.filming.yaw_std_rad / fitted.model.yaw_std_rad;
+        let story = Story::new(&clip, cell, objects)?;
+        let yaw_scale = habits.filming.yaw_std_rad / story.yaw_std_rad();
         let scale = if yaw_scale > 0.0 { yaw_scale } else { 1.0 };
-        let fitted: Fitted = fitted.refined(1.0, scale, exposure::settled(&fitted, habits.found_frames));
-        let record = told(&fitted, run.as_ref(), &clip).1;
+        let record = story.refined(1.0, scale, habits.found_frames).told(&clip).1;
         Ok(Self::from_record(belief, habits, shot, &record))
     }
 
