@@ -62,6 +62,18 @@ pub enum Source {
 impl Source {
     pub(super) const ALL: [Self; 6] =
         [Self::Poses, Self::Strike, Self::Friction, Self::Restitution, Self::Masses, Self::Contacts];
+
+    /// What it is, in words.
+    pub fn words(self) -> &'static str {
+        match self {
+            Self::Poses => "where the objects lie",
+            Self::Strike => "the strike's speed and heading",
+            Self::Friction => "friction on the table",
+            Self::Restitution => "restitution",
+            Self::Masses => "mass ratios",
+            Self::Contacts => "contact friction, and how touching objects share an impact",
+        }
+    }
 }
 
 /// One world that may be, and how the arm strikes in it.

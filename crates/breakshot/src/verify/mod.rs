@@ -23,6 +23,7 @@ use crate::error::{Error, Result};
 use crate::estimate::ClipValue;
 use crate::geometry::Pose;
 use crate::object::Object;
+use crate::plan::Plan;
 use crate::properties::Properties;
 use crate::scene::Scene;
 use serde::{Deserialize, Serialize};
@@ -168,6 +169,11 @@ pub fn published(properties: &Properties, clips: &[ClipValue], objects: &[Object
 pub fn motion(tracks: &Tracks) -> Result<String> {
     published::motion(tracks)
         .ok_or_else(|| Error::invalid(&tracks.video, "tracks", "not one sample", "an object that was seen"))
+}
+
+/// A plan as an SVG that stands alone: the pile, the strike, and where the objects are expected and may come to rest.
+pub fn planned(plan: &Plan) -> String {
+    published::plan(plan)
 }
 
 impl Report {

@@ -15,6 +15,8 @@ pub(in crate::verify) enum Layer {
     Here,
     /// Where it is expected: a dashed outline.
     Expected,
+    /// One of the places where it may come to rest: a faint outline.
+    Possible,
 }
 
 impl Layer {
@@ -23,6 +25,7 @@ impl Layer {
             Self::Before => "before",
             Self::Here => "here",
             Self::Expected => "expected",
+            Self::Possible => "possible",
         }
     }
 }

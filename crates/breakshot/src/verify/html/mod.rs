@@ -7,7 +7,7 @@
 mod film;
 mod learned;
 pub(super) mod motion;
-mod planned;
+pub(super) mod planned;
 mod simulated;
 #[cfg(test)]
 mod tests;

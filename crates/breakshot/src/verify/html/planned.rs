@@ -1,10 +1,11 @@
 //! The strike for a pile, and how it was found.
 
 use super::simulated::{lays, simulated_pile};
-use super::words::{HALF_WIDTH_PX, HALF_WORKSPACE_FACTOR, figure, figure_pair, mm, sentence, verdict};
-use crate::plan::{Contact, Iteration, Outcome, Plan};
+use super::words::{HALF_WIDTH_PX, HALF_WORKSPACE_FACTOR, figure, figure_pair, mm, sentence, table, verdict};
+use crate::plan::{Contact, Iteration, Outcome, Plan, RunnerUp};
 use crate::verify::figures::{
-    Bound, LOW_PANEL_PX, Layer, Palette, Panel, Pile, Series, Stroke, View, escaped, lines, pile,
+    Bound, LOW_PANEL_PX, Lay, Layer, Palette, Panel, Pile, Series, Stroke, View, WIDTH_PX, escaped, lines,
+    pile,
 };
 
 pub(super) fn plan_chapter(plan: &Plan, palette: &Palette) -> String {
@@ -28,7 +29,7 @@ pub(super) fn plan_chapter(plan: &Plan, palette: &Palette) -> String {
         );
     }
     told += &drawings(plan, palette);
-    told + &search(plan)
+    told + &why(plan) + &search(plan)
 }
 
 /// The pile and the strike at the left, what is expected at the right.
@@ -47,13 +48,75 @@ fn drawings(plan: &Plan, palette: &Palette) -> String {
     };
     let mut after = simulated_pile(scene, strike, (&prediction.final_poses, None), palette);
     after.strike = None;
+    after.lays.splice(0..0, cloud(plan, palette));
     let view = View::of(&[&before, &after], HALF_WORKSPACE_FACTOR);
     let left = pile(&before, view, HALF_WIDTH_PX, "The pile and the strike, from above");
     let right = pile(&after, view, HALF_WIDTH_PX, "The expected places after the strike, from above");
     let caption = "The arrow is the way of the striker's centre. At the right, pale outlines are where the objects lay, \
-                   filled ones where they are expected to come to rest.";
+                   filled ones where they are expected to come to rest; the faint ones are where they may come to rest, for \
+                   all that is known.";
     figure_pair(("The pile and the strike", &left), ("Expected after it", &right), caption)
 }
+
+/// Everything in one picture: the pile, the strike, where the objects are expected and where else they may come to rest.
+pub(in crate::verify) fn drawing(plan: &Plan) -> String {
+    let scene = &plan.scene;
+    let palette = Palette::new(scene.placed.iter().map(|p| p.object.as_str()));
+    let here = scene.placed.iter().map(|p| (p.object.as_str(), p.pose()));
+    let mut drawn = cloud(plan, &palette);
+    drawn.extend(lays(scene, here, Layer::Before, &palette));
+    if let (Some(_), Some(prediction)) = (&plan.strike, &plan.prediction) {
+        let expected = prediction.final_poses.iter().map(|(name, pose)| (name.as_str(), *pose));
+        drawn.extend(lays(scene, expected, Layer::Here, &palette));
+    }
+    let whole = Pile { scene, lays: drawn, paths: Vec::new(), strike: plan.strike.as_ref() };
+    pile(
+        &whole,
+        View::of(&[&whole], WORKSPACE_FACTOR),
+        WIDTH_PX,
+        "The pile, the strike, and where the objects may end",
+    )
+}
+
+/// The workspace is shown whole unless it is this much wider than all that happens.
+const WORKSPACE_FACTOR: f64 = 2.0;
+
+/// Where each object comes to rest in worlds that may be.
+fn cloud<'a>(plan: &'a Plan, palette: &Palette) -> Vec<Lay<'a>> {
+    let clouds = plan.robustness.iter().flat_map(|r| &r.cloud);
+    let poses = clouds.flat_map(|(name, poses)| poses.iter().map(move |pose| (name.as_str(), *pose)));
+    lays(&plan.scene, poses, Layer::Possible, palette)
+}
+
+/// What speaks for this strike and against it.
+fn why(plan: &Plan) -> String {
+    let Some(robustness) = &plan.robustness else { return String::new() };
+    let percent = |part: f64| format!("{:.0} %", 100.0 * part);
+    let mut told = String::from("<h3>Why this strike</h3>\n");
+    if let Some(RunnerUp { strike, success_probability }) = &robustness.runner_up {
+        told += &format!(
+            "<p>The best clearly different strike, {} at {:.3} m/s along {:.1}\u{b0}, works in {} of the same worlds.</p>\n",
+            escaped(strike.object.as_deref().unwrap_or("the pile")),
+            strike.speed_m_s,
+            strike.heading_rad.to_degrees(),
+            percent(*success_probability)
+        );
+    }
+    let failures = robustness.failures.iter().take(MOST_REASONS);
+    let failures: Vec<_> = failures.map(|f| vec![escaped(&f.what), percent(f.part)]).collect();
+    if !failures.is_empty() {
+        told += &table(&["what fails", "of all worlds"], &failures);
+    }
+    let doubts = robustness.doubts.iter().filter(|d| d.gain > 0.0).take(MOST_REASONS);
+    let doubts: Vec<_> = doubts.map(|d| vec![d.source.words().to_owned(), percent(d.gain)]).collect();
+    if !doubts.is_empty() {
+        told += &table(&["if this were known exactly", "more successes"], &doubts);
+    }
+    told
+}
+
+/// Reasons that are told, the weightiest first.
+const MOST_REASONS: usize = 4;
 
 /// How the search went: speed and distances, step by step.
 fn search(plan: &Plan) -> String {

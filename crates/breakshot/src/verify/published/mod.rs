@@ -13,6 +13,7 @@ use crate::detect::Tracks;
 use crate::error::{Error, Result};
 use crate::estimate::ClipValue;
 use crate::object::{self, Object};
+use crate::plan::Plan;
 use crate::properties::Properties;
 use crate::uncertain::Estimate;
 use std::collections::BTreeMap;
@@ -31,6 +32,11 @@ pub struct Published {
 pub(super) fn motion(tracks: &Tracks) -> Option<String> {
     let palette = Palette::new(tracks.tracks.iter().map(|t| t.object.as_str()));
     drawing(&Motion { tracks, fit: None }, &palette).map(|svg| style::standalone(&svg))
+}
+
+/// A plan as a file: the pile, the strike, and where the objects may come to rest.
+pub(super) fn plan(plan: &Plan) -> String {
+    style::standalone(&super::html::planned::drawing(plan))
 }
 
 /// What a figure shows.
