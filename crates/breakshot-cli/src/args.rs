@@ -57,8 +57,14 @@ pub(crate) enum Command {
     Simulate(SimulateArgs),
     /// Plans the strike that singulates a pile.
     #[command(after_help = "Example: breakshot plan scene.toml --properties properties.json -o plan.json\n\
-        Example: breakshot plan scene.toml --properties properties.json --method robust -o plan.json")]
+        Example: breakshot plan scene.toml --properties properties.json --method robust -o plan.json --figure plan.svg\n\
+        Example: breakshot plan scene.toml --properties properties.json --strikes 3 -o plan.json")]
     Plan(PlanArgs),
+    /// Plans, strikes, looks and plans again until the pile is singulated, on a simulated table or with a robot.
+    #[command(after_help = "Example: breakshot run scene.toml --properties properties.json -o run/\n\
+        Example: breakshot run scene.toml --properties properties.json --execute './strike.sh {plan}' \
+        --look './look.sh {scene}' -o run/")]
+    Run(RunArgs),
     /// The joint path of a planned strike, checked against the arm's limits.
     #[command(
         name = "command",
@@ -364,10 +370,54 @@ pub(crate) struct PlanArgs {
     pub(crate) scatter: ScatterArgs,
     #[command(flatten)]
     pub(crate) assumptions: Assumptions,
+    /// Plans up to so many strikes, each for the pile that the one before it is expected to leave.
+    #[arg(long, value_name = "K", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=20))]
+    pub(crate) strikes: u32,
+    /// A drawing of the pile, the strike and where the objects may come to rest (SVG).
+    #[arg(long, value_name = "FILE")]
+    pub(crate) figure: Option<PathBuf>,
     /// The plan to write.
     #[arg(short, long, value_name = "FILE")]
     pub(crate) output: PathBuf,
     /// Prints the plan as JSON.
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct RunArgs {
+    /// The scene file: what lies on the table before the first strike.
+    #[arg(value_name = "SCENE")]
+    pub(crate) scene: PathBuf,
+    /// The properties file; with --execute it is read again before each plan, so that it can be bettered on the way.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) properties: PathBuf,
+    /// Which algorithm plans.
+    #[arg(long, value_enum, default_value = "robust")]
+    pub(crate) method: MethodName,
+    /// Strikes at most.
+    #[arg(long, value_name = "K", default_value_t = 3, value_parser = clap::value_parser!(u32).range(1..=20))]
+    pub(crate) strikes: u32,
+    /// The seed of the plans' draws.
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    pub(crate) seed: u64,
+    /// Which of the tables that may be is struck, where no robot strikes.
+    #[arg(long, value_name = "N", default_value_t = 1, conflicts_with = "execute")]
+    pub(crate) table: u64,
+    /// The program that carries out a plan, its words separated by spaces; `{plan}` stands for the plan's file.
+    #[arg(long, value_name = "COMMAND", requires = "look")]
+    pub(crate) execute: Option<String>,
+    /// The program that looks at the table and writes the scene file that `{scene}` stands for.
+    #[arg(long, value_name = "COMMAND", requires = "execute")]
+    pub(crate) look: Option<String>,
+    #[command(flatten)]
+    pub(crate) scatter: ScatterArgs,
+    #[command(flatten)]
+    pub(crate) assumptions: Assumptions,
+    /// The folder for the plans and scenes of all strikes, and what came of them (`run.json`).
+    #[arg(short, long, value_name = "FOLDER")]
+    pub(crate) output: PathBuf,
+    /// Prints what came of it as JSON.
     #[arg(long)]
     pub(crate) json: bool,
 }

@@ -43,6 +43,7 @@ fn main() -> ExitCode {
         Command::Estimate(args) => commands::estimate::run(&args),
         Command::Simulate(args) => commands::simulate::run(&args),
         Command::Plan(args) => commands::plan::run(&args),
+        Command::Run(args) => commands::run::run(&args),
         Command::Arm(args) => commands::command::run(&args),
         Command::Strike(args) => commands::strike::run(&args),
         Command::Export(args) => commands::export::run(&args),

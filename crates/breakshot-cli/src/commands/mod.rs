@@ -10,6 +10,7 @@ pub(crate) mod init;
 pub(crate) mod look;
 mod overlay;
 pub(crate) mod plan;
+pub(crate) mod run;
 pub(crate) mod simulate;
 pub(crate) mod strike;
 pub(crate) mod tags;

@@ -4,7 +4,9 @@ use super::simulate;
 use crate::args::PlanArgs;
 use crate::{Outcome, console};
 use breakshot::plan::{self, Plan};
-use breakshot::{Result, files};
+use breakshot::properties::Properties;
+use breakshot::scene::Strike;
+use breakshot::{Result, files, verify};
 
 /// Plans and writes the plan.
 pub(crate) fn run(args: &PlanArgs) -> Result<Outcome> {
@@ -15,15 +17,40 @@ pub(crate) fn run(args: &PlanArgs) -> Result<Outcome> {
         seed: args.seed,
         ..plan::Options::default()
     };
-    let plan = plan::plan(&scene, &properties, &options)?;
+    let mut plan = plan::plan(&scene, &properties, &options)?;
+    if args.strikes > 1 && plan.strike.is_some() {
+        plan.then = following(&plan, &properties, &options, args.strikes as usize - 1)?;
+    }
     files::write_json(&args.output, &plan)?;
+    if let Some(figure) = &args.figure {
+        files::write_whole(figure, verify::planned(&plan).as_bytes())?;
+    }
     if args.json {
         console::print_json(&plan)?;
     } else {
         print_summary(&plan);
-        println!("Wrote {}", args.output.display());
+        for (k, strike) in plan.then.iter().enumerate() {
+            print_strike(&format!("strike {} of {}: ", k + 2, plan.then.len() + 1), strike);
+        }
+        for file in std::iter::once(&args.output).chain(&args.figure) {
+            println!("Wrote {}", file.display());
+        }
     }
     Ok(outcome.and(Outcome::doubtful_if(plan.outcome != plan::Outcome::Found)))
+}
+
+/// The strikes after the first, if each does exactly what is expected of it.
+fn following(
+    plan: &Plan,
+    properties: &Properties,
+    options: &plan::Options,
+    most: usize,
+) -> Result<Vec<Strike>> {
+    let mut as_expected = |plan: &Plan, _: &mut Properties| Ok(plan::expected(plan));
+    let left = plan::expected(plan);
+    let options = plan::Options { seed: options.seed + 1, ..*options };
+    let ended = plan::sequence(&left, &mut properties.clone(), &options, most, &mut as_expected)?;
+    Ok(ended.plans.into_iter().filter_map(|plan| plan.strike).collect())
 }
 
 /// What the plan is, in a few lines.
@@ -35,19 +62,23 @@ pub(crate) fn print_summary(plan: &Plan) {
     };
     println!("{word}: {}", plan.reason);
     if let Some(strike) = &plan.strike {
-        println!(
-            "strike {} from ({:.1}, {:.1}) mm along {:.1} deg at {:.3} m/s for {:.0} mm",
-            strike.object.as_deref().unwrap_or("the pile"),
-            strike.start_m.x * 1e3,
-            strike.start_m.y * 1e3,
-            strike.heading_rad.to_degrees(),
-            strike.speed_m_s,
-            strike.travel_m * 1e3
-        );
+        print_strike("strike ", strike);
     }
     let distances = plan.prediction.as_ref().and_then(|p| p.min_distance_m.zip(p.mean_distance_m));
     if let Some((least_m, mean_m)) = distances {
         let (least, mean) = (least_m * 1e3, mean_m * 1e3);
         println!("then the closest two centres are {least:.1} mm apart, all pairs {mean:.1} mm on average");
     }
+}
+
+fn print_strike(label: &str, strike: &Strike) {
+    println!(
+        "{label}{} from ({:.1}, {:.1}) mm along {:.1} deg at {:.3} m/s for {:.0} mm",
+        strike.object.as_deref().unwrap_or("the pile"),
+        strike.start_m.x * 1e3,
+        strike.start_m.y * 1e3,
+        strike.heading_rad.to_degrees(),
+        strike.speed_m_s,
+        strike.travel_m * 1e3
+    );
 }

@@ -34,6 +34,9 @@ mod proposal;
 mod robust;
 #[cfg(test)]
 mod robust_tests;
+mod sequence;
+#[cfg(test)]
+mod sequence_tests;
 #[cfg(test)]
 mod tests;
 
@@ -49,6 +52,7 @@ use feedback::{Search, Trial};
 pub use possible::{Scatter, Source};
 pub use proposal::Aim;
 pub use robust::Robustness;
+pub use sequence::{Sequence, drawn, expected, sequence};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
@@ -129,6 +133,9 @@ pub struct Plan {
     /// How sure the plan is, and why; only `Robust` tells.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub robustness: Option<Robustness>,
+    /// The strikes that would follow if each did exactly what is expected of it; only where more than one was asked for.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub then: Vec<Strike>,
 }
 
 /// What a strike is expected to do.
@@ -175,6 +182,7 @@ pub fn plan(scene: &Scene, properties: &Properties, options: &Options) -> Result
         prediction: None,
         iterations: Vec::new(),
         robustness: None,
+        then: Vec::new(),
     };
     if scene.placed.is_empty() {
         plan.reason = "nothing lies on the table".into();

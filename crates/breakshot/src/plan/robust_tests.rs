@@ -45,6 +45,7 @@ fn planned(scene: &Scene, properties: &Properties, options: &Options) -> Plan {
         prediction: None,
         iterations: Vec::new(),
         robustness: None,
+        then: Vec::new(),
     };
     robust(empty, properties, options, &QUICK).expect("a scene that can be simulated")
 }

@@ -1,0 +1,118 @@
+//! `breakshot run` and `breakshot plan --strikes` as a user runs them, on two discs that touch.
+
+use serde_json::Value;
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Output};
+
+/// The folder with a pile and what is known about it.
+fn folder() -> tempfile::TempDir {
+    let folder = tempfile::tempdir().expect("a folder");
+    let write = |name: &str, text: &str| fs::write(folder.path().join(name), text).expect("a file");
+    write("cell.toml", include_str!("../../breakshot/tests/data/arms/indy7_cell.toml"));
+    let disc = |name: &str| {
+        format!(
+            "[[objects]]\nname = \"{name}\"\nshape = {{ disc = {{ radius_m = 0.03 }} }}\nheight_m = 0.04\n\
+             marker = {{ shape = {{ disc = {{ radius_m = 0.01 }} }} }}\n"
+        )
+    };
+    write("objects.toml", &(disc("a") + &disc("b")));
+    write("scene.toml", &scene("", 0.0605));
+    write("seen_alike.toml", &scene("../", 0.0605));
+    write("seen_apart.toml", &scene("../", 0.2));
+    let one = r#"{ "mean": 0.5, "std": 0.01, "standard_error": 0.01, "interval_95": [0.4, 0.6], "n": 5 }"#;
+    let known = |names: &[&str]| {
+        let entries: Vec<String> = names.iter().map(|name| format!("\"{name}\": {one}")).collect();
+        format!("{{ {} }}", entries.join(", "))
+    };
+    let (alone, pair) = (known(&["a", "b"]), known(&["a/b"]));
+    let properties = format!(
+        r#"{{ "version": 1, "reference": "a", "friction": {alone}, "striker_restitution": {alone}, "restitution": {pair},
+             "mass_ratio": {alone}, "pair_mass_ratio": {pair}, "contact_friction": {{}}, "warnings": [] }}"#
+    );
+    write("properties.json", &properties);
+    folder
+}
+
+fn scene(from: &str, apart_m: f64) -> String {
+    format!(
+        "cell = \"{from}cell.toml\"\nobjects = \"{from}objects.toml\"\n\
+         [[placed]]\nobject = \"a\"\nposition_m = [0.0, 0.0]\n\
+         [[placed]]\nobject = \"b\"\nposition_m = [{apart_m:?}, 0.0]\n"
+    )
+}
+
+fn run(folder: &Path, arguments: &[&str]) -> Output {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_breakshot"));
+    let known = ["scene.toml", "--properties", "properties.json"];
+    let (what, flags) = arguments.split_first().expect("a command");
+    command.arg(what).args(known).args(flags).current_dir(folder).output().expect("the program")
+}
+
+fn json(file: &Path) -> Value {
+    serde_json::from_str(&fs::read_to_string(file).expect("a file")).expect("JSON")
+}
+
+fn said(output: &Output) -> String {
+    String::from_utf8_lossy(&output.stderr).into_owned()
+}
+
+#[test]
+fn a_pile_on_a_simulated_table_is_struck_until_it_is_singulated() {
+    let folder = folder();
+    let output = run(folder.path(), &["run", "--method", "paper", "-o", "out"]);
+    assert_eq!(output.status.code(), Some(0), "{}", said(&output));
+    let ended = json(&folder.path().join("out/run.json"));
+    assert_eq!(ended["singulated"], true, "{ended}");
+    let strikes = ended["strikes"].as_array().expect("a list").len();
+    assert!((1..=3).contains(&strikes), "{ended}");
+    for number in 1..=strikes {
+        assert!(folder.path().join(format!("out/plan_{number}.json")).is_file());
+    }
+}
+
+#[test]
+fn the_users_programs_strike_and_look() {
+    let folder = folder();
+    let flags = ["run", "--method", "paper", "--execute", "test -s {plan}", "-o", "out", "--look"];
+    let output = run(folder.path(), &[&flags[..], &["cp seen_apart.toml {scene}"]].concat());
+    assert_eq!(output.status.code(), Some(0), "{}", said(&output));
+    let ended = json(&folder.path().join("out/run.json"));
+    assert_eq!(ended["strikes"].as_array().map(Vec::len), Some(1), "{ended}");
+    assert_eq!(ended["placed"][1]["position_m"][0], 0.2, "{ended}");
+    // Nothing moves: three strikes, and no success is claimed.
+    let output = run(folder.path(), &[&flags[..], &["cp seen_alike.toml {scene}"]].concat());
+    assert_eq!(output.status.code(), Some(3), "{}", said(&output));
+    let ended = json(&folder.path().join("out/run.json"));
+    assert_eq!(
+        (ended["singulated"].as_bool(), ended["strikes"].as_array().map(Vec::len)),
+        (Some(false), Some(3))
+    );
+}
+
+#[test]
+fn a_program_that_fails_ends_the_run_by_name() {
+    let folder = folder();
+    for (execute, word) in [("false", "`false`"), ("no_such_program {plan}", "`no_such_program`")] {
+        let flags = ["run", "--method", "paper", "--execute", execute, "--look", "true", "-o", "out"];
+        let output = run(folder.path(), &flags);
+        assert_eq!(output.status.code(), Some(2));
+        assert!(said(&output).contains(word) && said(&output).contains("--execute"), "{}", said(&output));
+    }
+    let output = run(folder.path(), &["run", "--execute", "true", "-o", "out"]);
+    assert_eq!(output.status.code(), Some(2));
+    assert!(said(&output).contains("--look"), "{}", said(&output));
+}
+
+#[test]
+fn more_strikes_are_planned_ahead_and_drawn() {
+    let folder = folder();
+    let flags = ["plan", "--method", "paper", "--strikes", "3", "--figure", "plan.svg", "-o", "plan.json"];
+    let output = run(folder.path(), &flags);
+    assert_eq!(output.status.code(), Some(0), "{}", said(&output));
+    let plan = json(&folder.path().join("plan.json"));
+    // The first strike is expected to do, so that none follows.
+    assert_eq!((plan["outcome"].as_str(), plan.get("then")), (Some("found"), None));
+    let drawing = fs::read_to_string(folder.path().join("plan.svg")).expect("a drawing");
+    assert!(drawing.starts_with("<svg") && drawing.trim_end().ends_with("</svg>"));
+}

@@ -1,0 +1,70 @@
+//! Laws of strikes that follow each other.
+
+use super::tests::{properties, scene};
+use super::*;
+
+fn row() -> Scene {
+    scene(&[("a", 0.0, 0.0, 0.0), ("c", 0.078, 0.002, 0.0)])
+}
+
+#[test]
+fn the_loop_ends_as_soon_as_the_goal_holds() {
+    let mut asked = 0;
+    let mut as_expected = |plan: &Plan, _: &mut Properties| {
+        asked += 1;
+        Ok(expected(plan))
+    };
+    let ended =
+        sequence(&row(), &mut properties(), &Options::default(), 5, &mut as_expected).expect("a scene");
+    assert!(ended.singulated, "{}", ended.reason);
+    assert_eq!(ended.plans.len(), 1);
+    let again =
+        sequence(&ended.left, &mut properties(), &Options::default(), 5, &mut as_expected).expect("a scene");
+    assert!(again.singulated && again.plans.is_empty(), "{}", again.reason);
+    assert_eq!(asked, 1);
+}
+
+#[test]
+fn a_table_on_which_nothing_moves_is_struck_as_often_as_allowed_and_never_said_to_be_singulated() {
+    let mut nothing_moves = |plan: &Plan, _: &mut Properties| Ok(plan.scene.clone());
+    let ended =
+        sequence(&row(), &mut properties(), &Options::default(), 3, &mut nothing_moves).expect("a scene");
+    assert!(!ended.singulated);
+    assert_eq!(ended.plans.len(), 3);
+    assert!(ended.reason.contains("3 strikes"), "{}", ended.reason);
+}
+
+#[test]
+fn the_same_draw_gives_the_same_world_and_another_one_another() {
+    let plan = plan(&row(), &properties(), &Options::default()).expect("a scene");
+    let after = |draw| drawn(&plan, &properties(), &Options::default(), draw).expect("a scene").placed;
+    assert_eq!(after(1), after(1));
+    assert_ne!(after(1), after(2));
+}
+
+#[test]
+fn what_was_learned_from_a_strike_counts_for_the_next() {
+    let mut learns = |plan: &Plan, properties: &mut Properties| {
+        properties.friction.clear();
+        Ok(plan.scene.clone())
+    };
+    let error =
+        sequence(&row(), &mut properties(), &Options::default(), 3, &mut learns).expect_err("no friction");
+    assert!(error.to_string().contains("friction"), "{error}");
+}
+
+#[test]
+fn what_fell_off_the_table_ends_the_sequence() {
+    let mut scene = row();
+    let corners = [[-0.5, -0.5], [0.5, -0.5], [0.5, 0.5], [-0.5, 0.5]];
+    let outline_m = corners.map(|[x, y]| Point::new(x, y)).to_vec();
+    scene.cell.table = Some(crate::cell::Table { outline_m });
+    let mut falls = |plan: &Plan, _: &mut Properties| {
+        let mut scene = plan.scene.clone();
+        scene.placed[0].position_m = Point::new(0.5, 0.0);
+        Ok(scene)
+    };
+    let ended = sequence(&scene, &mut properties(), &Options::default(), 3, &mut falls).expect("a scene");
+    assert!(!ended.singulated && ended.plans.len() == 1, "{}", ended.reason);
+    assert!(ended.reason.contains("a has fallen"), "{}", ended.reason);
+}
