@@ -1,10 +1,12 @@
 //! Do planned strikes work?  Random piles, plans by both methods, carried out in the lab.
 //!
 //! The planner knows what `estimate` learned from the campaign's films; the lab is another physics engine with friction that varies
-//! from strike to strike.  A strike succeeds if the goal holds where the objects come to rest and none has tipped.
+//! from strike to strike.  A strike succeeds if the goal holds where the objects come to rest and none has tipped.  Some piles cannot be
+//! relied on by anyone: for each it is looked for in the lab itself whether any strike works again and again.
 
 mod figure;
 mod lab;
+mod solvable;
 mod table;
 
 use super::Program;
@@ -78,11 +80,16 @@ fn trial(
     let stated = robust.prediction.as_ref().and_then(|p| p.success_probability).unwrap_or(0.0);
     let mut trial = Trial { pile: pile.name.clone(), size: pile.place.len(), stated, ..Trial::default() };
     let paper = plan(&scene, Method::Paper)?;
-    trial.paper = works(lab, &scene, paper.strike.as_ref(), friction_scale)?.0;
-    trial.random = works(lab, &scene, random_strike(&scene, seed).as_ref(), friction_scale)?.0;
+    let once = (friction_scale, None);
+    trial.paper = works(lab, &scene, paper.strike.as_ref(), once)?.0;
+    trial.random = works(lab, &scene, random_strike(&scene, seed).as_ref(), once)?.0;
+    if let Some(strike) = &robust.strike {
+        trial.repeats = solvable::repeats(lab, &scene, strike, 0)?;
+    }
+    trial.solvable = trial.repeats >= solvable::ENOUGH || solvable::search(lab, &scene, &robust, seed)?;
     let mut strike = robust.strike;
     for n in 1..=MOST_STRIKES {
-        let (succeeded, rest) = works(lab, &scene, strike.as_ref(), friction_scale)?;
+        let (succeeded, rest) = works(lab, &scene, strike.as_ref(), once)?;
         if succeeded {
             trial.strikes = Some(n);
             break;
@@ -110,10 +117,10 @@ fn works(
     lab: &mut Lab,
     scene: &Scene,
     strike: Option<&Strike>,
-    friction_scale: f64,
+    variation: (f64, Option<u64>),
 ) -> Result<(bool, Option<Rest>), String> {
     let Some(strike) = strike else { return Ok((false, None)) };
-    let Some(rest) = lab.strike(&scene.placed, strike, friction_scale)? else { return Ok((false, None)) };
+    let Some(rest) = lab.strike(&scene.placed, strike, variation)? else { return Ok((false, None)) };
     let poses = rest.poses.iter().cloned().collect();
     let singulation = Singulation::of(scene, &poses).map_err(|e| e.to_string())?;
     let fulfilled = singulation.violations(&scene.goal).is_empty() && rest.tilt_deg < MOST_TILT_DEG;
@@ -151,14 +158,23 @@ fn random_strike(scene: &Scene, seed: u64) -> Option<Strike> {
         while gap_m(contact_m, &own) > 1e-4 {
             contact_m += along * (0.9 * gap_m(contact_m, &own));
         }
-        let start_m = contact_m - along * 0.07;
-        let way =
-            Outline::swept(striker, Pose { position: start_m, yaw_rad: heading_rad }, contact_m - start_m);
-        let mut others = scene.placed.iter().filter(|p| p.object != target.object).filter_map(outline);
-        if others.all(|other| way.gap_m(&other) > 3e-3) {
-            let object = Some(target.object.clone());
-            return Some(Strike { object, start_m, heading_rad, speed_m_s, travel_m: 0.085 });
+        let (object, start_m) = (Some(target.object.clone()), contact_m - along * LEAD_IN_M);
+        let strike = Strike { object, start_m, heading_rad, speed_m_s, travel_m: LEAD_IN_M + 0.015 };
+        if is_free(scene, &strike, LEAD_IN_M) {
+            return Some(strike);
         }
     }
     None
+}
+
+/// How far before the contact random strikes start (m).
+const LEAD_IN_M: f64 = 0.07;
+
+/// Whether the striker's way keeps clear of all objects but the one to strike.
+fn is_free(scene: &Scene, strike: &Strike, way_m: f64) -> bool {
+    let start = Pose { position: strike.start_m, yaw_rad: strike.heading_rad };
+    let along = Vec2::from_heading(strike.heading_rad);
+    let way = Outline::swept(&scene.cell.striker.shape, start, along * way_m);
+    let mut others = scene.placed.iter().filter(|p| Some(&p.object) != strike.object.as_ref());
+    others.all(|p| scene.object(&p.object).is_ok_and(|o| way.gap_m(&Outline::new(&o.shape, p.pose())) > 3e-3))
 }

@@ -1,5 +1,6 @@
 //! What came of the strikes, by pile size.
 
+use super::solvable::REPEATS;
 use std::fmt;
 
 /// One pile, struck by each method.
@@ -12,6 +13,10 @@ pub(super) struct Trial {
     pub stated: f64,
     /// How many robust strikes it took, if they were enough.
     pub strikes: Option<usize>,
+    /// How many of ten disturbed repeats of the first robust strike worked.
+    pub repeats: usize,
+    /// Whether any strike works in most repeats.
+    pub solvable: bool,
     pub paper: bool,
     pub random: bool,
 }
@@ -31,10 +36,12 @@ impl fmt::Display for Trial {
         };
         write!(
             f,
-            "{} {} objects: robust {robust} (stated {:.2}), paper {}, random {}",
+            "{} {} objects: robust {robust} (stated {:.2}; {} of {REPEATS} repeats), {}, paper {}, random {}",
             self.pile,
             self.size,
             self.stated,
+            self.repeats,
+            if self.solvable { "solvable" } else { "nothing reliable found" },
             word(self.paper),
             word(self.random)
         )
@@ -43,8 +50,11 @@ impl fmt::Display for Trial {
 
 /// Prints success rates by pile size, and how far the stated probability is from what happened.
 pub(super) fn print(trials: &[Trial]) {
-    println!("\n| objects | piles | robust, one strike | robust, within three | stated | paper | random |");
-    println!("|---|---|---|---|---|---|---|");
+    println!(
+        "\n| objects | piles | robust, one strike | within three | stated | disturbed repeats | robustly solvable \
+         | robust on those | paper | random |"
+    );
+    println!("|---|---|---|---|---|---|---|---|---|---|");
     for (label, sizes) in [
         ("2", 2..=2),
         ("3", 3..=3),
@@ -62,11 +72,16 @@ pub(super) fn print(trials: &[Trial]) {
             100.0 * of.iter().filter(|t| holds(t)).count() as f64 / of.len() as f64
         };
         let stated = 100.0 * of.iter().map(|t| t.stated).sum::<f64>() / of.len() as f64;
+        let repeats = of.iter().map(|t| t.repeats as f64).sum::<f64>() / of.len() as f64;
+        let solvable = of.iter().filter(|t| t.solvable).count();
+        let solved = of.iter().filter(|t| t.solvable && t.at_once()).count();
         println!(
-            "| {label} | {} | {:.0} % | {:.0} % | {stated:.0} % | {:.0} % | {:.0} % |",
+            "| {label} | {} | {:.0} % | {:.0} % | {stated:.0} % | {:.0} % | {solvable} | {:.0} % | {:.0} % | {:.0} % |",
             of.len(),
             rate(&Trial::at_once),
             rate(&|t| t.strikes.is_some()),
+            100.0 * repeats / REPEATS as f64,
+            100.0 * solved as f64 / solvable.max(1) as f64,
             rate(&|t| t.paper),
             rate(&|t| t.random),
         );

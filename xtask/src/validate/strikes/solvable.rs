@@ -1,0 +1,69 @@
+//! Is there a strike that can be relied on?  Looked for in the lab itself, without any model.
+//!
+//! A pile is robustly solvable if some strike singulates it in at least [`ENOUGH`] of [`REPEATS`] strikes with poses, speed and
+//! heading off as in a robot cell.  Tried are variants of the planned strike and of its runner-up, and random strikes: what works
+//! once is repeated.
+
+use super::lab::Lab;
+use super::{friction_scale, is_free, random_strike, works};
+use crate::splitmix::Draw;
+use breakshot::geometry::wrapped_rad;
+use breakshot::plan::Plan;
+use breakshot::scene::{Scene, Strike};
+
+/// Times a strike is repeated.
+pub(super) const REPEATS: u64 = 10;
+/// Successes among them that make a strike reliable.
+pub(super) const ENOUGH: usize = 8;
+/// Strikes that are tried on a pile.
+const TRIED: u64 = 60;
+/// How far variants turn (rad) and change their speed (relative), at most.
+const TURN_RAD: f64 = 0.3;
+const SPEED: f64 = 0.25;
+
+/// How often a strike works in disturbed repeats; given up as soon as `least` is out of reach.
+pub(super) fn repeats(lab: &mut Lab, scene: &Scene, strike: &Strike, least: usize) -> Result<usize, String> {
+    let mut successes = 0;
+    for k in 0..REPEATS {
+        let left = (REPEATS - k) as usize;
+        if successes + left < least {
+            break;
+        }
+        let variation = (friction_scale(k ^ 0xA11), Some(k));
+        successes += usize::from(works(lab, scene, Some(strike), variation)?.0);
+    }
+    Ok(successes)
+}
+
+/// Whether any of many strikes can be relied on.
+pub(super) fn search(lab: &mut Lab, scene: &Scene, plan: &Plan, seed: u64) -> Result<bool, String> {
+    let mut draw = Draw::new(seed ^ 0x50_1BED);
+    let runner_up = plan.robustness.as_ref().and_then(|r| r.runner_up.as_ref()).map(|r| &r.strike);
+    let planned: Vec<&Strike> = plan.strike.iter().chain(runner_up).collect();
+    for k in 0..TRIED {
+        let strike = match k as usize % (planned.len() + 1) {
+            0 => random_strike(scene, draw.bits()),
+            n => varied(scene, planned[n - 1], &mut draw),
+        };
+        let Some(strike) = strike else { continue };
+        if works(lab, scene, Some(&strike), (1.0, None))?.0 && repeats(lab, scene, &strike, ENOUGH)? >= ENOUGH
+        {
+            return Ok(true);
+        }
+    }
+    Ok(false)
+}
+
+/// A strike turned about the object that it strikes, and faster or slower; none if its way is not free.
+fn varied(scene: &Scene, strike: &Strike, draw: &mut Draw) -> Option<Strike> {
+    let target = scene.placed.iter().find(|p| Some(&p.object) == strike.object.as_ref())?;
+    let turn_rad = draw.between(-TURN_RAD, TURN_RAD);
+    let [_, fastest_m_s] = scene.cell.striker.speed_range_m_s;
+    let varied = Strike {
+        start_m: target.position_m + (strike.start_m - target.position_m).rotated(turn_rad),
+        heading_rad: wrapped_rad(strike.heading_rad + turn_rad),
+        speed_m_s: (strike.speed_m_s * draw.between(1.0 - SPEED, 1.0 + SPEED)).min(fastest_m_s),
+        ..strike.clone()
+    };
+    is_free(scene, &varied, varied.travel_m).then_some(varied)
+}
