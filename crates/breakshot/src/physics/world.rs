@@ -50,6 +50,7 @@ pub struct World {
     pub(crate) retract_speed_m_s: f64,
     pub(crate) options: Options,
     pub(crate) notes: Vec<String>,
+    shapes: Shapes,
 }
 
 /// All bodies at rest where they lie; the striker's entry stands for its outline at the origin.
@@ -78,12 +79,32 @@ impl World {
     /// # Errors
     /// Scenes and properties that cannot be, objects that overlap, properties that were never measured.
     pub fn new(scene: &Scene, properties: &Properties, options: &Options) -> Result<Self> {
+        Self::made_of(scene, properties, options, Shapes::default())
+    }
+
+    /// The world of another scene; what its objects share with this world's (outlines, slide curves) is used again.
+    ///
+    /// # Errors
+    /// As [`World::new`].
+    pub fn again(&self, scene: &Scene, properties: &Properties, options: &Options) -> Result<Self> {
+        let shapes =
+            if options.surface == self.options.surface { self.shapes.clone() } else { Shapes::default() };
+        Self::made_of(scene, properties, options, shapes)
+    }
+
+    fn made_of(
+        scene: &Scene,
+        properties: &Properties,
+        options: &Options,
+        mut shapes: Shapes,
+    ) -> Result<Self> {
         scene.check("scene")?;
         properties.check("properties")?;
         options.check()?;
         let mut notes = Vec::new();
         let unit_kg = mass_unit_kg(scene, properties, &mut notes);
-        let mut shapes = Shapes { surface: options.surface, ..Shapes::default() };
+        shapes.surface = options.surface;
+        shapes.pressure = Pressure::default();
         scene.cell.striker.shape.clone().check_and_centre("striker")?;
         let mut bodies = vec![fixed_body(&mut shapes, &scene.cell.striker.shape, Pose::default(), 0)];
         if let Some(mass_kg) = options.striker_mass_kg {
@@ -126,6 +147,7 @@ impl World {
             retract_speed_m_s: scene.cell.striker.retract_speed_m_s,
             options: options.clone(),
             notes,
+            shapes,
         };
         world.check_overlaps()?;
         Ok(world)
@@ -320,7 +342,7 @@ fn counter_clockwise(corners: &[Point]) -> Vec<Point> {
 }
 
 /// Outlines and slide curves already made: copies of an object share them.
-#[derive(Default)]
+#[derive(Clone, Debug, Default)]
 struct Shapes {
     made: Vec<Made>,
     surface: Surface,
@@ -329,7 +351,7 @@ struct Shapes {
 }
 
 /// What copies of an object share.
-#[derive(Clone)]
+#[derive(Clone, Debug)]
 struct Made {
     shape: Shape,
     pressure: Pressure,

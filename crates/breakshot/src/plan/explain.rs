@@ -5,6 +5,7 @@ use super::judge::{Condition, Judge, Verdict};
 use super::possible::{Source, possible_worlds};
 use super::robust::{part, verdicts};
 use crate::error::Result;
+use crate::physics::World;
 use crate::properties::Properties;
 use crate::scene::{Scene, Strike};
 use crate::singulation::Area;
@@ -71,7 +72,7 @@ fn words(scene: &Scene, condition: Condition) -> String {
 
 /// How the success probability would grow if one source of doubt after the other were known exactly, on the same draws.
 pub(super) fn doubts(
-    (scene, properties): (&Scene, &Properties),
+    known: (&Scene, &Properties, &World),
     options: &Options,
     (strike, judge): (&Strike, &Judge),
     (seed, judged): (u64, &[Verdict]),
@@ -80,7 +81,7 @@ pub(super) fn doubts(
     let probability = part(judged, Verdict::fulfilled);
     let mut found = Vec::new();
     for source in Source::ALL {
-        let worlds = possible_worlds((scene, properties), options, (seed, judged.len()), Some(source))?;
+        let worlds = possible_worlds(known, options, (seed, judged.len()), Some(source))?;
         let gain = part(&verdicts(strike, &worlds, judge), Verdict::fulfilled) - probability;
         found.push(Doubt { source, gain });
     }

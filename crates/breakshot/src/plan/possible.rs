@@ -94,9 +94,9 @@ impl Possible {
     }
 }
 
-/// Draws worlds, always the same ones for the same seed; `known` is taken to be exactly as estimated.
+/// Draws worlds around the mean one, always the same ones for the same seed; `known` is taken to be exactly as estimated.
 pub(super) fn possible_worlds(
-    (scene, properties): (&Scene, &Properties),
+    (scene, properties, mean): (&Scene, &Properties, &World),
     options: &Options,
     (seed, count): (u64, usize),
     known: Option<Source>,
@@ -110,7 +110,7 @@ pub(super) fn possible_worlds(
         let (speed, heading) = (dice.normal(Source::Strike), dice.normal(Source::Strike));
         let physics = physics::Options { touching: dice.touching(), ..physics::Options::default() };
         Ok(Possible {
-            world: World::new(&scene, &properties, &physics)?,
+            world: mean.again(&scene, &properties, &physics)?,
             speed_factor: (1.0 + options.scatter.speed * speed).max(LEAST_SPEED_FACTOR),
             turn_rad: options.scatter.heading_rad * heading,
         })

@@ -108,11 +108,12 @@ pub(super) fn robust(
     }
     let judge = Judge::new(&scene)?;
     let count = effort.rounds.iter().map(|round| round.1).max().unwrap_or(1).max(effort.generations.2);
-    let worlds = possible_worlds((&scene, properties), options, (options.seed, count), None)?;
+    let known = (&scene, properties, &nominal);
+    let worlds = possible_worlds(known, options, (options.seed, count), None)?;
     let field = halved(candidates, &worlds, (&judge, effort));
     let finalists = distinct(field, effort.finalists);
     let field = refined(finalists, (&worlds, &judge), (&range, effort), options.seed);
-    let drawn = |seed: u64| possible_worlds((&scene, properties), options, (seed, effort.fresh), None);
+    let drawn = |seed: u64| possible_worlds(known, options, (seed, effort.fresh), None);
     let [compared_seed, verdict_seed] = [1, 2].map(|k| options.seed.wrapping_add(k * FRESH_STREAM));
     let mut judged = judged(&field, &drawn(compared_seed)?, &judge);
     judged.sort_by(|one, other| other.1.total_cmp(&one.1));
@@ -133,7 +134,7 @@ pub(super) fn robust(
         expected_singulated: told.iter().map(|v| v.singulated as f64).sum::<f64>() / samples as f64,
         runner_up,
         failures: failures(&scene, &told),
-        doubts: doubts((&scene, properties), options, (&best.strike, &judge), (verdict_seed, &told))?,
+        doubts: doubts(known, options, (&best.strike, &judge), (verdict_seed, &told))?,
         cloud: cloud(&best.strike, &fresh[..CLOUD.min(fresh.len())]),
         seed: options.seed,
     };

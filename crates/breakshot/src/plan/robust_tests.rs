@@ -84,9 +84,10 @@ fn a_less_certain_arm_makes_the_same_strike_less_certain() {
     let scene = scene(&[("a", 0.0, 0.0, 0.0), ("c", 0.078, 0.002, 0.0), ("e", 0.02, 0.075, 0.0)]);
     let strike = planned(&scene, &varying(), &Options::default()).strike.expect("a strike");
     let judge = Judge::new(&scene).expect("known objects");
+    let mean = World::new(&scene, &varying(), &physics::Options::default()).expect("a world");
     let works = |scatter: Scatter| {
         let options = Options { scatter, ..Options::default() };
-        let worlds = possible_worlds((&scene, &varying()), &options, (5, 200), None).expect("worlds");
+        let worlds = possible_worlds((&scene, &varying(), &mean), &options, (5, 200), None).expect("worlds");
         part(&verdicts(&strike, &worlds, &judge), judge::Verdict::fulfilled)
     };
     let exact = Scatter { position_m: 0.0, yaw_rad: 0.0, speed: 0.0, heading_rad: 0.0 };
@@ -103,7 +104,9 @@ fn knowing_everything_leaves_one_world() {
     exact.contact_friction.objects = Some(Estimate::exact(0.1));
     exact.contact_friction.striker = Some(Estimate::exact(0.1));
     let options = Options { scatter, ..Options::default() };
-    let worlds = possible_worlds((&scene, &exact), &options, (5, 5), Some(Source::Contacts)).expect("worlds");
+    let mean = World::new(&scene, &exact, &physics::Options::default()).expect("a world");
+    let worlds =
+        possible_worlds((&scene, &exact, &mean), &options, (5, 5), Some(Source::Contacts)).expect("worlds");
     let strike = planned(&scene, &exact, &options).strike.expect("a strike");
     let verdicts = verdicts(&strike, &worlds, &judge);
     assert!(verdicts.windows(2).all(|w| w[0] == w[1]), "{verdicts:?}");

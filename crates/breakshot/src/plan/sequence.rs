@@ -5,7 +5,7 @@ use super::{Options, Plan, plan};
 use crate::error::Result;
 use crate::geometry::Pose;
 use crate::outline::Outline;
-use crate::physics::Simulator;
+use crate::physics::{self, Simulator, World};
 use crate::properties::Properties;
 use crate::scene::{Placed, Scene};
 use crate::singulation::Singulation;
@@ -80,7 +80,8 @@ pub fn expected(plan: &Plan) -> Scene {
 /// A scene that cannot be simulated.
 pub fn drawn(plan: &Plan, properties: &Properties, options: &Options, draw: u64) -> Result<Scene> {
     let Some(strike) = &plan.strike else { return Ok(plan.scene.clone()) };
-    let worlds = possible_worlds((&plan.scene, properties), options, (draw, 1), None)?;
+    let mean = World::new(&plan.scene, properties, &physics::Options::default())?;
+    let worlds = possible_worlds((&plan.scene, properties, &mean), options, (draw, 1), None)?;
     let mut poses = BTreeMap::new();
     for possible in &worlds {
         let outcome = Simulator::new().run(&possible.world, &possible.executed(strike))?;
