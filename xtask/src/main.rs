@@ -57,6 +57,9 @@ usage: cargo xtask TASK
   bench detect [LAB] [--python PYTHON]
                    a 4K frame labelled beside OpenCV, a 4K film and films of the lab to tracks beside OpenCV and
                    ffmpeg, memory (use `cargo run --release -p xtask --`; without PYTHON a venv with OpenCV is made)
+  bench plan LAB PROPERTIES
+                   time of robust plans for four mixed shapes and for twenty objects (PROPERTIES as `estimate` wrote them;
+                   `cargo run --release -p xtask --`)
   bench physics [--scenes DIR] [--python PYTHON]
                    piles simulated per CPU second beside rapier2d and MuJoCo; growth with the number of objects
                    (DIR is ../shared/reference/scenes if not given; without PYTHON a venv with MuJoCo is made)
@@ -101,6 +104,7 @@ fn main() -> ExitCode {
         ["bench", "detect", lab, "--python", python] => {
             bench::detect::bench(Some(lab.as_ref()), Some(python))
         }
+        ["bench", "plan", lab, properties] => bench::plan::bench(lab.as_ref(), properties.as_ref()),
         ["bench", "physics", flags @ ..] => bench_physics(flags),
         ["deny"] => check::deny(),
         _ => {

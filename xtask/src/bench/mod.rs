@@ -4,6 +4,7 @@ pub(crate) mod decode;
 pub(crate) mod detect;
 mod films;
 pub(crate) mod physics;
+pub(crate) mod plan;
 
 /// How often vision is timed; medians are printed.
 const ROUNDS: usize = 7;

@@ -10,6 +10,7 @@ use crate::outline::Outline;
 use crate::physics::Outcome;
 use crate::scene::Scene;
 use crate::singulation::Area;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// A scene's goal, ready to judge many outcomes.
 pub(super) struct Judge<'a> {
@@ -17,6 +18,7 @@ pub(super) struct Judge<'a> {
     shapes: Vec<&'a Shape>,
     table: Option<Outline>,
     keep_out: Vec<Outline>,
+    judged: AtomicUsize,
 }
 
 /// The condition that is tightest.
@@ -66,7 +68,13 @@ impl<'a> Judge<'a> {
                 .collect::<Result<_>>()?,
             table: scene.cell.table.as_ref().map(|table| Outline::polygon(&table.outline_m)),
             keep_out: scene.keep_out.iter().map(|area| Outline::polygon(&area.points_m)).collect(),
+            judged: AtomicUsize::new(0),
         })
+    }
+
+    /// How many outcomes were judged so far.
+    pub(super) fn judged(&self) -> usize {
+        self.judged.load(Ordering::Relaxed)
     }
 
     /// How many objects there are.
@@ -76,6 +84,7 @@ impl<'a> Judge<'a> {
 
     /// Judges where the objects came to rest, in the scene's order.
     pub(super) fn verdict(&self, outcome: &Outcome) -> Verdict {
+        self.judged.fetch_add(1, Ordering::Relaxed);
         if !outcome.complete {
             return Verdict::FAILED;
         }

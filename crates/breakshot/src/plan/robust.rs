@@ -32,6 +32,9 @@ pub struct Robustness {
     pub standard_error: f64,
     /// On how many possible worlds it was judged.
     pub samples: usize,
+    /// How many strikes were simulated and judged in all.
+    #[serde(default)]
+    pub rollouts: usize,
     /// How many objects are singulated, on average.
     pub expected_singulated: f64,
     /// The best strike that is clearly another one.
@@ -127,10 +130,11 @@ pub(super) fn robust(
     let told = verdicts(&best.strike, &fresh, &judge);
     let success_probability = part(&told, Verdict::fulfilled);
     let samples = told.len();
-    let robustness = Robustness {
+    let mut robustness = Robustness {
         success_probability,
         standard_error: standard_error(success_probability, samples),
         samples,
+        rollouts: 0,
         expected_singulated: told.iter().map(|v| v.singulated as f64).sum::<f64>() / samples as f64,
         runner_up,
         failures: failures(&scene, &told),
@@ -138,6 +142,7 @@ pub(super) fn robust(
         cloud: cloud(&best.strike, &fresh[..CLOUD.min(fresh.len())]),
         seed: options.seed,
     };
+    robustness.rollouts = judge.judged();
     finish(&mut plan, (&nominal, properties), &best, robustness)?;
     Ok(plan)
 }

@@ -1,0 +1,84 @@
+//! How long does a robust plan take?  `cargo xtask bench plan LAB PROPERTIES`.
+
+use super::ROUNDS;
+use crate::process;
+use crate::validate::row::{self, Row, median};
+use breakshot::files;
+use breakshot::geometry::Point;
+use breakshot::plan::{self, Method, Outcome, Robustness};
+use breakshot::properties::Properties;
+use breakshot::scene::{Goal, Placed, Scene};
+use std::path::Path;
+use std::time::Instant;
+
+/// Objects of the large pile.
+const MANY: usize = 20;
+
+/// Times the plan for the filmed pile of four mixed shapes, and for twenty objects in rows.
+pub(crate) fn bench(lab: &Path, properties: &Path) -> Result<(), String> {
+    let mut properties = files::load_properties(properties).map_err(|e| e.to_string())?;
+    let scene =
+        files::load_scene(&lab.join("scatter/four_shapes.scene.toml")).map_err(|e| e.to_string())?.value;
+    let four = timed(&scene, &properties, ROUNDS)?;
+    let many = many(&scene);
+    let names: Vec<String> = many.placed.iter().map(|p| p.object.clone()).collect();
+    // Nobody filmed an object hitting its own copy.
+    properties.assume_restitution(&names, 0.6).map_err(|e| e.to_string())?;
+    let many = timed(&many, &properties, 1)?;
+    let rows = [
+        Row::at_most("four mixed shapes: robust plan, wall time", four.wall_s, 2.0, "s"),
+        Row::plain("the same, CPU time", four.cpu_s, "s"),
+        Row::plain("the same, strikes judged", four.rollouts, ""),
+        Row::at_most(
+            "100 strikes judged in 100 worlds, at that rate",
+            four.wall_s / four.rollouts * 1e4,
+            0.4,
+            "s",
+        ),
+        Row::at_most("twenty objects: robust plan, wall time", many.wall_s, 20.0, "s"),
+        Row::plain("the same, CPU time", many.cpu_s, "s"),
+        Row::plain("the same, strikes judged", many.rollouts, ""),
+    ];
+    let title = format!("Planning on all cores, medians of {ROUNDS}");
+    if row::print_all(&title, &rows) { Ok(()) } else { Err("too slow".into()) }
+}
+
+struct Timed {
+    wall_s: f64,
+    cpu_s: f64,
+    rollouts: f64,
+}
+
+fn timed(scene: &Scene, properties: &Properties, rounds: usize) -> Result<Timed, String> {
+    let (mut wall_s, mut cpu_s, mut rollouts) = (Vec::new(), Vec::new(), 0.0);
+    for seed in 0..rounds as u64 {
+        let (start, before_s) = (Instant::now(), process::own_cpu_s()?);
+        let options = plan::Options { method: Method::Robust, seed, ..plan::Options::default() };
+        let plan = plan::plan(scene, properties, &options).map_err(|e| e.to_string())?;
+        wall_s.push(start.elapsed().as_secs_f64());
+        cpu_s.push(process::own_cpu_s()? - before_s);
+        match plan.robustness {
+            Some(Robustness { rollouts: count, .. }) if plan.outcome != Outcome::Unreachable => {
+                rollouts = count as f64;
+            }
+            _ => return Err(format!("nothing was planned: {}", plan.reason)),
+        }
+    }
+    Ok(Timed { wall_s: median(wall_s), cpu_s: median(cpu_s), rollouts })
+}
+
+/// Copies of the scene's objects in rows, closer to each other than wanted.
+fn many(scene: &Scene) -> Scene {
+    let kinds = scene.placed.len();
+    let placed = (0..MANY).map(|k| {
+        let kind = &scene.placed[k % kinds].object;
+        let object = if k < kinds { kind.clone() } else { format!("{kind}#{}", 1 + k / kinds) };
+        let (column, row) = ((k % 5) as f64 - 2.0, (k / 5) as f64 - 1.5);
+        Placed { object, position_m: Point::new(PITCH_M * column, PITCH_M * row), yaw_rad: 0.0 }
+    });
+    let goal = Goal { min_distance_m: 1.1 * PITCH_M, ..scene.goal };
+    Scene { placed: placed.collect(), goal, ..scene.clone() }
+}
+
+/// From row to row (m).
+const PITCH_M: f64 = 0.105;
