@@ -1,7 +1,7 @@
 //! The fit of one clip: how many impacts it shows, and the most likely motion of all its bodies.
 
 use super::clip::{Cause, Event, Exposure, Law, Layout, Model, ModelFit, Path};
-use super::least_squares::{AT_REST, Minimum, NEAR, minimum};
+use super::least_squares::{AT_REST, Minimum, NEAR, ROUGH, minimum};
 use super::segment::{Draft, SIGHTS_NEEDED, fitted_partner, frame_s};
 use super::striker::StrikerRun;
 use super::touch::{Outline, touch};
@@ -115,13 +115,17 @@ impl Fitted {
     }
 
     /// The least loss from these parameters.
-    fn run(mut model: Model, parameters: Vec<f64>) -> Self {
+    fn run(model: Model, parameters: Vec<f64>) -> Self {
+        // The weights depend on the motion, which the first fit finds.
+        let first = Self::fitted(model, parameters, NEAR);
+        Self::fitted(first.model, first.minimum.parameters, AT_REST)
+    }
+
+    /// The least loss with the weights that these parameters give.
+    fn fitted(mut model: Model, parameters: Vec<f64>, close_enough: f64) -> Self {
         let layout = model.layout();
-        // The weights depend on the motion, which the first run finds.
         model.weigh(&layout, &parameters);
-        let first = minimum(parameters, &layout.steps, NEAR, &ModelFit::new(&model, &layout));
-        model.weigh(&layout, &first.parameters);
-        let minimum = minimum(first.parameters, &layout.steps, AT_REST, &ModelFit::new(&model, &layout));
+        let minimum = minimum(parameters, &layout.steps, close_enough, &ModelFit::new(&model, &layout));
         let paths = model.paths(&layout, &minimum.parameters);
         let noise = noise(&model, &minimum, &paths);
         Self { model, layout, minimum, paths, noise, uneven: false, remarks: Vec::new() }
@@ -150,7 +154,14 @@ impl Fitted {
             None if struck_again => Event { cause: Cause::Striker, members: vec![body] },
             None => Event { cause: Cause::Unknown, members: vec![body] },
         };
-        let trial = self.inserted(event.clone(), time_s, body, jump);
+        let (model, parameters) = self.inserted(event.clone(), time_s, body, jump);
+        // Most trials gain too little, as a first fit shows already.
+        let first = Self::fitted(model, parameters, NEAR);
+        if self.place_loss() - first.place_loss() < EVENT_GAIN / 4.0 * first.place_variance() {
+            return None;
+        }
+        let trial = Self::fitted(first.model, first.minimum.parameters, AT_REST);
+        let trial = Self { remarks: self.remarks.clone(), ..trial };
         // A spin that does not decay as told is no impact: only the places count.
         let gained = self.place_loss() - trial.place_loss();
         let (at_s, jump_m_s, std_m_s) = trial.jump_near(body, time_s)?;
@@ -263,8 +274,8 @@ impl Fitted {
         (free > ROUNDING * own && free > 0.0).then(|| (-against / free, 1.0 / free))
     }
 
-    /// The fit with an event added at a time, at which `body` jumps by `jump`.
-    fn inserted(&self, event: Event, time_s: f64, body: usize, jump: Vec2) -> Self {
+    /// Model and parameters with an event added at a time, at which `body` jumps by `jump`.
+    fn inserted(&self, event: Event, time_s: f64, body: usize, jump: Vec2) -> (Model, Vec<f64>) {
         let times: Vec<f64> =
             self.layout.events.iter().map(|slots| self.minimum.parameters[slots.time]).collect();
         let at = times.partition_point(|t| *t < time_s);
@@ -300,7 +311,7 @@ impl Fitted {
                 parameters[slot + 2] = motion.spin_rad_s;
             }
         }
-        Self { remarks: self.remarks.clone(), ..Self::run(model, parameters) }
+        (model, parameters)
     }
 
     /// A body's event next to a time: when, its jump of velocity, and the jump's deviation (m/s).
@@ -474,7 +485,7 @@ fn best_start(mut draft: Draft) -> Fitted {
                 parameters[slot] *= factor;
             }
         }
-        minimum(parameters, &draft.layout.steps, NEAR, &ModelFit::new(&draft.model, &draft.layout))
+        minimum(parameters, &draft.layout.steps, ROUGH, &ModelFit::new(&draft.model, &draft.layout))
     });
     let best = starts.into_iter().min_by(|p, q| p.loss.total_cmp(&q.loss));
     Fitted::run(draft.model, best.map_or(draft.parameters, |b| b.parameters))

@@ -36,6 +36,8 @@ const CRAWL: f64 = 1e-3;
 pub(super) const AT_REST: f64 = 1e-4;
 /// The same while it is still open which motion is fitted.
 pub(super) const NEAR: f64 = 1e-2;
+/// The same to tell motions apart whose losses differ by many variances.
+pub(super) const ROUGH: f64 = 1.0;
 
 impl Residual {
     /// What it adds to the loss (soft-L1).
@@ -130,7 +132,44 @@ fn normal_equations(
             weighted.row_mut(2 * k + part).scale_mut(weight);
         }
     }
-    (weighted.tr_mul(&jacobian), weighted.tr_mul(&values), jacobian)
+    (product(&jacobian, &weighted), weighted.tr_mul(&values), jacobian)
+}
+
+/// `JᵀWJ` from `J` and `WJ`: every parameter moves some blocks of rows only.
+fn product(jacobian: &DMatrix<f64>, weighted: &DMatrix<f64>) -> DMatrix<f64> {
+    const ROWS: usize = 16;
+    let (rows, columns) = jacobian.shape();
+    if rows == 0 {
+        return DMatrix::zeros(columns, columns);
+    }
+    let [own, other]: [Vec<&[f64]>; 2] =
+        [jacobian, weighted].map(|matrix| matrix.as_slice().chunks(rows).collect());
+    let moves = |column: &&[f64]| column.chunks(ROWS).map(|block| block.iter().any(|v| *v != 0.0)).collect();
+    let moved: Vec<Vec<bool>> = own.iter().map(moves).collect();
+    let mut product = DMatrix::zeros(columns, columns);
+    for c in 0..columns {
+        for r in 0..=c {
+            let blocks = own[r].chunks(ROWS).zip(other[c].chunks(ROWS));
+            let both = moved[r].iter().zip(&moved[c]).map(|(r, c)| *r && *c);
+            let sum = blocks.zip(both).filter(|(_, both)| *both).map(|((a, b), _)| dot(a, b)).sum();
+            product[(r, c)] = sum;
+            product[(c, r)] = sum;
+        }
+    }
+    product
+}
+
+/// In four sums, which a processor adds at once.
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    let (fours_a, fours_b) = (a.chunks_exact(4), b.chunks_exact(4));
+    let rest: f64 = fours_a.remainder().iter().zip(fours_b.remainder()).map(|(a, b)| a * b).sum();
+    let mut sums = [0.0; 4];
+    for (a, b) in fours_a.zip(fours_b) {
+        for k in 0..4 {
+            sums[k] += a[k] * b[k];
+        }
+    }
+    (sums[0] + sums[1]) + (sums[2] + sums[3]) + rest
 }
 
 fn jacobian(parameters: &[f64], steps: &[f64], problem: &impl Problem, count: usize) -> DMatrix<f64> {

@@ -50,10 +50,10 @@ pub(super) struct Slide {
 
 #[derive(Clone, Debug, PartialEq)]
 enum Course {
-    /// No spin that matters: the speed falls evenly.
-    Straight { deceleration_m_s2: f64 },
-    /// Sliding and spinning, tabulated from start to rest.
-    Spinning(Vec<Knot>),
+    /// No spin that matters: the speed falls evenly, by `slowing_hz` of its first value a second.
+    Straight { stop_after_s: f64, slowing_hz: f64 },
+    /// Sliding and spinning along a direction, tabulated from start to rest.
+    Spinning { along: Vec2, knots: Vec<Knot> },
     /// Slowed by whatever it is, evenly for a while; never at rest.
     Free(Rates),
 }
@@ -86,12 +86,16 @@ impl Slide {
     /// The slide that begins with this motion at `start_s`.
     pub(super) fn new(start_s: f64, start: Motion, grip: &Grip) -> Self {
         let deceleration_m_s2 = grip.friction * GRAVITY_M_S2;
-        let rim_m_s = start.spin_rad_s.abs() * grip.patch_radius_m;
-        let spinning = deceleration_m_s2 > 0.0 && rim_m_s > SPIN_THAT_MATTERS * start.velocity.length();
+        let (speed_m_s, rim_m_s) = (start.velocity.length(), start.spin_rad_s.abs() * grip.patch_radius_m);
+        let spinning = deceleration_m_s2 > 0.0 && rim_m_s > SPIN_THAT_MATTERS * speed_m_s;
         let course = if spinning {
-            Course::Spinning(knots(&start, grip))
+            let along = if speed_m_s > 0.0 { start.velocity / speed_m_s } else { Vec2::ZERO };
+            Course::Spinning { along, knots: knots(&start, speed_m_s, grip) }
         } else {
-            Course::Straight { deceleration_m_s2 }
+            let stops = deceleration_m_s2 > 0.0;
+            let stop_after_s = if stops { speed_m_s / deceleration_m_s2 } else { f64::INFINITY };
+            let slowing_hz = if speed_m_s > 0.0 { deceleration_m_s2 / speed_m_s } else { 0.0 };
+            Course::Straight { stop_after_s, slowing_hz }
         };
         Self { start_s, start, course }
     }
@@ -105,8 +109,10 @@ impl Slide {
     pub(super) fn motion(&self, time_s: f64) -> Motion {
         let elapsed_s = time_s - self.start_s;
         match &self.course {
-            Course::Straight { deceleration_m_s2 } => self.straight(elapsed_s, *deceleration_m_s2),
-            Course::Spinning(knots) => self.spinning(elapsed_s, knots),
+            Course::Straight { stop_after_s, slowing_hz } => {
+                self.straight(elapsed_s, *stop_after_s, *slowing_hz)
+            }
+            Course::Spinning { along, knots } => self.spinning(elapsed_s, *along, knots),
             Course::Free(rates) => self.freely(elapsed_s, rates),
         }
     }
@@ -114,30 +120,22 @@ impl Slide {
     /// When the body comes to rest; never, without friction.
     pub(super) fn stop_s(&self) -> f64 {
         match &self.course {
-            Course::Straight { deceleration_m_s2 } => {
-                self.start_s + stop_after_s(self.start.velocity.length(), *deceleration_m_s2)
-            }
-            Course::Spinning(knots) => self.start_s + knots.last().map_or(0.0, |k| k.time_s),
+            Course::Straight { stop_after_s, .. } => self.start_s + stop_after_s,
+            Course::Spinning { knots, .. } => self.start_s + knots.last().map_or(0.0, |k| k.time_s),
             Course::Free(_) => f64::INFINITY,
         }
     }
 
-    fn straight(&self, elapsed_s: f64, deceleration_m_s2: f64) -> Motion {
-        let speed = self.start.velocity.length();
-        if speed == 0.0 {
-            return self.start;
-        }
-        let t = elapsed_s.min(stop_after_s(speed, deceleration_m_s2));
-        let part = deceleration_m_s2 * t / speed;
+    fn straight(&self, elapsed_s: f64, stop_after_s: f64, slowing_hz: f64) -> Motion {
+        let t = elapsed_s.min(stop_after_s);
+        let part = slowing_hz * t;
         // Before the start there is no friction to speak of: an impact that is tried too late must not gain speed.
         let (distance, left) = if t < 0.0 { (t, 1.0) } else { (t * (1.0 - part / 2.0), 1.0 - part) };
         let turn_rad = self.start.spin_rad_s * distance;
         self.moved(self.start.velocity * distance, turn_rad, left)
     }
 
-    fn spinning(&self, elapsed_s: f64, knots: &[Knot]) -> Motion {
-        let speed = self.start.velocity.length();
-        let along = self.start.velocity.direction().unwrap_or(Vec2::ZERO);
+    fn spinning(&self, elapsed_s: f64, along: Vec2, knots: &[Knot]) -> Motion {
         if elapsed_s <= 0.0 {
             return self.moved(self.start.velocity * elapsed_s, self.start.spin_rad_s * elapsed_s, 1.0);
         }
@@ -148,7 +146,7 @@ impl Slide {
             (None, _) => return self.start,
         };
         let mut motion = self.moved(along * now.distance_m, now.turn_rad, 0.0);
-        motion.velocity = if speed > 0.0 { along * now.speed_m_s } else { Vec2::ZERO };
+        motion.velocity = along * now.speed_m_s;
         motion.spin_rad_s = now.spin_rad_s;
         motion
     }
@@ -194,50 +192,60 @@ impl Knot {
     }
 }
 
-fn stop_after_s(speed_m_s: f64, deceleration_m_s2: f64) -> f64 {
-    if deceleration_m_s2 > 0.0 { speed_m_s / deceleration_m_s2 } else { f64::INFINITY }
-}
-
 /// A spinning slide from start to rest.
 ///
 /// Let `u` be the length of (speed, rim speed) and `angle` its direction.  Both fall with the same clock, so
 /// `angle` depends on `ln u` alone; `u` falls evenly from knot to knot, and the time follows.
-fn knots(start: &Motion, grip: &Grip) -> Vec<Knot> {
+fn knots(start: &Motion, speed: f64, grip: &Grip) -> Vec<Knot> {
     let Grip { friction, patch_radius_m: radius, gyration_m } = *grip;
     let inertia = (radius / gyration_m).powi(2);
     let turning = start.spin_rad_s.signum();
-    let (speed, rim) = (start.velocity.length(), start.spin_rad_s.abs() * radius);
+    let rim = start.spin_rad_s.abs() * radius;
     let u_start = speed.hypot(rim);
     let deceleration = friction * GRAVITY_M_S2;
     let mut angle = rim.atan2(speed);
     let mut knot =
         Knot { time_s: 0.0, distance_m: 0.0, turn_rad: 0.0, speed_m_s: speed, spin_rad_s: start.spin_rad_s };
-    let mut all = vec![knot];
-    for step in 0..STEPS {
+    let mut all = Vec::with_capacity(STEPS + 1);
+    all.push(knot);
+    let (mut sin, mut cos) = angle.sin_cos();
+    for (step, [to_mid, to_next]) in logarithms().iter().enumerate() {
         let u = u_start * (1.0 - step as f64 / STEPS as f64);
         let u_next = u_start * (1.0 - (step + 1) as f64 / STEPS as f64);
         // The midpoint stands for the step; the last one ends at rest, where the angle no longer changes.
-        let (slowing, turning_rate) = resistance(angle, inertia);
+        let (slowing, turning_rate) = resistance(angle, (sin, cos), inertia);
+        let mid = (angle + turning_rate / slowing * to_mid).clamp(0.0, FRAC_PI_2);
+        let (sin_mid, cos_mid) = mid.sin_cos();
+        let (slowing, turning_rate) = resistance(mid, (sin_mid, cos_mid), inertia);
         let u_mid = f64::midpoint(u, u_next);
-        let mid = (angle + turning_rate / slowing * (u_mid / u).ln()).clamp(0.0, FRAC_PI_2);
-        let (slowing, turning_rate) = resistance(mid, inertia);
         let dt = (u - u_next) / (deceleration * slowing);
         knot.time_s += dt;
-        knot.distance_m += u_mid * mid.cos() * dt;
-        knot.turn_rad += turning * u_mid * mid.sin() / radius * dt;
-        if u_next > 0.0 {
-            angle = (angle + turning_rate / slowing * (u_next / u).ln()).clamp(0.0, FRAC_PI_2);
+        knot.distance_m += u_mid * cos_mid * dt;
+        knot.turn_rad += turning * u_mid * sin_mid / radius * dt;
+        if step + 1 < STEPS {
+            angle = (angle + turning_rate / slowing * to_next).clamp(0.0, FRAC_PI_2);
+            (sin, cos) = angle.sin_cos();
         }
-        knot.speed_m_s = u_next * angle.cos();
-        knot.spin_rad_s = turning * u_next * angle.sin() / radius;
+        knot.speed_m_s = u_next * cos;
+        knot.spin_rad_s = turning * u_next * sin / radius;
         all.push(knot);
     }
     all
 }
 
+/// The logarithms of `u` at the middle and at the end of each step over that at its start.
+fn logarithms() -> &'static [[f64; 2]; STEPS] {
+    static TABLE: OnceLock<[[f64; 2]; STEPS]> = OnceLock::new();
+    TABLE.get_or_init(|| {
+        std::array::from_fn(|step| {
+            let left = (STEPS - step) as f64;
+            [0.5, 1.0].map(|part| ((left - part) / left).ln())
+        })
+    })
+}
+
 /// How fast `u` falls and `angle` turns, both over `mu g`; the latter times `u`.
-fn resistance(angle: f64, inertia: f64) -> (f64, f64) {
-    let (sin, cos) = angle.sin_cos();
+fn resistance(angle: f64, (sin, cos): (f64, f64), inertia: f64) -> (f64, f64) {
     let [force, torque] = patch(angle);
     (force * cos + inertia * torque * sin, inertia * torque * cos - force * sin)
 }
