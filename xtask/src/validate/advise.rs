@@ -250,6 +250,7 @@ pub(crate) fn validate(cells: u64) -> Result<bool, String> {
         }
         let Comparison { before, advised, random, promised_m } = sum;
         let [by_random, by_advised] = [random, advised].map(|q| 1e3 * (before.spread_m - q.spread_m));
+        let wanted = (TIMES * by_random.max(0.0) * 1e3).round() / 1e3;
         let [less_by_random, less_by_advised] = [random, advised].map(|q| 1e3 * (before.error_m - q.error_m));
         holds &= row::print_all(
             &format!("{what} ({cells} cells)"),
@@ -260,7 +261,7 @@ pub(crate) fn validate(cells: u64) -> Result<bool, String> {
                 Row::plain("as the advice promised", promised_m * 1e3, "mm"),
                 Row::plain("random clips shrink it by", by_random, "mm"),
                 // Random clips may widen it: then anything that shrinks it is enough.
-                Row::at_least("advised clips shrink it by", by_advised, TIMES * by_random.max(0.0), "mm"),
+                Row::at_least("advised clips shrink it by", by_advised, wanted, "mm"),
                 Row::plain("cells in which they do", f64::from(better), ""),
                 Row::plain("error of predicted final places before", before.error_m * 1e3, "mm"),
                 Row::plain("after ten random clips", random.error_m * 1e3, "mm"),

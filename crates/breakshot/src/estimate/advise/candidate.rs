@@ -41,6 +41,8 @@ const ASSUMED_SPREAD: f64 = 0.03;
 const MASS_STD: f64 = 0.005;
 /// Contact points surely slide if it would take this many times the friction to stop them.
 const SURELY_SLID: f64 = 1.3;
+/// Contact friction is only given from several impacts that agree: each by itself tells it no better.
+const ONE_GRAZING_STD: f64 = 0.05;
 
 impl Habits {
     pub(super) fn new(records: &[Record]) -> Self {
@@ -161,7 +163,7 @@ impl Candidate {
         }
         for (n, (place, std)) in grazings.iter().enumerate() {
             rows[(told.len() + n, *place)] = 1.0;
-            noise[(told.len() + n, told.len() + n)] = std * std;
+            noise[(told.len() + n, told.len() + n)] = std * std + ONE_GRAZING_STD.powi(2);
         }
         (size > 0).then_some(Self { shot, rows, noise })
     }
