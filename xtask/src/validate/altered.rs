@@ -33,7 +33,8 @@ pub(crate) fn validate(saved: &Saved, truth: &Truth) -> Result<bool, String> {
     Ok(holds)
 }
 
-fn learned(saved: &Saved, clips: &[ClipTracks]) -> Result<Estimation, String> {
+/// What these clips tell.
+pub(crate) fn learned(saved: &Saved, clips: &[ClipTracks]) -> Result<Estimation, String> {
     let Saved { campaign, .. } = saved;
     estimate::estimation(clips, &campaign.cell, &campaign.objects, &Options::default())
         .map_err(|e| e.to_string())

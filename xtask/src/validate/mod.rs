@@ -98,7 +98,10 @@ pub(crate) fn scatter(lab: &Path, python: Option<&str>) -> Result<(), String> {
 /// What is measured on the films' saved tracks, without the films.
 pub(crate) fn tracks(lab: &Path, tracks: &Path) -> Result<(), String> {
     let folder = lab.join("campaign");
-    let all_hold = altered::validate(&saved::Saved::read(&folder, tracks)?, &Truth::read(&folder)?)?;
+    let (saved, truth) = (saved::Saved::read(&folder, tracks)?, Truth::read(&folder)?);
+    let learned = altered::learned(&saved, &saved.clips)?.properties;
+    let mut all_hold = row::print_all("Properties", &properties::rows(&truth, &learned, false));
+    all_hold &= altered::validate(&saved, &truth)?;
     if all_hold { Ok(()) } else { Err("some targets were missed".into()) }
 }
 

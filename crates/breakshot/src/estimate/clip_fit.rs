@@ -117,12 +117,12 @@ impl Fitted {
     /// The least loss from these parameters.
     fn run(model: Model, parameters: Vec<f64>) -> Self {
         // The weights depend on the motion, which the first fit finds.
-        let first = Self::fitted(model, parameters, NEAR);
-        Self::fitted(first.model, first.minimum.parameters, AT_REST)
+        let first = Self::weighed(model, parameters, NEAR);
+        Self::weighed(first.model, first.minimum.parameters, AT_REST)
     }
 
     /// The least loss with the weights that these parameters give.
-    fn fitted(mut model: Model, parameters: Vec<f64>, close_enough: f64) -> Self {
+    fn weighed(mut model: Model, parameters: Vec<f64>, close_enough: f64) -> Self {
         let layout = model.layout();
         model.weigh(&layout, &parameters);
         let minimum = minimum(parameters, &layout.steps, close_enough, &ModelFit::new(&model, &layout));
@@ -156,11 +156,11 @@ impl Fitted {
         };
         let (model, parameters) = self.inserted(event.clone(), time_s, body, jump);
         // Most trials gain too little, as a first fit shows already.
-        let first = Self::fitted(model, parameters, NEAR);
+        let first = Self::weighed(model, parameters, NEAR);
         if self.place_loss() - first.place_loss() < EVENT_GAIN / 4.0 * first.place_variance() {
             return None;
         }
-        let trial = Self::fitted(first.model, first.minimum.parameters, AT_REST);
+        let trial = Self::weighed(first.model, first.minimum.parameters, AT_REST);
         let trial = Self { remarks: self.remarks.clone(), ..trial };
         // A spin that does not decay as told is no impact: only the places count.
         let gained = self.place_loss() - trial.place_loss();
