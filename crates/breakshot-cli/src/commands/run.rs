@@ -36,9 +36,9 @@ pub(crate) fn run(args: &RunArgs) -> Result<Outcome> {
         }
         match (&args.execute, &args.look) {
             (Some(execute), Some(look)) => {
-                carry_out("--execute", execute, ("{plan}", &file))?;
+                run_program("--execute", execute, ("{plan}", &file))?;
                 let seen = args.output.join(format!("scene_{number}.toml"));
-                carry_out("--look", look, ("{scene}", &seen))?;
+                run_program("--look", look, ("{scene}", &seen))?;
                 *properties = files::load_properties(&args.properties)?;
                 let seen = files::load_scene(&seen)?;
                 console::note(&seen.notes);
@@ -95,7 +95,7 @@ fn seen_after(before: &Scene, seen: Scene) -> Scene {
 }
 
 /// Runs a program of the user's; what it prints goes to stderr, for stdout is ours.
-fn carry_out(flag: &str, command: &str, (holder, file): (&str, &Path)) -> Result<()> {
+fn run_program(flag: &str, command: &str, (holder, file): (&str, &Path)) -> Result<()> {
     let mut words = command.split_whitespace().map(|word| word.replace(holder, &file.to_string_lossy()));
     let program = words.next().unwrap_or_default();
     let failed = |found: String| Error::invalid(flag, "the program", found, "a program that ends with 0");
