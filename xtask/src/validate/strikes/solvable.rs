@@ -14,15 +14,31 @@ use breakshot::scene::{Scene, Strike};
 /// Times a strike is repeated.
 pub(super) const REPEATS: u64 = 10;
 /// Successes among them that make a strike reliable.
-pub(super) const ENOUGH: usize = 8;
+const ENOUGH: usize = 8;
 /// Strikes that are tried on a pile.
 const TRIED: u64 = 60;
 /// How far variants turn (rad) and change their speed (relative), at most.
 const TURN_RAD: f64 = 0.3;
 const SPEED: f64 = 0.25;
 
+/// What was found about a pile.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Reliable {
+    /// How many of the disturbed repeats of the planned strike worked.
+    pub repeats: usize,
+    /// Whether any strike works in most repeats.
+    pub solvable: bool,
+}
+
+/// Repeats the planned strike, and looks for others if it is not reliable.
+pub(super) fn search(lab: &mut Lab, scene: &Scene, plan: &Plan, seed: u64) -> Result<Reliable, String> {
+    let planned = plan.strike.as_ref().map_or(Ok(0), |strike| repeats(lab, scene, strike, 0))?;
+    let solvable = planned >= ENOUGH || another(lab, scene, plan, seed)?;
+    Ok(Reliable { repeats: planned, solvable })
+}
+
 /// How often a strike works in disturbed repeats; given up as soon as `least` is out of reach.
-pub(super) fn repeats(lab: &mut Lab, scene: &Scene, strike: &Strike, least: usize) -> Result<usize, String> {
+fn repeats(lab: &mut Lab, scene: &Scene, strike: &Strike, least: usize) -> Result<usize, String> {
     let mut successes = 0;
     for k in 0..REPEATS {
         let left = (REPEATS - k) as usize;
@@ -35,8 +51,8 @@ pub(super) fn repeats(lab: &mut Lab, scene: &Scene, strike: &Strike, least: usiz
     Ok(successes)
 }
 
-/// Whether any of many strikes can be relied on.
-pub(super) fn search(lab: &mut Lab, scene: &Scene, plan: &Plan, seed: u64) -> Result<bool, String> {
+/// Whether any of many other strikes can be relied on.
+fn another(lab: &mut Lab, scene: &Scene, plan: &Plan, seed: u64) -> Result<bool, String> {
     let mut draw = Draw::new(seed ^ 0x50_1BED);
     let runner_up = plan.robustness.as_ref().and_then(|r| r.runner_up.as_ref()).map(|r| &r.strike);
     let planned: Vec<&Strike> = plan.strike.iter().chain(runner_up).collect();
