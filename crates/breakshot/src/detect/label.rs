@@ -1,9 +1,10 @@
 //! Which pixels belong together?
 //!
-//! 8-connected components of the binary image (section 4 of the paper) in one pass: the threshold is applied 64 pixels
-//! at a time, rows become runs, runs that touch are united, and areas, boxes and moments grow with them.  No binary
-//! image and no label image is ever written.
+//! 8-connected components of the binary image (section 4 of the paper) in one pass: a row becomes bits, bits become
+//! runs, runs that touch are united, and areas, boxes and moments grow with them.  No binary image and no label image
+//! is ever written.
 
+use super::bits::{BLOCK, Bits, Run, in_company, runs};
 use crate::capture::GreyImage;
 use crate::geometry::Pixel;
 use std::ops::RangeInclusive;
@@ -104,18 +105,12 @@ impl Component {
     }
 }
 
-/// Foreground pixels side by side in one row, the end excluded.
-#[derive(Clone, Copy, Debug)]
-struct Run {
-    start: u32,
-    end: u32,
-    label: u32,
-}
-
 /// Finds components; keeps its memory from picture to picture.
 #[derive(Debug, Default)]
 pub struct Labeller {
-    masks: [Vec<u64>; 3],
+    bits: [Bits; 3],
+    company: Vec<u64>,
+    filled: Vec<u32>,
     above: Vec<Run>,
     row: Vec<Run>,
     parts: Parts,
@@ -139,32 +134,28 @@ impl Labeller {
         if words == 0 || y0 == y1 {
             return &self.found;
         }
-        for mask in &mut self.masks {
-            mask.clear();
-            mask.resize(words, 0);
-        }
+        self.bits.iter_mut().for_each(|bits| bits.clear(words));
         let pixels = |y: usize| &image.pixels[y * image.width..][window.x[0]..window.x[1]];
         let lone_pixels_count = *areas_px.start() < 2;
-        let [previous, current, next] = &mut self.masks;
-        let mut any_next = mask_row(pixels(y0), level, next);
+        let [previous, current, next] = &mut self.bits;
+        next.read(pixels(y0), level);
         for y in y0..y1 {
             std::mem::swap(previous, current);
             std::mem::swap(current, next);
-            let any_here = any_next;
-            any_next = if y + 1 < y1 {
-                mask_row(pixels(y + 1), level, next)
+            if y + 1 < y1 {
+                next.read(pixels(y + 1), level);
             } else {
-                next.fill(0);
-                false
-            };
+                next.clear(words);
+            }
             self.row.clear();
-            if any_here {
-                if lone_pixels_count {
-                    runs(current.iter().copied(), window.x[0] as u32, &mut self.row);
+            if current.any {
+                let words = if lone_pixels_count {
+                    current.words()
                 } else {
-                    let company = (0..words).map(|k| in_company(previous, current, next, k));
-                    runs(company, window.x[0] as u32, &mut self.row);
-                }
+                    in_company([previous, current, next], &mut self.company);
+                    &self.company
+                };
+                runs(words, window.x[0] as u32, &mut self.filled, &mut self.row);
             }
             if !self.row.is_empty() || !self.above.is_empty() {
                 self.parts.join(y as u32, &self.above, &mut self.row);
@@ -175,130 +166,6 @@ impl Labeller {
         }
         self.parts.close(y1 as u32, &self.above, areas_px, &mut self.found);
         &self.found
-    }
-}
-
-/// Pixels tested at once.
-const BLOCK: usize = 64;
-
-/// One bit per pixel: whether it is foreground.  Tells whether any is.
-fn mask_row(row: &[u8], level: Level, masks: &mut [u64]) -> bool {
-    match level {
-        Level::Below(threshold) => mask_row_flipped::<0>(row, threshold, masks),
-        Level::Above(threshold) => mask_row_flipped::<{ u8::MAX }>(row, u8::MAX - threshold, masks),
-    }
-}
-
-/// Foreground is `pixel ^ FLIP < below`.
-fn mask_row_flipped<const FLIP: u8>(row: &[u8], below: u8, masks: &mut [u64]) -> bool {
-    let (spans, rest) = row.as_chunks::<SPAN>();
-    let (of_spans, of_rest) = masks.split_at_mut(spans.len() * (SPAN / BLOCK));
-    let mut any = 0;
-    for (span, masks) in spans.iter().zip(of_spans.as_chunks_mut::<{ SPAN / BLOCK }>().0) {
-        *masks = [0; SPAN / BLOCK];
-        // Most spans, and in others most blocks, hold no foreground at all.
-        if shows::<FLIP, SPAN>(span, below) {
-            for (block, mask) in span.as_chunks::<BLOCK>().0.iter().zip(masks) {
-                if shows::<FLIP, BLOCK>(block, below) {
-                    *mask = mask_block::<FLIP>(block, below);
-                    any |= *mask;
-                }
-            }
-        }
-    }
-    let (blocks, rest) = rest.as_chunks::<BLOCK>();
-    for (block, mask) in blocks.iter().zip(of_rest.iter_mut()) {
-        *mask = if shows::<FLIP, BLOCK>(block, below) { mask_block::<FLIP>(block, below) } else { 0 };
-        any |= *mask;
-    }
-    if !rest.is_empty() {
-        let mut block = [!FLIP; BLOCK];
-        block[..rest.len()].copy_from_slice(rest);
-        let mask = mask_block::<FLIP>(&block, below) & (u64::MAX >> (BLOCK - rest.len()));
-        of_rest[blocks.len()] = mask;
-        any |= mask;
-    }
-    any != 0
-}
-
-/// Pixels whose darkest is looked for first; whole blocks.
-const SPAN: usize = 4 * BLOCK;
-
-/// Whether any pixel is foreground.
-#[allow(clippy::needless_bitwise_bool, reason = "without a way out the loop is one comparison of vectors")]
-fn shows<const FLIP: u8, const N: usize>(pixels: &[u8; N], below: u8) -> bool {
-    let mut least = [u8::MAX; BLOCK];
-    for block in pixels.as_chunks::<BLOCK>().0 {
-        for (least, &p) in least.iter_mut().zip(block) {
-            *least = (*least).min(p ^ FLIP);
-        }
-    }
-    least.iter().fold(false, |any, &p| any | (p < below))
-}
-
-/// The bit of each pixel in its byte of the mask.
-const BITS: [u8; BLOCK] = {
-    let mut bits = [0; BLOCK];
-    let mut k = 0;
-    while k < BLOCK {
-        bits[k] = 1 << (k % 8);
-        k += 1;
-    }
-    bits
-};
-
-/// A bit for each pixel; eight of them are brought together by adding up the bytes of a word.
-fn mask_block<const FLIP: u8>(block: &[u8; BLOCK], below: u8) -> u64 {
-    let mut bits = BITS;
-    for (bit, &p) in bits.iter_mut().zip(block) {
-        *bit = if p ^ FLIP < below { *bit } else { 0 };
-    }
-    let byte = |word: &[u8; 8]| u64::from_le_bytes(*word).wrapping_mul(0x0101_0101_0101_0101) >> 56;
-    bits.as_chunks::<8>().0.iter().enumerate().fold(0, |mask, (k, word)| mask | byte(word) << (8 * k))
-}
-
-/// The pixels of word `k` that have at least one neighbour: lone ones are noise and cannot join anything.
-fn in_company(previous: &[u64], current: &[u64], next: &[u64], k: usize) -> u64 {
-    let here = current[k];
-    if here == 0 {
-        return 0;
-    }
-    let left = |row: &[u64]| if k > 0 { row[k - 1] >> 63 } else { 0 };
-    let right = |row: &[u64]| row.get(k + 1).map_or(0, |word| word << 63);
-    let sides = |row: &[u64]| row[k] << 1 | left(row) | row[k] >> 1 | right(row);
-    here & (sides(current) | previous[k] | sides(previous) | next[k] | sides(next))
-}
-
-/// The runs of a row of bits.
-fn runs(words: impl Iterator<Item = u64>, first_x: u32, row: &mut Vec<Run>) {
-    let mut open = None;
-    let mut base = first_x;
-    for word in words {
-        let mut rest = word;
-        if let Some(start) = open {
-            let more = rest.trailing_ones();
-            if more < u64::BITS {
-                row.push(Run { start, end: base + more, label: 0 });
-                open = None;
-                rest &= u64::MAX << more;
-            } else {
-                rest = 0;
-            }
-        }
-        while rest != 0 {
-            let start = rest.trailing_zeros();
-            let end = start + (rest >> start).trailing_ones();
-            if end == u64::BITS {
-                open = Some(base + start);
-                break;
-            }
-            row.push(Run { start: base + start, end: base + end, label: 0 });
-            rest &= u64::MAX << end;
-        }
-        base += u64::BITS;
-    }
-    if let Some(start) = open {
-        row.push(Run { start, end: base, label: 0 });
     }
 }
 

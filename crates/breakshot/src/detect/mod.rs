@@ -4,6 +4,7 @@
 //! centroid, blobs of the markers' size become tracks that keep their object's identity through the whole clip.
 
 mod assignment;
+mod bits;
 mod blob;
 mod follower;
 mod identity;
