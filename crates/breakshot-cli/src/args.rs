@@ -1,9 +1,9 @@
 //! The commands and their flags.
 
-use breakshot::Result;
-use breakshot::capture::{Capture, Decoder, Footage};
+use breakshot::capture::{Capture, Decoder, Footage, GreyImage};
 use breakshot::cell::Cell;
 use breakshot::plan::{Method, Scatter};
+use breakshot::{Error, Result};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use std::path::{Path, PathBuf};
 
@@ -147,6 +147,14 @@ impl From<DecoderArgs> for Decoder {
 }
 
 impl DecoderArgs {
+    /// The first picture of a film of the empty table, if one is given.
+    pub(crate) fn table(self, path: Option<&Path>) -> Result<Option<GreyImage>> {
+        let Some(path) = path else { return Ok(None) };
+        let first = Footage::open_with(path, self.into())?.next().transpose()?;
+        let empty = || Error::video(path, "no frame", "a picture of the empty table");
+        first.map(|frame| Some(frame.image)).ok_or_else(empty)
+    }
+
     /// Opens a film and finds the camera in it.
     pub(crate) fn film(self, path: &Path, cell: &Cell) -> Result<Capture> {
         Capture::of(Footage::open_with(path, self.into())?, cell)
@@ -188,6 +196,9 @@ pub(crate) struct LookArgs {
     /// The grey level between markers and objects, instead of the film's own.
     #[arg(long, value_name = "LEVEL")]
     pub(crate) threshold: Option<u8>,
+    /// A picture or film of the empty table, which helps to find objects without markers.
+    #[arg(long, value_name = "VIDEO_OR_IMAGE")]
+    pub(crate) table: Option<PathBuf>,
     #[command(flatten)]
     pub(crate) decoder: DecoderArgs,
     /// The scene file to write.
@@ -221,6 +232,9 @@ pub(crate) struct DetectArgs {
     /// The grey level between markers and objects, instead of the clip's own.
     #[arg(long, value_name = "LEVEL")]
     pub(crate) threshold: Option<u8>,
+    /// A picture or film of the empty table, which helps to find objects without markers.
+    #[arg(long, value_name = "VIDEO_OR_IMAGE")]
+    pub(crate) table: Option<PathBuf>,
     #[command(flatten)]
     pub(crate) decoder: DecoderArgs,
     /// Also draws distance, speed and acceleration over time (Fig. 6 of the paper; SVG).

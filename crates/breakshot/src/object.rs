@@ -145,10 +145,11 @@ pub struct Object {
     pub name: String,
     /// Its outline from above; the origin is the centroid.
     pub shape: Shape,
-    /// How high its top is above the table (m); the marker is there.
+    /// How high its top is above the table (m); marker and outline are there.
     pub height_m: f64,
-    /// The marker on top.
-    pub marker: Marker,
+    /// The marker on top; an object without one is seen by its own outline.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub marker: Option<Marker>,
     /// What a scale said (kg); estimation never uses it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub mass_kg: Option<f64>,
@@ -177,6 +178,12 @@ pub fn find<'a>(objects: &'a [Object], name: &str, asked_by: &str) -> Result<&'a
 }
 
 impl Object {
+    /// What is looked for in pictures: the marker, or the outline where there is none.
+    pub fn feature(&self) -> Marker {
+        let outline = || Marker { shape: self.shape.clone(), at_m: Point::ORIGIN };
+        self.marker.clone().unwrap_or_else(outline)
+    }
+
     /// An error that names the object unless it can exist; gives a note if the polygon's origin had to be moved.
     ///
     /// # Errors
@@ -189,11 +196,13 @@ impl Object {
             positive(&owner, "mass_kg", mass_kg)?;
         }
         let shift = self.shape.check_and_centre(&owner)?;
-        self.marker.at_m = self.marker.at_m - shift;
-        let marker_shift = self.marker.shape.check_and_centre(&format!("{owner}, marker"))?;
-        self.marker.at_m += marker_shift;
-        if !self.marker.at_m.is_finite() {
-            return Err(Error::invalid(owner, "marker.at_m", "not a number", "two numbers in m"));
+        if let Some(marker) = &mut self.marker {
+            marker.at_m = marker.at_m - shift;
+            let marker_shift = marker.shape.check_and_centre(&format!("{owner}, marker"))?;
+            marker.at_m += marker_shift;
+            if !marker.at_m.is_finite() {
+                return Err(Error::invalid(owner, "marker.at_m", "not a number", "two numbers in m"));
+            }
         }
         let moved = shift.length() > 0.0;
         Ok(moved.then(|| {

@@ -287,7 +287,7 @@ mod tests {
         assert_eq!(cell.workspace, Workspace { min_m: Point::new(-0.3, -0.3), max_m: Point::new(0.3, 0.3) });
         let object = |name: &str, shape: Shape| Object {
             name: name.into(),
-            marker: Marker { shape: shape.clone(), at_m: Point::ORIGIN },
+            marker: Some(Marker { shape: shape.clone(), at_m: Point::ORIGIN }),
             shape,
             height_m: 0.03,
             mass_kg: None,

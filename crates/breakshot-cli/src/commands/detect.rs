@@ -25,7 +25,9 @@ pub(crate) fn run(args: &DetectArgs) -> Result<Outcome> {
     let camera = seen.camera.clone();
     let bar = console::progress(seen.footage.frame_count().unwrap_or(0), "frames");
     let count = |frames: usize| bar.set_position(frames as u64);
-    let options = detect::Options { threshold: args.threshold, on_frame: Some(&count) };
+    let table = args.decoder.table(args.table.as_deref())?;
+    let options =
+        detect::Options { threshold: args.threshold, table: table.as_ref(), on_frame: Some(&count) };
     let tracks = detect::tracks(seen, &objects.value, &args.names, &layout, &options)?;
     bar.finish_and_clear();
     console::warn(&tracks.warnings);

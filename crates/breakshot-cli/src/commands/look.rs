@@ -14,7 +14,8 @@ pub(crate) fn run(args: &LookArgs) -> Result<Outcome> {
     let objects = files::load_objects(&args.objects)?;
     console::note(&objects.notes);
     let seen = args.decoder.film(&args.film, &cell)?;
-    let options = detect::Options { threshold: args.threshold, ..detect::Options::default() };
+    let table = args.decoder.table(args.table.as_deref())?;
+    let options = detect::Options { threshold: args.threshold, table: table.as_ref(), on_frame: None };
     let (placed, warnings) = detect::placed(seen, &objects.value, &args.names, &options)?;
     console::warn(&warnings);
     let scene = SceneFile {

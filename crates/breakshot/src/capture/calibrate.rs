@@ -74,8 +74,8 @@ impl Calibration {
         // Lines must stay visible whatever the picture's size.
         let line = width.max(height) as f64 / 1000.0;
         let mut svg = format!(
-            "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"-0.5 -0.5 {width} {height}\" \
-             font-family=\"sans-serif\" font-size=\"{:.1}\">\n\
+            "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width}\" height=\"{height}\" \
+             viewBox=\"-0.5 -0.5 {width} {height}\" font-family=\"sans-serif\" font-size=\"{:.1}\">\n\
              <image x=\"-0.5\" y=\"-0.5\" width=\"{width}\" height=\"{height}\" \
              href=\"{picture}\"/>\n",
             12.0 * line
@@ -83,8 +83,23 @@ impl Calibration {
         self.draw_grid(&mut svg, line);
         self.draw_tags(&mut svg, line);
         self.draw_points(&mut svg, line);
+        self.draw_text(
+            &mut svg,
+            Pixel::new(10.0 * line, height as f64 - 26.0 * line),
+            "#222",
+            &self.summary(),
+        );
         svg += "</svg>\n";
         Ok(svg)
+    }
+
+    /// One line about the whole fit.
+    fn summary(&self) -> String {
+        let tilt = self.tilt_rad.map_or(String::new(), |tilt| {
+            format!("; looks down {:.1} deg off the vertical", tilt.to_degrees())
+        });
+        let (rms_px, rms_mm) = (self.camera.reprojection_rms_px, self.camera.reprojection_rms_m * 1e3);
+        format!("{}: error {rms_px:.2} px, {rms_mm:.2} mm{tilt}; grid 50 mm", self.picture)
     }
 
     fn draw_grid(&self, svg: &mut String, line: f64) {
@@ -120,7 +135,7 @@ impl Calibration {
             let barb = |turn: f64| tip - axis.rotated(turn) * 0.15;
             let arrow = [Point::ORIGIN, tip, barb(0.5), tip, barb(-0.5)];
             self.draw_line(svg, &arrow, &format!("{colour}\" stroke-width=\"{:.2}", 2.0 * line));
-            self.draw_text(svg, self.camera.pixel_from_table(tip + axis * 0.15, 0.0), colour, name);
+            self.draw_text(svg, self.camera.pixel_from_table(tip + axis * 0.3, 0.0), colour, name);
         }
     }
 

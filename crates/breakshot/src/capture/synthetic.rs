@@ -110,8 +110,9 @@ impl Thing {
             side_grey: SIDE_GREY,
             ..Self::flat(object.shape.clone(), pose, object.height_m, OBJECT_GREY)
         };
-        let marker = Self::flat(object.marker.shape.clone(), pose, object.height_m, MARKER_GREY);
-        [body, Self { at_m: object.marker.at_m, ..marker }]
+        let feature = object.feature();
+        let marker = Self::flat(feature.shape, pose, object.height_m, MARKER_GREY);
+        [body, Self { at_m: feature.at_m, ..marker }]
     }
 
     /// The same thing, its body moving and turning.
@@ -129,16 +130,18 @@ impl Thing {
         Pose { position, yaw_rad: self.pose.yaw_rad + self.yaw_rate_rad_s * time_s }
     }
 
-    /// What is drawn, from the bottom up: outlines in the body's frame, their height and grey.
+    /// What is drawn, from the bottom up, each within the one below: outlines in the body's frame, their heights and grey.
     fn layers(&self) -> Vec<Layer> {
         let shifted = |outline: Vec<Point>| outline.into_iter().map(|p| p + self.at_m.to_vec()).collect();
         match &self.figure {
             Figure::Plain(shape) => {
                 let outline: Vec<Point> = shifted(outline(shape));
                 let slices = (self.thickness_m / SLICE_M).ceil() as usize;
-                let side = |k: usize| self.height_m - self.thickness_m * (1.0 - k as f64 / slices as f64);
-                let sides = (0..slices).map(|k| Layer::new(vec![outline.clone()], side(k), self.side_grey));
-                sides.chain([Layer::new(vec![outline.clone()], self.height_m, self.grey)]).collect()
+                let height_m = |k: usize| self.height_m - self.thickness_m * k as f64 / slices.max(1) as f64;
+                let top = Layer::new(vec![outline], self.height_m, self.grey);
+                let heights_m = (0..=slices).map(height_m).collect();
+                let whole = Layer { heights_m, grey: self.side_grey, ..top.clone() };
+                if slices > 0 { vec![whole, top] } else { vec![top] }
             }
             Figure::Tag { id, size_m } => {
                 let word = tags::CODES.get(*id as usize).copied().unwrap_or_default();
@@ -191,16 +194,17 @@ fn subdivided(corners: &[Point]) -> Vec<Point> {
     (0..corners.len()).flat_map(side).map(|(k, t)| corners[k] + (next(k) - corners[k]) * t).collect()
 }
 
-/// Outlines side by side at one height, of one grey.
+/// Outlines side by side, of one grey, seen at each of some heights.
+#[derive(Clone)]
 struct Layer {
     outlines: Vec<Vec<Point>>,
-    height_m: f64,
+    heights_m: Vec<f64>,
     grey: f64,
 }
 
 impl Layer {
     fn new(outlines: Vec<Vec<Point>>, height_m: f64, grey: f64) -> Self {
-        Self { outlines, height_m, grey }
+        Self { outlines, heights_m: vec![height_m], grey }
     }
 }
 
@@ -271,24 +275,30 @@ struct Canvas {
 impl Canvas {
     /// Draws a thing `time_s` after the middle of the exposure.
     fn draw(&mut self, view: &View, thing: &Thing, time_s: f64) {
+        let mut below = None;
         for layer in thing.layers() {
-            let seen = |outline: &Vec<Point>| {
-                outline.iter().map(|&p| seen_px(view, thing, p, layer.height_m, time_s)).collect()
+            let at_height = |&height_m: &f64| {
+                let seen = |outline: &Vec<Point>| {
+                    outline.iter().map(|&p| seen_px(view, thing, p, height_m, time_s)).collect()
+                };
+                layer.outlines.iter().map(seen).collect()
             };
-            let outlines: Vec<Vec<Pixel>> = layer.outlines.iter().map(seen).collect();
-            let whole = outlines.iter().flatten().all(|p| p.x.is_finite() && p.y.is_finite());
+            let figures: Vec<Vec<Vec<Pixel>>> = layer.heights_m.iter().map(at_height).collect();
+            let whole = figures.iter().flatten().flatten().all(|p| p.x.is_finite() && p.y.is_finite());
             if whole {
-                self.fill(&outlines, layer.grey as f32);
+                self.fill(&figures, layer.grey as f32, below);
             }
+            below = Some(layer.grey as f32);
         }
     }
 
-    /// Lays a grey over the outlines, which do not overlap each other.
-    fn fill(&mut self, outlines: &[Vec<Pixel>], grey: f32) {
-        let clipped: Vec<_> =
-            outlines.iter().map(|outline| clipped(outline, self.width, self.height)).collect();
+    /// Lays a grey over all that any of the figures covers: over the canvas, or over the layer `below` of the same thing,
+    /// which reaches as far.  The outlines of one figure do not overlap each other.
+    fn fill(&mut self, figures: &[Vec<Vec<Pixel>>], grey: f32, below: Option<f32>) {
+        let within = |outline: &Vec<Pixel>| clipped(outline, self.width, self.height);
+        let figures: Vec<Vec<_>> = figures.iter().map(|f| f.iter().map(within).collect()).collect();
         let axis = |value: fn(&Pixel) -> f64| {
-            let values = || clipped.iter().flatten().map(value);
+            let values = || figures.iter().flatten().flatten().map(value);
             (values().fold(f64::INFINITY, f64::min), values().fold(f64::NEG_INFINITY, f64::max))
         };
         let ((left, right), (top, bottom)) = (axis(|p| p.x), axis(|p| p.y));
@@ -298,18 +308,22 @@ impl Canvas {
         let (left, top) = (left.floor() as usize, top.floor() as usize);
         let (right, bottom) =
             ((right.ceil() as usize).min(self.width), (bottom.ceil() as usize).min(self.height));
-        let mut cover = Cover::new(right - left, bottom - top);
-        for outline in &clipped {
-            for k in 0..outline.len() {
-                let (p, q) = (outline[k], outline[(k + 1) % outline.len()]);
-                let shifted = |p: Pixel| (p.x - left as f64, p.y - top as f64);
-                cover.add(shifted(p), shifted(q));
+        let mut covers = vec![0.0_f32; (right - left) * (bottom - top)];
+        for figure in &figures {
+            let mut cover = Cover::new(right - left, bottom - top);
+            for outline in figure {
+                for k in 0..outline.len() {
+                    let (p, q) = (outline[k], outline[(k + 1) % outline.len()]);
+                    let shifted = |p: Pixel| (p.x - left as f64, p.y - top as f64);
+                    cover.add(shifted(p), shifted(q));
+                }
             }
+            covers.iter_mut().zip(cover.rows().flatten()).for_each(|(most, part)| *most = most.max(part));
         }
-        for (row, covers) in cover.rows().enumerate() {
+        for (row, covers) in covers.chunks_exact(right - left).enumerate() {
             let line = &mut self.greys[(top + row) * self.width + left..][..right - left];
             for (pixel, part) in line.iter_mut().zip(covers) {
-                *pixel += (grey - *pixel) * part;
+                *pixel += (grey - below.unwrap_or(*pixel)) * part;
             }
         }
     }

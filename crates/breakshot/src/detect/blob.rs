@@ -34,6 +34,20 @@ impl Blob {
         self.contrast / self.background.max(1.0)
     }
 
+    /// What a component says by itself, tops and sides of any grey together.
+    pub(super) fn rough(component: &Component, contrast: f64) -> Self {
+        Self {
+            centroid: component.centroid(),
+            std_px: 1.0,
+            area_px2: component.area_px as f64,
+            covariance_px2: component.covariance_px2(),
+            background: f64::from(u8::MAX) / 2.0,
+            contrast,
+            unevenness: 0.0,
+            cut: false,
+        }
+    }
+
     /// The level halfway between the marker and its surroundings.
     pub(super) fn level(&self) -> Level {
         let middle = (self.background - self.contrast / 2.0).round().clamp(1.0, 254.0) as u8;

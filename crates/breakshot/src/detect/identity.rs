@@ -5,9 +5,11 @@
 
 use super::Layout;
 use super::assignment::assignment;
+use super::contour::Fit;
+use super::label::Level;
 use super::marker::Target;
 use super::outline;
-use super::threshold::Candidate;
+use super::threshold::{Candidate, OUTLINE_TOLERANCE};
 use crate::capture::{Camera, GreyImage};
 use crate::geometry::{Pose, Vec2, wrapped_rad};
 use crate::object::{Shape, kind};
@@ -26,6 +28,8 @@ struct Match {
     pose: Pose,
     /// How badly marker and outline fit: half a square of standard deviations.
     cost: f64,
+    /// The outline of an object without a marker.
+    fit: Option<Fit>,
 }
 
 /// Cut by hand and measured by ruler, a marker's lengths are right within this part (one standard deviation).
@@ -87,7 +91,10 @@ pub(super) fn starts(
         .enumerate()
         .map(|(row, column)| {
             let column = (*column)?;
-            Some(Start { candidate: candidates[column], pose: matches[row][column]?.pose })
+            let Match { pose, fit, .. } = matches[row][column]?;
+            let seen =
+                fit.map(|fit| Candidate { blob: targets[row].blob(camera, &fit), ..candidates[column] });
+            Some(Start { candidate: seen.unwrap_or(candidates[column]), pose })
         })
         .collect();
     warnings.extend(moved(targets, &starts, layout));
@@ -115,6 +122,12 @@ fn fit(
 ) -> Option<Match> {
     let blob = &candidate.blob;
     let mismatch = target.mismatch(camera, blob);
+    if target.markerless() {
+        return mismatch
+            .within(OUTLINE_TOLERANCE)
+            .then(|| laid(image, camera, target, candidate, layout))
+            .flatten();
+    }
     if !mismatch.tolerable() {
         return None;
     }
@@ -130,7 +143,47 @@ fn fit(
     let scene = outline::Scene { image, camera, shape: &object.shape, height_m: object.height_m };
     let (yaw_rad, visibility) = scene.best_yaw(pose, &yaws_rad);
     let cost = half_square(mismatch.worst() / LENGTH_STD) + UNSEEN_OUTLINE * (1.0 - visibility);
-    Some(Match { pose: pose(yaw_rad), cost })
+    Some(Match { pose: pose(yaw_rad), cost, fit: None })
+}
+
+/// How well an object's own outline lies near a candidate, and the pose it would have.
+fn laid(
+    image: &GreyImage,
+    camera: &Camera,
+    target: &Target,
+    candidate: &Candidate,
+    layout: &Layout,
+) -> Option<Match> {
+    let object = target.object;
+    let scene = outline::Scene { image, camera, shape: &object.shape, height_m: object.height_m };
+    let place = camera.table_from_pixel(candidate.blob.centroid, object.height_m);
+    let rough = |yaw_rad: f64| Pose { position: place, yaw_rad };
+    let yaw_rad = match placed(layout, target) {
+        Some(pose) => pose.yaw_rad,
+        None => scene.best_yaw(rough, &[]).0,
+    };
+    let fit = scene.searched(rough(yaw_rad), (LAID_REACH_M, LAID_TURN_RAD), |_| true)?;
+    (fit.shown > LEAST_SHOWN).then(|| Match {
+        pose: fit.pose,
+        cost: UNSEEN_OUTLINE * (1.0 - fit.shown),
+        fit: Some(fit),
+    })
+}
+
+/// Sides and shadow move a blob from its object by less than this.
+const LAID_REACH_M: f64 = 0.015;
+const LAID_TURN_RAD: f64 = 0.3;
+/// An outline that shows less is not there.
+const LEAST_SHOWN: f64 = 0.5;
+
+/// Candidates for objects without markers whose places are known.
+pub(super) fn outlines_placed(camera: &Camera, targets: &[Target], layout: &Layout) -> Vec<Candidate> {
+    let known = targets.iter().filter(|t| t.markerless()).filter_map(|t| Some((t, placed(layout, t)?)));
+    let candidate = |(target, pose): (&Target, Pose)| {
+        let blob = target.blob(camera, &Fit { pose, shown: 1.0, std_px: 1.0 });
+        Candidate { blob, level: Level::Below(1) }
+    };
+    known.map(candidate).collect()
 }
 
 fn placed(layout: &Layout, target: &Target) -> Option<Pose> {

@@ -1,9 +1,10 @@
 //! What must an object's marker look like from here, and what does a blob say about where the object is?
 
 use super::blob::Blob;
+use super::contour::Fit;
 use crate::capture::Camera;
 use crate::geometry::{Pixel, Point, Pose, Vec2};
-use crate::object::{Object, Shape};
+use crate::object::{Marker, Object, Shape};
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use std::ops::RangeInclusive;
 
@@ -14,6 +15,8 @@ pub(super) struct Target<'a> {
     pub name: &'a str,
     /// Its kind.
     pub object: &'a Object,
+    /// Its marker, or its outline if it wears none.
+    pub feature: Marker,
     /// The marker's outline in the object's frame; a disc as many corners.
     outline: Vec<Point>,
     /// Direction of the marker's long axis in the object's frame (rad), if it is long enough to tell one.
@@ -93,7 +96,12 @@ pub(super) struct Mismatch {
 impl Mismatch {
     /// Whether the blob may be this marker at all.
     pub(super) fn tolerable(&self) -> bool {
-        self.area.is_finite() && self.worst() < LENGTH_TOLERANCE
+        self.within(LENGTH_TOLERANCE)
+    }
+
+    /// Whether all lengths are right within this part.
+    pub(super) fn within(&self, tolerance: f64) -> bool {
+        self.area.is_finite() && self.worst() < tolerance
     }
 
     /// The worst of them, the area taken as a length.
@@ -106,7 +114,7 @@ impl Mismatch {
 
 impl<'a> Target<'a> {
     pub(super) fn new(name: &'a str, object: &'a Object) -> Self {
-        let marker = &object.marker;
+        let marker = object.feature();
         let outline: Vec<Point> = match &marker.shape {
             Shape::Disc { radius_m } => {
                 let step_rad = TAU / DISC_CORNERS as f64;
@@ -121,12 +129,41 @@ impl<'a> Target<'a> {
         let Moments { area, covariance, .. } = moments(&corners);
         let (long, short, axis_rad) = principal(covariance);
         let axis_rad = (long > short * LEAST_ELONGATION * LEAST_ELONGATION).then_some(axis_rad);
-        Self { name, object, outline, axis_rad, fullness: fullness(area, covariance) }
+        Self { name, object, feature: marker, outline, axis_rad, fullness: fullness(area, covariance) }
     }
 
     /// Whether the marker tells how the object is turned, but for half a turn.
     pub(super) fn tells_axis(&self) -> bool {
         self.axis_rad.is_some()
+    }
+
+    /// Whether it is seen by its own outline.
+    pub(super) fn markerless(&self) -> bool {
+        self.object.marker.is_none()
+    }
+
+    /// Whether it can be seen how the object is turned.
+    pub(super) fn tells_yaw(&self) -> bool {
+        self.tells_axis() || self.markerless() && self.object.shape.rotation_symmetry_rad() != Some(0.0)
+    }
+
+    /// What an outline laid onto the picture would measure as, were it a marker: its contrast is the part that shows.
+    pub(super) fn blob(&self, camera: &Camera, fit: &Fit) -> Blob {
+        let picture = self.picture(camera, fit.pose);
+        let reach_px = principal(picture.covariance).0.sqrt() * 2.0;
+        let [width, height] = camera.size_px.map(|size| size as f64 - 1.0);
+        let inside = |at: f64, size: f64| at > reach_px && at < size - reach_px;
+        let [x, y] = picture.centroid;
+        Blob {
+            centroid: Pixel::new(x, y),
+            std_px: fit.std_px,
+            area_px2: picture.area,
+            covariance_px2: picture.covariance,
+            background: 1.0,
+            contrast: fit.shown,
+            unevenness: 0.0,
+            cut: !(inside(x, width) && inside(y, height)),
+        }
     }
 
     /// See [`fullness`].
@@ -136,7 +173,7 @@ impl<'a> Target<'a> {
 
     /// Whether the centroid's place depends on the yaw.
     pub(super) fn off_centre(&self) -> bool {
-        self.object.marker.at_m.to_vec().length() > 0.0
+        self.feature.at_m.to_vec().length() > 0.0
     }
 
     /// The marker's picture with the object at this pose.
@@ -152,7 +189,7 @@ impl<'a> Target<'a> {
     /// How many pixels the marker covers, from far away to near the camera.
     pub(super) fn areas_px2(&self, camera: &Camera) -> RangeInclusive<f64> {
         let [width, height] = camera.size_px.map(|size| size as f64 - 1.0);
-        let marker_m2 = self.object.marker.shape.area_m2();
+        let marker_m2 = self.feature.shape.area_m2();
         let (mut least, mut most) = (f64::INFINITY, 0.0_f64);
         for (x, y) in (0..9).map(|k| (f64::from(k % 3) / 2.0, f64::from(k / 3) / 2.0)) {
             let scale = camera.scale_m_per_px(Pixel::new(x * width, y * height), self.object.height_m);
@@ -181,7 +218,7 @@ impl<'a> Target<'a> {
         if let Some(marker_axis_rad) = self.axis_rad {
             yaw_rad += half_turn_wrapped_rad(heading_rad(aim.axis_rad) - marker_axis_rad - yaw_rad);
         }
-        let marker_at = self.object.marker.at_m.to_vec();
+        let marker_at = self.feature.at_m.to_vec();
         let mut pose = Pose { position: seen - marker_at.rotated(yaw_rad), yaw_rad };
         for _ in 0..POSE_ROUNDS {
             let picture = self.picture(camera, pose);

@@ -6,10 +6,13 @@
 mod assignment;
 mod bits;
 mod blob;
+mod contour;
 mod follower;
+mod ground;
 mod identity;
 pub mod label;
 mod marker;
+mod markerless;
 mod motion;
 mod outline;
 mod review;
@@ -110,6 +113,8 @@ pub enum Layout {
 pub struct Options<'a> {
     /// The grey level that separates marker from object, instead of each marker's own.
     pub threshold: Option<u8>,
+    /// A picture of the empty table, which helps to find objects without markers.
+    pub table: Option<&'a GreyImage>,
     /// Called after each frame with the number of frames so far.
     pub on_frame: Option<&'a (dyn Fn(usize) + Sync)>,
 }
@@ -240,7 +245,7 @@ impl Clip<'_> {
             motion::fill(&mut track.samples);
         }
         warnings.extend(tracker.followers.iter().flat_map(|f| review::gaps(camera, f, tracker.times_s())));
-        warnings.extend(self.targets.iter().filter(|t| t.off_centre() && !t.tells_axis()).map(|t| {
+        warnings.extend(self.targets.iter().filter(|t| t.off_centre() && !t.tells_yaw()).map(|t| {
             let name = t.name;
             format!("doubtful: the marker of `{name}` lies off its centroid and cannot tell how it turns: if it turns, its positions are wrong")
         }));
@@ -282,8 +287,14 @@ impl Clip<'_> {
     ) -> Result<(Vec<Start>, Vec<String>)> {
         let image = mean(opening);
         let mut labeller = Labeller::default();
-        let candidates =
+        let mut candidates =
             threshold::candidates(&image, self.camera, &self.targets, options.threshold, &mut labeller);
+        if self.targets.iter().any(Target::markerless) {
+            self.check_table(&image, options.table)?;
+            let levelled = ground::levelled(&image, options.table);
+            candidates.extend(threshold::outlines(&levelled, self.camera, &self.targets, &mut labeller));
+            candidates.extend(identity::outlines_placed(self.camera, &self.targets, layout));
+        }
         let (starts, warnings) = identity::starts(&image, self.camera, &self.targets, &candidates, layout);
         let lost: Vec<&str> = self
             .targets
@@ -296,6 +307,16 @@ impl Clip<'_> {
             return Ok((starts.into_iter().flatten().collect(), warnings));
         }
         Err(self.too_few(&image, candidates.len(), &lost))
+    }
+
+    fn check_table(&self, image: &GreyImage, table: Option<&GreyImage>) -> Result<()> {
+        let size = |image: &GreyImage| format!("{} x {} px", image.width, image.height);
+        match table {
+            Some(table) if size(table) != size(image) => {
+                Err(Error::invalid(&self.name, "picture of the empty table", size(table), size(image)))
+            }
+            _ => Ok(()),
+        }
     }
 
     fn too_few(&self, image: &GreyImage, candidates: usize, lost: &[&str]) -> Error {
@@ -314,7 +335,7 @@ impl Clip<'_> {
                 sizes.join(", ")
             ),
             needed: format!(
-                "{} markers, one for each of {}, of the shape and size that the objects' file gives",
+                "{} markers (or outlines that stand out from the table), one for each of {}, of the shape and size that the objects' file gives",
                 self.targets.len(),
                 self.targets.iter().map(|t| t.name).collect::<Vec<_>>().join(", ")
             ),

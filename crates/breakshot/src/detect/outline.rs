@@ -10,13 +10,19 @@ use std::f64::consts::{PI, TAU};
 
 /// A place on an outline as the camera sees it, and the outward direction there.
 #[derive(Clone, Copy, Debug)]
-struct EdgePoint {
-    at: Pixel,
-    outward: [f64; 2],
+pub(super) struct EdgePoint {
+    pub at: Pixel,
+    pub outward: [f64; 2],
+    /// In the object's frame.
+    pub body: Point,
+    /// How wide the object's side shows below this point (px); negative where it is hidden.
+    pub side_px: f64,
 }
 
 /// Places on an outline lie about this far apart (px): nearer ones would show the same pixels.
 const SPACING_PX: f64 = 2.0;
+/// A search looks at points this far apart (px).
+const ROUGH_SPACING_PX: f64 = 8.0;
 /// Inside and outside are read this far from the outline (px): past the lens' own smear.
 const READ_AT_PX: [f64; 2] = [1.5, 2.5];
 /// Steps of this many neighbours are averaged with their signs: an edge that runs along the outline adds up, one that
@@ -40,10 +46,13 @@ impl Scene<'_> {
     /// How well the picture shows the outline at this pose: 0 not at all, 1 a strong edge all the way round.
     pub(super) fn visibility(&self, pose: Pose) -> f64 {
         let points = self.edge_points(pose);
-        if points.len() < 2 * NEIGHBOURS + 1 {
-            return 0.0;
-        }
         OFFSETS_PX.iter().map(|&offset_px| strength(self.image, &points, offset_px)).fold(0.0, f64::max)
+    }
+
+    /// The same from a few points of the outline.
+    pub(super) fn rough_visibility(&self, pose: Pose) -> f64 {
+        let points = self.edge_points_apart(pose, ROUGH_SPACING_PX);
+        strength(self.image, &points, 0.0)
     }
 
     /// The yaw at which the outline shows best, and how well, where `pose` gives the pose for a yaw.
@@ -77,17 +86,23 @@ impl Scene<'_> {
         (wrapped_rad(best.0), best.1)
     }
 
-    fn edge_points(&self, pose: Pose) -> Vec<EdgePoint> {
+    pub(super) fn edge_points(&self, pose: Pose) -> Vec<EdgePoint> {
+        self.edge_points_apart(pose, SPACING_PX)
+    }
+
+    fn edge_points_apart(&self, pose: Pose, spacing_px: f64) -> Vec<EdgePoint> {
         let pixel = |body: Point| self.camera.pixel_from_table(pose.table_from_body(body), self.height_m);
-        let spacing_m = SPACING_PX * self.camera.scale_m_per_px(pixel(Point::ORIGIN), self.height_m);
+        let spacing_m = spacing_px * self.camera.scale_m_per_px(pixel(Point::ORIGIN), self.height_m);
         if !spacing_m.is_finite() {
             return Vec::new();
         }
-        let seen = |(place, outward): (Point, Vec2)| {
-            let (at, ahead) = (pixel(place), pixel(place + outward * spacing_m));
+        let seen = |(body, outward): (Point, Vec2)| {
+            let (at, ahead) = (pixel(body), pixel(body + outward * spacing_m));
             let (dx, dy) = (ahead.x - at.x, ahead.y - at.y);
             let length = dx.hypot(dy);
-            (length > 0.0).then(|| EdgePoint { at, outward: [dx / length, dy / length] })
+            let foot = self.camera.pixel_from_table(pose.table_from_body(body), 0.0);
+            let side_px = ((foot.x - at.x) * dx + (foot.y - at.y) * dy) / length;
+            (length > 0.0).then(|| EdgePoint { at, outward: [dx / length, dy / length], body, side_px })
         };
         rim(self.shape, spacing_m).into_iter().filter_map(seen).collect()
     }
@@ -99,6 +114,9 @@ const COARSEST_STEP_RAD: f64 = PI / 32.0;
 const HALVINGS: usize = 3;
 
 fn strength(image: &GreyImage, points: &[EdgePoint], offset_px: f64) -> f64 {
+    if points.len() < 2 * NEIGHBOURS + 1 {
+        return 0.0;
+    }
     let steps: Vec<f64> = points.iter().map(|p| p.step(image, offset_px)).collect();
     let n = steps.len();
     let mean_near = |k: usize| {

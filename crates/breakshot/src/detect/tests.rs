@@ -7,8 +7,10 @@ use crate::cell::{CameraSpec, Cell, Striker, Tag, Transform, Workspace};
 use crate::geometry::{Pose, Vec2, wrapped_rad};
 use crate::object::{Marker, Shape};
 
+mod outlines;
+
 fn object(name: &str, shape: Shape, marker: Shape) -> Object {
-    let marker = Marker { shape: marker, at_m: Point::ORIGIN };
+    let marker = Some(Marker { shape: marker, at_m: Point::ORIGIN });
     Object { name: name.into(), shape, height_m: 0.03, marker, mass_kg: None }
 }
 

@@ -61,6 +61,37 @@ pub(super) fn candidates(
     kept
 }
 
+/// What may be one of the targets without a marker in a picture from which the table was taken away.
+pub(super) fn outlines(
+    levelled: &GreyImage,
+    camera: &Camera,
+    targets: &[Target],
+    labeller: &mut Labeller,
+) -> Vec<Candidate> {
+    let targets: Vec<Target> = targets.iter().filter(|t| t.markerless()).cloned().collect();
+    let areas_px = component_areas_px(camera, &targets);
+    let middle = u8::MAX / 2 + 1;
+    let mut found: Vec<Candidate> = Vec::new();
+    for away in OUTLINE_LEVELS {
+        for level in [Level::Below(middle - away), Level::Above(middle + away)] {
+            for component in labeller.components(levelled, Window::whole(levelled), level, &areas_px) {
+                let blob = Blob::rough(component, f64::from(away));
+                let like = |t: &Target| t.mismatch(camera, &blob).within(OUTLINE_TOLERANCE);
+                let known = found.iter().any(|f| same_place(f.blob.centroid, blob.centroid, blob.area_px2));
+                if !known && targets.iter().any(like) && !on_tag(camera, blob.centroid) {
+                    found.push(Candidate { blob, level });
+                }
+            }
+        }
+    }
+    found
+}
+
+/// An object stands out from the table by one of these (grey levels).
+const OUTLINE_LEVELS: [u8; 5] = [12, 20, 32, 48, 72];
+/// A blob shows an object's sides and shadow as well, which make it larger.
+pub(super) const OUTLINE_TOLERANCE: f64 = 0.6;
+
 /// Areas of components that are worth a closer look (px).
 pub(super) fn component_areas_px(camera: &Camera, targets: &[Target]) -> RangeInclusive<u64> {
     let areas = targets.iter().map(|t| t.areas_px2(camera));

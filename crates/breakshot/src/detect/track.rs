@@ -42,13 +42,13 @@ const SAME_PLACE: f64 = 0.3;
 
 /// All objects through the clip, frame by frame.
 pub(super) struct Tracker<'a> {
-    camera: &'a Camera,
+    pub camera: &'a Camera,
     pub followers: Vec<Follower<'a>>,
     areas_px: RangeInclusive<u64>,
     labeller: Labeller,
     threshold: Option<u8>,
     times_s: Vec<f64>,
-    interval_s: f64,
+    pub interval_s: f64,
 }
 
 /// A component that may be a follower's marker.
@@ -95,7 +95,16 @@ impl<'a> Tracker<'a> {
         let mut sights = self.sights(frame, &due, &things);
         for k in 0..sights.len() {
             if sights[k].is_none() {
-                sights[k] = self.searched(frame, k, due[k], &sights);
+                sights[k] = match self.followers[k].target.markerless() {
+                    true => self.laid(frame, k, due[k]),
+                    false => self.searched(frame, k, due[k], &sights),
+                };
+            }
+        }
+        // Outlines that are not where they are due are looked for once it is known where the others are.
+        for k in 0..sights.len() {
+            if sights[k].is_none() && self.followers[k].target.markerless() {
+                sights[k] = self.laid_anywhere(frame, k, due[k], &sights);
             }
         }
         let at = (self.times_s.len() - 1, frame.time_s);
@@ -131,7 +140,7 @@ impl<'a> Tracker<'a> {
     /// As few levels as cut out every marker cleanly.
     fn levels(&self) -> Vec<Level> {
         let mut shared: Vec<(bool, [f64; 2])> = Vec::new();
-        for follower in &self.followers {
+        for follower in self.followers.iter().filter(|f| !f.target.markerless()) {
             let (darker, [low, high]) = (follower.darker(), follower.clean_levels());
             let common =
                 |&&mut (side, [l, h]): &&mut (bool, [f64; 2])| side == darker && l.max(low) < h.min(high);
@@ -181,7 +190,7 @@ impl<'a> Tracker<'a> {
     fn reach_m(&self, k: usize, time_s: f64) -> f64 {
         let follower = &self.followers[k];
         let not_whole_s = follower.not_whole_s(time_s).unwrap_or(self.interval_s);
-        FASTEST_M_S * not_whole_s + follower.target.object.marker.shape.outer_radius_m()
+        FASTEST_M_S * not_whole_s + follower.target.feature.shape.outer_radius_m()
     }
 
     /// One standard deviation of where it will be around where it is due (m).
@@ -197,6 +206,9 @@ impl<'a> Tracker<'a> {
 
     fn cost(&self, k: usize, due: Pose, part: &Part, time_s: f64) -> f64 {
         let follower = &self.followers[k];
+        if follower.target.markerless() {
+            return f64::INFINITY;
+        }
         if matches!(part.level, Level::Below(_)) != follower.darker() {
             return f64::INFINITY;
         }
@@ -212,7 +224,7 @@ impl<'a> Tracker<'a> {
     fn off_m(&self, follower: &Follower, due: Pose, marker: Pixel) -> f64 {
         let height_m = follower.target.object.height_m;
         let place = self.camera.table_from_pixel(marker, height_m);
-        place.distance(due.table_from_body(follower.target.object.marker.at_m))
+        place.distance(due.table_from_body(follower.target.feature.at_m))
     }
 
     /// The part as the follower's marker or a part of it, if it can be that.
@@ -261,7 +273,7 @@ impl<'a> Tracker<'a> {
     }
 
     /// How far the marker moves in the picture while the shutter is open, as far as one can say.
-    fn blur_px(&self, follower: &Follower, due: Pose, velocity: Vec2) -> [f64; 2] {
+    pub(super) fn blur_px(&self, follower: &Follower, due: Pose, velocity: Vec2) -> [f64; 2] {
         let exposure_s = self.camera.exposure_s.unwrap_or(USUAL_SHUTTER * self.interval_s);
         let height_m = follower.target.object.height_m;
         let from = self.camera.pixel_from_table(due.position, height_m);
@@ -274,7 +286,7 @@ impl<'a> Tracker<'a> {
     /// faded it, or something dark may touch it.
     fn searched(&mut self, frame: &Frame, k: usize, due: Pose, sights: &[Option<Sight>]) -> Option<Sight> {
         let follower = &self.followers[k];
-        let marker = due.table_from_body(follower.target.object.marker.at_m);
+        let marker = due.table_from_body(follower.target.feature.at_m);
         let height_m = follower.target.object.height_m;
         let at = self.camera.pixel_from_table(marker, height_m);
         let reach_px = self.reach_m(k, frame.time_s) / self.camera.scale_m_per_px(at, height_m);

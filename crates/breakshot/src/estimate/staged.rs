@@ -82,7 +82,7 @@ fn sample(
 ) -> Sample {
     let time_s = k as f64 / filming.frame_rate_hz;
     let pose = trajectory.pose(name, time_s - LEAD_S).unwrap_or_default();
-    let told = !matches!(object.marker.shape, Shape::Disc { .. });
+    let told = !matches!(object.feature().shape, Shape::Disc { .. });
     Sample {
         time_s,
         x_m: pose.position.x + filming.place_std_m * noise(),

@@ -13,7 +13,7 @@ fn scene() -> Scene {
         name: "a".into(),
         shape: Shape::Disc { radius_m: 0.03 },
         height_m: 0.04,
-        marker: toml::from_str("shape = { disc = { radius_m = 0.01 } }").expect("a marker"),
+        marker: None,
         mass_kg: None,
     };
     Scene {

@@ -97,7 +97,7 @@ fn object_differences(
             let name = &placed.object;
             let (before, after, predicted) = (before[name], after[name], predicted[name]);
             // What the marker looks the same at, the film cannot tell apart.
-            let marker = scene.object(name)?.marker.shape.rotation_symmetry_rad();
+            let marker = scene.object(name)?.feature().shape.rotation_symmetry_rad();
             let yaw_error_rad = match (after.yaw_rad, marker.unwrap_or(TAU)) {
                 (Some(yaw_rad), period) if period > 0.0 => {
                     Some(wrapped_into(predicted.yaw_rad - yaw_rad, period))

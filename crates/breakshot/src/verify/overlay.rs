@@ -87,7 +87,7 @@ impl Overlay<'_> {
                 self.draw_object(&mut canvas, (sample, object), (*colour, pen_px));
             }
         }
-        let size = (frame.image.height / 180).max(2);
+        let size = (frame.image.height / 270).max(2);
         canvas.write(&format!("{:.3} s", frame.time_s), [3 * size, 3 * size], size);
         Picture { width: frame.image.width, height: frame.image.height, rgb: canvas.rgb }
     }
@@ -237,24 +237,24 @@ fn distance_px(place: Pixel, p: Pixel, q: Pixel) -> f64 {
 }
 
 /// Columns and rows of a letter's dots.
-const LETTER: [usize; 2] = [3, 5];
+const LETTER: [usize; 2] = [5, 7];
 
 /// The dots of what a time is written with, row by row.
 fn dots(letter: char) -> [u8; LETTER[1]] {
     match letter {
-        '0' => [0b111, 0b101, 0b101, 0b101, 0b111],
-        '1' => [0b010, 0b110, 0b010, 0b010, 0b111],
-        '2' => [0b111, 0b001, 0b111, 0b100, 0b111],
-        '3' => [0b111, 0b001, 0b111, 0b001, 0b111],
-        '4' => [0b101, 0b101, 0b111, 0b001, 0b001],
-        '5' => [0b111, 0b100, 0b111, 0b001, 0b111],
-        '6' => [0b111, 0b100, 0b111, 0b101, 0b111],
-        '7' => [0b111, 0b001, 0b010, 0b010, 0b010],
-        '8' => [0b111, 0b101, 0b111, 0b101, 0b111],
-        '9' => [0b111, 0b101, 0b111, 0b001, 0b111],
-        '.' => [0, 0, 0, 0, 0b010],
-        's' => [0, 0b011, 0b110, 0b011, 0b110],
-        '-' => [0, 0, 0b111, 0, 0],
+        '0' => [0b01110, 0b10001, 0b10011, 0b10101, 0b11001, 0b10001, 0b01110],
+        '1' => [0b00100, 0b01100, 0b00100, 0b00100, 0b00100, 0b00100, 0b01110],
+        '2' => [0b01110, 0b10001, 0b00001, 0b00110, 0b01000, 0b10000, 0b11111],
+        '3' => [0b01110, 0b10001, 0b00001, 0b00110, 0b00001, 0b10001, 0b01110],
+        '4' => [0b00010, 0b00110, 0b01010, 0b10010, 0b11111, 0b00010, 0b00010],
+        '5' => [0b11111, 0b10000, 0b11110, 0b00001, 0b00001, 0b10001, 0b01110],
+        '6' => [0b00110, 0b01000, 0b10000, 0b11110, 0b10001, 0b10001, 0b01110],
+        '7' => [0b11111, 0b00001, 0b00010, 0b00100, 0b01000, 0b01000, 0b01000],
+        '8' => [0b01110, 0b10001, 0b10001, 0b01110, 0b10001, 0b10001, 0b01110],
+        '9' => [0b01110, 0b10001, 0b10001, 0b01111, 0b00001, 0b00010, 0b01100],
+        '.' => [0, 0, 0, 0, 0, 0b01100, 0b01100],
+        's' => [0, 0, 0b01110, 0b10000, 0b01110, 0b00001, 0b11110],
+        '-' => [0, 0, 0, 0b11111, 0, 0, 0],
         _ => [0; LETTER[1]],
     }
 }
@@ -272,7 +272,7 @@ mod tests {
             name: "a".into(),
             shape: shape.clone(),
             height_m: 0.001,
-            marker: Marker { shape, at_m: Point::ORIGIN },
+            marker: Some(Marker { shape, at_m: Point::ORIGIN }),
             mass_kg: None,
         };
         let sample = Sample {

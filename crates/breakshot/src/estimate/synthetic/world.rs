@@ -120,7 +120,7 @@ impl Body {
             inertia_kg_m2: mass_kg * object.shape.radius_of_gyration_m().powi(2),
             friction: of(&laws.friction) * friction_scale,
             support_m: support_m(&object.shape),
-            sees_yaw: !matches!(object.marker.shape, Shape::Disc { .. }),
+            sees_yaw: !matches!(object.feature().shape, Shape::Disc { .. }),
             position,
             yaw_rad,
             velocity: Vec2::ZERO,

@@ -1,0 +1,70 @@
+//! Where is an object without a marker in this frame?
+//!
+//! Its outline is laid onto the picture where sliding on would have brought it; where it does not show there, it was
+//! struck, and is looked for as far around as it can have come.
+
+use super::contour::Fit;
+use super::follower::Sight;
+use super::outline::Scene;
+use super::track::Tracker;
+use crate::capture::Frame;
+use crate::geometry::Pose;
+
+/// An outline is where it is due if it shows there this well, over its usual look.
+const AS_USUAL: f64 = 0.8;
+/// Less of it tells no place.
+const LEAST_SHOWN: f64 = 0.5;
+/// No struck object outruns this (m/s) in the frame in which it is struck.
+const FASTEST_M_S: f64 = 2.0;
+/// Nor spins faster (rad/s).
+const FASTEST_SPIN_RAD_S: f64 = 15.0;
+/// A search goes no further (m), however long an object was out of sight.
+const FURTHEST_M: f64 = 0.06;
+
+impl Tracker<'_> {
+    /// The outline where it is due, if it shows there.
+    pub(super) fn laid(&self, frame: &Frame, k: usize, due: Pose) -> Option<Sight> {
+        let follower = &self.followers[k];
+        let blur_px = self.blur_px(follower, due, follower.velocity());
+        let fit = self.outline(frame, k).laid(due, blur_px)?;
+        let sight = self.seen(k, fit, blur_px);
+        (follower.contrast_ratio(&sight.blob) > AS_USUAL).then_some(sight)
+    }
+
+    /// The outline wherever it may be, clear of what was found already.
+    pub(super) fn laid_anywhere(
+        &self,
+        frame: &Frame,
+        k: usize,
+        due: Pose,
+        sights: &[Option<Sight>],
+    ) -> Option<Sight> {
+        let follower = &self.followers[k];
+        let unseen_s = follower.unseen_s(frame.time_s).unwrap_or(self.interval_s);
+        let reach_m = (FASTEST_M_S * unseen_s).min(FURTHEST_M);
+        let turn_rad = (FASTEST_SPIN_RAD_S * unseen_s).min(1.0);
+        let taken: Vec<Pose> = sights.iter().flatten().map(|s| s.pose).collect();
+        let apart_m = follower.target.object.shape.area_m2().sqrt() / 2.0;
+        let free = |pose: Pose| taken.iter().all(|t| t.position.distance(pose.position) > apart_m);
+        let scene = self.outline(frame, k);
+        let around = scene.searched(due, (reach_m, turn_rad), free);
+        let here = scene.laid(due, [0.0, 0.0]).filter(|fit| free(fit.pose));
+        let best = around.into_iter().chain(here).max_by(|a, b| a.shown.total_cmp(&b.shown))?;
+        // What moved there smeared on its way.
+        let came = follower.came(best.pose, frame.time_s).unwrap_or_default();
+        let blur_px = self.blur_px(follower, best.pose, came);
+        let again = scene.laid(best.pose, blur_px).filter(|fit| fit.shown > best.shown);
+        let sight = self.seen(k, again.unwrap_or(best), blur_px);
+        (follower.contrast_ratio(&sight.blob) > LEAST_SHOWN).then_some(sight)
+    }
+
+    fn outline<'f>(&'f self, frame: &'f Frame, k: usize) -> Scene<'f> {
+        let object = self.followers[k].target.object;
+        Scene { image: &frame.image, camera: self.camera, shape: &object.shape, height_m: object.height_m }
+    }
+
+    fn seen(&self, k: usize, fit: Fit, blur_px: [f64; 2]) -> Sight {
+        let blob = self.followers[k].target.blob(self.camera, &fit);
+        Sight { pose: fit.pose, blob, blur_px: blur_px[0].hypot(blur_px[1]), strangeness: 0.0 }
+    }
+}

@@ -1,0 +1,97 @@
+//! Objects that wear no marker, on pictures drawn from known truth.
+
+use super::*;
+use crate::capture::synthetic::picture;
+
+fn bare(name: &str, shape: Shape) -> Object {
+    Object { marker: None, ..object(name, shape, disc(0.01)) }
+}
+
+fn body(object: &Object, pose: Pose, velocity: Vec2, rate: f64) -> Thing {
+    let [body, _] = Thing::object(object, pose);
+    body.moving(velocity, rate)
+}
+
+fn corner() -> Shape {
+    let points = [(0.0, 0.0), (0.07, 0.0), (0.07, 0.03), (0.03, 0.03), (0.03, 0.05), (0.0, 0.05)];
+    let mut shape = Shape::Polygon { points_m: points.map(|(x, y)| Point::new(x, y)).to_vec() };
+    shape.check_and_centre("a corner").expect("a polygon");
+    shape
+}
+
+#[test]
+fn outlines_are_followed_like_markers() {
+    let view = view();
+    let objects = [bare("a", disc(0.028)), bare("b", bar(0.06, 0.04)), bare("c", corner())];
+    let starts = [Pose::new(-0.17, 0.08, 0.0), Pose::new(-0.1, -0.09, 0.4), Pose::new(0.03, 0.03, 2.0)];
+    let ways = [Vec2::new(0.7, 0.1), Vec2::new(0.6, 0.0), Vec2::new(0.3, -0.2)];
+    let motion = |k: usize, t: f64| slid(starts[k], ways[k], 3.0 * k as f64, t);
+    let frames = film(&view, &times_s(24), |t| {
+        let thing = |k: usize| {
+            let (pose, velocity, rate) = motion(k, t);
+            body(&objects[k], pose, velocity, rate)
+        };
+        (0..3).map(thing).collect()
+    });
+    let tracks = found(&view, frames, &objects, &Layout::Unknown).expect("tracks");
+    for (k, track) in tracks.tracks.iter().enumerate() {
+        assert_eq!(track.samples.len(), 24, "{}: {:?}", track.object, tracks.warnings);
+        let off: Vec<f64> = track.samples.iter().map(|s| off_mm(s, motion(k, s.time_s).0)).collect();
+        // What looks the same after half a turn may be told either way.
+        let period = if k == 1 { 2.0 } else { 1.0 };
+        let turned = |s: &Sample| {
+            let off_rad = s.yaw_rad.map_or(0.0, |yaw| yaw - motion(k, s.time_s).0.yaw_rad);
+            (wrapped_rad(period * off_rad) / period).to_degrees()
+        };
+        let off_deg: Vec<f64> = track.samples.iter().map(turned).collect();
+        println!("{}: position rms {:.3} mm, yaw rms {:.3} deg", track.object, rms(&off), rms(&off_deg));
+        assert_eq!(track.samples[0].yaw_rad.is_none(), k == 0, "a disc tells no angle, others do");
+        assert!(rms(&off) < 0.12, "{}: {:?} mm", track.object, off);
+        assert!(rms(&off_deg) < 0.5, "{}: {:?} deg", track.object, off_deg);
+    }
+}
+
+#[test]
+fn outlines_that_touch_are_told_apart() {
+    let view = view();
+    let objects = [bare("a", disc(0.028)), bare("b", bar(0.05, 0.04))];
+    // The disc comes to rest at the bar's side, and the bar goes on from there.
+    let touch_s = 0.25;
+    let disc_at = |t: f64| Pose::new(-0.1 + 0.6 * (t.min(touch_s) - 0.1).max(0.0), 0.0, 0.0);
+    let bar_at =
+        |t: f64| Pose::new(0.0435 + 0.5 * (t - touch_s).max(0.0), 0.0, 0.1 + 2.0 * (t - touch_s).max(0.0));
+    let frames = film(&view, &times_s(26), |t| {
+        let (before, after) = (t > 0.1 && t < touch_s, t > touch_s);
+        let velocity = |moves: bool, speed_m_s: f64| Vec2::new(if moves { speed_m_s } else { 0.0 }, 0.0);
+        vec![
+            body(&objects[0], disc_at(t), velocity(before, 0.6), 0.0),
+            body(&objects[1], bar_at(t), velocity(after, 0.5), if after { 2.0 } else { 0.0 }),
+        ]
+    });
+    let tracks = found(&view, frames, &objects, &Layout::Unknown).expect("tracks");
+    for (track, truth) in tracks.tracks.iter().zip([&disc_at as &dyn Fn(f64) -> Pose, &bar_at]) {
+        assert_eq!(track.samples.len(), 26, "{}: {:?}", track.object, tracks.warnings);
+        for s in &track.samples {
+            let off = off_mm(s, truth(s.time_s));
+            assert!(off < 0.4 || s.doubtful, "{} is {off} mm off at {} s", track.object, s.time_s);
+        }
+    }
+}
+
+#[test]
+fn an_object_as_grey_as_the_table_is_found_by_a_picture_of_the_empty_table() {
+    // A table with a broad dark stripe, on which the object would otherwise not stand out from its surroundings.
+    let view = view();
+    let objects = [bare("a", disc(0.03))];
+    let pose = Pose::new(-0.02, 0.01, 0.0);
+    let cloth = Thing::flat(bar(0.2, 0.5), Pose::new(-0.1, 0.0, 0.0), 0.0, 120.0);
+    let empty = picture(&view, std::slice::from_ref(&cloth));
+    let frames = film(&view, &times_s(3), |_| vec![cloth.clone(), body(&objects[0], pose, Vec2::ZERO, 0.0)]);
+    let names = ["a".to_string()];
+    let clip =
+        Clip { name: "drawn".into(), camera: &view.camera, targets: targets(&objects, &names).expect("one") };
+    let options = Options { table: Some(&empty), ..Options::default() };
+    let tracks = clip.tracks(&mut frames.into_iter().map(Ok), &Layout::Unknown, &options).expect("tracks");
+    let off: Vec<f64> = tracks.tracks[0].samples.iter().map(|s| off_mm(s, pose)).collect();
+    assert!(off.len() == 3 && rms(&off) < 0.15, "{off:?} mm");
+}
