@@ -11,7 +11,9 @@ import shutil
 import subprocess
 import sys
 
-CLIPS = ["pair_a_d_1", "pair_c_b_1", "pair_b_c_1"]
+CLIPS = ["pair_a_d_1"]
+# Square `d` is as grey as the table; these two stand out from it.
+BARE_CLIPS = ["pair_a_c_1"]
 # What differs from the campaign's camera (1080p, 60 frames a second, 1/250 s, noise of 2.5 grey levels); `instants` are
 # the moments of an exposure that are averaged.
 FILMED = {
@@ -22,6 +24,7 @@ FILMED = {
     "tilted 25 degrees": {"pos": [0.02, -0.57, 1.22], "tilt": [0.436, -0.03, 0.01]},
     "blurred by 20 px": {"shutter": 0.016, "instants": 33},
     "noise of 8 levels": {"noise": 8.0},
+    "without markers": {"bare": True},
 }
 # Made of the usual film by ffmpeg.
 CODED = {
@@ -53,14 +56,23 @@ def main():
     with open(os.path.join(lab_folder, "campaign_spec.json")) as file:
         spec = json.load(file)
     known = {clip["name"]: clip for clip in spec["clips"]}
-    spec["clips"] = [known[name] for name in CLIPS if name in known][:1]
     for name, changes in FILMED.items():
         folder = os.path.join(out, name)
         if os.path.exists(os.path.join(folder, "truth.json")):
             continue
-        other = {**spec, "camera": {**spec["camera"], **changes}}
-        lab.film(other, folder, None)
+        clips = [known[name] for name in (BARE_CLIPS if changes.get("bare") else CLIPS)]
+        other = {**spec, "clips": clips, "camera": {**spec["camera"], **changes}}
+        seen = other
+        if changes.get("bare"):
+            seen = {**other, "objects": {name: {**o, "markers": []} for name, o in spec["objects"].items()}}
+        lab.film(seen, folder, None)
         lab.export(other, folder)
+        if changes.get("bare"):
+            told = os.path.join(folder, "objects.toml")
+            with open(told) as file:
+                lines = [line for line in file if not line.startswith("marker")]
+            with open(told, "w") as file:
+                file.writelines(lines)
         print(name, flush=True)
     for name, options in CODED.items():
         folder = os.path.join(out, name)
@@ -68,7 +80,7 @@ def main():
             continue
         os.makedirs(folder, exist_ok=True)
         usual = os.path.join(out, "usual")
-        for clip in spec["clips"]:
+        for clip in (known[name] for name in CLIPS):
             film = os.path.join(folder, clip["file"])
             # MP4 holds them all but for old players' sake; the lab's names stay.
             command = ["ffmpeg", "-v", "error", "-y", "-i", os.path.join(usual, clip["file"]), *options, "-f", "mov", film]

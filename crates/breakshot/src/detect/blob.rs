@@ -103,7 +103,7 @@ pub(super) fn measured(
         .zip(depth.iter().zip(&distance))
         .filter(|&(_, (_, &d))| d <= RIM_PX)
         .map(|((x, y), (&depth, _))| (x as f64, y as f64, weigh(depth, plane.at(x, y).max(1.0))));
-    let sums = Sums::over(weighted)?;
+    let sums = Sums::over(&weighted.collect::<Vec<_>>())?;
     let noise_of_weight = plane.scatter / (contrast * (1.0 - 2.0 * dead));
     Some(Blob {
         centroid: sums.centroid,
@@ -130,10 +130,9 @@ fn plateau(mut depths: Vec<f64>) -> Option<f64> {
     if n == 0 {
         return None;
     }
-    depths.sort_by(f64::total_cmp);
-    let near_deepest = 0.8 * depths[(n - 1) * 9 / 10];
-    let first = depths.partition_point(|&d| d < near_deepest);
-    Some(depths[usize::midpoint(first, n - 1)])
+    let near_deepest = 0.8 * *depths.select_nth_unstable_by((n - 1) * 9 / 10, f64::total_cmp).1;
+    let first = depths.iter().filter(|&&d| d < near_deepest).count();
+    Some(*depths.select_nth_unstable_by(usize::midpoint(first, n - 1), f64::total_cmp).1)
 }
 
 /// What the weights add up to.
@@ -146,9 +145,9 @@ struct Sums {
 }
 
 impl Sums {
-    fn over(weighted: impl Iterator<Item = (f64, f64, f64)> + Clone) -> Option<Self> {
+    fn over(weighted: &[(f64, f64, f64)]) -> Option<Self> {
         let (mut area, mut sx, mut sy) = (0.0, 0.0, 0.0);
-        for (x, y, w) in weighted.clone() {
+        for (x, y, w) in weighted {
             (area, sx, sy) = (area + w, sx + w * x, sy + w * y);
         }
         if area <= 0.0 {
@@ -156,12 +155,12 @@ impl Sums {
         }
         let centroid = Pixel::new(sx / area, sy / area);
         let (mut covariance, mut leverage_px2) = ([0.0; 3], 0.0);
-        for (x, y, w) in weighted {
+        for &(x, y, w) in weighted {
             let (dx, dy) = (x - centroid.x, y - centroid.y);
             for (sum, product) in covariance.iter_mut().zip([dx * dx, dx * dy, dy * dy]) {
                 *sum += w * product / area;
             }
-            if w > 0.0 && w < 1.0 {
+            if 0.0 < w && w < 1.0 {
                 leverage_px2 += f64::midpoint(dx * dx, dy * dy);
             }
         }
@@ -238,16 +237,19 @@ impl Patch {
             })
             .collect();
         let mut connected = vec![false; open.len()];
-        let mut front = vec![seed];
-        while let Some(k) = front.pop() {
-            if !std::mem::take(&mut open[k]) {
-                continue;
+        let mut front = Vec::new();
+        let mut reach = |k: usize, front: &mut Vec<usize>| {
+            if std::mem::take(&mut open[k]) {
+                connected[k] = true;
+                front.push(k);
             }
-            connected[k] = true;
+        };
+        reach(seed, &mut front);
+        while let Some(k) = front.pop() {
             let (x, y) = (k % self.width, k / self.width);
             for near_y in y.saturating_sub(1)..(y + 2).min(self.height) {
                 for near_x in x.saturating_sub(1)..(x + 2).min(self.width) {
-                    front.push(near_y * self.width + near_x);
+                    reach(near_y * self.width + near_x, &mut front);
                 }
             }
         }
@@ -276,25 +278,17 @@ impl Patch {
     fn distances_px(&self, mask: &[bool]) -> Vec<f64> {
         let far = 3 * (self.width + self.height) as u32;
         let mut thirds: Vec<u32> = mask.iter().map(|&inside| if inside { 0 } else { far }).collect();
-        let n = thirds.len();
         // The way forward looks left and up, the way back (the same on the reversed patch) right and down.
+        let mut above = vec![far; self.width + 2];
         for _ in 0..2 {
-            for k in 0..n {
-                let (x, y) = (k % self.width, k / self.width);
-                let mut least = thirds[k];
-                if x > 0 {
-                    least = least.min(thirds[k - 1] + 3);
+            above.fill(far);
+            for row in thirds.chunks_exact_mut(self.width) {
+                let mut left = far;
+                for (third, near) in row.iter_mut().zip(above.windows(3)) {
+                    left = (*third).min(left + 3).min(near[1] + 3).min(near[0].min(near[2]) + 4);
+                    *third = left;
                 }
-                if y > 0 {
-                    least = least.min(thirds[k - self.width] + 3);
-                    if x > 0 {
-                        least = least.min(thirds[k - self.width - 1] + 4);
-                    }
-                    if x + 1 < self.width {
-                        least = least.min(thirds[k - self.width + 1] + 4);
-                    }
-                }
-                thirds[k] = least;
+                above[1..=self.width].copy_from_slice(row);
             }
             thirds.reverse();
         }

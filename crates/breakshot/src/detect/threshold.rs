@@ -88,7 +88,7 @@ pub(super) fn outlines(
 }
 
 /// An object stands out from the table by one of these (grey levels).
-const OUTLINE_LEVELS: [u8; 5] = [12, 20, 32, 48, 72];
+const OUTLINE_LEVELS: [u8; 6] = [8, 12, 20, 32, 48, 72];
 /// A blob shows an object's sides and shadow as well, which make it larger.
 pub(super) const OUTLINE_TOLERANCE: f64 = 0.6;
 
