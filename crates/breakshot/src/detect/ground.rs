@@ -21,16 +21,12 @@ const ALIKE: f64 = 1.0;
 /// The picture less the empty table, of the same size: even where the table is, darker and lighter where something lies on it.
 pub(super) fn levelled(image: &GreyImage, table: Option<&GreyImage>) -> GreyImage {
     let level = |grey: u8, table: f64| (f64::from(grey) - table + TABLE_GREY).round().clamp(0.0, 255.0) as u8;
-    let pixels = match table {
-        Some(table) => {
-            image.pixels.iter().zip(&table.pixels).map(|(&p, &t)| level(p, f64::from(t))).collect()
-        }
-        None => {
-            let surface = surface(image);
-            let at =
-                |k: usize| surface.dot(&powers(image, (k % image.width) as f64, (k / image.width) as f64));
-            image.pixels.iter().enumerate().map(|(k, &p)| level(p, at(k))).collect()
-        }
+    let pixels = if let Some(table) = table {
+        image.pixels.iter().zip(&table.pixels).map(|(&p, &t)| level(p, f64::from(t))).collect()
+    } else {
+        let surface = surface(image);
+        let at = |k: usize| surface.dot(&powers(image, (k % image.width) as f64, (k / image.width) as f64));
+        image.pixels.iter().enumerate().map(|(k, &p)| level(p, at(k))).collect()
     };
     GreyImage { pixels, ..*image }
 }

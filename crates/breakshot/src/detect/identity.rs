@@ -163,11 +163,8 @@ fn laid(
         None => scene.best_yaw(rough, &[]).0,
     };
     let fit = scene.searched(rough(yaw_rad), (LAID_REACH_M, LAID_TURN_RAD), |_| true)?;
-    (fit.shown > LEAST_SHOWN).then(|| Match {
-        pose: fit.pose,
-        cost: UNSEEN_OUTLINE * (1.0 - fit.shown),
-        fit: Some(fit),
-    })
+    let cost = UNSEEN_OUTLINE * (1.0 - fit.shown);
+    (fit.shown > LEAST_SHOWN).then_some(Match { pose: fit.pose, cost, fit: Some(fit) })
 }
 
 /// Sides and shadow move a blob from its object by less than this.

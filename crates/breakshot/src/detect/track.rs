@@ -95,9 +95,10 @@ impl<'a> Tracker<'a> {
         let mut sights = self.sights(frame, &due, &things);
         for k in 0..sights.len() {
             if sights[k].is_none() {
-                sights[k] = match self.followers[k].target.markerless() {
-                    true => self.laid(frame, k, due[k]),
-                    false => self.searched(frame, k, due[k], &sights),
+                sights[k] = if self.followers[k].target.markerless() {
+                    self.laid(frame, k, due[k])
+                } else {
+                    self.searched(frame, k, due[k], &sights)
                 };
             }
         }
