@@ -26,7 +26,7 @@ fn scene(shapes: [Shape; 6]) -> Scene {
             name: format!("o{k}"),
             shape,
             height_m: 0.03,
-            marker: marker.clone(),
+            marker: Some(marker.clone()),
             mass_kg: None,
         })
         .collect();
