@@ -2,7 +2,7 @@
 
 use super::simulated::{lays, simulated_pile};
 use super::words::{HALF_WIDTH_PX, HALF_WORKSPACE_FACTOR, figure, figure_pair, mm, sentence, table, verdict};
-use crate::plan::{Contact, Iteration, Outcome, Plan, RunnerUp};
+use crate::plan::{Contact, Iteration, Outcome, Plan};
 use crate::verify::figures::{
     Bound, LOW_PANEL_PX, Lay, Layer, Palette, Panel, Pile, Series, Stroke, View, WIDTH_PX, escaped, lines,
     pile,
@@ -93,13 +93,13 @@ fn why(plan: &Plan) -> String {
     let Some(robustness) = &plan.robustness else { return String::new() };
     let percent = |part: f64| format!("{:.0} %", 100.0 * part);
     let mut told = String::from("<h3>Why this strike</h3>\n");
-    if let Some(RunnerUp { strike, success_probability }) = &robustness.runner_up {
+    if let Some(other) = &robustness.runner_up {
         told += &format!(
             "<p>The best clearly different strike, {} at {:.3} m/s along {:.1}\u{b0}, works in {} of the same worlds.</p>\n",
-            escaped(strike.object.as_deref().unwrap_or("the pile")),
-            strike.speed_m_s,
-            strike.heading_rad.to_degrees(),
-            percent(*success_probability)
+            escaped(other.strike.object.as_deref().unwrap_or("the pile")),
+            other.strike.speed_m_s,
+            other.strike.heading_rad.to_degrees(),
+            percent(other.success_probability)
         );
     }
     let failures = robustness.failures.iter().take(MOST_REASONS);
