@@ -34,9 +34,10 @@ fn sources(folder: &Path) -> Vec<PathBuf> {
     found
 }
 
-/// The code of a file before its unit tests, without comments; a file of tests has none.
+/// The code of a file before its unit tests, without comments; a file or folder of tests has none.
 fn code(path: &Path) -> String {
-    if path.file_stem().is_some_and(|name| name.to_string_lossy().ends_with("tests")) {
+    let within = path.strip_prefix(library()).unwrap();
+    if within.iter().any(|part| part.to_string_lossy().trim_end_matches(".rs").ends_with("tests")) {
         return String::new();
     }
     let text = std::fs::read_to_string(path).unwrap();
