@@ -7,7 +7,7 @@ use crate::cell::{CameraSpec, Cell, Striker, Tag, Transform, Workspace};
 use crate::geometry::{Pose, Vec2, wrapped_rad};
 use crate::object::{Marker, Shape};
 
-mod outlines;
+mod outline_tests;
 
 fn object(name: &str, shape: Shape, marker: Shape) -> Object {
     let marker = Some(Marker { shape: marker, at_m: Point::ORIGIN });
