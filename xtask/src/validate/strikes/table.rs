@@ -13,6 +13,8 @@ pub(super) struct Trial {
     pub stated: f64,
     /// How many robust strikes it took, if they were enough.
     pub strikes: Option<usize>,
+    /// Why the last robust strike was the last, if they were not enough.
+    pub ended: &'static str,
     /// Whether the first robust strike, or any other, can be relied on; none if it was not looked for.
     pub reliable: Option<Reliable>,
     pub paper: bool,
@@ -30,7 +32,7 @@ impl fmt::Display for Trial {
         let word = |works: bool| if works { "works" } else { "fails" };
         let robust = match self.strikes {
             Some(n) => format!("after {n}"),
-            None => "never".into(),
+            None => format!("never ({})", self.ended),
         };
         let Self { pile, size, stated, .. } = self;
         write!(f, "{pile} {size} objects: robust {robust} (stated {stated:.2})")?;
