@@ -90,7 +90,9 @@ pub(super) fn run(reference: &Path) -> Result<bool, String> {
             drawn.push(geometry);
         }
     }
-    let figure = target().join("validate/fig10.svg");
+    let folder = target().join("validate");
+    std::fs::create_dir_all(&folder).map_err(|e| format!("{}: {e}", folder.display()))?;
+    let figure = folder.join("fig10.svg");
     breakshot::files::write_whole(&figure, robot::impulse_figure(&drawn).as_bytes())
         .map_err(|e| e.to_string())?;
     println!("Wrote {} ({} poses)", figure.display(), drawn.len());
