@@ -104,7 +104,8 @@ fn segments_apart_m(one: (Point, Point), other: (Point, Point)) -> f64 {
     let crossing =
         side(one, other.0) * side(one, other.1) < 0.0 && side(other, one.0) * side(other, one.1) < 0.0;
     if crossing {
-        return 0.0;
+        // Outlines without a radius overlap then; they do not just touch.
+        return -f64::MIN_POSITIVE;
     }
     [
         point_to_segment_m(one.0, other),
@@ -170,6 +171,22 @@ mod tests {
         let turned = Outline::new(&square, Pose::new(0.0, 0.0, FRAC_PI_4));
         let gap_m = turned.gap_m(&disc(0.01, 0.1, 0.0));
         assert!((gap_m - (0.09 - 0.02 * 2f64.sqrt())).abs() < 1e-15, "{gap_m} m");
+    }
+
+    #[test]
+    fn a_corner_that_pokes_into_a_side_is_an_overlap_and_one_that_touches_it_is_none() {
+        let square = Shape::Rectangle { size_m: [0.04, 0.04] };
+        let lying = Outline::new(&square, Pose::new(0.0, 0.0, 0.0));
+        let touching_m = 0.02 + 0.02 * 2f64.sqrt();
+        for k in 0..8 {
+            let turn_rad = FRAC_PI_4 * f64::from(k);
+            let poking = Outline::new(&square, Pose::new(touching_m - 1e-4, 0.0, turn_rad));
+            let is_on_corner = k % 2 == 1;
+            assert_eq!(lying.gap_m(&poking) < 0.0, is_on_corner, "turned by {turn_rad} rad");
+            assert_eq!(poking.gap_m(&lying) < 0.0, is_on_corner, "turned by {turn_rad} rad");
+        }
+        let beside = Outline::new(&square, Pose::new(touching_m + 1e-9, 0.0, FRAC_PI_4));
+        assert!(lying.gap_m(&beside) > 0.0);
     }
 
     #[test]
