@@ -6,6 +6,7 @@ use crate::{Outcome, console};
 use breakshot::capture::{Decoder, Footage, GreyImage};
 use breakshot::detect::{self, Layout};
 use breakshot::estimate::{self, ClipTracks};
+use breakshot::plan::Plan;
 use breakshot::scene::Scene;
 use breakshot::verify::{self, Filmed, Observed, Report, Story};
 use breakshot::{Error, Result, files, physics};
@@ -16,6 +17,8 @@ use std::path::Path;
 pub(crate) fn run(args: &VerifyArgs) -> Result<Outcome> {
     let (scene, properties, outcome) = simulate::world(&args.scene, &args.properties, &args.assumptions)?;
     let strike = files::load_strike(&args.strike)?;
+    // A plan tells why as well; a file with just the strike does not.
+    let plan: Option<Plan> = files::read_json(&args.strike).ok();
     let trajectory = physics::trajectory(&scene, &properties, &strike, &physics::Options::default())?;
     let names: Vec<String> = scene.placed.iter().map(|p| p.object.clone()).collect();
     let film = args.decoder.film(&args.video, &scene.cell)?;
@@ -37,6 +40,7 @@ pub(crate) fn run(args: &VerifyArgs) -> Result<Outcome> {
     let page = verify::html(&Story {
         title: "Real against virtual",
         objects: &scene.objects,
+        plan: plan.as_ref(),
         filmed: &filmed,
         warnings: &report.warnings,
         ..Story::default()
