@@ -24,6 +24,7 @@ pub mod estimate;
 pub mod evidence;
 pub mod files;
 pub mod geometry;
+pub mod gripper;
 pub mod object;
 pub mod outline;
 pub mod physics;

@@ -29,6 +29,11 @@ impl Outline {
         Self { core: vec![from, to], radius_m: 0.0 }
     }
 
+    /// All points within a distance of a segment.
+    pub fn capsule(from: Point, to: Point, radius_m: f64) -> Self {
+        Self { core: vec![from, to], radius_m }
+    }
+
     /// The area inside a simple polygon.
     pub fn polygon(points: &[Point]) -> Self {
         Self { core: points.to_vec(), radius_m: 0.0 }

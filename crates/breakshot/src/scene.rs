@@ -3,6 +3,7 @@
 use crate::cell::Cell;
 use crate::error::{Error, Result};
 use crate::geometry::{Point, Pose};
+use crate::gripper::Gripper;
 use crate::object::{self, Object};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeSet;
@@ -67,7 +68,7 @@ pub struct KeepOut {
 }
 
 /// What counts as singulated (Eq. 35 and 36).
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Goal {
     /// Least distance between any two centres (m, Eq. 36).
@@ -78,12 +79,32 @@ pub struct Goal {
     pub min_gap_m: f64,
     /// Whether every centre must end inside the workspace.
     pub inside_workspace: bool,
+    /// The one object that is wanted: distances, gaps and grasps count only where it takes part, and Eq. 35 is not asked.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub target: Option<String>,
+    /// Objects that must stay where they lie.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub keep_still: Vec<String>,
+    /// Every object must be within reach of its fingers from at least one direction.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub gripper: Option<Gripper>,
 }
+
+/// An object that moved by less than this lies still (m): looking twice at the same table may differ by a millimetre or two.
+pub const STILL_M: f64 = 0.005;
 
 impl Default for Goal {
     /// The paper's experiment (section 5): 90 mm between any two, 150 to 900 mm on average.
     fn default() -> Self {
-        Self { min_distance_m: 0.09, mean_distance_m: [0.15, 0.90], min_gap_m: 0.0, inside_workspace: true }
+        Self {
+            min_distance_m: 0.09,
+            mean_distance_m: [0.15, 0.90],
+            min_gap_m: 0.0,
+            inside_workspace: true,
+            target: None,
+            keep_still: Vec::new(),
+            gripper: None,
+        }
     }
 }
 
@@ -158,11 +179,33 @@ impl Scene {
             let mut outline = object::Shape::Polygon { points_m: area.points_m.clone() };
             outline.check_and_centre(&format!("{file}: keep_out[{k}]"))?;
         }
+        let wanted = self.goal.target.iter().map(|name| ("target", name));
+        let still = self.goal.keep_still.iter().map(|name| ("keep_still", name));
+        if let Some((what, name)) = wanted.chain(still).find(|(_, name)| !seen.contains(name)) {
+            let placed: Vec<_> = seen.iter().map(|name| name.as_str()).collect();
+            let needed = format!("one of the placed objects: {}", placed.join(", "));
+            return Err(Error::invalid(format!("{file}: goal"), what, name, needed));
+        }
+        if !seen.is_empty() && seen.iter().all(|name| self.goal.keep_still.contains(name)) {
+            let found = "every placed object";
+            let needed = "at least one object that may move";
+            return Err(Error::invalid(format!("{file}: goal"), "keep_still", found, needed));
+        }
         self.goal.check(file)
     }
 }
 
 impl Goal {
+    /// Whether the goal asks anything of an object's distance to the others.
+    pub fn asks_of(&self, object: &str) -> bool {
+        self.target.as_deref().is_none_or(|target| target == object)
+    }
+
+    /// Whether the goal asks anything of the distance between two objects.
+    pub fn asks_of_pair(&self, a: &str, b: &str) -> bool {
+        self.asks_of(a) || self.asks_of(b)
+    }
+
     /// An error unless some scene could fulfil it.
     ///
     /// # Errors
@@ -183,7 +226,10 @@ impl Goal {
             let found = format!("[{least}, {most}]");
             return Err(Error::invalid(owner, "mean_distance_m", found, "a lower bound below the upper one"));
         }
-        if self.min_distance_m >= most {
+        if let Some(gripper) = &self.gripper {
+            gripper.check(&owner)?;
+        }
+        if self.target.is_none() && self.min_distance_m >= most {
             let found = format!("{} with a mean below {most}", self.min_distance_m);
             let needed = "a least distance below the largest mean";
             return Err(Error::invalid(owner, "min_distance_m", found, needed));

@@ -4,7 +4,7 @@ use crate::error::Result;
 use crate::geometry::{Point, Pose};
 use crate::object::Shape;
 use crate::outline::Outline;
-use crate::scene::{Goal, Scene};
+use crate::scene::{Goal, STILL_M, Scene};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::fmt;
@@ -16,6 +16,12 @@ pub struct Singulation {
     pub pairs: Vec<Pair>,
     /// Where a centre or an outline is where it should not be.
     pub misplaced: Vec<Misplaced>,
+    /// Whom the goal's gripper cannot take.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub out_of_grasp: Vec<OutOfGrasp>,
+    /// How far the objects that must lie still were moved.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub moved: Vec<Moved>,
 }
 
 /// Two objects and the way between them.
@@ -39,6 +45,24 @@ pub struct Misplaced {
     /// Which area.
     pub area: Area,
     /// How far its centre is outside the workspace or past the edge; about how deep it is in a keep-out area (m).
+    pub by_m: f64,
+}
+
+/// An object that the goal's gripper cannot take without touching another.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct OutOfGrasp {
+    /// The object.
+    pub object: String,
+    /// How much room its fingers lack where they lack least (m).
+    pub lacks_m: f64,
+}
+
+/// An object that must lie still, and how far it was moved.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Moved {
+    /// The object.
+    pub object: String,
+    /// How far (m).
     pub by_m: f64,
 }
 
@@ -91,6 +115,10 @@ pub enum Violation {
     },
     /// An object is where it should not be.
     Misplaced(Misplaced),
+    /// The gripper cannot take an object.
+    OutOfGrasp(OutOfGrasp),
+    /// An object that must lie still was moved.
+    Moved(Moved),
 }
 
 impl Violation {
@@ -102,12 +130,14 @@ impl Violation {
             | Self::Dense { mean_m: found, wanted_m }
             | Self::Wide { mean_m: found, wanted_m } => (wanted_m - found).abs(),
             Self::Misplaced(misplaced) => misplaced.by_m,
+            Self::OutOfGrasp(out) => out.lacks_m,
+            Self::Moved(moved) => moved.by_m,
         }
     }
 
     /// Whether the objects went too far, not too short a way.
     pub fn is_excess(&self) -> bool {
-        matches!(self, Self::Wide { .. } | Self::Misplaced(_))
+        matches!(self, Self::Wide { .. } | Self::Misplaced(_) | Self::Moved(_))
     }
 }
 
@@ -137,6 +167,12 @@ impl fmt::Display for Violation {
                 Area::Table => write!(f, "{object} falls off the table"),
                 Area::KeepOut => write!(f, "{object} enters a keep-out area"),
             },
+            Self::OutOfGrasp(OutOfGrasp { object, .. }) => {
+                write!(f, "the gripper finds no room around {object}")
+            }
+            Self::Moved(Moved { object, by_m }) => {
+                write!(f, "{object} is moved by {}, at most {} wanted", mm(*by_m), mm(STILL_M))
+            }
         }
     }
 }
@@ -168,7 +204,7 @@ impl Singulation {
                 let shape = &scene.object(name)?.shape;
                 let yaw_rad = if matches!(shape, Shape::Disc { .. }) { Some(0.0) } else { yaw_rad };
                 let outline = yaw_rad.map(|yaw_rad| Outline::new(shape, Pose { position, yaw_rad }));
-                Ok(Lying { name, position, outline, radius_m: shape.outer_radius_m() })
+                Ok(Lying { name, position, yaw_rad, outline, radius_m: shape.outer_radius_m() })
             })
             .collect::<Result<Vec<_>>>()?;
         placed.sort_by(|one, other| one.name.cmp(other.name));
@@ -181,7 +217,8 @@ impl Singulation {
             }
         }
         let misplaced = placed.iter().flat_map(|lying| lying.misplaced(scene)).collect();
-        Ok(Self { pairs, misplaced })
+        let out_of_grasp = out_of_grasp(scene, &placed)?;
+        Ok(Self { pairs, misplaced, out_of_grasp, moved: moved(scene, &placed) })
     }
 
     /// The two objects whose centres are closest; none for fewer than two objects.
@@ -203,7 +240,7 @@ impl Singulation {
     /// Every condition of the goal that does not hold, the worst first.
     pub fn violations(&self, goal: &Goal) -> Vec<Violation> {
         let mut found = Vec::new();
-        for Pair { a, b, distance_m, gap_m } in &self.pairs {
+        for Pair { a, b, distance_m, gap_m } in self.pairs.iter().filter(|p| goal.asks_of_pair(&p.a, &p.b)) {
             let pair = || [a.clone(), b.clone()];
             if *distance_m < goal.min_distance_m {
                 found.push(Violation::Close {
@@ -219,7 +256,9 @@ impl Singulation {
                 found.push(Violation::Narrow { pair: pair(), gap_m, wanted_m: goal.min_gap_m });
             }
         }
-        if let Some(mean_m) = self.mean_distance_m() {
+        if let Some(mean_m) = self.mean_distance_m()
+            && goal.target.is_none()
+        {
             let [least_m, most_m] = goal.mean_distance_m;
             if mean_m < least_m {
                 found.push(Violation::Dense { mean_m, wanted_m: least_m });
@@ -229,15 +268,46 @@ impl Singulation {
         }
         let counts = |m: &&Misplaced| m.area != Area::Workspace || goal.inside_workspace;
         found.extend(self.misplaced.iter().filter(counts).cloned().map(Violation::Misplaced));
+        found.extend(self.out_of_grasp.iter().cloned().map(Violation::OutOfGrasp));
+        found.extend(self.moved.iter().filter(|m| m.by_m > STILL_M).cloned().map(Violation::Moved));
         found.sort_by(|one, other| other.shortfall_m().total_cmp(&one.shortfall_m()));
         found
     }
+}
+
+/// Whom the goal's gripper cannot take, of those for whom it is known how all lie.
+fn out_of_grasp(scene: &Scene, placed: &[Lying]) -> Result<Vec<OutOfGrasp>> {
+    let Some(gripper) = &scene.goal.gripper else { return Ok(Vec::new()) };
+    let mut found = Vec::new();
+    for (k, lying) in placed.iter().enumerate().filter(|(_, lying)| scene.goal.asks_of(lying.name)) {
+        let Some(yaw_rad) = lying.yaw_rad else { continue };
+        let grasps = gripper.grasps(&scene.object(lying.name)?.shape);
+        let others = placed.iter().enumerate().filter(|(other, _)| *other != k);
+        let neighbours = others.filter_map(|(_, other)| other.outline.as_ref());
+        let room_m = grasps.room_m(Pose { position: lying.position, yaw_rad }, neighbours);
+        if room_m < 0.0 {
+            found.push(OutOfGrasp { object: lying.name.into(), lacks_m: -room_m });
+        }
+    }
+    Ok(found)
+}
+
+/// How far the objects that must lie still are from where the scene has them.
+fn moved(scene: &Scene, placed: &[Lying]) -> Vec<Moved> {
+    let by_m = |lying: &Lying| {
+        let before = scene.placed.iter().find(|p| p.object == lying.name)?;
+        Some(Moved { object: lying.name.into(), by_m: before.position_m.distance(lying.position) })
+    };
+    let still = |lying: &&Lying| scene.goal.keep_still.iter().any(|name| name == lying.name);
+    placed.iter().filter(still).filter_map(by_m).collect()
 }
 
 /// An object on the table.
 struct Lying<'a> {
     name: &'a str,
     position: Point,
+    /// Unknown where it is unknown how the object is turned; zero for a disc.
+    yaw_rad: Option<f64>,
     /// Unknown where it is unknown how the object is turned.
     outline: Option<Outline>,
     radius_m: f64,

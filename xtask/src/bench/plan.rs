@@ -76,7 +76,7 @@ fn many(scene: &Scene) -> Scene {
         let (column, row) = ((k % 5) as f64 - 2.0, (k / 5) as f64 - 1.5);
         Placed { object, position_m: Point::new(PITCH_M * column, PITCH_M * row), yaw_rad: 0.0 }
     });
-    let goal = Goal { min_distance_m: 1.1 * PITCH_M, ..scene.goal };
+    let goal = Goal { min_distance_m: 1.1 * PITCH_M, ..scene.goal.clone() };
     Scene { placed: placed.collect(), goal, ..scene.clone() }
 }
 

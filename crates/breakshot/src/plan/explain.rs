@@ -66,6 +66,8 @@ fn words(scene: &Scene, condition: Condition) -> String {
         Condition::Place(k, Area::Workspace) => format!("{} leaves the workspace", name(k)),
         Condition::Place(k, Area::Table) => format!("{} falls off the table", name(k)),
         Condition::Place(k, Area::KeepOut) => format!("{} enters a keep-out area", name(k)),
+        Condition::Grasp(k) => format!("the gripper finds no room around {}", name(k)),
+        Condition::Moved(k) => format!("{} is moved", name(k)),
         Condition::Nothing => "the strike cannot be followed to its end".into(),
     }
 }

@@ -173,7 +173,7 @@ impl<'a> Search<'a> {
 
     /// The distance that the goal asks for (m): errors are measured in it, and the first speed aims at it.
     fn scale_m(&self) -> f64 {
-        let goal = self.scene.goal;
+        let goal = &self.scene.goal;
         let scale_m = goal.min_distance_m.max(goal.mean_distance_m[0]).max(goal.min_gap_m);
         if scale_m > 0.0 { scale_m } else { FALLBACK_SCALE_M }
     }

@@ -2,10 +2,30 @@
 
 use crate::scene::Scene;
 
-/// Why the goal cannot hold for so many objects in this workspace; `None` if nothing speaks against it.
+/// Why the goal cannot hold for these objects in this workspace; `None` if nothing speaks against it.
 pub(super) fn impossible(scene: &Scene) -> Option<String> {
-    let goal = scene.goal;
-    let count = scene.placed.len();
+    too_wide(scene).or_else(|| too_many(scene))
+}
+
+/// An object that the gripper cannot take wherever it lies.
+fn too_wide(scene: &Scene) -> Option<String> {
+    let gripper = scene.goal.gripper.as_ref()?;
+    let never = |name: &str| scene.object(name).is_ok_and(|object| gripper.grasps(&object.shape).is_empty());
+    let asked = scene.placed.iter().map(|p| p.object.as_str()).filter(|name| scene.goal.asks_of(name));
+    asked.into_iter().find(|name| never(name)).map(|name| {
+        let [opening_mm, clearance_mm] = [gripper.opening_m, gripper.clearance_m].map(|m| m * 1e3);
+        format!(
+            "{name} is wider in every direction than the gripper opens: {opening_mm:.1} mm, {clearance_mm:.1} mm of it room on each \
+             side"
+        )
+    })
+}
+
+/// Whether so many objects fit so far apart.
+fn too_many(scene: &Scene) -> Option<String> {
+    let goal = &scene.goal;
+    // Around a target only two have to be apart.
+    let count = if goal.target.is_some() { scene.placed.len().min(2) } else { scene.placed.len() };
     if !goal.inside_workspace || count < 2 {
         return None;
     }
@@ -18,7 +38,7 @@ pub(super) fn impossible(scene: &Scene) -> Option<String> {
         ));
     }
     let most_m = greatest_mean_m(size.x, size.y, count);
-    (goal.mean_distance_m[0] > most_m).then(|| {
+    (goal.target.is_none() && goal.mean_distance_m[0] > most_m).then(|| {
         format!(
             "a mean distance of {:.1} mm is wanted, but {count} centres in {workspace} are at most {:.1} mm apart on average",
             goal.mean_distance_m[0] * 1e3,

@@ -5,10 +5,11 @@
 
 use crate::error::Result;
 use crate::geometry::{Point, Pose};
+use crate::gripper::Grasps;
 use crate::object::Shape;
 use crate::outline::Outline;
 use crate::physics::Outcome;
-use crate::scene::Scene;
+use crate::scene::{STILL_M, Scene};
 use crate::singulation::Area;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
@@ -18,6 +19,12 @@ pub(super) struct Judge<'a> {
     shapes: Vec<&'a Shape>,
     table: Option<Outline>,
     keep_out: Vec<Outline>,
+    /// Whether the goal asks anything of an object's distance to the others.
+    asked: Vec<bool>,
+    /// How the goal's gripper can take each object that it shall take.
+    grasps: Vec<Option<Grasps>>,
+    /// Where the objects lie that must not move.
+    still: Vec<Option<Point>>,
     judged: AtomicUsize,
 }
 
@@ -34,6 +41,10 @@ pub(super) enum Condition {
     Wide,
     /// An object's place.
     Place(usize, Area),
+    /// The room around an object for the gripper.
+    Grasp(usize),
+    /// How far an object that must lie still was moved.
+    Moved(usize),
     /// Nothing is asked of a single object, or the rollout was given up.
     Nothing,
 }
@@ -59,13 +70,21 @@ impl Verdict {
 
 impl<'a> Judge<'a> {
     pub(super) fn new(scene: &'a Scene) -> Result<Self> {
+        let (goal, placed) = (&scene.goal, &scene.placed);
+        let shapes: Vec<&Shape> =
+            placed.iter().map(|p| Ok(&scene.object(&p.object)?.shape)).collect::<Result<_>>()?;
+        let asked: Vec<bool> = placed.iter().map(|p| goal.asks_of(&p.object)).collect();
+        let grasps = shapes
+            .iter()
+            .zip(&asked)
+            .map(|(shape, asked)| goal.gripper.filter(|_| *asked).map(|gripper| gripper.grasps(shape)));
+        let still = placed.iter().map(|p| goal.keep_still.contains(&p.object).then_some(p.position_m));
         Ok(Self {
             scene,
-            shapes: scene
-                .placed
-                .iter()
-                .map(|p| Ok(&scene.object(&p.object)?.shape))
-                .collect::<Result<_>>()?,
+            grasps: grasps.collect(),
+            still: still.collect(),
+            shapes,
+            asked,
             table: scene.cell.table.as_ref().map(|table| Outline::polygon(&table.outline_m)),
             keep_out: scene.keep_out.iter().map(|area| Outline::polygon(&area.points_m)).collect(),
             judged: AtomicUsize::new(0),
@@ -97,6 +116,8 @@ impl<'a> Judge<'a> {
             alone[k] = false;
         }
         self.pairs(&outcome.poses, &mut slack, &mut alone);
+        self.grasps(&outcome.poses, &mut slack, &mut alone);
+        self.still(&outcome.poses, &mut slack);
         let singulated = alone.iter().filter(|&&alone| alone).count();
         Verdict { margin_m: slack.margin_m, tightest: slack.tightest, singulated }
     }
@@ -108,9 +129,12 @@ impl<'a> Judge<'a> {
             for (b, other) in poses.iter().enumerate().skip(a + 1) {
                 let distance_m = one.position.distance(other.position);
                 sum_m += distance_m;
+                let asked = self.asked[a] || self.asked[b];
                 let mut least_m = distance_m - goal.min_distance_m;
-                slack.take(least_m, Condition::Close([a, b]));
-                if goal.min_gap_m > 0.0 {
+                if asked {
+                    slack.take(least_m, Condition::Close([a, b]));
+                }
+                if asked && goal.min_gap_m > 0.0 {
                     let outlines =
                         [(a, one), (b, other)].map(|(k, pose)| Outline::new(self.shapes[k], *pose));
                     let gap_m = outlines[0].gap_m(&outlines[1]) - goal.min_gap_m;
@@ -123,7 +147,7 @@ impl<'a> Judge<'a> {
             }
         }
         let count = poses.len() * poses.len().saturating_sub(1) / 2;
-        if count > 0 {
+        if count > 0 && goal.target.is_none() {
             let [least_m, most_m] = goal.mean_distance_m;
             let mean_m = sum_m / count as f64;
             slack.take(mean_m - least_m, Condition::Dense);
@@ -131,6 +155,29 @@ impl<'a> Judge<'a> {
             let below_m = most_m - mean_m;
             slack
                 .take(if below_m > 0.0 { below_m } else { below_m.min(-f64::MIN_POSITIVE) }, Condition::Wide);
+        }
+    }
+
+    fn grasps(&self, poses: &[Pose], slack: &mut Slack, alone: &mut [bool]) {
+        if self.grasps.iter().all(Option::is_none) {
+            return;
+        }
+        let outlines: Vec<_> =
+            poses.iter().zip(&self.shapes).map(|(pose, shape)| Outline::new(shape, *pose)).collect();
+        for (k, grasps) in self.grasps.iter().enumerate() {
+            let Some(grasps) = grasps else { continue };
+            let neighbours = outlines.iter().enumerate().filter(|(other, _)| *other != k).map(|(_, o)| o);
+            let room_m = grasps.room_m(poses[k], neighbours);
+            slack.take(room_m, Condition::Grasp(k));
+            alone[k] &= room_m >= 0.0;
+        }
+    }
+
+    fn still(&self, poses: &[Pose], slack: &mut Slack) {
+        for (k, lay) in self.still.iter().enumerate() {
+            if let Some(lay) = lay {
+                slack.take(STILL_M - lay.distance(poses[k].position), Condition::Moved(k));
+            }
         }
     }
 

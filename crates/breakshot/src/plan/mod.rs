@@ -302,7 +302,7 @@ fn spread_out(candidates: Vec<Candidate>) -> Vec<Candidate> {
 const ROUNDING_RAD: f64 = 1e-9;
 
 fn reason(trial: &Trial, plan: &Plan, headings: usize) -> String {
-    let goal = plan.scene.goal;
+    let goal = &plan.scene.goal;
     let Iteration { strike, contact, .. } = &trial.iteration;
     let contact = match contact {
         Contact::Scattering => "scattering",

@@ -5,7 +5,9 @@ use super::possible::{Source, possible_worlds};
 use super::robust::{Effort, part, robust, verdicts};
 use super::tests::{properties, scene};
 use super::*;
+use crate::gripper::Gripper;
 use crate::physics::Simulator;
+use crate::scene::Goal;
 use crate::uncertain::Estimate;
 use proptest::prelude::*;
 
@@ -21,6 +23,9 @@ const QUICK: Effort = Effort {
 fn pair() -> Scene {
     scene(&[("a", 0.0, 0.0, 0.0), ("c", 0.078, 0.002, 0.0)])
 }
+
+/// Wide enough for the discs from every side.
+const GRIPPER: Gripper = Gripper { opening_m: 0.1, finger_size_m: [0.01, 0.02], clearance_m: 0.005 };
 
 /// Friction and restitution that vary from strike to strike.
 fn varying() -> Properties {
@@ -134,14 +139,78 @@ fn a_proposal_is_judged_beside_the_others() {
     assert!(plan.robustness.expect("told").success_probability > 0.9, "{}", plan.reason);
 }
 
+#[test]
+fn a_target_alone_is_enough_where_the_others_may_stay_together() {
+    // Discs a and c press against each other behind e.
+    let mut scene = scene(&[("a", 0.0, 0.0, 0.0), ("c", 0.0, 0.0755, 0.0), ("e", 0.0665, 0.03, 0.0)]);
+    scene.goal = Goal { target: Some("e".into()), keep_still: vec!["a".into()], ..Goal::default() };
+    let plan = planned(&scene, &varying(), &Options::default());
+    assert_eq!(plan.outcome, Outcome::Found, "{}", plan.reason);
+    let promised = plan.prediction.expect("a promise");
+    let [a, c, e] = ["a", "c", "e"].map(|name| promised.final_poses[name].position);
+    assert!(e.distance(a).min(e.distance(c)) >= 0.09 && a.distance(Point::ORIGIN) <= crate::scene::STILL_M);
+    scene.goal.keep_still = vec!["e".into()];
+    let still = planned(&scene, &varying(), &Options::default());
+    let lies = still.prediction.expect("a promise").final_poses["e"].position;
+    assert!(still.outcome == Outcome::BestEffort || lies.distance(scene.placed[2].position_m) < 0.005);
+}
+
+#[test]
+fn a_gripper_gets_the_room_it_needs() {
+    let mut scene = pair();
+    scene.goal = Goal { min_distance_m: 0.0, mean_distance_m: [0.0, 0.9], ..Goal::default() };
+    let lying = plan(&scene, &properties(), &Options::default()).expect("a plan");
+    assert_eq!((lying.outcome, lying.strike), (Outcome::Found, None));
+    // Both discs can be taken from the sides of the pair; two more leave the first no side.
+    scene.goal.gripper = Some(GRIPPER);
+    assert!(plan(&scene, &properties(), &Options::default()).expect("a plan").strike.is_none());
+    for (object, x, y) in [("a#2", -0.0815, 0.0), ("c#2", 0.0, 0.0765), ("c#3", 0.0, -0.0765)] {
+        let position_m = Point::new(x, y);
+        scene.placed.push(crate::scene::Placed { object: object.into(), position_m, yaw_rad: 0.0 });
+    }
+    let held = Singulation::of(&scene, &scene.placed.iter().map(|p| (p.object.clone(), p.pose())).collect());
+    let words: Vec<_> =
+        held.expect("known").violations(&scene.goal).iter().map(ToString::to_string).collect();
+    assert_eq!(words, ["the gripper finds no room around a"]);
+    scene.goal.gripper = Some(Gripper { opening_m: 0.07, ..GRIPPER });
+    let plan = plan(&scene, &properties(), &Options::default()).expect("a plan");
+    assert!(
+        plan.strike.is_none() && plan.reason.contains("a is wider in every direction"),
+        "{}",
+        plan.reason
+    );
+}
+
+#[test]
+fn goals_about_objects_that_do_not_lie_there_are_errors_with_their_names() {
+    for (goal, words) in [
+        (Goal { target: Some("x".into()), ..Goal::default() }, "target is x"),
+        (Goal { keep_still: vec!["e".into()], ..Goal::default() }, "one of the placed objects: a, c"),
+        (
+            Goal { keep_still: vec!["a".into(), "c".into()], ..Goal::default() },
+            "at least one object that may move",
+        ),
+        (
+            Goal { gripper: Some(Gripper { opening_m: 0.0, ..GRIPPER }), ..Goal::default() },
+            "gripper.opening_m",
+        ),
+    ] {
+        let error = Scene { goal, ..pair() }.check("scene.toml").expect_err("no such goal");
+        assert!(error.to_string().contains(words), "{error}");
+    }
+}
+
 proptest! {
     #[test]
     fn the_judge_agrees_with_the_goal_in_words(
         places in prop::collection::vec((-0.55f64..0.55, -0.45f64..0.45, -3.0f64..3.0), 3),
         gap_m in prop_oneof![Just(0.0), Just(0.03)],
+        target in prop_oneof![Just(None), Just(Some("b".to_owned()))],
+        keep_still in prop_oneof![Just(Vec::new()), Just(vec!["d".to_owned()])],
+        gripper in prop_oneof![Just(None), Just(Some(GRIPPER))],
     ) {
         let mut scene = scene(&[("a", 0.0, 0.0, 0.0), ("b", 0.2, 0.0, 0.0), ("d", 0.0, 0.2, 0.0)]);
-        scene.goal.min_gap_m = gap_m;
+        scene.goal = Goal { min_gap_m: gap_m, target, keep_still, gripper, ..Goal::default() };
         let points_m = [[0.2, 0.1], [0.4, 0.1], [0.4, 0.3], [0.2, 0.3]].map(Point::from).to_vec();
         scene.keep_out = vec![crate::scene::KeepOut { points_m }];
         let poses: Vec<Pose> = places.iter().map(|&(x, y, yaw)| Pose::new(x, y, yaw)).collect();

@@ -123,7 +123,7 @@ fn search(plan: &Plan) -> String {
     if plan.iterations.len() < 2 {
         return String::new();
     }
-    let goal = plan.scene.goal;
+    let goal = &plan.scene.goal;
     let mm_bound = |value_m: f64, label: &str| Bound { value: value_m * 1e3, label: label.into() };
     let stroke = if plan.iterations.len() > MOST_STEPS_AS_LINE { Stroke::Dots } else { Stroke::Both };
     let panel = |label: &str, bounds: Vec<Bound>, value: &dyn Fn(usize) -> f64| {
