@@ -35,9 +35,10 @@ pub struct Scatter {
 }
 
 impl Default for Scatter {
-    /// A camera that sees half a millimetre and half a degree, an arm that keeps one part in a hundred and half a degree.
+    /// A camera that sees a millimetre and a degree, an arm that keeps two parts in a hundred and a degree: what a strike has to bear to
+    /// be called reliable.
     fn default() -> Self {
-        Self { position_m: 0.5e-3, yaw_rad: 0.0087, speed: 0.01, heading_rad: 0.0087 }
+        Self { position_m: 1e-3, yaw_rad: 0.0175, speed: 0.02, heading_rad: 0.0175 }
     }
 }
 
