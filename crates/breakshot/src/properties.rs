@@ -68,6 +68,23 @@ pub struct Covariance {
 }
 
 impl Properties {
+    /// The values alone, without how their errors go together and where they come from: cheap to copy.
+    pub(crate) fn values(&self) -> Self {
+        Self {
+            version: self.version,
+            reference: self.reference.clone(),
+            friction: self.friction.clone(),
+            striker_restitution: self.striker_restitution.clone(),
+            restitution: self.restitution.clone(),
+            mass_ratio: self.mass_ratio.clone(),
+            pair_mass_ratio: BTreeMap::new(),
+            contact_friction: self.contact_friction,
+            covariance: Covariance::default(),
+            warnings: Vec::new(),
+            evidence: None,
+        }
+    }
+
     /// Friction of an object against the table.
     ///
     /// # Errors

@@ -102,11 +102,11 @@ pub(super) fn possible_worlds(
     (seed, count): (u64, usize),
     known: Option<Source>,
 ) -> Result<Vec<Possible>> {
-    let factor = Factor::of(properties);
+    let (factor, values) = (Factor::of(properties), properties.values());
     let draw = |k: usize| {
         let rng = Pcg64Mcg::seed_from_u64(seed.wrapping_mul(0x9E37_79B9_7F4A_7C15).wrapping_add(k as u64));
         let mut dice = Dice { rng, known };
-        let properties = dice.properties(properties, &factor);
+        let properties = dice.properties(&values, &factor);
         let scene = dice.scene(scene, &options.scatter);
         let (speed, heading) = (dice.normal(Source::Strike), dice.normal(Source::Strike));
         let physics = physics::Options { touching: dice.touching(), ..physics::Options::default() };
