@@ -48,7 +48,8 @@ pub struct Frame {
 /// Who turns a film into frames; all give the same frames.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Decoder {
-    /// The built-in one where it can, `ffmpeg` for what else there is.
+    /// The built-in one for short films of its own coding (all frames together below 100 million pixels), `ffmpeg`, if
+    /// it is installed, for long ones, because it is faster, and for what else there is.
     #[default]
     Auto,
     /// The built-in one alone: H.264, Y4M, PNG.

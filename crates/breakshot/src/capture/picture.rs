@@ -24,13 +24,14 @@ impl GreyImage {
     pub fn shrunk(&self, factor: usize) -> Self {
         let (width, height) = (self.width / factor, self.height / factor);
         let mut pixels = Vec::with_capacity(width * height);
-        for y in 0..height {
-            for x in 0..width {
-                let row = |row: usize| &self.pixels[row * self.width + x * factor..][..factor];
-                let grey =
-                    (y * factor..(y + 1) * factor).flat_map(row).map(|&p| usize::from(p)).sum::<usize>();
-                pixels.push((grey / (factor * factor)) as u8);
+        let mut columns = vec![0_u32; self.width];
+        for rows in self.pixels.chunks_exact((factor * self.width).max(1)) {
+            columns.fill(0);
+            for row in rows.chunks_exact(self.width) {
+                columns.iter_mut().zip(row).for_each(|(sum, &p)| *sum += u32::from(p));
             }
+            let grey = |sums: &[u32]| (sums.iter().sum::<u32>() / (factor * factor) as u32) as u8;
+            pixels.extend(columns.chunks_exact(factor).map(grey));
         }
         Self { width, height, pixels }
     }

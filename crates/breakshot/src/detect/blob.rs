@@ -85,8 +85,7 @@ pub(super) fn measured(
         Level::Below(_) => 1.0,
         Level::Above(_) => -1.0,
     };
-    let depth: Vec<f64> =
-        patch.places().map(|(x, y)| light_over_dark * (plane.at(x, y) - grey(image, x, y))).collect();
+    let depth = patch.depths(image, &plane, light_over_dark);
     let contrast =
         plateau(depth.iter().zip(&core).filter(|&(_, &inside)| inside).map(|(&d, _)| d).collect())?;
     let brightness = plane.at_place(component.centroid());
@@ -98,12 +97,16 @@ pub(super) fn measured(
     let weigh = |depth: f64, light: f64| {
         ((depth / (contrast * light / brightness) - dead) / (1.0 - 2.0 * dead)).clamp(0.0, 1.0)
     };
-    let weighted = patch
-        .places()
-        .zip(depth.iter().zip(&distance))
-        .filter(|&(_, (_, &d))| d <= RIM_PX)
-        .map(|((x, y), (&depth, _))| (x as f64, y as f64, weigh(depth, plane.at(x, y).max(1.0))));
-    let sums = Sums::over(&weighted.collect::<Vec<_>>())?;
+    let mut weighted = Vec::with_capacity(depth.len());
+    let rows = depth.chunks_exact(patch.width).zip(distance.chunks_exact(patch.width));
+    for (y, (depths, distances)) in (patch.window.y[0]..).zip(rows) {
+        for (x, (&depth, &away)) in (patch.window.x[0]..).zip(depths.iter().zip(distances)) {
+            if away <= RIM_PX {
+                weighted.push((x as f64, y as f64, weigh(depth, plane.at(x, y).max(1.0))));
+            }
+        }
+    }
+    let sums = Sums::over(&weighted)?;
     let noise_of_weight = plane.scatter / (contrast * (1.0 - 2.0 * dead));
     Some(Blob {
         centroid: sums.centroid,
@@ -214,46 +217,75 @@ impl Patch {
         Self { window, width, height }
     }
 
+    /// How far each pixel is from the background towards the marker's grey.
+    fn depths(&self, image: &GreyImage, plane: &Plane, light_over_dark: f64) -> Vec<f64> {
+        let Window { x, y } = self.window;
+        let mut depths = Vec::with_capacity(self.width * self.height);
+        for row in y[0]..y[1] {
+            let pixels = &image.pixels[row * image.width..][x[0]..x[1]];
+            let depth = |(column, &p): (usize, &u8)| light_over_dark * (plane.at(column, row) - f64::from(p));
+            depths.extend((x[0]..x[1]).zip(pixels).map(depth));
+        }
+        depths
+    }
+
     fn index(&self, x: usize, y: usize) -> usize {
         (y - self.window.y[0]) * self.width + x - self.window.x[0]
     }
 
-    /// Columns and rows of the picture, in the order in which the patch is stored.
-    fn places(&self) -> impl Iterator<Item = (usize, usize)> + Clone + use<> {
-        let Window { x, y } = self.window;
-        (y[0]..y[1]).flat_map(move |row| (x[0]..x[1]).map(move |column| (column, row)))
-    }
-
     /// The foreground pixels that hang together with the seed.
+    ///
+    /// Runs of a row take over from the rows beside them, downwards and upwards by turns until nothing is added.
     fn connected(&self, image: &GreyImage, level: Level, seed: usize) -> Vec<bool> {
-        let mut open: Vec<bool> = self
-            .places()
-            .map(|(x, y)| {
-                let p = image.pixels[y * image.width + x];
-                match level {
-                    Level::Below(threshold) => p < threshold,
-                    Level::Above(threshold) => p > threshold,
-                }
-            })
-            .collect();
-        let mut connected = vec![false; open.len()];
-        let mut front = Vec::new();
-        let mut reach = |k: usize, front: &mut Vec<usize>| {
-            if std::mem::take(&mut open[k]) {
-                connected[k] = true;
-                front.push(k);
-            }
-        };
-        reach(seed, &mut front);
-        while let Some(k) = front.pop() {
-            let (x, y) = (k % self.width, k / self.width);
-            for near_y in y.saturating_sub(1)..(y + 2).min(self.height) {
-                for near_x in x.saturating_sub(1)..(x + 2).min(self.width) {
-                    reach(near_y * self.width + near_x, &mut front);
-                }
+        let mut apart = self.runs(image, level);
+        let mut connected = vec![false; self.width * self.height];
+        connected[seed] = true;
+        let mut before = apart.len() + 1;
+        while apart.len() < before {
+            before = apart.len();
+            for _ in 0..2 {
+                apart.retain(|&[start, stop]| {
+                    let joins = self.touches(&connected, start, stop);
+                    if joins {
+                        connected[start..stop].fill(true);
+                    }
+                    !joins
+                });
+                apart.reverse();
             }
         }
         connected
+    }
+
+    /// The runs of foreground, row by row: each from its first pixel to behind its last.
+    fn runs(&self, image: &GreyImage, level: Level) -> Vec<[usize; 2]> {
+        let Window { x, y } = self.window;
+        let inside = |p: u8| match level {
+            Level::Below(threshold) => p < threshold,
+            Level::Above(threshold) => p > threshold,
+        };
+        let mut runs = Vec::new();
+        for (k, row) in (y[0]..y[1]).map(|y| &image.pixels[y * image.width..][x[0]..x[1]]).enumerate() {
+            let mut at = 0;
+            while let Some(ahead) = row[at..].iter().position(|&p| inside(p)) {
+                let start = at + ahead;
+                let length = row[start..].iter().position(|&p| !inside(p));
+                at = length.map_or(row.len(), |length| start + length);
+                runs.push([k * self.width + start, k * self.width + at]);
+            }
+        }
+        runs
+    }
+
+    /// Whether a run touches the mask, in its own row or beside it.
+    fn touches(&self, mask: &[bool], start: usize, stop: usize) -> bool {
+        let row = start / self.width * self.width;
+        let reach = [start.max(row + 1) - 1, (stop + 1).min(row + self.width)];
+        let width = self.width.cast_signed();
+        [0, -width, width].into_iter().any(|shift| {
+            let [from, to] = reach.map(|k| k.wrapping_add_signed(shift));
+            mask.get(from..to).is_some_and(|near| near.contains(&true))
+        })
     }
 
     /// The mask drawn out to both sides by half the blur.
@@ -263,11 +295,13 @@ impl Patch {
         for step in -steps..=steps {
             let part = f64::from(step) / f64::from(2 * steps).max(1.0);
             let (dx, dy) = ((bx * part).round() as isize, (by * part).round() as isize);
-            for (k, _) in mask.iter().enumerate().filter(|&(_, &inside)| inside) {
-                let (x, y) =
-                    ((k % self.width).wrapping_add_signed(dx), (k / self.width).wrapping_add_signed(dy));
-                if x < self.width && y < self.height {
-                    smeared[y * self.width + x] = true;
+            // Where a shifted row begins to be inside, and where it is taken from.
+            let (to, from) = (dx.max(0) as usize, (-dx).max(0) as usize);
+            for (y, row) in mask.chunks_exact(self.width).enumerate() {
+                let under = y.wrapping_add_signed(dy);
+                if under < self.height && to.max(from) < self.width {
+                    let shifted = &mut smeared[under * self.width + to..(under + 1) * self.width - from];
+                    shifted.iter_mut().zip(&row[from..]).for_each(|(s, &inside)| *s |= inside);
                 }
             }
         }
@@ -297,12 +331,14 @@ impl Patch {
 
     /// The plane through the band around the rim, whatever lies across part of it left out.
     fn background(&self, image: &GreyImage, distance_px: &[f64]) -> Option<Plane> {
-        let band: Vec<(f64, f64, f64)> = self
-            .places()
-            .zip(distance_px)
-            .filter(|&(_, &d)| d > RIM_PX && d <= RIM_PX + BAND_PX)
-            .map(|((x, y), _)| (x as f64, y as f64, grey(image, x, y)))
-            .collect();
+        let mut band: Vec<(f64, f64, f64)> = Vec::new();
+        for (y, distances) in (self.window.y[0]..).zip(distance_px.chunks_exact(self.width)) {
+            for (x, &away) in (self.window.x[0]..).zip(distances) {
+                if away > RIM_PX && away <= RIM_PX + BAND_PX {
+                    band.push((x as f64, y as f64, grey(image, x, y)));
+                }
+            }
+        }
         if band.len() < LEAST_BAND {
             return None;
         }
@@ -318,7 +354,11 @@ impl Patch {
             plane.unevenness = (off.iter().map(|r| r * r).sum::<f64>() / n).sqrt();
             let limit = OUTLIER_STDS * plane.scatter;
             let near = band.iter().zip(&off).filter(|&(_, r)| r.abs() <= limit);
+            let before = (plane.origin, plane.level, plane.slope);
             plane.fit(&near.map(|(&p, _)| p).collect::<Vec<_>>());
+            if before == (plane.origin, plane.level, plane.slope) {
+                break;
+            }
         }
         Some(plane)
     }
@@ -326,7 +366,7 @@ impl Patch {
 
 /// A plane needs some pixels around it.
 const LEAST_BAND: usize = 8;
-/// Fits and rejections by turns; more change nothing visible.
+/// Fits and rejections by turns, until nothing changes; more change nothing visible.
 const PLANE_ROUNDS: usize = 5;
 /// Standard deviations beyond which a grey level is something else than background.
 const OUTLIER_STDS: f64 = 3.0;

@@ -369,5 +369,7 @@ fn mean(frames: &[Frame]) -> GreyImage {
             *sum += u16::from(p);
         }
     }
-    GreyImage { pixels: sums.into_iter().map(|sum| (sum / still as u16) as u8).collect(), ..*first }
+    // Whole numbers this small are divided exactly, and many at a time.
+    let count = still as f32;
+    GreyImage { pixels: sums.into_iter().map(|sum| (f32::from(sum) / count) as u8).collect(), ..*first }
 }

@@ -9,6 +9,7 @@ use super::label::{Component, Labeller, Level, Window};
 use super::marker::Target;
 use crate::capture::{Camera, GreyImage};
 use crate::geometry::Pixel;
+use std::borrow::Cow;
 use std::ops::RangeInclusive;
 
 /// Something that may be a marker.
@@ -34,9 +35,11 @@ pub(super) fn candidates(
     labeller: &mut Labeller,
 ) -> Vec<Candidate> {
     let areas_px = component_areas_px(camera, targets);
+    let search = Search::new(image, areas_px);
     let mut groups: Vec<Group> = Vec::new();
     for (rank, level) in levels(threshold).enumerate() {
-        let found = labeller.components(image, Window::whole(image), level, &areas_px);
+        let found =
+            labeller.components(&search.picture, Window::whole(&search.picture), level, &search.areas_px);
         for component in found {
             let plausible = |t: &Target| t.full_enough(component.area_px as f64, component.covariance_px2());
             if targets.iter().any(plausible) {
@@ -47,7 +50,11 @@ pub(super) fn candidates(
     let mut candidates: Vec<Candidate> = groups
         .iter()
         .filter(|group| group.sightings.len() > 1 || threshold.is_some())
-        .filter_map(|group| group.candidate(image))
+        .filter_map(|group| {
+            let Sighting { level, component, .. } = &group.sightings[group.sightings.len() / 2];
+            let whole = search.enlarged(component, *level, labeller)?;
+            candidate(image, &whole, *level)
+        })
         .filter(|c| targets.iter().any(|t| t.mismatch(camera, &c.blob).tolerable()))
         .filter(|c| !on_tag(camera, c.blob.centroid))
         .collect();
@@ -125,12 +132,51 @@ struct Group {
     sightings: Vec<Sighting>,
 }
 
-impl Group {
-    /// The marker measured at the level in the middle of those at which it is seen, then at its own.
-    fn candidate(&self, image: &GreyImage) -> Option<Candidate> {
-        let Sighting { level, component, .. } = &self.sightings[self.sightings.len() / 2];
-        let blob = blob::measured(image, component, *level, [0.0, 0.0])?;
-        Some(Candidate { blob, level: blob.level() })
+/// The marker measured at the level in the middle of those at which it is seen, then at its own.
+fn candidate(image: &GreyImage, component: &Component, level: Level) -> Option<Candidate> {
+    let blob = blob::measured(image, component, level, [0.0, 0.0])?;
+    Some(Candidate { blob, level: blob.level() })
+}
+
+/// The picture in which markers are searched at every level: made smaller where even the smallest stays large.
+struct Search<'a> {
+    picture: Cow<'a, GreyImage>,
+    areas_px: RangeInclusive<u64>,
+    factor: usize,
+    /// The picture as it is, and the areas that markers have in it (px).
+    image: &'a GreyImage,
+    whole_areas_px: RangeInclusive<u64>,
+}
+
+/// A component of so many pixels keeps its shape.
+const PLENTY_PX: u64 = 150;
+
+impl<'a> Search<'a> {
+    fn new(image: &'a GreyImage, whole_areas_px: RangeInclusive<u64>) -> Self {
+        let factor = ((whole_areas_px.start() / PLENTY_PX).isqrt() as usize).max(1);
+        let part = (factor * factor) as u64;
+        let areas_px = whole_areas_px.start() / part..=whole_areas_px.end() / part;
+        let picture = if factor > 1 { Cow::Owned(image.shrunk(factor)) } else { Cow::Borrowed(image) };
+        Self { picture, areas_px, factor, image, whole_areas_px }
+    }
+
+    /// The component of the picture itself that a component of the smaller one shows.
+    fn enlarged(&self, component: &Component, level: Level, labeller: &mut Labeller) -> Option<Component> {
+        if self.factor == 1 {
+            return Some(*component);
+        }
+        let whole = |at: f64| (at + 0.5) * self.factor as f64 - 0.5;
+        let Pixel { x, y } = component.centroid();
+        let centroid = Pixel::new(whole(x), whole(y));
+        let span = |[first, last]: [u32; 2], size: usize| {
+            let (first, last) = (first as usize, last as usize);
+            [first.saturating_sub(1) * self.factor, ((last + 2) * self.factor).min(size)]
+        };
+        let window =
+            Window { x: span(component.x, self.image.width), y: span(component.y, self.image.height) };
+        let found = labeller.components(self.image, window, level, &self.whole_areas_px).iter();
+        let off_px = |c: &Component| c.centroid().distance_px(centroid);
+        found.min_by(|a, b| off_px(a).total_cmp(&off_px(b))).copied()
     }
 }
 

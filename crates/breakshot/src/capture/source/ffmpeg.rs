@@ -1,8 +1,8 @@
-//! Films that the built-in decoder does not read, through the program `ffmpeg`: luma and times, nothing else.
+//! Films that the built-in decoder does not read, or not as fast, through the program `ffmpeg`: luma and times, nothing else.
 //!
-//! One process gives both: raw luma planes on its output, and on its error output, in front of each plane, a line with
-//! the time, size and depth of the frame (`showinfo`).  Frames come as they are stored: none is doubled or dropped to
-//! keep a rate, and grey levels are not stretched.
+//! One process gives both: luma planes on its output (a Y4M stream of nothing but luma), and on its error output, in
+//! front of each plane, a line with the time, size and depth of the frame (`showinfo`).  Frames come as they are
+//! stored: none is doubled or dropped to keep a rate, and grey levels are not stretched.
 
 use super::refusal::Refusal;
 use super::{Opened, check_size, timeline::NEEDED_TIMES};
@@ -19,8 +19,8 @@ const PIXELS: &str = "yuv420p|yuvj420p|yuv422p|yuvj422p|yuv444p|yuvj444p|yuv440p
     |yuv420p10le|yuv422p10le|yuv444p10le|yuv420p12le|yuv422p12le|yuv444p12le|gray10le|gray12le|gray16le";
 /// Each field of an interlaced film becomes a frame of its own: it was taken at a time of its own.
 const FIELDS: &str = "bwdif=mode=send_field:deint=interlaced,";
-/// Threads that decode: more hardly help one film, and films are worked on side by side.
-const THREADS: &str = "2";
+/// Threads that decode: more cost a tenth more CPU time, and films are worked on side by side.
+const THREADS: &str = "1";
 
 /// Starts decoding `path`; `refused` says what the built-in decoder had to say.
 pub(super) fn open(path: &Path, refused: &Refusal) -> Result<Opened> {
@@ -64,7 +64,10 @@ struct Info {
 impl Line {
     /// What a line says, if it matters.
     fn of(text: &str) -> Option<Self> {
-        if let Some((_, said)) = ["[error] ", "[fatal] "].iter().find_map(|mark| text.split_once(mark)) {
+        let wrong = ["[error] ", "[fatal] "].iter().find_map(|mark| Some(text.split_once(mark)?.1));
+        // What is lost is filled in from elsewhere, and that is only mentioned.
+        let filled_in = text.find("concealing ").map(|at| &text[at..]);
+        if let Some(said) = wrong.or(filled_in) {
             return Some(Self::Error(said.trim().into()));
         }
         let (_, said) = text.split_once("Parsed_showinfo")?;
@@ -99,8 +102,8 @@ struct Stream {
     next: Option<Info>,
     first_ticks: Option<i64>,
     last_ticks: Option<i64>,
+    /// That of all frames so far.
     size_px: Option<[usize; 2]>,
-    bytes: Vec<u8>,
 }
 
 impl Stream {
@@ -114,7 +117,8 @@ impl Stream {
         command.args(["-protocol_whitelist", "file", "-threads", THREADS, "-flags", "unaligned", "-i"]);
         command.arg(file).args(["-map", "0:V:0", "-vsync", "passthrough", "-vf"]);
         command.arg(format!("{filter}format={PIXELS},extractplanes=y,showinfo=checksum=0"));
-        command.args(["-f", "rawvideo", "-"]);
+        // Written row by row from the decoded picture: raw video would be copied once more.
+        command.args(["-strict", "-1", "-f", "yuv4mpegpipe", "-"]);
         command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
         let mut program = command.spawn().map_err(|e| without(&e, refused).of(path))?;
         let (Some(luma), Some(said)) = (program.stdout.take(), program.stderr.take()) else {
@@ -140,7 +144,6 @@ impl Stream {
             first_ticks: None,
             last_ticks: None,
             size_px: None,
-            bytes: Vec::new(),
         };
         let first = stream.info().map_err(|refusal| refusal.of(path))?;
         let first = first
@@ -169,6 +172,7 @@ impl Stream {
 
     fn advance(&mut self) -> std::result::Result<Option<Frame>, Refusal> {
         let Some(Info { ticks, width, height, bits, .. }) = self.info()? else { return Ok(None) };
+        let first = self.size_px.is_none();
         if *self.size_px.get_or_insert([width, height]) != [width, height] {
             return Err(Refusal::damaged(format!("pictures whose size changes to {width} x {height} px")));
         }
@@ -183,26 +187,43 @@ impl Stream {
             )));
         }
         self.last_ticks = Some(ticks);
-        let mut pixels = vec![0; width * height];
-        let read =
-            if bits == 8 { self.luma.read_exact(&mut pixels) } else { self.read_deep(&mut pixels, bits) };
-        read.map_err(|e| {
+        let read = self.skip_lines(first).and_then(|()| match bits {
+            8 => self.read(width * height),
+            _ => self.read_deep(width * height, bits),
+        });
+        let pixels = read.map_err(|e| {
             Refusal::damaged(format!("`ffmpeg` broke off in the frame at {time_s:.4} s ({e})"))
         })?;
         Ok(Some(Frame { time_s, image: GreyImage { width, height, pixels } }))
     }
 
-    /// Grey levels of more than eight bits, rounded to eight.
-    fn read_deep(&mut self, pixels: &mut [u8], bits: u32) -> std::io::Result<()> {
-        self.bytes.resize(2 * pixels.len(), 0);
-        self.luma.read_exact(&mut self.bytes)?;
-        let (levels, _) = self.bytes.as_chunks::<2>();
-        let shift = bits.saturating_sub(8).min(8);
-        for (pixel, &level) in pixels.iter_mut().zip(levels) {
-            let rounded = (u32::from(u16::from_le_bytes(level)) + (1 << shift >> 1)) >> shift;
-            *pixel = rounded.min(255) as u8;
+    /// The line in front of each plane, and the one in front of all.
+    fn skip_lines(&mut self, first: bool) -> std::io::Result<()> {
+        for _ in 0..if first { 2 } else { 1 } {
+            let mut byte = [0];
+            while byte != *b"\n" {
+                self.luma.read_exact(&mut byte)?;
+            }
         }
         Ok(())
+    }
+
+    /// So many bytes, into memory that nobody filled before.
+    fn read(&mut self, count: usize) -> std::io::Result<Vec<u8>> {
+        let mut bytes = Vec::with_capacity(count);
+        self.luma.by_ref().take(count as u64).read_to_end(&mut bytes)?;
+        if bytes.len() == count { Ok(bytes) } else { Err(ErrorKind::UnexpectedEof.into()) }
+    }
+
+    /// Grey levels of more than eight bits, rounded to eight.
+    fn read_deep(&mut self, count: usize, bits: u32) -> std::io::Result<Vec<u8>> {
+        let bytes = self.read(2 * count)?;
+        let shift = bits.saturating_sub(8).min(8);
+        let rounded = |&level: &[u8; 2]| {
+            let rounded = (u32::from(u16::from_le_bytes(level)) + (1 << shift >> 1)) >> shift;
+            rounded.min(255) as u8
+        };
+        Ok(bytes.as_chunks::<2>().0.iter().map(rounded).collect())
     }
 }
 
@@ -251,6 +272,8 @@ mod tests {
         assert_eq!(Line::of(base), Some(Line::Tick([1.0, 15360.0])));
         let error = "[mov,mp4,m4a @ 0x55f] [error] stream 0, offset 0x30: partial file";
         assert_eq!(Line::of(error), Some(Line::Error("stream 0, offset 0x30: partial file".into())));
+        let concealed = "[h264 @ 0x5] [info] concealing 12 DC, 12 AC, 12 MV errors in P frame";
+        assert!(matches!(Line::of(concealed), Some(Line::Error(said)) if said.starts_with("concealing 12")));
         assert_eq!(Line::of("[info] video:9kB audio:0kB"), None);
     }
 }

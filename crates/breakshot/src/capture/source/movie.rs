@@ -1,11 +1,13 @@
 //! The frames of an MP4, in the order in which they are shown.
 
+use super::ahead::{Ahead, ahead};
 use super::h264::{Order, Stream};
+use super::handed::Handed;
 use super::mp4::{self, Track};
 use super::refusal::Refusal;
 use super::samples::Sample;
 use super::timeline::{self, NEEDED_TIMES, Timeline};
-use super::{Opened, ahead::ahead, boxes, orientation::Orientation};
+use super::{Opened, boxes, ffmpeg, orientation::Orientation};
 use crate::capture::{Frame, GreyImage};
 use crate::error::Result;
 use std::collections::BTreeMap;
@@ -13,11 +15,32 @@ use std::fs::File;
 use std::path::{Path, PathBuf};
 
 /// Opens an MP4 and checks all that can be checked without decoding more than its first picture.
-pub(super) fn open(path: &Path, mut file: File) -> std::result::Result<Opened, Refusal> {
-    let length = file.metadata().map_err(|e| Refusal::damaged(format!("unreadable ({e})")))?.len();
-    let track = mp4::read(&mut file, length)?;
-    let (opened, movie) = Movie::of(path, file, track)?;
+///
+/// A film about which there is nothing to say, and whose frames together have at least so many pixels, is handed to
+/// `ffmpeg`, if that is installed.
+pub(super) fn open(
+    path: &Path,
+    file: File,
+    handed_from_px: Option<u64>,
+) -> std::result::Result<Opened, Refusal> {
+    let (opened, mut movie) = Movie::of(path, file)?;
+    let pixels =
+        movie.timeline.times_s.len() as u64 * opened.size_px.map(|side| side as u64).iter().product::<u64>();
+    if handed_from_px.is_some_and(|least| pixels >= least)
+        && opened.warnings.is_empty()
+        && let Ok(program) = ffmpeg::open(path, &Refusal::damaged("an MP4 or MOV film"))
+    {
+        let handed = Handed::new(path, program.frames, movie.timeline.times_s, opened.size_px);
+        return Ok(Opened { frames: Box::new(handed), ..opened });
+    }
+    // What the decoder cannot do shows in the first picture.
+    movie.decode_next()?;
     Ok(Opened { frames: Box::new(ahead(path.into(), movie)), ..opened })
+}
+
+/// A film's frames by the built-in decoder.
+pub(super) fn own(path: &Path, file: File) -> std::result::Result<Ahead, Refusal> {
+    Ok(ahead(path.into(), Movie::of(path, file)?.1))
 }
 
 /// The timeline of a film cut out of a longer one: the first pictures may need others that were cut away.
@@ -53,7 +76,9 @@ struct Movie {
 }
 
 impl Movie {
-    fn of(path: &Path, mut file: File, mut track: Track) -> std::result::Result<(Opened, Self), Refusal> {
+    fn of(path: &Path, mut file: File) -> std::result::Result<(Opened, Self), Refusal> {
+        let length = file.metadata().map_err(|e| Refusal::damaged(format!("unreadable ({e})")))?.len();
+        let mut track = mp4::read(&mut file, length)?;
         let Some(&first) = track.samples.first() else {
             return Err(Refusal::unfit("a film of 0 frames", "at least one frame"));
         };
@@ -74,7 +99,7 @@ impl Movie {
             frames: Box::new(std::iter::empty()),
             tick_s: None,
         };
-        let mut movie = Self {
+        let movie = Self {
             path: path.into(),
             file,
             samples: track.samples,
@@ -87,8 +112,6 @@ impl Movie {
             waiting: BTreeMap::new(),
             last: None,
         };
-        // What the decoder cannot do shows in the first picture.
-        movie.decode_next()?;
         Ok((opened, movie))
     }
 
