@@ -64,6 +64,9 @@ pub struct CameraSpec {
     /// How long the shutter stays open (s).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub exposure_s: Option<f64>,
+    /// How thick the tags are (m): their faces lie so far above the table.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub tag_thickness_m: Option<f64>,
 }
 
 /// An AprilTag lying flat on the table.
@@ -237,6 +240,11 @@ impl Cell {
             && !(readout_s >= 0.0 && readout_s.is_finite())
         {
             return Err(Error::invalid(file, "camera.readout_s", readout_s, "zero or more seconds"));
+        }
+        if let Some(thickness_m) = camera.tag_thickness_m
+            && !(thickness_m >= 0.0 && thickness_m.is_finite())
+        {
+            return Err(Error::invalid(file, "camera.tag_thickness_m", thickness_m, "zero or more metres"));
         }
         if let Some(distortion) = &camera.distortion
             && (distortion.len() > 5 || distortion.iter().any(|k| !k.is_finite()))

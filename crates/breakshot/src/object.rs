@@ -135,6 +135,70 @@ pub struct Marker {
     /// Its centre in the object's frame (m).
     #[serde(default)]
     pub at_m: Point,
+    /// A smaller dot beside a disc, which tells how the object is turned.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub dot: Option<Dot>,
+    /// How far it rises above the object's top (m): from the side its rim shows as well.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub thickness_m: f64,
+}
+
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde hands over references")]
+fn is_zero(value: &f64) -> bool {
+    *value == 0.0
+}
+
+/// A round dot of its marker's colour.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Dot {
+    /// Its radius (m).
+    pub radius_m: f64,
+    /// Its centre in the object's frame (m).
+    pub at_m: Point,
+}
+
+/// A dot is at most this part as wide as its disc: nearer to each other, which is which could be mistaken.
+const LARGEST_DOT: f64 = 0.7;
+
+impl Marker {
+    /// An error unless the marker can exist; `shift` is how far the object's origin was moved.
+    fn check(&mut self, owner: &str, shift: Vec2) -> Result<()> {
+        self.at_m = self.at_m - shift;
+        self.at_m += self.shape.check_and_centre(&format!("{owner}, marker"))?;
+        if !self.at_m.is_finite() {
+            return Err(Error::invalid(owner, "marker.at_m", "not a number", "two numbers in m"));
+        }
+        if !(self.thickness_m >= 0.0 && self.thickness_m.is_finite()) {
+            return Err(Error::invalid(owner, "marker.thickness_m", self.thickness_m, "zero or more metres"));
+        }
+        let Some(dot) = &mut self.dot else { return Ok(()) };
+        dot.at_m = dot.at_m - shift;
+        positive(owner, "marker.dot.radius_m", dot.radius_m)?;
+        if !dot.at_m.is_finite() {
+            return Err(Error::invalid(owner, "marker.dot.at_m", "not a number", "two numbers in m"));
+        }
+        let Shape::Disc { radius_m } = self.shape else {
+            return Err(Error::invalid(
+                owner,
+                "marker.dot",
+                "a dot beside a marker that is no disc",
+                "a disc",
+            ));
+        };
+        if dot.radius_m > LARGEST_DOT * radius_m {
+            let needed =
+                format!("at most {:.4} m, so that it cannot be taken for the disc", LARGEST_DOT * radius_m);
+            return Err(Error::invalid(owner, "marker.dot.radius_m", dot.radius_m, needed));
+        }
+        let apart_m = dot.at_m.distance(self.at_m);
+        if apart_m <= radius_m + dot.radius_m {
+            let found = format!("a dot {apart_m:.4} m from the disc's centre");
+            let needed = format!("more than {:.4} m, so that they do not touch", radius_m + dot.radius_m);
+            return Err(Error::invalid(owner, "marker.dot.at_m", found, needed));
+        }
+        Ok(())
+    }
 }
 
 /// One kind of object.
@@ -180,7 +244,8 @@ pub fn find<'a>(objects: &'a [Object], name: &str, asked_by: &str) -> Result<&'a
 impl Object {
     /// What is looked for in pictures: the marker, or the outline where there is none.
     pub fn feature(&self) -> Marker {
-        let outline = || Marker { shape: self.shape.clone(), at_m: Point::ORIGIN };
+        let outline =
+            || Marker { shape: self.shape.clone(), at_m: Point::ORIGIN, dot: None, thickness_m: 0.0 };
         self.marker.clone().unwrap_or_else(outline)
     }
 
@@ -197,12 +262,7 @@ impl Object {
         }
         let shift = self.shape.check_and_centre(&owner)?;
         if let Some(marker) = &mut self.marker {
-            marker.at_m = marker.at_m - shift;
-            let marker_shift = marker.shape.check_and_centre(&format!("{owner}, marker"))?;
-            marker.at_m += marker_shift;
-            if !marker.at_m.is_finite() {
-                return Err(Error::invalid(owner, "marker.at_m", "not a number", "two numbers in m"));
-            }
+            marker.check(&owner, shift)?;
         }
         let moved = shift.length() > 0.0;
         Ok(moved.then(|| {
@@ -362,6 +422,33 @@ mod tests {
         ] {
             let message = shape.check_and_centre("object `x`").expect_err("must be refused").to_string();
             assert!(message.contains("object `x`") && message.contains(word), "{message}");
+        }
+    }
+
+    #[test]
+    fn markers_that_cannot_be_are_refused() {
+        let marker = |text: &str| {
+            let shape = Shape::Disc { radius_m: 0.04 };
+            let marker = toml::from_str(text).expect("a marker");
+            let mut object =
+                Object { name: "a".into(), shape, height_m: 0.03, marker: Some(marker), mass_kg: None };
+            object.check().map_err(|e| e.to_string())
+        };
+        let disc = "shape = { disc = { radius_m = 0.01 } }\n";
+        assert_eq!(marker(&format!("{disc}dot = {{ radius_m = 0.005, at_m = [0.02, 0.0] }}")), Ok(None));
+        for (text, word) in [
+            (format!("{disc}dot = {{ radius_m = 0.009, at_m = [0.02, 0.0] }}"), "taken for the disc"),
+            (format!("{disc}dot = {{ radius_m = 0.005, at_m = [0.012, 0.0] }}"), "do not touch"),
+            (format!("{disc}thickness_m = -0.001"), "zero or more"),
+            (format!("{disc}dot = {{ radius_m = -0.005, at_m = [0.02, 0.0] }}"), "-0.005"),
+            (format!("{disc}dot = {{ radius_m = 0.005, at_m = [nan, 0.0] }}"), "not a number"),
+            (
+                "shape = { rectangle = { size_m = [0.02, 0.01] } }\ndot = { radius_m = 0.003, at_m = [0.02, 0.0] }".into(),
+                "no disc",
+            ),
+        ] {
+            let said = marker(&text).expect_err("must be refused");
+            assert!(said.contains("object `a`") && said.contains(word), "{said}");
         }
     }
 

@@ -31,6 +31,9 @@ pub struct Camera {
     /// How long the shutter stays open, if known (s).
     #[serde(default)]
     pub exposure_s: Option<f64>,
+    /// How far above the table the tags' faces lie, which the projection calls height zero (m).
+    #[serde(default)]
+    pub tag_thickness_m: f64,
     /// What the user should know about the pose.
     #[serde(default)]
     pub warnings: Vec<String>,
@@ -179,6 +182,7 @@ impl Camera {
             tags: Vec::new(),
             readout_s: 0.0,
             exposure_s: None,
+            tag_thickness_m: 0.0,
             warnings: Vec::new(),
         }
     }
@@ -188,14 +192,14 @@ impl Camera {
     /// Not a number for what the camera cannot see: behind it, or past the rays its lens model holds for.  A camera
     /// that knows no heights ([`Self::knows_heights`]) shows everything as if it lay on the table.
     pub fn pixel_from_table(&self, place: Point, height_m: f64) -> Pixel {
-        self.projection.pixel(place, height_m).unwrap_or(UNSEEN)
+        self.projection.pixel(place, height_m - self.tag_thickness_m).unwrap_or(UNSEEN)
     }
 
     /// The place `height_m` above the table that a pixel shows: the ray is cut at that height.
     ///
     /// Not a number for a pixel that shows no place at that height, such as one above the horizon.
     pub fn table_from_pixel(&self, pixel: Pixel, height_m: f64) -> Point {
-        self.projection.place(pixel, height_m).unwrap_or(NOWHERE)
+        self.projection.place(pixel, height_m - self.tag_thickness_m).unwrap_or(NOWHERE)
     }
 
     /// How a place at that height moves with its pixel: the derivatives of (x, y) by the pixel's x and y (m / px),
@@ -230,7 +234,10 @@ impl Camera {
     /// Where the camera stands in the table's frame (m), where it is known.
     pub fn position_m(&self) -> Option<[f64; 3]> {
         match &self.projection {
-            Projection::Space { pose, .. } => Some(pose.position_m().into()),
+            Projection::Space { pose, .. } => {
+                let [x, y, z]: [f64; 3] = pose.position_m().into();
+                Some([x, y, z + self.tag_thickness_m])
+            }
             Projection::Plane { .. } => None,
         }
     }

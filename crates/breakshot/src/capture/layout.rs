@@ -55,7 +55,8 @@ pub fn camera(name: &str, pictures: &[&GreyImage], cell: &Cell) -> Result<Camera
     let size_px = [first.width, first.height];
     let mut question = question(name, size_px, cell)?;
     let mut camera = if !cell.tags.is_empty() {
-        question.by_tags(pictures)?
+        let seen = question.by_tags(pictures)?;
+        Camera { tag_thickness_m: question.spec.tag_thickness_m.unwrap_or(0.0), ..seen }
     } else if !cell.points.is_empty() {
         question.by_points()?
     } else {

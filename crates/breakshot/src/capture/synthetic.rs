@@ -111,8 +111,16 @@ impl Thing {
             ..Self::flat(object.shape.clone(), pose, object.height_m, OBJECT_GREY)
         };
         let feature = object.feature();
-        let marker = Self::flat(feature.shape, pose, object.height_m, MARKER_GREY);
-        [body, Self { at_m: feature.at_m, ..marker }]
+        let top_m = object.height_m + feature.thickness_m;
+        let marker = Self::flat(feature.shape, pose, top_m, MARKER_GREY);
+        [body, Self { at_m: feature.at_m, thickness_m: feature.thickness_m, ..marker }]
+    }
+
+    /// The dot beside the object's marker, if it has one.
+    pub fn dot(object: &Object, pose: Pose) -> Option<Self> {
+        let dot = object.feature().dot?;
+        let disc = Shape::Disc { radius_m: dot.radius_m };
+        Some(Self { at_m: dot.at_m, ..Self::flat(disc, pose, object.height_m, MARKER_GREY) })
     }
 
     /// The same thing, its body moving and turning.

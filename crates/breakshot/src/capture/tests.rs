@@ -122,6 +122,24 @@ fn four_tags_tell_the_pose_under_any_tilt_and_turn() {
 }
 
 #[test]
+fn heights_are_counted_from_the_table_under_thick_tags() {
+    let truth = looking(0.4, 0.0);
+    let image = drawn(&truth, &four_tags());
+    let mut cell = cell(four_tags());
+    let seen = found(&image, &cell).expect("four tags in view");
+    cell.camera.tag_thickness_m = Some(0.002);
+    let raised = found(&image, &cell).expect("four tags in view");
+    let pixel = Pixel::new(500.0, 300.0);
+    for height_m in [0.0, 0.03] {
+        let off_m =
+            raised.table_from_pixel(pixel, height_m + 0.002).distance(seen.table_from_pixel(pixel, height_m));
+        assert!(off_m < 1e-12, "{off_m} m off at {height_m} m");
+    }
+    let above_m = |camera: &Camera| camera.position_m().expect("a camera in space")[2];
+    assert!((above_m(&raised) - above_m(&seen) - 0.002).abs() < 1e-12);
+}
+
+#[test]
 fn an_upside_down_camera_is_solved_by_its_tags() {
     let truth = looking(0.1, PI);
     let camera = found(&drawn(&truth, &four_tags()), &cell(four_tags())).expect("tags read in any turn");

@@ -15,6 +15,8 @@ pub(super) struct Seen {
     pub blob: Blob,
     /// Whether all of the marker showed.
     pub whole: bool,
+    /// Whether it told how the object was turned.
+    pub turn_known: bool,
 }
 
 /// One object through the clip.
@@ -73,7 +75,7 @@ impl<'a> Follower<'a> {
 
     /// Part of a marker tells no angle: the last two sights of the whole marker do.
     fn predicted_yaw_rad(&self, time_s: f64) -> f64 {
-        let mut whole = self.seen.iter().rev().filter(|s| s.whole);
+        let mut whole = self.seen.iter().rev().filter(|s| s.whole && s.turn_known);
         let Some(last) = whole.next() else { return self.start.yaw_rad };
         let Some(before) = whole.next() else { return last.pose.yaw_rad };
         let interval_s = last.time_s - before.time_s;
@@ -137,7 +139,7 @@ impl<'a> Follower<'a> {
     }
 
     pub(super) fn add(&mut self, camera: &Camera, (frame, time_s): (usize, f64), sight: &Sight) {
-        let Sight { pose, blob, blur_px, .. } = *sight;
+        let Sight { pose, blob, blur_px, turn_known, .. } = *sight;
         let change = self.change(camera, pose, &blob);
         let whole = !blob.cut && change.abs() < WHOLE;
         if whole {
@@ -151,7 +153,7 @@ impl<'a> Follower<'a> {
         if change > 0.0 && self.target.mismatch(camera, &blob).tolerable() {
             self.area_ratio *= (NEWEST * change).exp();
         }
-        self.seen.push(Seen { frame, time_s, pose, blob, whole });
+        self.seen.push(Seen { frame, time_s, pose, blob, whole, turn_known });
     }
 }
 
@@ -162,6 +164,8 @@ pub(super) struct Sight {
     pub blob: Blob,
     /// How far it was taken to smear (px).
     pub blur_px: f64,
+    /// Whether it tells how the object is turned; else the pose has the angle that was due.
+    pub turn_known: bool,
     /// How unlike the follower's marker it looks: a sum of squares of standard deviations.
     pub strangeness: f64,
 }

@@ -134,7 +134,11 @@ fn fit(
     let object = target.object;
     let pose = |yaw_rad: f64| target.pose(camera, blob.aim(), yaw_rad);
     let known_yaw_rad = placed(layout, target).map(|pose| pose.yaw_rad);
-    let yaws_rad: Vec<f64> = match known_yaw_rad {
+    let yaw_by_dot_rad = target.yaw_by_dot_rad(image, camera, blob, (known_yaw_rad, [0.0, 0.0]));
+    if target.feature.dot.is_some() && yaw_by_dot_rad.is_none() {
+        return None;
+    }
+    let yaws_rad: Vec<f64> = match yaw_by_dot_rad.or(known_yaw_rad) {
         Some(yaw_rad) => vec![yaw_rad],
         None if target.tells_axis() => vec![pose(0.0).yaw_rad, wrapped_rad(pose(0.0).yaw_rad + PI)],
         None if matches!(object.shape, Shape::Disc { .. }) && !target.off_centre() => vec![0.0],

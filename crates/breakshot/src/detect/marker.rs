@@ -144,7 +144,9 @@ impl<'a> Target<'a> {
 
     /// Whether it can be seen how the object is turned.
     pub(super) fn tells_yaw(&self) -> bool {
-        self.tells_axis() || self.markerless() && self.object.shape.rotation_symmetry_rad() != Some(0.0)
+        self.tells_axis()
+            || self.feature.dot.is_some()
+            || self.markerless() && self.object.shape.rotation_symmetry_rad() != Some(0.0)
     }
 
     /// What an outline laid onto the picture would measure as, were it a marker: its contrast is the part that shows.
@@ -176,12 +178,17 @@ impl<'a> Target<'a> {
         self.feature.at_m.to_vec().length() > 0.0
     }
 
+    /// How high above the table the marker appears to lie (m): its top and the rim below it show as one.
+    pub(super) fn height_m(&self) -> f64 {
+        self.object.height_m + self.feature.thickness_m / 2.0
+    }
+
     /// The marker's picture with the object at this pose.
     pub(super) fn picture(&self, camera: &Camera, pose: Pose) -> Moments {
         let corners: Vec<[f64; 2]> = self
             .outline
             .iter()
-            .map(|&p| camera.pixel_from_table(pose.table_from_body(p), self.object.height_m).into())
+            .map(|&p| camera.pixel_from_table(pose.table_from_body(p), self.height_m()).into())
             .collect();
         moments(&corners)
     }
@@ -192,7 +199,7 @@ impl<'a> Target<'a> {
         let marker_m2 = self.feature.shape.area_m2();
         let (mut least, mut most) = (f64::INFINITY, 0.0_f64);
         for (x, y) in (0..9).map(|k| (f64::from(k % 3) / 2.0, f64::from(k / 3) / 2.0)) {
-            let scale = camera.scale_m_per_px(Pixel::new(x * width, y * height), self.object.height_m);
+            let scale = camera.scale_m_per_px(Pixel::new(x * width, y * height), self.height_m());
             let area_px2 = marker_m2 / (scale * scale);
             if area_px2.is_finite() {
                 (least, most) = (least.min(area_px2), most.max(area_px2));
@@ -206,7 +213,7 @@ impl<'a> Target<'a> {
     /// A picture's centroid is not the picture of the centroid: the nearer half looks larger.  `yaw_near_rad` chooses
     /// between the two directions of the axis, and stands where the marker tells none.
     pub(super) fn pose(&self, camera: &Camera, aim: Aim, yaw_near_rad: f64) -> Pose {
-        let height_m = self.object.height_m;
+        let height_m = self.height_m();
         let heading_rad = |axis_rad: f64| {
             let (dx, dy) = (axis_rad.cos(), axis_rad.sin());
             let Pixel { x, y } = aim.centroid;

@@ -65,6 +65,7 @@ impl Tracker<'_> {
 
     fn seen(&self, k: usize, fit: Fit, blur_px: [f64; 2]) -> Sight {
         let blob = self.followers[k].target.blob(self.camera, &fit);
-        Sight { pose: fit.pose, blob, blur_px: blur_px[0].hypot(blur_px[1]), strangeness: 0.0 }
+        let blur_px = blur_px[0].hypot(blur_px[1]);
+        Sight { pose: fit.pose, blob, blur_px, turn_known: true, strangeness: 0.0 }
     }
 }

@@ -7,6 +7,7 @@ mod assignment;
 mod bits;
 mod blob;
 mod contour;
+mod dot;
 mod follower;
 mod ground;
 mod identity;

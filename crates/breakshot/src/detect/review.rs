@@ -28,16 +28,23 @@ pub(super) fn track(camera: &Camera, follower: &Follower, exposure_s: f64) -> Tr
     let mut yaw_near_rad = follower.seen.first().map_or(0.0, |s| s.pose.yaw_rad);
     let samples = follower.seen.iter().zip(&looks).zip(strange).map(|((s, look), strange_px)| {
         let aim = Aim { centroid: s.blob.centroid, axis_rad: look.axis_rad };
-        let pose = if target.markerless() { s.pose } else { target.pose(camera, aim, yaw_near_rad) };
+        let pose = if target.markerless() || target.feature.dot.is_some() {
+            s.pose
+        } else {
+            target.pose(camera, aim, yaw_near_rad)
+        };
         yaw_near_rad = pose.yaw_rad;
-        let scale_m_per_px = camera.scale_m_per_px(s.blob.centroid, target.object.height_m);
-        let doubtful = strange_px.is_some() || s.blob.cut || target.markerless() && !s.whole;
+        let scale_m_per_px = camera.scale_m_per_px(s.blob.centroid, target.height_m());
+        let doubtful = strange_px.is_some()
+            || s.blob.cut
+            || target.markerless() && !s.whole
+            || target.off_centre() && !s.turn_known;
         Sample {
             // A rolling shutter takes lower rows later.
             time_s: s.time_s + camera.readout_s * s.blob.centroid.y / camera.size_px[1] as f64,
             x_m: pose.position.x,
             y_m: pose.position.y,
-            yaw_rad: target.tells_yaw().then_some(pose.yaw_rad),
+            yaw_rad: (target.tells_yaw() && s.turn_known).then_some(pose.yaw_rad),
             vx_m_s: None,
             vy_m_s: None,
             yaw_rate_rad_s: None,

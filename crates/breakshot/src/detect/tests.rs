@@ -7,10 +7,11 @@ use crate::cell::{CameraSpec, Cell, Striker, Tag, Transform, Workspace};
 use crate::geometry::{Pose, Vec2, wrapped_rad};
 use crate::object::{Marker, Shape};
 
+mod dot_tests;
 mod outline_tests;
 
 fn object(name: &str, shape: Shape, marker: Shape) -> Object {
-    let marker = Some(Marker { shape: marker, at_m: Point::ORIGIN });
+    let marker = Some(Marker { shape: marker, at_m: Point::ORIGIN, dot: None, thickness_m: 0.0 });
     Object { name: name.into(), shape, height_m: 0.03, marker, mass_kg: None }
 }
 

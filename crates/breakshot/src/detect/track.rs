@@ -13,7 +13,7 @@ use super::label::{Component, Labeller, Level, Window};
 use super::marker::{Target, fullness};
 use super::threshold::component_areas_px;
 use crate::capture::{Camera, Frame, GreyImage};
-use crate::geometry::{Pixel, Pose, Vec2};
+use crate::geometry::{Pixel, Pose, Vec2, wrapped_rad};
 use std::collections::BTreeMap;
 use std::ops::RangeInclusive;
 
@@ -223,7 +223,7 @@ impl<'a> Tracker<'a> {
 
     /// How far the object would be from where it is due, if its marker were here (m).
     fn off_m(&self, follower: &Follower, due: Pose, marker: Pixel) -> f64 {
-        let height_m = follower.target.object.height_m;
+        let height_m = follower.target.height_m();
         let place = self.camera.table_from_pixel(marker, height_m);
         place.distance(due.table_from_body(follower.target.feature.at_m))
     }
@@ -264,19 +264,23 @@ impl<'a> Tracker<'a> {
     ) -> Option<Sight> {
         let follower = &self.followers[k];
         let blob: Blob = blob::measured(image, &part.component, part.level, blur_px)?;
-        let pose = follower.target.pose(self.camera, blob.aim(), due.yaw_rad);
+        let by_dot = (Some(due.yaw_rad), blur_px);
+        let turned_rad = follower.target.yaw_by_dot_rad(image, self.camera, &blob, by_dot);
+        let yaw_near_rad = turned_rad.map_or(due.yaw_rad, |yaw| due.yaw_rad + wrapped_rad(yaw - due.yaw_rad));
+        let pose = follower.target.pose(self.camera, blob.aim(), yaw_near_rad);
         let look = [
             follower.contrast_ratio(&blob),
             fullness(blob.area_px2, blob.covariance_px2) / follower.target.fullness(),
         ];
         let strangeness = look.iter().map(|ratio| (ratio.ln() / LOOK_STD).powi(2)).sum();
-        Some(Sight { pose, blob, blur_px: blur_px[0].hypot(blur_px[1]), strangeness })
+        let turn_known = turned_rad.is_some() || follower.target.feature.dot.is_none();
+        Some(Sight { pose, blob, blur_px: blur_px[0].hypot(blur_px[1]), turn_known, strangeness })
     }
 
     /// How far the marker moves in the picture while the shutter is open, as far as one can say.
     pub(super) fn blur_px(&self, follower: &Follower, due: Pose, velocity: Vec2) -> [f64; 2] {
         let exposure_s = self.camera.exposure_s.unwrap_or(USUAL_SHUTTER * self.interval_s);
-        let height_m = follower.target.object.height_m;
+        let height_m = follower.target.height_m();
         let from = self.camera.pixel_from_table(due.position, height_m);
         let to = self.camera.pixel_from_table(due.position + velocity * exposure_s, height_m);
         let blur_px = [to.x - from.x, to.y - from.y];
@@ -288,7 +292,7 @@ impl<'a> Tracker<'a> {
     fn searched(&mut self, frame: &Frame, k: usize, due: Pose, sights: &[Option<Sight>]) -> Option<Sight> {
         let follower = &self.followers[k];
         let marker = due.table_from_body(follower.target.feature.at_m);
-        let height_m = follower.target.object.height_m;
+        let height_m = follower.target.height_m();
         let at = self.camera.pixel_from_table(marker, height_m);
         let reach_px = self.reach_m(k, frame.time_s) / self.camera.scale_m_per_px(at, height_m);
         if !reach_px.is_finite() {

@@ -297,7 +297,7 @@ mod tests {
 
     fn object(name: &str, mass_kg: Option<f64>) -> Object {
         let shape = Shape::Disc { radius_m: 0.03 };
-        let marker = Some(Marker { shape: shape.clone(), at_m: Point::ORIGIN });
+        let marker = Some(Marker { shape: shape.clone(), at_m: Point::ORIGIN, dot: None, thickness_m: 0.0 });
         Object { name: name.into(), shape, height_m: 0.04, marker, mass_kg }
     }
 

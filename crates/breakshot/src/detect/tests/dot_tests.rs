@@ -1,0 +1,87 @@
+//! Objects whose disc marker has a smaller dot beside it, on drawn films.
+
+use super::*;
+use crate::object::Dot;
+
+/// A disc of radius 32 mm whose marker lies 4 mm off its middle, with a dot beside it.
+fn object_with_dot(name: &str, at_m: Point) -> Object {
+    let dot = Dot { radius_m: 0.005, at_m };
+    let marker =
+        Marker { shape: disc(0.009), at_m: Point::new(-0.004, 0.0), dot: Some(dot), thickness_m: 0.0 };
+    Object { marker: Some(marker), ..object(name, disc(0.032), disc(0.009)) }
+}
+
+fn drawn(object: &Object, (pose, velocity, rate): (Pose, Vec2, f64)) -> Vec<Thing> {
+    let things = Thing::object(object, pose).into_iter().chain(Thing::dot(object, pose));
+    things.map(|thing| thing.moving(velocity, rate)).collect()
+}
+
+#[test]
+fn a_dot_beside_a_disc_tells_how_round_objects_turn_and_which_way_round() {
+    let view = view();
+    // Nothing but the dots' distances tells these two apart.
+    let far = object_with_dot("a", Point::new(0.019, -0.004));
+    let near = object_with_dot("c", Point::new(0.010, 0.011));
+    let objects = [far, near];
+    let starts = [Pose::new(-0.14, -0.05, 2.5), Pose::new(0.02, 0.06, -1.9)];
+    let motion = |k: usize, t: f64| {
+        let (velocity, rate) = [(Vec2::new(0.7, 0.15), 9.0), (Vec2::new(0.3, -0.2), -14.0)][k];
+        slid(starts[k], velocity, rate, t)
+    };
+    let frames =
+        film(&view, &times_s(30), |t| (0..2).flat_map(|k| drawn(&objects[k], motion(k, t))).collect());
+    let tracks = found(&view, frames, &objects, &Layout::Unknown).expect("tracks");
+    for (k, track) in tracks.tracks.iter().enumerate() {
+        assert_eq!(track.samples.len(), 30, "{:?}", tracks.warnings);
+        let off: Vec<f64> = track.samples.iter().map(|s| off_mm(s, motion(k, s.time_s).0)).collect();
+        let off_deg =
+            |s: &Sample| wrapped_rad(s.yaw_rad.expect("a yaw") - motion(k, s.time_s).0.yaw_rad).to_degrees();
+        let turned: Vec<f64> = track.samples.iter().map(off_deg).collect();
+        println!("{}: position rms {:.3} mm, yaw rms {:.3} deg", track.object, rms(&off), rms(&turned));
+        assert!(rms(&off) < 0.06, "position rms {} mm", rms(&off));
+        assert!(rms(&turned) < 0.5, "yaw rms {} deg", rms(&turned));
+    }
+}
+
+#[test]
+fn while_the_dot_is_covered_the_angle_is_unknown_and_the_position_doubtful() {
+    let view = view();
+    let objects = [object_with_dot("a", Point::new(0.017, -0.004))];
+    let motion = |t: f64| slid(Pose::new(-0.1, 0.0, 0.4), Vec2::new(0.4, 0.0), 3.0, t);
+    let covered = |t: f64| (0.2..0.3).contains(&t);
+    let frames = film(&view, &times_s(30), |t| {
+        let things = drawn(&objects[0], motion(t));
+        if covered(t) { things[..2].to_vec() } else { things }
+    });
+    let tracks = found(&view, frames, &objects, &Layout::Unknown).expect("tracks");
+    let samples = &tracks.tracks[0].samples;
+    assert_eq!(samples.len(), 30, "{:?}", tracks.warnings);
+    for s in samples {
+        assert_eq!(s.yaw_rad.is_none(), covered(s.time_s), "at {} s", s.time_s);
+        assert!(s.doubtful || !covered(s.time_s), "at {} s", s.time_s);
+        let off_deg = s.yaw_rad.map_or(0.0, |yaw| wrapped_rad(yaw - motion(s.time_s).0.yaw_rad).to_degrees());
+        assert!(off_deg.abs() < 1.5, "{off_deg} deg off at {} s", s.time_s);
+    }
+}
+
+#[test]
+fn the_thickness_of_a_marker_moves_nothing_once_it_is_told() {
+    let view = View { noise: 1.0, ..view() };
+    let thick = |thickness_m: f64| {
+        let plain = object("a", bar(0.05, 0.05), bar(0.024, 0.012));
+        Object { marker: plain.marker.map(|marker| Marker { thickness_m, ..marker }), ..plain }
+    };
+    let poses = [Pose::new(0.2, 0.1, 0.4), Pose::new(-0.2, -0.05, 1.2), Pose::new(0.0, 0.15, -0.3)];
+    let mean_off = |told: &Object| {
+        let mut sum = Vec2::ZERO;
+        for pose in poses {
+            let frames = film(&view, &times_s(5), |_| Thing::object(&thick(0.003), pose).to_vec());
+            let tracks = found(&view, frames, std::slice::from_ref(told), &Layout::Unknown).expect("tracks");
+            sum += tracks.tracks[0].samples[0].position() - pose.position;
+        }
+        sum.length() * 1e3 / poses.len() as f64
+    };
+    let (told_mm, untold_mm) = (mean_off(&thick(0.003)), mean_off(&thick(0.0)));
+    println!("3 mm thick: {told_mm:.3} mm off, {untold_mm:.3} mm where it is not told");
+    assert!(told_mm < 0.05 && untold_mm > 0.1, "{told_mm} mm, {untold_mm} mm");
+}
