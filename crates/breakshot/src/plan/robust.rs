@@ -399,7 +399,7 @@ fn contact(aim: &Aim, scene: &Scene, properties: &Properties) -> Result<Contact>
 fn reason(plan: &Plan, strike: &Strike, robustness: &Robustness) -> String {
     let Robustness { success_probability, standard_error, samples, expected_singulated, .. } = robustness;
     let what = format!(
-        "striking {} at {:.3} m/s works in {:.0} % (+- {:.0} %) of {samples} possible worlds",
+        "striking {} at {:.3} m/s works in {:.0} % (+- {:.1} %) of {samples} possible worlds",
         strike.object.as_deref().unwrap_or_default(),
         strike.speed_m_s,
         success_probability * 100.0,
