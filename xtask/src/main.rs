@@ -16,6 +16,7 @@ mod venv;
 
 use std::path::PathBuf;
 use std::process::ExitCode;
+use validate::Effort;
 
 const USAGE: &str = "\
 usage: cargo xtask TASK
@@ -44,8 +45,9 @@ usage: cargo xtask TASK
   bench estimate [LAB TRACKS]
                    time of estimation in drawn campaigns of growing size, or from the films' tracks (TRACKS is what
                    `breakshot estimate --tracks` wrote)
-  validate strikes LAB [PILES] [--search]
-                   plans for random piles, carried out in the lab (60 piles if not given); --search looks in the lab
+  validate strikes LAB [PILES] [--repeat|--search]
+                   plans for random piles, carried out in the lab (60 piles if not given); --repeat makes each planned
+                   strike ten times more, poses, speed and heading being off; --search also looks in the lab
                    itself for the piles that some strike singulates reliably (minutes a pile)
   validate cameras LAB [--python PYTHON]
                    tracks of one strike of the lab filmed at other rates, tilted, blurred, noisy, dim, in other codings
@@ -124,13 +126,14 @@ fn main() -> ExitCode {
 
 fn strikes(lab: &str, rest: &[&str]) -> Result<(), String> {
     let (flags, counts): (Vec<&str>, Vec<&str>) = rest.iter().partition(|word| word.starts_with("--"));
-    let search = match &flags[..] {
-        [] => false,
-        ["--search"] => true,
+    let effort = match &flags[..] {
+        [] => Effort::Once,
+        ["--repeat"] => Effort::Repeat,
+        ["--search"] => Effort::Search,
         other => return Err(format!("unknown flags: {}", other.join(" "))),
     };
     let piles = counts.first().map_or(Ok(60), |count| count.parse());
-    validate::strikes(lab.as_ref(), piles.map_err(|e| format!("number of piles: {e}"))?, search)
+    validate::strikes(lab.as_ref(), piles.map_err(|e| format!("number of piles: {e}"))?, effort)
 }
 
 /// The folder of films, recordings and references: given, or beside the project.

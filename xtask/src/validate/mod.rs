@@ -26,7 +26,7 @@ pub(crate) use cameras::cameras;
 use row::Row;
 use std::path::{Path, PathBuf};
 use std::process::Command;
-pub(crate) use strikes::run as strikes;
+pub(crate) use strikes::{Effort, run as strikes};
 use truth::Truth;
 
 /// The program under test, built in release mode.

@@ -27,8 +27,19 @@ const MOST_STRIKES: usize = 3;
 /// An object that leans more than this has tipped (degrees).
 const MOST_TILT_DEG: f64 = 10.0;
 
-/// Plans and strikes `count` random piles of 2 to 6 objects; with `search`, looks for reliable strikes as well.
-pub(crate) fn run(shared: &Path, count: usize, search: bool) -> Result<(), String> {
+/// How hard reliable strikes are looked for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Effort {
+    /// Every strike is made once.
+    Once,
+    /// The planned strike is repeated with disturbances.
+    Repeat,
+    /// Where it is not reliable other strikes are tried.
+    Search,
+}
+
+/// Plans and strikes `count` random piles of 2 to 6 objects, and looks for reliable strikes.
+pub(crate) fn run(shared: &Path, count: usize, effort: Effort) -> Result<(), String> {
     let program = Program::build()?;
     let properties = learned(&program, shared)?;
     let campaign = shared.join("campaign");
@@ -45,7 +56,7 @@ pub(crate) fn run(shared: &Path, count: usize, search: bool) -> Result<(), Strin
     let piles = lab.piles(count, 1)?;
     let mut trials = Vec::new();
     for (k, pile) in piles.iter().enumerate() {
-        let trial = trial(&mut lab, (&scene, &properties), pile, (k as u64, search))
+        let trial = trial(&mut lab, (&scene, &properties), pile, (k as u64, effort))
             .map_err(|e| format!("{}: {e}", pile.name))?;
         println!("{trial}");
         trials.push(trial);
@@ -70,7 +81,7 @@ fn trial(
     lab: &mut Lab,
     (scene, properties): (&Scene, &Properties),
     pile: &Pile,
-    (seed, search): (u64, bool),
+    (seed, effort): (u64, Effort),
 ) -> Result<Trial, String> {
     let mut scene = scene.clone();
     scene.placed = placed(&pile.place);
@@ -83,9 +94,7 @@ fn trial(
     let once = (friction_scale, None);
     trial.paper = works(lab, &scene, paper.strike.as_ref(), once)?.0;
     trial.random = works(lab, &scene, random_strike(&scene, seed).as_ref(), once)?.0;
-    if search {
-        trial.reliable = Some(solvable::search(lab, &scene, &robust, seed)?);
-    }
+    trial.reliable = solvable::reliable(lab, &scene, (&robust, seed), effort)?;
     let mut strike = robust.strike;
     for n in 1..=MOST_STRIKES {
         let (succeeded, rest) = works(lab, &scene, strike.as_ref(), once)?;

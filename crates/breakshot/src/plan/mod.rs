@@ -316,6 +316,9 @@ fn reason(trial: &Trial, plan: &Plan, headings: usize) -> String {
             plan.iterations.len()
         );
     }
+    if let Some(target) = &goal.target {
+        return format!("{what}: {target} lies by itself then");
+    }
     let (Some(least_m), Some(mean_m)) = (trial.iteration.min_distance_m, trial.iteration.mean_distance_m)
     else {
         return format!("{what}: it ends where it is wanted");

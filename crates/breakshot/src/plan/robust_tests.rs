@@ -144,11 +144,13 @@ fn a_target_alone_is_enough_where_the_others_may_stay_together() {
     // Discs a and c press against each other behind e.
     let mut scene = scene(&[("a", 0.0, 0.0, 0.0), ("c", 0.0, 0.0755, 0.0), ("e", 0.0665, 0.03, 0.0)]);
     scene.goal = Goal { target: Some("e".into()), keep_still: vec!["a".into()], ..Goal::default() };
-    let plan = planned(&scene, &varying(), &Options::default());
-    assert_eq!(plan.outcome, Outcome::Found, "{}", plan.reason);
-    let promised = plan.prediction.expect("a promise");
+    let wanted = planned(&scene, &varying(), &Options::default());
+    assert_eq!(wanted.outcome, Outcome::Found, "{}", wanted.reason);
+    let promised = wanted.prediction.expect("a promise");
     let [a, c, e] = ["a", "c", "e"].map(|name| promised.final_poses[name].position);
     assert!(e.distance(a).min(e.distance(c)) >= 0.09 && a.distance(Point::ORIGIN) <= crate::scene::STILL_M);
+    let paper = plan(&scene, &properties(), &Options::default()).expect("a plan");
+    assert!(paper.reason.ends_with("e lies by itself then"), "{}", paper.reason);
     scene.goal.keep_still = vec!["e".into()];
     let still = planned(&scene, &varying(), &Options::default());
     let lies = still.prediction.expect("a promise").final_poses["e"].position;

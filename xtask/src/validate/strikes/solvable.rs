@@ -5,7 +5,7 @@
 //! once is repeated.
 
 use super::lab::Lab;
-use super::{friction_scale, is_free, random_strike, works};
+use super::{Effort, friction_scale, is_free, random_strike, works};
 use crate::splitmix::Draw;
 use breakshot::geometry::wrapped_rad;
 use breakshot::plan::Plan;
@@ -26,15 +26,23 @@ const SPEED: f64 = 0.25;
 pub(super) struct Reliable {
     /// How many of the disturbed repeats of the planned strike worked.
     pub repeats: usize,
-    /// Whether any strike works in most repeats.
+    /// Whether a strike was found that works in most repeats.
     pub solvable: bool,
 }
 
-/// Repeats the planned strike, and looks for others if it is not reliable.
-pub(super) fn search(lab: &mut Lab, scene: &Scene, plan: &Plan, seed: u64) -> Result<Reliable, String> {
+/// Repeats the planned strike, and looks for others if it is not reliable; none if nothing is to be repeated.
+pub(super) fn reliable(
+    lab: &mut Lab,
+    scene: &Scene,
+    (plan, seed): (&Plan, u64),
+    effort: Effort,
+) -> Result<Option<Reliable>, String> {
+    if effort == Effort::Once {
+        return Ok(None);
+    }
     let planned = plan.strike.as_ref().map_or(Ok(0), |strike| repeats(lab, scene, strike, 0))?;
-    let solvable = planned >= ENOUGH || another(lab, scene, plan, seed)?;
-    Ok(Reliable { repeats: planned, solvable })
+    let solvable = planned >= ENOUGH || (effort == Effort::Search && another(lab, scene, plan, seed)?);
+    Ok(Some(Reliable { repeats: planned, solvable }))
 }
 
 /// How often a strike works in disturbed repeats; given up as soon as `least` is out of reach.

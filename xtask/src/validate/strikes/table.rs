@@ -91,7 +91,7 @@ fn print_reliable(trials: &[Trial]) {
     let solvable = found.iter().filter(|(_, r)| r.solvable).count();
     let solved = found.iter().filter(|(t, r)| r.solvable && t.at_once()).count();
     println!(
-        "\nRobustly solvable: {solvable} of {} piles; the robust strike works on {solved} of them ({:.0} %, wanted: 85 %), \
+        "\nFound to be robustly solvable: {solvable} of {} piles; the robust strike works on {solved} of them ({:.0} %, wanted: 85 %), \
          and in {:.0} % of its disturbed repeats on all piles",
         found.len(),
         100.0 * solved as f64 / solvable.max(1) as f64,
