@@ -285,12 +285,8 @@ impl Fitted {
         let mut parameters = vec![0.0; layout.steps.len()];
         let old = &self.minimum.parameters;
         for (new, from) in layout.bodies.iter().zip(&self.layout.bodies) {
-            let size =
-                new.friction.or(new.velocity).or(new.yaw).unwrap_or(new.position + 1) + 1 - new.position;
-            let known =
-                from.friction.or(from.velocity).or(from.yaw).unwrap_or(from.position + 1) + 1 - from.position;
-            parameters[new.position..][..size.min(known)]
-                .copy_from_slice(&old[from.position..][..size.min(known)]);
+            let size = new.len().min(from.len());
+            parameters[new.position..][..size].copy_from_slice(&old[from.position..][..size]);
             if let (Some(slot), None) = (new.friction, from.friction) {
                 parameters[slot] = 0.2;
             }

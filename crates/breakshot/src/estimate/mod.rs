@@ -32,6 +32,8 @@ mod staged;
 mod story;
 mod striker;
 mod summary;
+#[cfg(test)]
+mod support_tests;
 pub mod synthetic;
 mod touch;
 #[cfg(test)]
