@@ -106,6 +106,11 @@ impl<'a> Follower<'a> {
         self.seen.iter().rev().find(|s| s.whole).map(|s| time_s - s.time_s)
     }
 
+    /// Whether the picture's edge cut it when it was last seen.
+    pub(super) fn at_the_edge(&self) -> bool {
+        self.seen.last().is_some_and(|s| s.blob.cut)
+    }
+
     pub(super) fn darker(&self) -> bool {
         self.relative_contrast > 0.0
     }

@@ -255,6 +255,27 @@ fn an_object_that_leaves_the_picture_ends_its_track_with_a_word() {
 }
 
 #[test]
+fn what_slid_out_of_the_picture_is_not_found_in_its_middle() {
+    let view = view();
+    let objects = [object("a", disc(0.03), disc(0.011))];
+    let motion = |t: f64| slid(Pose::new(0.2, 0.0, 0.0), Vec2::new(1.0, 0.0), 0.0, t);
+    let frames = film(&view, &times_s(40), |t| {
+        let (pose, velocity, _) = motion(t);
+        let mut things = Thing::object(&objects[0], pose).map(|thing| thing.moving(velocity, 0.0)).to_vec();
+        // Later something else that looks like its marker comes into view: the striker's foot, a shadow.
+        if t > 0.4 {
+            things.push(Thing::flat(disc(0.011), Pose::new(0.1, 0.05, 0.0), 0.03, 20.0));
+        }
+        things
+    });
+    let tracks = found(&view, frames, &objects, &Layout::Unknown).expect("tracks");
+    for s in &tracks.tracks[0].samples {
+        let off = off_mm(s, motion(s.time_s).0);
+        assert!(off < 20.0, "{off} mm off at {} s", s.time_s);
+    }
+}
+
+#[test]
 fn a_camera_that_is_nudged_during_the_clip_is_named() {
     let view = view();
     let tags: Vec<Tag> = [(-0.2, -0.12), (0.2, -0.12), (0.2, 0.1), (-0.2, 0.1)]

@@ -190,8 +190,13 @@ impl<'a> Tracker<'a> {
     /// How far from its prediction an object may be (m).
     fn reach_m(&self, k: usize, time_s: f64) -> f64 {
         let follower = &self.followers[k];
+        let radius_m = follower.target.feature.shape.outer_radius_m();
+        // What slid out over the picture's edge is not somewhere in its middle a second later.
+        if follower.at_the_edge() {
+            return NEAR_STDS * PREDICTION_STD_M + radius_m;
+        }
         let not_whole_s = follower.not_whole_s(time_s).unwrap_or(self.interval_s);
-        FASTEST_M_S * not_whole_s + follower.target.feature.shape.outer_radius_m()
+        FASTEST_M_S * not_whole_s + radius_m
     }
 
     /// One standard deviation of where it will be around where it is due (m).
