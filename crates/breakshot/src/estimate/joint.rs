@@ -3,7 +3,7 @@
 use super::impact::Measured;
 use super::mass_ratio::{Masses, pressing_std};
 use super::reading::{KINDS, Key, Readings, grouped};
-use super::spread::{Group, Mean, Spread, quantile_95, spread};
+use super::spread::{Group, Mean, Spread, guessed_spread, quantile_95, spread};
 use crate::properties::Covariance;
 use crate::uncertain::Estimate;
 use nalgebra::{DMatrix, DVector};
@@ -32,7 +32,8 @@ impl Joint {
         for (kind, typical) in typical.iter_mut().enumerate() {
             let alike: Vec<Group> =
                 all.iter().filter(|(k, _)| k.kind() == kind).map(|(_, g)| g.clone()).collect();
-            *typical = spread(&alike);
+            // A mass is the same in all clips.
+            *typical = if kind == Key::MASS_RATIO { spread(&alike) } else { guessed_spread(&alike) };
         }
         let mut groups: BTreeMap<Key, (Group, Mean)> = all
             .into_iter()

@@ -43,12 +43,15 @@ pub(super) struct Readings {
 }
 
 impl Key {
+    /// The kind of mass ratios.
+    pub(super) const MASS_RATIO: usize = 3;
+
     pub(super) fn kind(&self) -> usize {
         match self {
             Self::Friction(_) => 0,
             Self::StrikerRestitution(_) => 1,
             Self::Restitution(..) => 2,
-            Self::MassRatio(..) => 3,
+            Self::MassRatio(..) => Self::MASS_RATIO,
         }
     }
 
