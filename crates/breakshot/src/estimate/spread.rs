@@ -41,6 +41,8 @@ pub(super) struct Mean {
 /// No kind of group is steadier than if this many clips had told its spread: groups do differ.
 const MOST_FREEDOM: f64 = 12.0;
 const LARGEST_SPREAD: f64 = 1.0;
+/// Enough groups to leave one out.
+const MANY_GROUPS: usize = 6;
 /// A quantity near zero has no relative spread to speak of.
 const SMALLEST_SCALE: f64 = 1e-3;
 
@@ -160,7 +162,8 @@ impl Group {
 /// How many clips the typical spread is worth: many if the groups' spreads differ no more than chance lets them.
 ///
 /// A group's mean square over its expectation is a chi-square over its freedom, f; if the groups' own spreads vary,
-/// its variance exceeds 2/f by 2/d, and d is the answer.
+/// its variance exceeds 2/f by 2/d, and d is the answer.  Of many groups the one that is least like the others does not
+/// speak for them: its own dispersion widens it.
 fn likeness(groups: &[Group], relative: f64) -> f64 {
     let squares: Vec<(f64, f64)> = (groups.iter().filter(|g| g.values.len() > 1))
         .map(|g| (g.moments(relative).1 / g.freedom(), g.freedom()))
@@ -168,8 +171,12 @@ fn likeness(groups: &[Group], relative: f64) -> f64 {
     if squares.len() < 3 {
         return 0.0;
     }
-    let n = squares.len() as f64;
-    let excess = squares.iter().map(|(s, f)| (s - 1.0).powi(2) - 2.0 / f).sum::<f64>() / n;
+    let mut excesses: Vec<f64> = squares.iter().map(|(s, f)| (s - 1.0).powi(2) - 2.0 / f).collect();
+    excesses.sort_by(f64::total_cmp);
+    if excesses.len() >= MANY_GROUPS {
+        excesses.pop();
+    }
+    let excess = excesses.iter().sum::<f64>() / excesses.len() as f64;
     if excess <= 2.0 / MOST_FREEDOM { MOST_FREEDOM } else { 2.0 / excess }
 }
 
@@ -224,6 +231,16 @@ mod tests {
             (0..50).map(|k| group(&[-0.02, 0.0, 0.02].map(|d| (f64::from(k) + d, 1e-6)))).collect();
         let guessed = guessed_spread(&groups).relative;
         assert!((guessed / 0.02 - 1.0).abs() < 0.05, "{guessed}");
+    }
+
+    #[test]
+    fn one_group_that_is_unlike_all_others_does_not_make_strangers_of_them() {
+        let alike = (0..9).map(|k| group(&[-0.03, 0.01, 0.02].map(|d| (f64::from(k) + d, 0.02))));
+        let mut groups: Vec<_> = alike.collect();
+        let before = spread(&groups).freedom;
+        groups.push(group(&[(1.0, 0.02), (1.4, 0.02)]));
+        let after = spread(&groups).freedom;
+        assert!(before > 6.0 && after > 6.0, "{before} without it, {after} with it");
     }
 
     #[test]

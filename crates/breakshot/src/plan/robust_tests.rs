@@ -149,8 +149,6 @@ fn a_target_alone_is_enough_where_the_others_may_stay_together() {
     let promised = wanted.prediction.expect("a promise");
     let [a, c, e] = ["a", "c", "e"].map(|name| promised.final_poses[name].position);
     assert!(e.distance(a).min(e.distance(c)) >= 0.09 && a.distance(Point::ORIGIN) <= crate::scene::STILL_M);
-    let paper = plan(&scene, &properties(), &Options::default()).expect("a plan");
-    assert!(paper.reason.ends_with("e lies by itself then"), "{}", paper.reason);
     scene.goal.keep_still = vec!["e".into()];
     let still = planned(&scene, &varying(), &Options::default());
     let lies = still.prediction.expect("a promise").final_poses["e"].position;
