@@ -118,12 +118,7 @@ impl Pile {
         p.striker_restitution.insert(name.into(), Estimate::exact(self.bounce[0] * bounce));
         self.bounce.push(bounce);
         self.kinds.push(kind);
-        let marker = Some(Marker {
-            shape: Shape::Disc { radius_m: 0.001 },
-            at_m: Point::ORIGIN,
-            dot: None,
-            thickness_m: 0.0,
-        });
+        let marker = Some(Marker::centred(Shape::Disc { radius_m: 0.001 }));
         self.scene.objects.push(Object { name: name.into(), shape, height_m: 0.03, marker, mass_kg: None });
         for (other, bounce_of_other) in self.scene.objects.iter().zip(&self.bounce[1..]) {
             p.restitution.insert(pair_key(name, &other.name), Estimate::exact(bounce_of_other * bounce));

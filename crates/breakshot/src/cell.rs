@@ -2,7 +2,7 @@
 
 use crate::error::{Error, Result};
 use crate::geometry::{Pixel, Point};
-use crate::object::{Shape, positive};
+use crate::object::{Shape, positive, zero_or_more};
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 
@@ -236,15 +236,13 @@ impl Cell {
                 positive(file, what, value)?;
             }
         }
-        if let Some(readout_s) = camera.readout_s
-            && !(readout_s >= 0.0 && readout_s.is_finite())
-        {
-            return Err(Error::invalid(file, "camera.readout_s", readout_s, "zero or more seconds"));
-        }
-        if let Some(thickness_m) = camera.tag_thickness_m
-            && !(thickness_m >= 0.0 && thickness_m.is_finite())
-        {
-            return Err(Error::invalid(file, "camera.tag_thickness_m", thickness_m, "zero or more metres"));
+        for (what, value, unit) in [
+            ("camera.readout_s", camera.readout_s, "seconds"),
+            ("camera.tag_thickness_m", camera.tag_thickness_m, "metres"),
+        ] {
+            if let Some(value) = value {
+                zero_or_more(file, what, value, unit)?;
+            }
         }
         if let Some(distortion) = &camera.distortion
             && (distortion.len() > 5 || distortion.iter().any(|k| !k.is_finite()))

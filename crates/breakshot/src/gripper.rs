@@ -1,6 +1,6 @@
 //! Can a parallel gripper take an object from above without touching its neighbours?
 
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::geometry::{Point, Pose, Vec2};
 use crate::object::{self, Shape};
 use crate::outline::Outline;
@@ -36,11 +36,7 @@ impl Gripper {
         object::positive(owner, "gripper.opening_m", self.opening_m)?;
         object::positive(owner, "gripper.finger_size_m[0]", self.finger_size_m[0])?;
         object::positive(owner, "gripper.finger_size_m[1]", self.finger_size_m[1])?;
-        if !(self.clearance_m >= 0.0 && self.clearance_m.is_finite()) {
-            let found = self.clearance_m;
-            return Err(Error::invalid(owner, "gripper.clearance_m", found, "zero or more metres"));
-        }
-        Ok(())
+        object::zero_or_more(owner, "gripper.clearance_m", self.clearance_m, "metres")
     }
 
     /// Every way in which it can take a shape.

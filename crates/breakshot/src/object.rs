@@ -162,6 +162,11 @@ pub struct Dot {
 const LARGEST_DOT: f64 = 0.7;
 
 impl Marker {
+    /// A flat marker in the middle of an object, without a dot.
+    pub fn centred(shape: Shape) -> Self {
+        Self { shape, at_m: Point::ORIGIN, dot: None, thickness_m: 0.0 }
+    }
+
     /// An error unless the marker can exist; `shift` is how far the object's origin was moved.
     fn check(&mut self, owner: &str, shift: Vec2) -> Result<()> {
         self.at_m = self.at_m - shift;
@@ -169,9 +174,7 @@ impl Marker {
         if !self.at_m.is_finite() {
             return Err(Error::invalid(owner, "marker.at_m", "not a number", "two numbers in m"));
         }
-        if !(self.thickness_m >= 0.0 && self.thickness_m.is_finite()) {
-            return Err(Error::invalid(owner, "marker.thickness_m", self.thickness_m, "zero or more metres"));
-        }
+        zero_or_more(owner, "marker.thickness_m", self.thickness_m, "metres")?;
         let Some(dot) = &mut self.dot else { return Ok(()) };
         dot.at_m = dot.at_m - shift;
         positive(owner, "marker.dot.radius_m", dot.radius_m)?;
@@ -244,8 +247,7 @@ pub fn find<'a>(objects: &'a [Object], name: &str, asked_by: &str) -> Result<&'a
 impl Object {
     /// What is looked for in pictures: the marker, or the outline where there is none.
     pub fn feature(&self) -> Marker {
-        let outline =
-            || Marker { shape: self.shape.clone(), at_m: Point::ORIGIN, dot: None, thickness_m: 0.0 };
+        let outline = || Marker::centred(self.shape.clone());
         self.marker.clone().unwrap_or_else(outline)
     }
 
@@ -296,6 +298,14 @@ pub fn positive(owner: &str, what: &str, value: f64) -> Result<()> {
         return Ok(());
     }
     Err(Error::invalid(owner, what, value, "a positive number"))
+}
+
+/// An error unless the value is a number that is not negative, in this unit.
+pub(crate) fn zero_or_more(owner: &str, what: &str, value: f64, unit: &str) -> Result<()> {
+    if value.is_finite() && value >= 0.0 {
+        return Ok(());
+    }
+    Err(Error::invalid(owner, what, value, format!("zero or more {unit}")))
 }
 
 fn check_polygon(owner: &str, points: &[Point]) -> Result<()> {

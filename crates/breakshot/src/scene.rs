@@ -217,9 +217,7 @@ impl Goal {
             ("min_gap_m", self.min_gap_m),
             ("mean_distance_m[0]", self.mean_distance_m[0]),
         ] {
-            if !(value >= 0.0 && value.is_finite()) {
-                return Err(Error::invalid(owner, what, value, "zero or more metres"));
-            }
+            object::zero_or_more(&owner, what, value, "metres")?;
         }
         let [least, most] = self.mean_distance_m;
         if most.is_nan() || most <= least {

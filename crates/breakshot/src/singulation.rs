@@ -357,7 +357,7 @@ mod tests {
         assert_eq!(cell.workspace, Workspace { min_m: Point::new(-0.3, -0.3), max_m: Point::new(0.3, 0.3) });
         let object = |name: &str, shape: Shape| Object {
             name: name.into(),
-            marker: Some(Marker { shape: shape.clone(), at_m: Point::ORIGIN, dot: None, thickness_m: 0.0 }),
+            marker: Some(Marker::centred(shape.clone())),
             shape,
             height_m: 0.03,
             mass_kg: None,

@@ -71,12 +71,7 @@ impl Bench {
         (mass, friction, restitution): (f64, f64, f64),
         pose: Pose,
     ) -> Self {
-        let marker = Some(Marker {
-            shape: Shape::Disc { radius_m: 0.005 },
-            at_m: Point::ORIGIN,
-            dot: None,
-            thickness_m: 0.0,
-        });
+        let marker = Some(Marker::centred(Shape::Disc { radius_m: 0.005 }));
         let p = &mut self.properties;
         if p.reference.is_empty() {
             p.reference = name.into();

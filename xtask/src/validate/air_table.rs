@@ -341,7 +341,7 @@ fn estimated(recordings: &[Recording]) -> Result<Vec<Row>, String> {
         name: name.into(),
         shape: shape.clone(),
         height_m: 0.01,
-        marker: Some(Marker { shape: bar.clone(), at_m: Point::ORIGIN, dot: None, thickness_m: 0.0 }),
+        marker: Some(Marker::centred(bar.clone())),
         mass_kg: None,
     });
     let cell =

@@ -11,7 +11,7 @@ mod dot_tests;
 mod outline_tests;
 
 fn object(name: &str, shape: Shape, marker: Shape) -> Object {
-    let marker = Some(Marker { shape: marker, at_m: Point::ORIGIN, dot: None, thickness_m: 0.0 });
+    let marker = Some(Marker::centred(marker));
     Object { name: name.into(), shape, height_m: 0.03, marker, mass_kg: None }
 }
 

@@ -147,12 +147,7 @@ mod tests {
             name: name.into(),
             shape: Shape::Disc { radius_m: RADIUS_M },
             height_m: 0.01,
-            marker: Some(Marker {
-                shape: Shape::Disc { radius_m: 0.005 },
-                at_m: Point::ORIGIN,
-                dot: None,
-                thickness_m: 0.0,
-            }),
+            marker: Some(Marker::centred(Shape::Disc { radius_m: 0.005 })),
             mass_kg: None,
         });
         let clips: Vec<_> = (0..4).map(clip).collect();

@@ -192,12 +192,7 @@ mod tests {
 
     fn object(name: &str) -> Object {
         let shape = Shape::Disc { radius_m: RADIUS_M };
-        let marker = Some(Marker {
-            shape: Shape::Disc { radius_m: 0.01 },
-            at_m: Point::ORIGIN,
-            dot: None,
-            thickness_m: 0.0,
-        });
+        let marker = Some(Marker::centred(Shape::Disc { radius_m: 0.01 }));
         Object { name: name.into(), shape, height_m: 0.04, marker, mass_kg: None }
     }
 

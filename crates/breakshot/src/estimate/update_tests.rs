@@ -13,7 +13,7 @@ pub(super) fn object(name: &str, shape: Shape) -> Object {
         Shape::Disc { .. } => Shape::Disc { radius_m: 0.01 },
         _ => Shape::Rectangle { size_m: [0.018, 0.009] },
     };
-    let marker = Some(Marker { shape: marker, at_m: Point::ORIGIN, dot: None, thickness_m: 0.0 });
+    let marker = Some(Marker::centred(marker));
     Object { name: name.into(), shape, height_m: 0.04, marker, mass_kg: None }
 }
 

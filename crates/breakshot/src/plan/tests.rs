@@ -19,12 +19,7 @@ fn objects() -> Vec<Object> {
         ("t", polygon(&[[0.0, 0.0], [0.2, 0.0], [-0.05, 0.03]])),
     ];
     let object = |(name, shape): (&str, Shape)| {
-        let marker = Some(Marker {
-            shape: Shape::Disc { radius_m: 0.01 },
-            at_m: Point::ORIGIN,
-            dot: None,
-            thickness_m: 0.0,
-        });
+        let marker = Some(Marker::centred(Shape::Disc { radius_m: 0.01 }));
         let mut object = Object { name: name.into(), shape, height_m: 0.03, marker, mass_kg: None };
         object.check().expect("an object");
         object

@@ -272,7 +272,7 @@ mod tests {
             name: "a".into(),
             shape: shape.clone(),
             height_m: 0.001,
-            marker: Some(Marker { shape, at_m: Point::ORIGIN, dot: None, thickness_m: 0.0 }),
+            marker: Some(Marker::centred(shape)),
             mass_kg: None,
         };
         let sample = Sample {

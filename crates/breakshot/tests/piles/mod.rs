@@ -79,12 +79,7 @@ impl Pile {
             p.restitution.insert(pair_key(&name, &other), Estimate::exact(e));
         }
         p.striker_restitution.insert(name.clone(), Estimate::exact(bounce));
-        let marker = Some(Marker {
-            shape: Shape::Disc { radius_m: 0.001 },
-            at_m: Point::ORIGIN,
-            dot: None,
-            thickness_m: 0.0,
-        });
+        let marker = Some(Marker::centred(Shape::Disc { radius_m: 0.001 }));
         let (position_m, yaw_rad) = (pose.position, pose.yaw_rad);
         self.scene.placed.push(Placed { object: name.clone(), position_m, yaw_rad });
         self.scene.objects.push(Object { name, shape, height_m: 0.03, marker, mass_kg: None });

@@ -164,7 +164,7 @@ fn object(k: usize, recipe: &Recipe, random: &mut Pcg64Mcg) -> Object {
     let bar = Shape::Rectangle { size_m: [0.018, 0.009] };
     let marker = if square || recipe.bars { bar } else { Shape::Disc { radius_m: 0.01 } };
     let name = char::from(b'a' + (k % 26) as u8).to_string();
-    let marker = Some(Marker { shape: marker, at_m: Point::ORIGIN, dot: None, thickness_m: 0.0 });
+    let marker = Some(Marker::centred(marker));
     Object { name, shape, height_m: random.random_range(0.025..0.05), marker, mass_kg: None }
 }
 

@@ -12,12 +12,7 @@ use crate::verify::{Observed, comparison, html};
 use std::collections::BTreeMap;
 
 fn object(name: &str, shape: Shape, mass_kg: Option<f64>) -> Object {
-    let marker = Some(Marker {
-        shape: Shape::Rectangle { size_m: [0.018, 0.009] },
-        at_m: Point::ORIGIN,
-        dot: None,
-        thickness_m: 0.0,
-    });
+    let marker = Some(Marker::centred(Shape::Rectangle { size_m: [0.018, 0.009] }));
     Object { name: name.into(), shape, height_m: 0.03, marker, mass_kg }
 }
 

@@ -287,7 +287,6 @@ fn error_percent(mean: f64, known: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geometry::Point;
     use crate::object::{Marker, Shape};
 
     fn estimate(mean: f64) -> Estimate {
@@ -297,7 +296,7 @@ mod tests {
 
     fn object(name: &str, mass_kg: Option<f64>) -> Object {
         let shape = Shape::Disc { radius_m: 0.03 };
-        let marker = Some(Marker { shape: shape.clone(), at_m: Point::ORIGIN, dot: None, thickness_m: 0.0 });
+        let marker = Some(Marker::centred(shape.clone()));
         Object { name: name.into(), shape, height_m: 0.04, marker, mass_kg }
     }
 
