@@ -202,7 +202,8 @@ impl Singulation {
         let mut placed = places
             .map(|(name, position, yaw_rad)| {
                 let shape = &scene.object(name)?.shape;
-                let yaw_rad = if matches!(shape, Shape::Disc { .. }) { Some(0.0) } else { yaw_rad };
+                // A disc looks the same however it is turned.
+                let yaw_rad = yaw_rad.or(matches!(shape, Shape::Disc { .. }).then_some(0.0));
                 let outline = yaw_rad.map(|yaw_rad| Outline::new(shape, Pose { position, yaw_rad }));
                 Ok(Lying { name, position, yaw_rad, outline, radius_m: shape.outer_radius_m() })
             })
@@ -306,7 +307,7 @@ fn moved(scene: &Scene, placed: &[Lying]) -> Vec<Moved> {
 struct Lying<'a> {
     name: &'a str,
     position: Point,
-    /// Unknown where it is unknown how the object is turned; zero for a disc.
+    /// Unknown where it is unknown how the object is turned; any for a disc.
     yaw_rad: Option<f64>,
     /// Unknown where it is unknown how the object is turned.
     outline: Option<Outline>,
