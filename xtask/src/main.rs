@@ -49,9 +49,9 @@ usage: cargo xtask TASK
                    plans for random piles, carried out in the lab (60 piles if not given); --repeat makes each planned
                    strike ten times more, poses, speed and heading being off; --search also looks in the lab
                    itself for the piles that some strike singulates reliably (minutes a pile)
-  validate cameras LAB [--python PYTHON]
+  validate cameras LAB [--only NAME] [--python PYTHON]
                    tracks of one strike of the lab filmed at other rates, tilted, blurred, noisy, dim, in other codings
-                   (use `cargo run --release -p xtask --`; needs ffmpeg and libosmesa)
+                   (NAME is part of a camera's name; use `cargo run --release -p xtask --`; needs ffmpeg and libosmesa)
   validate decode CLIPS
                    decoded films against ffmpeg's, bit for bit; the same as `bench decode`
   fuzz [COUNT]     mutated films are opened, every fiftieth is played: no panic, no hang, no waste of memory
@@ -85,8 +85,14 @@ fn main() -> ExitCode {
             Ok(count) => validate::estimate(count),
             Err(_) => Err(format!("`{count}` is no number of campaigns")),
         },
-        ["validate", "cameras", lab] => validate::cameras(lab.as_ref(), None),
-        ["validate", "cameras", lab, "--python", python] => validate::cameras(lab.as_ref(), Some(python)),
+        ["validate", "cameras", lab] => validate::cameras(lab.as_ref(), None, None),
+        ["validate", "cameras", lab, "--only", name] => validate::cameras(lab.as_ref(), Some(name), None),
+        ["validate", "cameras", lab, "--python", python] => {
+            validate::cameras(lab.as_ref(), None, Some(python))
+        }
+        ["validate", "cameras", lab, "--only", name, "--python", python] => {
+            validate::cameras(lab.as_ref(), Some(name), Some(python))
+        }
         ["fuzz"] => fuzz::fuzz(fuzz::COUNT),
         ["fuzz", count] => match count.parse() {
             Ok(count) => fuzz::fuzz(count),

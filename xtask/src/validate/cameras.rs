@@ -10,11 +10,13 @@ use crate::example::target;
 use crate::{process, venv};
 use breakshot::capture::Decoder;
 use breakshot::files;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::Command;
 
 /// Films the strike by every camera (once), tracks it, and compares.
-pub(crate) fn cameras(lab: &Path, python: Option<&str>) -> Result<(), String> {
+///
+/// With `only`, tracks only the films of the cameras with this word in their names.
+pub(crate) fn cameras(lab: &Path, only: Option<&str>, python: Option<&str>) -> Result<(), String> {
     let folder = target().join("cameras");
     let python = venv::given_or(python, "lab", &venv::LAB)?;
     let run = process::run(Command::new(python).arg("xtask/peers/lab_cameras.py").arg(lab).arg(&folder))?;
@@ -23,9 +25,16 @@ pub(crate) fn cameras(lab: &Path, python: Option<&str>) -> Result<(), String> {
     }
     let entries = std::fs::read_dir(&folder).map_err(|e| format!("{}: {e}", folder.display()))?;
     let mut cameras: Vec<_> = entries.filter_map(|entry| entry.ok().map(|entry| entry.path())).collect();
+    let wanted = |camera: &PathBuf| {
+        camera.file_name().is_some_and(|n| n.to_string_lossy().contains(only.unwrap_or("")))
+    };
+    cameras.retain(|camera| wanted(camera) && camera.join("truth.json").exists());
     cameras.sort();
+    if cameras.is_empty() {
+        return Err(format!("{}: no films of a camera named `{}`", folder.display(), only.unwrap_or("")));
+    }
     let mut all_hold = true;
-    for camera in cameras.iter().filter(|camera| camera.join("truth.json").exists()) {
+    for camera in &cameras {
         all_hold &= measured(camera)?;
     }
     if all_hold { Ok(()) } else { Err("some targets were missed".into()) }
