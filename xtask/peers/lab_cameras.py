@@ -35,12 +35,14 @@ CODED = {
 }
 
 
-# The tilted film again: the lab's markers and tags are plates of this thickness (m), and now the files say so.
-TOLD = ("tilted 25 degrees", "tilted, thicknesses told", 0.0008, 0.0006)
+# Films again: the lab's markers and tags are plates of this thickness (m), and now the files say so.
+TOLD = (
+    ("tilted 25 degrees", "tilted, thicknesses told", 0.0008, 0.0006),
+    ("without markers", "without markers, thickness told", None, 0.0006),
+)
 
 
-def tell(out):
-    film, name, marker_m, tag_m = TOLD
+def tell(out, film, name, marker_m, tag_m):
     folder = os.path.join(out, name)
     if os.path.exists(os.path.join(folder, "truth.json")):
         return
@@ -49,6 +51,8 @@ def tell(out):
         ("objects.toml", " }  # black", f", thickness_m = {marker_m} }}  # black"),
         ("cell.toml", "[camera]", f"[camera]\ntag_thickness_m = {tag_m}"),
     ):
+        if marker_m is None and file == "objects.toml":
+            continue
         path = os.path.join(folder, file)
         with open(path) as text:
             told = text.read().replace(old, new)
@@ -111,7 +115,8 @@ def main():
         for file in ("cell.toml", "objects.toml", "campaign.toml", "truth.json"):
             shutil.copy(os.path.join(usual, file), folder)
         print(name, flush=True)
-    tell(out)
+    for told in TOLD:
+        tell(out, *told)
 
 
 if __name__ == "__main__":

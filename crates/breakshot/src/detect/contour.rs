@@ -5,8 +5,9 @@
 
 use super::blob::{NORMAL_PER_MEDIAN, median};
 use super::outline::{EdgePoint, Scene};
+use super::strip::{Strip, strips_px};
 use crate::geometry::{Pixel, Pose, Vec2};
-use nalgebra::{Matrix2, Matrix3, Vector2, Vector3};
+use nalgebra::{Matrix2, Matrix4, Vector2, Vector4};
 
 /// An outline laid onto the picture.
 #[derive(Clone, Copy, Debug)]
@@ -20,6 +21,8 @@ pub(super) struct Fit {
 
 /// How far from the outline edges are looked for, round by round (px).
 const REACHES_PX: [f64; 5] = [5.0, 4.0, 3.0, 3.0, 3.0];
+/// For so many rounds the steepest edges have to do; then strips of side are close enough to be looked at.
+const STEEPEST_ROUNDS: usize = 2;
 /// Profiles across the outline are read in these steps (px).
 const STEP_PX: f64 = 0.5;
 /// Steps of this many neighbours on either side are averaged with their signs.
@@ -47,28 +50,40 @@ const CLOSE_LOOKS: usize = 4;
 struct Edge {
     /// How far outside the outline it lies (px).
     off_px: f64,
-    step: f64,
-    /// Whether no other edge is near: two that run together are both moved.
-    alone: bool,
+    /// What it counts, 0 to 1.
+    weight: f64,
 }
 
 impl Scene<'_> {
     /// The outline laid onto the edges near `guess`; `blur_px` is how far it moved while the shutter was open.
     pub(super) fn laid(&self, guess: Pose, blur_px: [f64; 2]) -> Option<Fit> {
+        self.fitted(guess, blur_px, STEEPEST_ROUNDS)
+    }
+
+    fn fitted(&self, guess: Pose, blur_px: [f64; 2], steepest_rounds: usize) -> Option<Fit> {
         let mut pose = guess;
-        for reach_px in REACHES_PX {
-            let points = self.edge_points(pose);
-            let edges = self.edges(&points, reach_px, blur_px);
-            pose = self.moved(pose, &points, &edges)?;
+        let (mut larger_px, mut smear_px) = (0.0, None);
+        for (round, reach_px) in REACHES_PX.into_iter().enumerate() {
+            let rim = Rim::new(self.edge_points(pose), blur_px);
+            if round == steepest_rounds {
+                smear_px = Some(self.smear_px(&rim.strips(), reach_px));
+            }
+            let edges = self.edges(&rim, reach_px, smear_px);
+            (pose, larger_px) = self.moved(pose, &rim.points, &edges)?;
         }
-        let points = self.edge_points(pose);
-        let edges = self.edges(&points, REACHES_PX[REACHES_PX.len() - 1], blur_px);
-        let on: Vec<bool> =
-            points.iter().zip(&edges).map(|(point, edge)| on_outline(point, edge.as_ref())).collect();
+        let rim = Rim::new(self.edge_points(pose), blur_px);
+        let mut edges = self.edges(&rim, REACHES_PX[REACHES_PX.len() - 1], smear_px);
+        edges.iter_mut().flatten().for_each(|edge| edge.off_px -= larger_px);
+        let on: Vec<bool> = rim
+            .strips_px
+            .iter()
+            .zip(&edges)
+            .map(|(strip_px, edge)| on_outline(*strip_px, edge.as_ref()))
+            .collect();
         let offs_px = edges.iter().flatten().map(|e| e.off_px).filter(|o| o.abs() < ON_OUTLINE_PX);
         let (count, squares) = offs_px.fold((0.0, 0.0), |(n, sum), off_px| (n + 1.0, sum + off_px * off_px));
         let std_px = (squares / count * 2.0 * ALIKE / count).sqrt();
-        (count > 0.0).then(|| Fit { pose, shown: shown(&points, &on), std_px: std_px.max(FLOOR_STD_PX) })
+        (count > 0.0).then(|| Fit { pose, shown: shown(&rim.points, &on), std_px: std_px.max(FLOOR_STD_PX) })
     }
 
     /// The best of the outlines laid at most `reach_m` and `turn_rad` from a pose; `free` says where it may lie.
@@ -100,8 +115,11 @@ impl Scene<'_> {
         // The nearer of two that are alike.
         let far = |pose: &Pose| pose.position.distance(around.position);
         tried.sort_by(|a, b| b.0.total_cmp(&a.0).then(far(&a.1).total_cmp(&far(&b.1))));
-        let looks = tried.iter().take(CLOSE_LOOKS).filter_map(|(_, pose)| self.laid(*pose, [0.0, 0.0]));
-        looks.filter(|fit| free(fit.pose)).max_by(|a, b| a.shown.total_cmp(&b.shown))
+        // Strips of side take time, and do not tell one place from another.
+        let look = |pose: Pose| self.fitted(pose, [0.0, 0.0], REACHES_PX.len()).filter(|fit| free(fit.pose));
+        let looks = tried.iter().take(CLOSE_LOOKS).filter_map(|(_, pose)| look(*pose));
+        let best = looks.max_by(|a, b| a.shown.total_cmp(&b.shown))?;
+        self.laid(best.pose, [0.0, 0.0]).filter(|fit| free(fit.pose)).or(Some(best))
     }
 
     /// Whether the outline tells how the object is turned.
@@ -109,37 +127,53 @@ impl Scene<'_> {
         self.shape.rotation_symmetry_rad() != Some(0.0)
     }
 
-    /// The steepest edge beside each point, if there is one.
-    fn edges(&self, points: &[EdgePoint], reach_px: f64, blur_px: [f64; 2]) -> Vec<Option<Edge>> {
-        let n = points.len();
-        let profiles: Vec<Vec<f64>> = points.iter().map(|p| self.profile(p, reach_px, blur_px)).collect();
+    /// The edge beside each point, if there is one: the steepest, or where another is near, of a strip of side or
+    /// shadow, the rim above it.
+    fn edges(&self, rim: &Rim, reach_px: f64, smear_px: Option<f64>) -> Vec<Option<Edge>> {
+        let n = rim.points.len();
+        let profiles: Vec<Vec<f64>> = (0..n).map(|k| self.profile(&rim.strip(k), reach_px)).collect();
         let mean = |k: usize, i: usize| {
             let near = (0..=2 * NEIGHBOURS).map(|j| profiles[(k + n + j - NEIGHBOURS) % n][i]);
             near.sum::<f64>() / (2 * NEIGHBOURS + 1) as f64
         };
         let steps = (reach_px / STEP_PX) as usize * 2 + 1;
-        let edge = |k: usize| {
+        let steepest = |k: usize| {
             let profile: Vec<f64> = (0..steps).map(|i| mean(k, i).abs()).collect();
             let off_px = |i: f64| i * STEP_PX - reach_px;
             // The nearer one of two that are alike.
             let weight = |i: usize| profile[i] * (1.0 - 0.5 * off_px(i as f64).abs() / reach_px);
-            let steepest = (0..steps).max_by(|&a, &b| weight(a).total_cmp(&weight(b)))?;
-            let best = summit(&profile, steepest).filter(|&best| profile[best] >= LEAST_STEP)?;
+            let highest = (0..steps).max_by(|&a, &b| weight(a).total_cmp(&weight(b)))?;
+            let best = summit(&profile, highest).filter(|&best| profile[best] >= LEAST_STEP)?;
             let [before, here, after] = [profile[best - 1], profile[best], profile[best + 1]];
             let rival = |i: usize| summit(&profile, i) == Some(i) && profile[i] > RIVAL * here;
             let alone = !(0..steps).any(|i| i.abs_diff(best) > 1 && rival(i));
             let bend = before - 2.0 * here + after;
             let shift = if bend < 0.0 { 0.5 * (before - after) / bend } else { 0.0 };
-            Some(Edge { off_px: off_px(best as f64 + shift), step: here, alone })
+            let alone = alone && !rim.merged(k);
+            let part = if alone { 1.0 } else { TOGETHER };
+            Some((
+                alone,
+                Edge { off_px: off_px(best as f64 + shift), weight: part * here / (here + LEAST_STEP) },
+            ))
         };
-        (0..n).map(edge).collect()
+        let above_strip = |k: usize| {
+            let found = self.strip_edge(rim.strip(k), reach_px, smear_px?)?;
+            let weight = 1.0 / (1.0 + (found.std_px / LEAST_SCATTER_PX).powi(2));
+            let tells = found.std_px < ON_OUTLINE_PX / OUTLIER_STDS;
+            tells.then_some(Edge { off_px: found.off_px, weight })
+        };
+        let best = |k: usize| match steepest(k) {
+            Some((true, edge)) => Some(edge),
+            other => above_strip(k).or(other.map(|(_, edge)| edge)),
+        };
+        (0..n).map(best).collect()
     }
 
     /// Steps of grey across a point of the outline, outside minus inside; NaN past the picture's edge.
-    fn profile(&self, point: &EdgePoint, reach_px: f64, blur_px: [f64; 2]) -> Vec<f64> {
-        let [nx, ny] = point.outward;
+    fn profile(&self, strip: &Strip, reach_px: f64) -> Vec<f64> {
+        let (point, [nx, ny]) = (strip.point, strip.point.outward);
         // An edge smeared over some way steps most between the ends of that way.
-        let half_px = (0.5 * (blur_px[0] * nx + blur_px[1] * ny).abs()).max(1.0);
+        let half_px = (0.5 * strip.motion_px).max(1.0);
         let read = |way_px: f64| {
             let place = Pixel::new(point.at.x + nx * way_px, point.at.y + ny * way_px);
             self.image.grey_at(place).unwrap_or(f64::NAN)
@@ -149,15 +183,17 @@ impl Scene<'_> {
         (0..steps).map(|i| read(off_px(i) + half_px) - read(off_px(i) - half_px)).collect()
     }
 
-    /// The pose moved so that the outline lies on the edges (robust least squares).
-    fn moved(&self, pose: Pose, points: &[EdgePoint], edges: &[Option<Edge>]) -> Option<Pose> {
+    /// The pose moved so that the outline lies on the edges (robust least squares), and how much larger all round than
+    /// told the outline then is (px): what a ruler read wrongly must not move it where one side shows better.
+    fn moved(&self, pose: Pose, points: &[EdgePoint], edges: &[Option<Edge>]) -> Option<(Pose, f64)> {
         let step_m = 1e-4;
         let pixel = |at: Vec2| self.camera.pixel_from_table(pose.position + at, self.height_m);
         let (at, right, up) =
             (pixel(Vec2::ZERO), pixel(Vec2::new(step_m, 0.0)), pixel(Vec2::new(0.0, step_m)));
         // How the picture moves with the object (px per m).
         let [ax, ay] = [right, up].map(|p| [(p.x - at.x) / step_m, (p.y - at.y) / step_m]);
-        let rows: Vec<(Vector3<f64>, f64, f64)> = points
+        let ruler_std_px = RULER_STD_M / self.camera.scale_m_per_px(at, self.height_m);
+        let rows: Vec<(Vector4<f64>, Edge)> = points
             .iter()
             .zip(edges)
             .filter_map(|(point, edge)| {
@@ -165,39 +201,68 @@ impl Scene<'_> {
                 let (along_x, along_y) = (nx * ax[0] + ny * ax[1], nx * ay[0] + ny * ay[1]);
                 let arm = point.body.to_vec().rotated(pose.yaw_rad).perpendicular();
                 let turning = if self.turns() { along_x * arm.x + along_y * arm.y } else { 0.0 };
-                let merged = (SIDE_HIDDEN_PX..SIDE_APART_PX).contains(&point.side_px);
-                let alone = if edge.alone && !merged { 1.0 } else { TOGETHER };
-                let weight = alone * edge.step / (edge.step + LEAST_STEP);
-                Some((Vector3::new(along_x, along_y, turning), edge.off_px, weight))
+                Some((Vector4::new(along_x, along_y, turning, 1.0), edge))
             })
             .collect();
-        let mut change = Vector3::zeros();
+        let mut change = Vector4::zeros();
         for _ in 0..ROBUST_ROUNDS {
-            let off = |(row, off_px, _): &(Vector3<f64>, f64, f64)| off_px - row.dot(&change);
+            let off = |(row, edge): &(Vector4<f64>, Edge)| edge.off_px - row.dot(&change);
             let scatter =
                 NORMAL_PER_MEDIAN * median(rows.iter().map(|r| off(r).abs()).chain([0.0]).collect());
-            let limit_px = OUTLIER_STDS * scatter.max(LEAST_SCATTER_PX);
-            let (mut matrix, mut side) = (Matrix3::zeros(), Vector3::zeros());
+            let scatter_px = scatter.max(LEAST_SCATTER_PX);
+            let (mut matrix, mut side) = (Matrix4::zeros(), Vector4::zeros());
             for row in &rows {
                 // Tukey's weights.
-                let part = (off(row) / limit_px).powi(2);
-                let weight = row.2 * (1.0 - part).max(0.0).powi(2);
+                let part = (off(row) / (OUTLIER_STDS * scatter_px)).powi(2);
+                let weight = row.1.weight * (1.0 - part).max(0.0).powi(2);
                 matrix += row.0 * row.0.transpose() * weight;
-                side += row.0 * (row.1 * weight);
+                side += row.0 * (row.1.off_px * weight);
             }
             if !self.turns() {
                 matrix[(2, 2)] = 1.0;
             }
+            matrix[(3, 3)] += ALIKE * (scatter_px / ruler_std_px).powi(2);
             change = matrix.try_inverse()? * side;
         }
         let moved = Pose {
             position: pose.position + Vec2::new(change[0], change[1]),
             yaw_rad: pose.yaw_rad + change[2],
         };
-        moved.position.is_finite().then_some(moved)
+        moved.position.is_finite().then_some((moved, change[3]))
     }
 }
 
+/// An outline's points, and how wide the side shows beyond each (px).
+struct Rim {
+    points: Vec<EdgePoint>,
+    strips_px: Vec<f64>,
+    blur_px: [f64; 2],
+}
+
+impl Rim {
+    fn new(points: Vec<EdgePoint>, blur_px: [f64; 2]) -> Self {
+        Self { strips_px: strips_px(&points), points, blur_px }
+    }
+
+    fn strip(&self, k: usize) -> Strip<'_> {
+        let (point, [bx, by]) = (&self.points[k], self.blur_px);
+        let [nx, ny] = point.outward;
+        let width_px = if self.merged(k) { self.strips_px[k] } else { 0.0 };
+        Strip { point, width_px, motion_px: (bx * nx + by * ny).abs() }
+    }
+
+    /// Whether rim and foot are so near that their edges run into one.
+    fn merged(&self, k: usize) -> bool {
+        (SIDE_HIDDEN_PX..SIDE_APART_PX).contains(&self.strips_px[k])
+    }
+
+    fn strips(&self) -> Vec<Strip<'_>> {
+        (0..self.points.len()).filter(|&k| self.merged(k)).map(|k| self.strip(k)).collect()
+    }
+}
+
+/// An outline read off a ruler, to half a millimetre on either side, is right within this (m, one standard deviation).
+const RULER_STD_M: f64 = 0.25e-3;
 /// An edge as steep as this part of the steepest one moves it.
 const RIVAL: f64 = 0.3;
 /// Where an object's side shows as a strip between these widths (px), its two edges run into one.
@@ -207,8 +272,8 @@ const SIDE_APART_PX: f64 = 4.0;
 const TOGETHER: f64 = 0.02;
 
 /// Whether the edge beside a point is the outline's, or that of the strip of side that runs into it.
-fn on_outline(point: &EdgePoint, edge: Option<&Edge>) -> bool {
-    let strip_px = if point.side_px < SIDE_APART_PX { point.side_px.max(0.0) } else { 0.0 };
+fn on_outline(strip_px: f64, edge: Option<&Edge>) -> bool {
+    let strip_px = if strip_px < SIDE_APART_PX { strip_px } else { 0.0 };
     edge.is_some_and(|e| e.off_px > -ON_OUTLINE_PX && e.off_px < ON_OUTLINE_PX + strip_px)
 }
 

@@ -17,6 +17,7 @@ mod markerless;
 mod motion;
 mod outline;
 mod review;
+mod strip;
 #[cfg(test)]
 mod tests;
 mod threshold;

@@ -15,12 +15,12 @@ pub(super) struct EdgePoint {
     pub outward: [f64; 2],
     /// In the object's frame.
     pub body: Point,
-    /// How wide the object's side shows below this point (px); negative where it is hidden.
-    pub side_px: f64,
+    /// Where the table's height is reached straight below this point.
+    pub foot: Pixel,
 }
 
 /// Places on an outline lie about this far apart (px): nearer ones would show the same pixels.
-const SPACING_PX: f64 = 2.0;
+pub(super) const SPACING_PX: f64 = 2.0;
 /// A search looks at points this far apart (px).
 const ROUGH_SPACING_PX: f64 = 8.0;
 /// Inside and outside are read this far from the outline (px): past the lens' own smear.
@@ -101,8 +101,7 @@ impl Scene<'_> {
             let (dx, dy) = (ahead.x - at.x, ahead.y - at.y);
             let length = dx.hypot(dy);
             let foot = self.camera.pixel_from_table(pose.table_from_body(body), 0.0);
-            let side_px = ((foot.x - at.x) * dx + (foot.y - at.y) * dy) / length;
-            (length > 0.0).then(|| EdgePoint { at, outward: [dx / length, dy / length], body, side_px })
+            (length > 0.0).then(|| EdgePoint { at, outward: [dx / length, dy / length], body, foot })
         };
         rim(self.shape, spacing_m).into_iter().filter_map(seen).collect()
     }
