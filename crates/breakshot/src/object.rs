@@ -135,7 +135,7 @@ pub struct Marker {
     /// Its centre in the object's frame (m).
     #[serde(default)]
     pub at_m: Point,
-    /// A smaller dot beside a disc, which tells how the object is turned.
+    /// A dot beside a disc, smaller or equal, which tells how the object is turned.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub dot: Option<Dot>,
     /// How far it rises above the object's top (m): from the side its rim shows as well.
@@ -158,8 +158,11 @@ pub struct Dot {
     pub at_m: Point,
 }
 
-/// A dot is at most this part as wide as its disc: nearer to each other, which is which could be mistaken.
+/// A dot that is smaller than its disc is at most this part as wide: nearer to each other, which is which could be
+/// mistaken.
 const LARGEST_DOT: f64 = 0.7;
+/// Radii that differ by less are meant to be equal (m).
+const EQUAL_M: f64 = 1e-9;
 
 impl Marker {
     /// A flat marker in the middle of an object, without a dot.
@@ -167,8 +170,17 @@ impl Marker {
         Self { shape, at_m: Point::ORIGIN, dot: None, thickness_m: 0.0 }
     }
 
+    /// Whether its dot is as wide as its disc: nothing of the marker itself then tells which is which.
+    pub fn has_equal_dots(&self) -> bool {
+        match (&self.shape, self.dot) {
+            (Shape::Disc { radius_m }, Some(dot)) => (dot.radius_m - radius_m).abs() < EQUAL_M,
+            _ => false,
+        }
+    }
+
     /// An error unless the marker can exist; `shift` is how far the object's origin was moved.
     fn check(&mut self, owner: &str, shift: Vec2) -> Result<()> {
+        let equal = self.has_equal_dots();
         self.at_m = self.at_m - shift;
         self.at_m += self.shape.check_and_centre(&format!("{owner}, marker"))?;
         if !self.at_m.is_finite() {
@@ -189,9 +201,10 @@ impl Marker {
                 "a disc",
             ));
         };
-        if dot.radius_m > LARGEST_DOT * radius_m {
+        if dot.radius_m > LARGEST_DOT * radius_m && !equal {
+            let most_m = LARGEST_DOT * radius_m;
             let needed =
-                format!("at most {:.4} m, so that it cannot be taken for the disc", LARGEST_DOT * radius_m);
+                format!("at most {most_m:.4} m, so that it cannot be taken for the disc, or {radius_m} m");
             return Err(Error::invalid(owner, "marker.dot.radius_m", dot.radius_m, needed));
         }
         let apart_m = dot.at_m.distance(self.at_m);
@@ -445,7 +458,10 @@ mod tests {
             object.check().map_err(|e| e.to_string())
         };
         let disc = "shape = { disc = { radius_m = 0.01 } }\n";
-        assert_eq!(marker(&format!("{disc}dot = {{ radius_m = 0.005, at_m = [0.02, 0.0] }}")), Ok(None));
+        for radius_m in [0.005, 0.01] {
+            let dot = format!("{disc}dot = {{ radius_m = {radius_m}, at_m = [0.021, 0.0] }}");
+            assert_eq!(marker(&dot), Ok(None), "{dot}");
+        }
         for (text, word) in [
             (format!("{disc}dot = {{ radius_m = 0.009, at_m = [0.02, 0.0] }}"), "taken for the disc"),
             (format!("{disc}dot = {{ radius_m = 0.005, at_m = [0.012, 0.0] }}"), "do not touch"),

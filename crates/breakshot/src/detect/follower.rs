@@ -4,7 +4,7 @@ use super::blob::Blob;
 use super::identity::Start;
 use super::marker::Target;
 use crate::capture::Camera;
-use crate::geometry::{Pose, Vec2};
+use crate::geometry::{Pixel, Pose, Vec2};
 
 /// A marker in one frame.
 #[derive(Clone, Copy, Debug)]
@@ -167,10 +167,29 @@ impl<'a> Follower<'a> {
 pub(super) struct Sight {
     pub pose: Pose,
     pub blob: Blob,
+    /// Where the dot beside it is, if it shows.
+    pub dot: Option<Pixel>,
     /// How far it was taken to smear (px).
     pub blur_px: f64,
     /// Whether it tells how the object is turned; else the pose has the angle that was due.
     pub turn_known: bool,
     /// How unlike the follower's marker it looks: a sum of squares of standard deviations.
     pub strangeness: f64,
+}
+
+impl Sight {
+    /// Whether something seen here is part of this marker.
+    pub(super) fn shows(&self, at: Pixel, reach_px: f64) -> bool {
+        self.marks().any(|mark| mark.distance_px(at) < reach_px)
+    }
+
+    /// Whether both are the same marker.
+    pub(super) fn shares(&self, other: &Self) -> bool {
+        let reach_px = self.blob.area_px2.sqrt() / 2.0;
+        other.marks().any(|mark| self.shows(mark, reach_px))
+    }
+
+    fn marks(&self) -> impl Iterator<Item = Pixel> {
+        std::iter::once(self.blob.centroid).chain(self.dot)
+    }
 }

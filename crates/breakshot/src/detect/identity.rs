@@ -5,13 +5,15 @@
 
 use super::Layout;
 use super::assignment::assignment;
+use super::blob::Blob;
 use super::contour::Fit;
+use super::dot::Pair;
 use super::label::Level;
 use super::marker::Target;
 use super::outline;
 use super::threshold::{Candidate, OUTLINE_TOLERANCE};
 use crate::capture::{Camera, GreyImage};
-use crate::geometry::{Pose, Vec2, wrapped_rad};
+use crate::geometry::{Pixel, Pose, Vec2, wrapped_rad};
 use crate::object::{Shape, kind};
 use std::f64::consts::PI;
 
@@ -28,8 +30,10 @@ struct Match {
     pose: Pose,
     /// How badly marker and outline fit: half a square of standard deviations.
     cost: f64,
-    /// The outline of an object without a marker.
-    fit: Option<Fit>,
+    /// The marker; what an outline would measure as, of an object without one.
+    blob: Blob,
+    /// The dot beside the candidate, if they are equal: another candidate, but the same marker.
+    twin: Option<Pixel>,
 }
 
 /// Cut by hand and measured by ruler, a marker's lengths are right within this part (one standard deviation).
@@ -53,10 +57,11 @@ pub(super) fn starts(
     candidates: &[Candidate],
     layout: &Layout,
 ) -> (Vec<Option<Start>>, Vec<String>) {
-    let matches: Vec<Vec<Option<Match>>> = targets
-        .iter()
-        .map(|t| candidates.iter().map(|c| fit(image, camera, t, c, layout)).collect())
-        .collect();
+    let row = |target| {
+        let row = candidates.iter().map(|c| fit(image, camera, target, c, layout)).collect();
+        without_twins(row, candidates)
+    };
+    let matches: Vec<Vec<Option<Match>>> = targets.iter().map(row).collect();
     let fits = costs(&matches, |_, m| m.cost);
     let mut out_of_order = None;
     let given = match layout {
@@ -91,10 +96,8 @@ pub(super) fn starts(
         .enumerate()
         .map(|(row, column)| {
             let column = (*column)?;
-            let Match { pose, fit, .. } = matches[row][column]?;
-            let seen =
-                fit.map(|fit| Candidate { blob: targets[row].blob(camera, &fit), ..candidates[column] });
-            Some(Start { candidate: seen.unwrap_or(candidates[column]), pose })
+            let Match { pose, blob, .. } = matches[row][column]?;
+            Some(Start { candidate: Candidate { blob, ..candidates[column] }, pose })
         })
         .collect();
     warnings.extend(moved(targets, &starts, layout));
@@ -110,6 +113,23 @@ fn costs(matches: &[Vec<Option<Match>>], cost: impl Fn(usize, &Match) -> f64) ->
         row.iter().map(|m| m.as_ref().map_or(f64::INFINITY, |m| cost(k, m))).collect()
     };
     matches.iter().enumerate().map(row).collect()
+}
+
+/// Two equal dots are two candidates, but one marker: the better of its two matches stands in the first one's column.
+fn without_twins(mut row: Vec<Option<Match>>, candidates: &[Candidate]) -> Vec<Option<Match>> {
+    for first in 0..row.len() {
+        let Some(Match { twin: Some(twin), cost, .. }) = row[first] else { continue };
+        let reach_px = candidates[first].blob.area_px2.sqrt() / 2.0;
+        let is_twin = |c: &Candidate| c.blob.centroid.distance_px(twin) < reach_px;
+        if let Some(second) = candidates.iter().position(is_twin)
+            && second > first
+            && let Some(other) = row[second].take()
+            && other.cost < cost
+        {
+            row[first] = Some(other);
+        }
+    }
+    row
 }
 
 /// How well a candidate goes as the target's marker, and the pose it would give the object.
@@ -132,13 +152,14 @@ fn fit(
         return None;
     }
     let object = target.object;
-    let pose = |yaw_rad: f64| target.pose(camera, blob.aim(), yaw_rad);
     let known_yaw_rad = placed(layout, target).map(|pose| pose.yaw_rad);
-    let yaw_by_dot_rad = target.yaw_by_dot_rad(image, camera, blob, (known_yaw_rad, [0.0, 0.0]));
-    if target.feature.dot.is_some() && yaw_by_dot_rad.is_none() {
+    let pair = target.pair(image, camera, blob, (known_yaw_rad, [0.0, 0.0]));
+    if target.feature.dot.is_some() && pair.is_none() {
         return None;
     }
-    let yaws_rad: Vec<f64> = match yaw_by_dot_rad.or(known_yaw_rad) {
+    let disc = pair.map_or(*blob, |pair| pair.disc);
+    let pose = |yaw_rad: f64| target.pose(camera, disc.aim(), yaw_rad);
+    let yaws_rad: Vec<f64> = match pair.map(|pair| pair.yaw_rad).or(known_yaw_rad) {
         Some(yaw_rad) => vec![yaw_rad],
         None if target.tells_axis() => vec![pose(0.0).yaw_rad, wrapped_rad(pose(0.0).yaw_rad + PI)],
         None if matches!(object.shape, Shape::Disc { .. }) && !target.off_centre() => vec![0.0],
@@ -147,7 +168,13 @@ fn fit(
     let scene = outline::Scene { image, camera, shape: &object.shape, height_m: object.height_m };
     let (yaw_rad, visibility) = scene.best_yaw(pose, &yaws_rad);
     let cost = half_square(mismatch.worst() / LENGTH_STD) + UNSEEN_OUTLINE * (1.0 - visibility);
-    Some(Match { pose: pose(yaw_rad), cost, fit: None })
+    let equal = pair.filter(|_| target.feature.has_equal_dots());
+    let twin = equal.map(
+        |Pair { disc, dot, .. }| {
+            if disc.centroid == blob.centroid { dot.centroid } else { disc.centroid }
+        },
+    );
+    Some(Match { pose: pose(yaw_rad), cost, blob: disc, twin })
 }
 
 /// How well an object's own outline lies near a candidate, and the pose it would have.
@@ -168,7 +195,12 @@ fn laid(
     };
     let fit = scene.searched(rough(yaw_rad), (LAID_REACH_M, LAID_TURN_RAD), |_| true)?;
     let cost = UNSEEN_OUTLINE * (1.0 - fit.shown);
-    (fit.shown > LEAST_SHOWN).then_some(Match { pose: fit.pose, cost, fit: Some(fit) })
+    (fit.shown > LEAST_SHOWN).then_some(Match {
+        pose: fit.pose,
+        cost,
+        blob: target.blob(camera, &fit),
+        twin: None,
+    })
 }
 
 /// Sides and shadow move a blob from its object by less than this.

@@ -66,6 +66,6 @@ impl Tracker<'_> {
     fn seen(&self, k: usize, fit: Fit, blur_px: [f64; 2]) -> Sight {
         let blob = self.followers[k].target.blob(self.camera, &fit);
         let blur_px = blur_px[0].hypot(blur_px[1]);
-        Sight { pose: fit.pose, blob, blur_px, turn_known: true, strangeness: 0.0 }
+        Sight { pose: fit.pose, blob, dot: None, blur_px, turn_known: true, strangeness: 0.0 }
     }
 }

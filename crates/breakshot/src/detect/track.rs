@@ -182,7 +182,7 @@ impl<'a> Tracker<'a> {
             }
             if !news {
                 let sight = |(k, thing): (usize, &Option<usize>)| *measured.get(&(k, (*thing)?))?;
-                return given.iter().enumerate().map(sight).collect();
+                return told_apart(given.iter().enumerate().map(sight).collect(), due);
             }
         }
     }
@@ -269,17 +269,21 @@ impl<'a> Tracker<'a> {
     ) -> Option<Sight> {
         let follower = &self.followers[k];
         let blob: Blob = blob::measured(image, &part.component, part.level, blur_px)?;
-        let by_dot = (Some(due.yaw_rad), blur_px);
-        let turned_rad = follower.target.yaw_by_dot_rad(image, self.camera, &blob, by_dot);
-        let yaw_near_rad = turned_rad.map_or(due.yaw_rad, |yaw| due.yaw_rad + wrapped_rad(yaw - due.yaw_rad));
+        let pair = follower.target.pair(image, self.camera, &blob, (Some(due.yaw_rad), blur_px));
+        if pair.is_none() && follower.target.may_be_dot(self.camera, &blob, due) {
+            return None;
+        }
+        let blob = pair.map_or(blob, |pair| pair.disc);
+        let yaw_near_rad = pair.map_or(due.yaw_rad, |p| due.yaw_rad + wrapped_rad(p.yaw_rad - due.yaw_rad));
         let pose = follower.target.pose(self.camera, blob.aim(), yaw_near_rad);
         let look = [
             follower.contrast_ratio(&blob),
             fullness(blob.area_px2, blob.covariance_px2) / follower.target.fullness(),
         ];
         let strangeness = look.iter().map(|ratio| (ratio.ln() / LOOK_STD).powi(2)).sum();
-        let turn_known = turned_rad.is_some() || follower.target.feature.dot.is_none();
-        Some(Sight { pose, blob, blur_px: blur_px[0].hypot(blur_px[1]), turn_known, strangeness })
+        let turn_known = pair.is_some() || follower.target.feature.dot.is_none();
+        let dot = pair.map(|pair| pair.dot.centroid);
+        Some(Sight { pose, blob, dot, blur_px: blur_px[0].hypot(blur_px[1]), turn_known, strangeness })
     }
 
     /// How far the marker moves in the picture while the shutter is open, as far as one can say.
@@ -309,8 +313,7 @@ impl<'a> Tracker<'a> {
         let smeared_px2 = area_px2 + area_px2.sqrt() * bx.hypot(by);
         let areas_px = (area_px2 * (1.0 - 2.0 * WHOLE)) as u64..=(smeared_px2 * (1.0 + 2.0 * WHOLE)) as u64;
         let taken = |component: &Component| {
-            let near = |s: &Sight| s.blob.centroid.distance_px(component.centroid()) < area_px2.sqrt() / 2.0;
-            sights.iter().flatten().any(near)
+            sights.iter().flatten().any(|s| s.shows(component.centroid(), area_px2.sqrt() / 2.0))
         };
         let mut best: Option<(f64, Part)> = None;
         for level in (SEARCH_STEP..256).step_by(SEARCH_STEP).map(|l| l as u8) {
@@ -325,4 +328,20 @@ impl<'a> Tracker<'a> {
         }
         best.and_then(|(_, part)| self.sight(frame, k, due, &part))
     }
+}
+
+/// Of two objects that were given the two equal dots of one marker, the one that was due further away goes without.
+fn told_apart(mut sights: Vec<Option<Sight>>, due: &[Pose]) -> Vec<Option<Sight>> {
+    let off_m = |k: usize, sight: &Sight| sight.pose.position.distance(due[k].position);
+    for k in 0..sights.len() {
+        for l in 0..k {
+            if let (Some(one), Some(other)) = (sights[k], sights[l])
+                && one.shares(&other)
+            {
+                let further = if off_m(k, &one) > off_m(l, &other) { k } else { l };
+                sights[further] = None;
+            }
+        }
+    }
+    sights
 }
