@@ -90,12 +90,16 @@ fn print_reliable(trials: &[Trial]) {
     let repeats: usize = found.iter().map(|(_, r)| r.repeats).sum();
     let solvable = found.iter().filter(|(_, r)| r.solvable).count();
     let solved = found.iter().filter(|(t, r)| r.solvable && t.at_once()).count();
+    // Piles that nothing reliable is known of can only lower the rate if the robust strike failed on them.
+    let failed = found.iter().filter(|(t, _)| !t.at_once()).count();
+    let percent = |part: usize, whole: usize| 100.0 * part as f64 / whole.max(1) as f64;
     println!(
-        "\nFound to be robustly solvable: {solvable} of {} piles; the robust strike works on {solved} of them ({:.0} %, wanted: 85 %), \
-         and in {:.0} % of its disturbed repeats on all piles",
+        "\nFound to be robustly solvable: {solvable} of {} piles; the robust strike works on {solved} of them ({:.0} %), on {:.0} % at least \
+         if all {failed} on which it failed are solvable (wanted: 85 %), and in {:.0} % of its disturbed repeats on all piles",
         found.len(),
-        100.0 * solved as f64 / solvable.max(1) as f64,
-        100.0 * repeats as f64 / (REPEATS as usize * found.len()) as f64
+        percent(solved, solvable),
+        percent(solved, solved + failed),
+        percent(repeats, REPEATS as usize * found.len())
     );
 }
 
