@@ -37,6 +37,7 @@ mod robust_tests;
 mod sequence;
 #[cfg(test)]
 mod sequence_tests;
+mod survey;
 #[cfg(test)]
 mod tests;
 
@@ -55,6 +56,7 @@ pub use robust::Robustness;
 pub use sequence::{Sequence, drawn, expected, sequence};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
+pub use survey::{Surveyed, survey};
 
 /// Which algorithm plans.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]

@@ -103,7 +103,7 @@ pub(super) fn robust(
     let scene = plan.scene.clone();
     let nominal = World::new(&scene, properties, &physics::Options::default())?;
     let range = Range::new(&scene)?;
-    let (candidates, blocked) = reachable(&scene, &range, (options, effort));
+    let (candidates, blocked) = reachable(&scene, &range, (options, effort.lines));
     if candidates.is_empty() {
         let by: Vec<_> = blocked.into_iter().collect();
         plan.reason = format!("the striker reaches no object: in its way are {}", by.join(", "));
@@ -150,11 +150,11 @@ pub(super) fn robust(
 /// Tells fresh worlds' draws from those of the search.
 const FRESH_STREAM: u64 = 0x5EED_F4E5;
 
-/// All strikes that an aim leads to, and what is in the way of the others.
-fn reachable(
+/// All strikes that an aim leads to, thinned evenly to so many lines, and what is in the way of the others.
+pub(super) fn reachable(
     scene: &Scene,
     range: &Range,
-    (options, effort): (&Options, &Effort),
+    (options, most_lines): (&Options, usize),
 ) -> (Vec<Candidate>, BTreeSet<String>) {
     let mut lines = options.proposals.map_or_else(Vec::new, |proposed| {
         proposed(scene)
@@ -179,7 +179,7 @@ fn reachable(
     let blocked = tried.iter().filter_map(|t| t.as_ref().err().cloned()).collect();
     let mut free: Vec<Vec<Candidate>> = tried.into_iter().filter_map(std::result::Result::ok).collect();
     free.retain(|line| line.iter().any(|c| reached_by_arm(c, options)));
-    let step = free.len().div_ceil(effort.lines).max(1);
+    let step = free.len().div_ceil(most_lines).max(1);
     (free.into_iter().step_by(step).flatten().collect(), blocked)
 }
 

@@ -73,6 +73,27 @@ fn two_discs_are_singulated_surely_and_the_promise_is_what_a_simulation_gives() 
 }
 
 #[test]
+fn a_survey_holds_good_and_bad_strikes_and_is_the_same_on_any_number_of_threads() {
+    let surveyed = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool");
+        pool.install(|| survey(&pair(), &varying(), &Options::default(), (60, 12))).expect("a scene")
+    };
+    let one = surveyed(1);
+    assert_eq!(one, surveyed(3));
+    assert_eq!(one.len(), 60);
+    assert!(
+        one.iter().any(|s| s.success_probability > 0.9) && one.iter().any(|s| s.success_probability < 0.1)
+    );
+    assert!(one.iter().all(|s| s.strike.speed_m_s > 0.0 && s.expected_singulated <= 2.0));
+    // Where the goal holds in every world, both objects are singulated in every world.
+    let sure = one.iter().filter(|s| s.success_probability == 1.0);
+    assert!(sure.clone().count() > 0 && sure.clone().all(|s| s.expected_singulated == 2.0));
+    let [two_discs, nothing] = [&pair(), &scene(&[])]
+        .map(|scene| survey(scene, &varying(), &Options::default(), (5, 2)).expect("a scene").len());
+    assert_eq!((two_discs, nothing), (5, 0));
+}
+
+#[test]
 fn the_same_seed_gives_the_same_bytes_on_any_number_of_threads() {
     let text = |threads: usize, seed: u64| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool");

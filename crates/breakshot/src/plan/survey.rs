@@ -1,0 +1,57 @@
+//! What are strikes from all around worth?  A map of a scene, and what a model that shall propose strikes can learn from.
+
+use super::judge::{Judge, Verdict};
+use super::possible::possible_worlds;
+use super::proposal::{Aim, Range};
+use super::robust::{Candidate, part, reachable, verdict};
+use super::{Options, Result, Scene};
+use crate::physics::{self, Simulator, World};
+use crate::properties::Properties;
+use crate::scene::Strike;
+use rayon::prelude::*;
+
+/// A strike, and what becomes of the goal after it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Surveyed {
+    /// What it aims at.
+    pub aim: Aim,
+    /// The strike itself.
+    pub strike: Strike,
+    /// The part of the possible worlds in which it fulfils the goal.
+    pub success_probability: f64,
+    /// How many objects it singulates, on average.
+    pub expected_singulated: f64,
+}
+
+/// Judges strikes, at most so many and evenly chosen of all that the striker can make, in so many possible worlds.
+///
+/// All are judged in the same worlds; the same seed gives the same bits on any number of threads.
+///
+/// # Errors
+/// A scene that cannot be simulated.
+pub fn survey(
+    scene: &Scene,
+    properties: &Properties,
+    options: &Options,
+    (strikes, samples): (usize, usize),
+) -> Result<Vec<Surveyed>> {
+    let nominal = World::new(scene, properties, &physics::Options::default())?;
+    let judge = Judge::new(scene)?;
+    let (all, _) = reachable(scene, &Range::new(scene)?, (options, usize::MAX));
+    let count = strikes.min(all.len());
+    let chosen: Vec<&Candidate> = (0..count).map(|k| &all[k * all.len() / count]).collect();
+    let worlds = possible_worlds((scene, properties, &nominal), options, (options.seed, samples), None)?;
+    let surveyed = |simulator: &mut Simulator, candidate: &&Candidate| {
+        let Candidate { aim, strike, .. } = candidate;
+        let verdicts: Vec<Verdict> =
+            worlds.iter().map(|world| verdict(simulator, world, strike, &judge)).collect();
+        let singulated: usize = verdicts.iter().map(|v| v.singulated).sum();
+        Surveyed {
+            aim: aim.clone(),
+            strike: strike.clone(),
+            success_probability: part(&verdicts, Verdict::fulfilled),
+            expected_singulated: singulated as f64 / samples as f64,
+        }
+    };
+    Ok(chosen.par_iter().map_init(Simulator::new, surveyed).collect())
+}
