@@ -4,6 +4,7 @@
 //! pixel counts by how far it is from the local background towards the marker's own grey.
 
 use super::label::{Component, Level, Window};
+use super::marker::Moments;
 use crate::capture::GreyImage;
 use crate::geometry::Pixel;
 
@@ -57,9 +58,9 @@ impl Blob {
 
 /// Beyond its threshold outline a marker fades over this far (px), whatever the lens: a point of light covers
 /// about two pixels in a sharp picture.
-const RIM_PX: f64 = 3.0;
+const RIM_PX: u8 = 3;
 /// The local background is read in a band of this width around the rim (px).
-const BAND_PX: f64 = 3.0;
+const BAND_PX: u8 = 3;
 /// Weights this close to background or marker count as such, so that noise far from the edge does not move the
 /// centroid; wider where the noise is a larger part of the contrast, but never half.
 const DEAD_BAND: f64 = 0.1;
@@ -79,13 +80,14 @@ pub(super) fn measured(
     let patch = Patch::around(image, component, blur_px);
     let seed = patch.index(component.seed[0] as usize, component.seed[1] as usize);
     let core = patch.connected(image, level, seed);
-    let distance = patch.distances_px(&patch.smeared(&core, blur_px));
-    let plane = patch.background(image, &distance)?;
+    let away = patch.distances(&patch.smeared(&core, blur_px));
+    let plane = patch.background(image, &away)?;
     let light_over_dark = match level {
         Level::Below(_) => 1.0,
         Level::Above(_) => -1.0,
     };
-    let depth = patch.depths(image, &plane, light_over_dark);
+    let light = patch.light(&plane);
+    let depth = patch.depths(image, &light, light_over_dark);
     let contrast =
         plateau(depth.iter().zip(&core).filter(|&(_, &inside)| inside).map(|(&d, _)| d).collect())?;
     let brightness = plane.at_place(component.centroid());
@@ -94,26 +96,26 @@ pub(super) fn measured(
     }
     let dead = (2.0 * plane.scatter / contrast).clamp(DEAD_BAND, WIDEST_DEAD_BAND);
     // Marker and surroundings share the light: where it is brighter, the contrast is larger in proportion.
-    let weigh = |depth: f64, light: f64| {
-        ((depth / (contrast * light / brightness) - dead) / (1.0 - 2.0 * dead)).clamp(0.0, 1.0)
+    let weigh = |(&depth, (&light, &away)): (&f64, (&f64, &u8))| {
+        let share = depth * brightness / (contrast * light.max(1.0));
+        if away <= THIRDS * RIM_PX { ((share - dead) / (1.0 - 2.0 * dead)).clamp(0.0, 1.0) } else { 0.0 }
     };
-    let mut weighted = Vec::with_capacity(depth.len());
-    let rows = depth.chunks_exact(patch.width).zip(distance.chunks_exact(patch.width));
-    for (y, (depths, distances)) in (patch.window.y[0]..).zip(rows) {
-        for (x, (&depth, &away)) in (patch.window.x[0]..).zip(depths.iter().zip(distances)) {
-            if away <= RIM_PX {
-                weighted.push((x as f64, y as f64, weigh(depth, plane.at(x, y).max(1.0))));
-            }
-        }
-    }
-    let sums = Sums::over(&weighted)?;
+    let weights: Vec<f64> = depth.iter().zip(light.iter().zip(&away)).map(weigh).collect();
+    let Moments { area, centroid: [x, y], covariance } = patch.moments(&weights)?;
+    let partly: Vec<f64> = weights.iter().map(|&w| if 0.0 < w && w < 1.0 { 1.0 } else { 0.0 }).collect();
+    // Sum of the squared distances from the centroid, per axis, over the pixels whose noise counts.
+    let leverage_px2 = patch.moments(&partly).map_or(0.0, |partly| {
+        let [dx, dy] = [partly.centroid[0] - x, partly.centroid[1] - y];
+        partly.area * f64::midpoint(partly.covariance[0] + dx * dx, partly.covariance[2] + dy * dy)
+    });
     let noise_of_weight = plane.scatter / (contrast * (1.0 - 2.0 * dead));
+    let centroid = Pixel::new(x, y);
     Some(Blob {
-        centroid: sums.centroid,
-        std_px: (sums.leverage_px2.sqrt() * noise_of_weight / sums.area).max(FLOOR_STD_PX),
-        area_px2: sums.area,
-        covariance_px2: sums.covariance,
-        background: plane.at_place(sums.centroid),
+        centroid,
+        std_px: (leverage_px2.sqrt() * noise_of_weight / area).max(FLOOR_STD_PX),
+        area_px2: area,
+        covariance_px2: covariance,
+        background: plane.at_place(centroid),
         contrast: light_over_dark * contrast,
         unevenness: plane.unevenness,
         cut: component.x[0] == 0
@@ -128,7 +130,9 @@ pub(super) fn measured(
 const LEAST_CONTRAST: f64 = 10.0;
 
 /// The contrast of pixels that show nothing but marker: the middle of those near the deepest.
-fn plateau(mut depths: Vec<f64>) -> Option<f64> {
+fn plateau(all: Vec<f64>) -> Option<f64> {
+    let step = (all.len() / ENOUGH_DEPTHS).max(1);
+    let mut depths: Vec<f64> = all.into_iter().step_by(step).collect();
     let n = depths.len();
     if n == 0 {
         return None;
@@ -138,38 +142,11 @@ fn plateau(mut depths: Vec<f64>) -> Option<f64> {
     Some(*depths.select_nth_unstable_by(usize::midpoint(first, n - 1), f64::total_cmp).1)
 }
 
-/// What the weights add up to.
-struct Sums {
-    area: f64,
-    centroid: Pixel,
-    covariance: [f64; 3],
-    /// Sum of the squared distances from the centroid, per axis, over the pixels whose noise counts.
-    leverage_px2: f64,
-}
+/// So many pixels spread over a marker tell its grey well within a level.
+const ENOUGH_DEPTHS: usize = 1000;
 
-impl Sums {
-    fn over(weighted: &[(f64, f64, f64)]) -> Option<Self> {
-        let (mut area, mut sx, mut sy) = (0.0, 0.0, 0.0);
-        for (x, y, w) in weighted {
-            (area, sx, sy) = (area + w, sx + w * x, sy + w * y);
-        }
-        if area <= 0.0 {
-            return None;
-        }
-        let centroid = Pixel::new(sx / area, sy / area);
-        let (mut covariance, mut leverage_px2) = ([0.0; 3], 0.0);
-        for &(x, y, w) in weighted {
-            let (dx, dy) = (x - centroid.x, y - centroid.y);
-            for (sum, product) in covariance.iter_mut().zip([dx * dx, dx * dy, dy * dy]) {
-                *sum += w * product / area;
-            }
-            if 0.0 < w && w < 1.0 {
-                leverage_px2 += f64::midpoint(dx * dx, dy * dy);
-            }
-        }
-        Some(Self { area, centroid, covariance, leverage_px2 })
-    }
-}
+/// Distances are counted in thirds of a pixel.
+const THIRDS: u8 = 3;
 
 /// The part of the picture around a component; everything in it is stored row by row.
 struct Patch {
@@ -194,10 +171,6 @@ struct Plane {
 }
 
 impl Plane {
-    fn at(&self, x: usize, y: usize) -> f64 {
-        self.at_place(Pixel::new(x as f64, y as f64))
-    }
-
     fn at_place(&self, place: Pixel) -> f64 {
         self.level + self.slope[0] * (place.x - self.origin.x) + self.slope[1] * (place.y - self.origin.y)
     }
@@ -205,7 +178,7 @@ impl Plane {
 
 impl Patch {
     fn around(image: &GreyImage, component: &Component, blur_px: [f64; 2]) -> Self {
-        let pad = |blur: f64| (RIM_PX + BAND_PX + blur.abs() / 2.0).ceil() as usize;
+        let pad = |blur: f64| (f64::from(RIM_PX + BAND_PX) + blur.abs() / 2.0).ceil() as usize;
         let span = |[first, last]: [u32; 2], pad: usize, size: usize| {
             [(first as usize).saturating_sub(pad), (last as usize + 1 + pad).min(size)]
         };
@@ -217,16 +190,55 @@ impl Patch {
         Self { window, width, height }
     }
 
-    /// How far each pixel is from the background towards the marker's grey.
-    fn depths(&self, image: &GreyImage, plane: &Plane, light_over_dark: f64) -> Vec<f64> {
+    /// The background's grey level at each pixel, were there no marker.
+    fn light(&self, plane: &Plane) -> Vec<f64> {
         let Window { x, y } = self.window;
-        let mut depths = Vec::with_capacity(self.width * self.height);
-        for row in y[0]..y[1] {
-            let pixels = &image.pixels[row * image.width..][x[0]..x[1]];
-            let depth = |(column, &p): (usize, &u8)| light_over_dark * (plane.at(column, row) - f64::from(p));
-            depths.extend((x[0]..x[1]).zip(pixels).map(depth));
+        let along: Vec<f64> = (x[0]..x[1]).map(|x| plane.slope[0] * (x as f64 - plane.origin.x)).collect();
+        let mut light = Vec::with_capacity(self.width * self.height);
+        for y in y[0]..y[1] {
+            let level = plane.level + plane.slope[1] * (y as f64 - plane.origin.y);
+            light.extend(along.iter().map(|more| level + more));
+        }
+        light
+    }
+
+    /// How far each pixel is from the background towards the marker's grey.
+    fn depths(&self, image: &GreyImage, light: &[f64], light_over_dark: f64) -> Vec<f64> {
+        let Window { x, y } = self.window;
+        let mut depths = Vec::with_capacity(light.len());
+        for (y, light) in (y[0]..y[1]).zip(light.chunks_exact(self.width)) {
+            let pixels = &image.pixels[y * image.width..][x[0]..x[1]];
+            depths.extend(pixels.iter().zip(light).map(|(&p, l)| light_over_dark * (l - f64::from(p))));
         }
         depths
+    }
+
+    /// What the patch's pixels add up to, each counted by its weight; none without any.
+    fn moments(&self, weights: &[f64]) -> Option<Moments> {
+        // About the patch's own corner: far from the picture's origin the sums would lose digits.
+        let (mut area, mut first, mut second) = (0.0, [0.0; 2], [0.0; 3]);
+        for (y, row) in weights.chunks_exact(self.width).enumerate() {
+            let (mut sum, mut along, mut square) = (0.0, 0.0, 0.0);
+            for (x, weight) in row.iter().enumerate() {
+                let x = x as f64;
+                (sum, along, square) = (sum + weight, along + weight * x, square + weight * x * x);
+            }
+            let y = y as f64;
+            area += sum;
+            first = [first[0] + along, first[1] + y * sum];
+            second = [second[0] + square, second[1] + y * along, second[2] + y * y * sum];
+        }
+        if area <= 0.0 {
+            return None;
+        }
+        let [x, y] = first.map(|sum| sum / area);
+        let [xx, xy, yy] = second.map(|sum| sum / area);
+        let corner = [self.window.x[0] as f64, self.window.y[0] as f64];
+        Some(Moments {
+            area,
+            centroid: [corner[0] + x, corner[1] + y],
+            covariance: [xx - x * x, xy - x * y, yy - y * y],
+        })
     }
 
     fn index(&self, x: usize, y: usize) -> usize {
@@ -308,33 +320,36 @@ impl Patch {
         smeared
     }
 
-    /// How far each pixel is from the mask (chamfer 3-4 distance, right within 8 %).
-    fn distances_px(&self, mask: &[bool]) -> Vec<f64> {
-        let far = 3 * (self.width + self.height) as u32;
-        let mut thirds: Vec<u32> = mask.iter().map(|&inside| if inside { 0 } else { far }).collect();
+    /// How far each pixel is from the mask, in thirds of a pixel (chamfer 3-4 distance, right within 8 %).
+    fn distances(&self, mask: &[bool]) -> Vec<u8> {
+        let mut thirds: Vec<u8> = mask.iter().map(|&inside| if inside { 0 } else { u8::MAX }).collect();
         // The way forward looks left and up, the way back (the same on the reversed patch) right and down.
-        let mut above = vec![far; self.width + 2];
+        let mut above = vec![u8::MAX; self.width + 2];
         for _ in 0..2 {
-            above.fill(far);
+            above.fill(u8::MAX);
             for row in thirds.chunks_exact_mut(self.width) {
-                let mut left = far;
-                for (third, near) in row.iter_mut().zip(above.windows(3)) {
-                    left = (*third).min(left + 3).min(near[1] + 3).min(near[0].min(near[2]) + 4);
+                let sides = above.iter().zip(&above[2..]).map(|(left, right)| *left.min(right));
+                for (third, (up, side)) in row.iter_mut().zip(above[1..].iter().zip(sides)) {
+                    *third = (*third).min(up.saturating_add(THIRDS)).min(side.saturating_add(THIRDS + 1));
+                }
+                let mut left = u8::MAX;
+                for third in row.iter_mut() {
+                    left = (*third).min(left.saturating_add(THIRDS));
                     *third = left;
                 }
                 above[1..=self.width].copy_from_slice(row);
             }
             thirds.reverse();
         }
-        thirds.into_iter().map(|t| f64::from(t) / 3.0).collect()
+        thirds
     }
 
     /// The plane through the band around the rim, whatever lies across part of it left out.
-    fn background(&self, image: &GreyImage, distance_px: &[f64]) -> Option<Plane> {
+    fn background(&self, image: &GreyImage, away: &[u8]) -> Option<Plane> {
         let mut band: Vec<(f64, f64, f64)> = Vec::new();
-        for (y, distances) in (self.window.y[0]..).zip(distance_px.chunks_exact(self.width)) {
-            for (x, &away) in (self.window.x[0]..).zip(distances) {
-                if away > RIM_PX && away <= RIM_PX + BAND_PX {
+        for (y, row) in (self.window.y[0]..).zip(away.chunks_exact(self.width)) {
+            for (x, away) in (self.window.x[0]..).zip(row) {
+                if (THIRDS * RIM_PX + 1..=THIRDS * (RIM_PX + BAND_PX)).contains(away) {
                     band.push((x as f64, y as f64, grey(image, x, y)));
                 }
             }

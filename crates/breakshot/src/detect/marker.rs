@@ -25,7 +25,7 @@ pub(super) struct Target<'a> {
     fullness: f64,
 }
 
-/// Area, centroid and central second moments (xx, xy, yy) of a polygon.
+/// Area, centroid and central second moments (xx, xy, yy) of a part of a picture.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Moments {
     pub area: f64,

@@ -124,6 +124,7 @@ impl Stream {
         let (Some(luma), Some(said)) = (program.stdout.take(), program.stderr.take()) else {
             return Err(Refusal::damaged("no way to hear from `ffmpeg`").of(path));
         };
+        widen(&luma);
         let (sender, lines) = channel();
         std::thread::spawn(move || {
             for text in BufReader::new(said).split(b'\n').map_while(std::result::Result::ok) {
@@ -243,6 +244,19 @@ impl Drop for Stream {
         let _ = self.program.wait();
     }
 }
+
+/// Lets more of a frame wait in the pipe (bytes), so that both sides are woken less often; Linux lends so much to everybody.
+#[cfg(target_os = "linux")]
+const PIPE_BYTES: usize = 1 << 20;
+
+#[cfg(target_os = "linux")]
+fn widen(pipe: &ChildStdout) {
+    // A pipe that stays as it is works as well.
+    let _ = rustix::pipe::fcntl_setpipe_size(pipe, PIPE_BYTES);
+}
+
+#[cfg(not(target_os = "linux"))]
+fn widen(_: &ChildStdout) {}
 
 /// What to say where `ffmpeg` would be needed and cannot be started.
 fn without(error: &std::io::Error, refused: &Refusal) -> Refusal {
