@@ -3,13 +3,15 @@
 //! Grey levels are compared sixteen at a time; most of a picture shows nothing, and is only looked at for its darkest.
 
 use super::label::Level;
+use std::ops::Range;
 use wide::u8x16;
 
 /// Pixels in a word of bits, and pixels compared at once.
 pub(super) const BLOCK: usize = 64;
 const LANES: usize = 16;
-/// Pixels whose darkest is looked for first; whole blocks.
-const SPAN: usize = 4 * BLOCK;
+/// Words whose darkest pixel is looked for first, and so many pixels.
+const SPAN_WORDS: usize = 8;
+const SPAN: usize = SPAN_WORDS * BLOCK;
 
 /// Foreground pixels side by side in one row, the end excluded.
 #[derive(Clone, Copy, Debug)]
@@ -25,8 +27,8 @@ pub(super) struct Bits {
     here: Vec<u64>,
     /// Whether the left or the right neighbour is foreground.
     beside: Vec<u64>,
-    /// Whether anything is.
-    pub any: bool,
+    /// The words outside of which nothing is.
+    used: Range<usize>,
 }
 
 impl Bits {
@@ -36,72 +38,72 @@ impl Bits {
             bits.clear();
             bits.resize(words + 2, 0);
         }
-        self.any = false;
+        self.used = 0..0;
     }
 
     /// Takes in a row of pixels.
     pub(super) fn read(&mut self, row: &[u8], level: Level) {
         let words = self.here.len() - 2;
-        self.any = mask_row(row, level, &mut self.here[1..=words]);
-        if !self.any {
-            self.beside.fill(0);
+        self.used = mask_row(row, level, &mut self.here[1..=words]);
+        self.beside.fill(0);
+        if self.is_empty() {
             return;
         }
-        let [left, here, right] = [0, 1, 2].map(|k| &self.here[k..k + words]);
-        for (k, beside) in self.beside[1..=words].iter_mut().enumerate() {
-            *beside = here[k] << 1 | left[k] >> 63 | here[k] >> 1 | right[k] << 63;
+        let reached = self.used.start.saturating_sub(1)..(self.used.end + 1).min(words);
+        let [left, here, right] = [0, 1, 2].map(|k| &self.here[reached.start + k..reached.end + k]);
+        let sides = left.iter().zip(right).map(|(left, right)| left >> 63 | right << 63);
+        let beside = &mut self.beside[1..][reached];
+        for (beside, (here, sides)) in beside.iter_mut().zip(here.iter().zip(sides)) {
+            *beside = here << 1 | here >> 1 | sides;
         }
     }
 
-    /// The row's words.
-    pub(super) fn words(&self) -> &[u64] {
-        &self.here[1..self.here.len() - 1]
+    /// Whether nothing is foreground.
+    pub(super) fn is_empty(&self) -> bool {
+        self.used.is_empty()
+    }
+
+    /// The words that may hold foreground, and which these are.
+    pub(super) fn words(&self) -> (&[u64], Range<usize>) {
+        (&self.here[1..][self.used.clone()], self.used.clone())
     }
 }
 
 /// The pixels of the middle row that have at least one neighbour: lone ones are noise and cannot join anything.
-pub(super) fn in_company([previous, current, next]: [&Bits; 3], company: &mut Vec<u64>) {
-    let words = current.words().len();
-    company.resize(words, 0);
+///
+/// As [`Bits::words`]; `company` is room to work in.
+pub(super) fn in_company<'a>(
+    [previous, current, next]: [&Bits; 3],
+    company: &'a mut Vec<u64>,
+) -> (&'a [u64], Range<usize>) {
+    let used = current.used.clone();
+    company.clear();
     let [above, beside_above, here, beside, below, beside_below] =
         [&previous.here, &previous.beside, &current.here, &current.beside, &next.here, &next.beside]
-            .map(|bits| &bits[1..=words]);
-    for (k, company) in company.iter_mut().enumerate() {
-        *company = here[k] & (beside[k] | above[k] | beside_above[k] | below[k] | beside_below[k]);
-    }
+            .map(|bits| &bits[1..][used.clone()]);
+    company.extend(
+        (0..used.len())
+            .map(|k| here[k] & (beside[k] | above[k] | beside_above[k] | below[k] | beside_below[k])),
+    );
+    (company, used)
 }
 
-/// One bit per pixel: whether it is foreground.  Tells whether any is.
-fn mask_row(row: &[u8], level: Level, masks: &mut [u64]) -> bool {
-    let Some(test) = Test::of(level) else {
-        masks.fill(0);
-        return false;
-    };
-    let (spans, rest) = row.as_chunks::<SPAN>();
-    let (of_spans, of_rest) = masks.split_at_mut(spans.len() * (SPAN / BLOCK));
-    let mut any = 0;
-    for (span, masks) in spans.iter().zip(of_spans.as_chunks_mut::<{ SPAN / BLOCK }>().0) {
-        *masks = [0; SPAN / BLOCK];
-        if test.shows(span) {
-            for (block, mask) in span.as_chunks::<BLOCK>().0.iter().zip(masks) {
-                *mask = test.mask(block);
-                any |= *mask;
-            }
+/// One bit per pixel: whether it is foreground.  Tells outside of which words nothing is.
+fn mask_row(row: &[u8], level: Level, masks: &mut [u64]) -> Range<usize> {
+    masks.fill(0);
+    let Some(test) = Test::of(level) else { return 0..0 };
+    let mut used = masks.len()..0;
+    for (k, (span, masks)) in row.chunks(SPAN).zip(masks.chunks_mut(SPAN_WORDS)).enumerate() {
+        let shows = match <&[u8; SPAN]>::try_from(span) {
+            Ok(whole) => level.shows(whole),
+            Err(_) => level.shows(span),
+        };
+        if shows {
+            test.mask(span, masks);
+            used = used.start.min(k * SPAN_WORDS)..k * SPAN_WORDS + masks.len();
         }
     }
-    let (blocks, rest) = rest.as_chunks::<BLOCK>();
-    for (block, mask) in blocks.iter().zip(of_rest.iter_mut()) {
-        *mask = test.mask(block);
-        any |= *mask;
-    }
-    if !rest.is_empty() {
-        let mut block = [0; BLOCK];
-        block[..rest.len()].copy_from_slice(rest);
-        let mask = test.mask(&block) & (u64::MAX >> (BLOCK - rest.len()));
-        of_rest[blocks.len()] = mask;
-        any |= mask;
-    }
-    any != 0
+    if used.is_empty() { 0..0 } else { used }
 }
 
 /// Foreground is what lies at most at `last` once its bits are flipped by `flip`.
@@ -127,27 +129,38 @@ impl Test {
         u64::from(pixels.min(self.last).simd_eq(pixels).to_bitmask())
     }
 
-    /// Whether any pixel is foreground.
-    #[inline]
-    fn shows(self, span: &[u8; SPAN]) -> bool {
-        let mut least = [u8x16::MAX; BLOCK / LANES];
-        for block in span.as_chunks::<BLOCK>().0 {
-            for (least, &lanes) in least.iter_mut().zip(block.as_chunks::<LANES>().0) {
-                *least = least.min(u8x16::new(lanes) ^ self.flip);
-            }
+    /// A bit for each pixel.
+    fn mask(self, span: &[u8], masks: &mut [u64]) {
+        let (blocks, rest) = span.as_chunks::<BLOCK>();
+        for (block, mask) in blocks.iter().zip(masks.iter_mut()) {
+            *mask = self.mask_block(block);
         }
-        self.passed(least.into_iter().fold(u8x16::MAX, u8x16::min)) != 0
+        if !rest.is_empty() {
+            let mut block = [0; BLOCK];
+            block[..rest.len()].copy_from_slice(rest);
+            masks[blocks.len()] = self.mask_block(&block) & (u64::MAX >> (BLOCK - rest.len()));
+        }
     }
 
-    /// A bit for each pixel.
     #[inline]
-    fn mask(self, block: &[u8; BLOCK]) -> u64 {
+    fn mask_block(self, block: &[u8; BLOCK]) -> u64 {
         let lanes = block.as_chunks::<LANES>().0.iter().enumerate();
         lanes.fold(0, |mask, (k, &lanes)| mask | self.passed(u8x16::new(lanes) ^ self.flip) << (LANES * k))
     }
 }
 
-/// The runs of a row of bits; `filled` is room to work in.
+impl Level {
+    /// Whether any pixel is foreground; of a fixed number of pixels a few instructions.
+    #[inline]
+    fn shows(self, pixels: &[u8]) -> bool {
+        match self {
+            Self::Below(threshold) => pixels.iter().fold(u8::MAX, |least, &p| least.min(p)) < threshold,
+            Self::Above(threshold) => pixels.iter().fold(0, |most: u8, &p| most.max(p)) > threshold,
+        }
+    }
+}
+
+/// The runs of words of bits, the first of which begins in a column; `filled` is room to work in.
 pub(super) fn runs(words: &[u64], first_x: u32, filled: &mut Vec<u32>, row: &mut Vec<Run>) {
     // Which words hold anything is noted without a branch, which in noise would be guessed wrong.
     filled.resize(words.len() + 1, 0);

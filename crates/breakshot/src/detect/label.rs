@@ -148,14 +148,14 @@ impl Labeller {
                 next.clear(words);
             }
             self.row.clear();
-            if current.any {
-                let words = if lone_pixels_count {
+            if !current.is_empty() {
+                let (words, which) = if lone_pixels_count {
                     current.words()
                 } else {
-                    in_company([previous, current, next], &mut self.company);
-                    &self.company
+                    in_company([previous, current, next], &mut self.company)
                 };
-                runs(words, window.x[0] as u32, &mut self.filled, &mut self.row);
+                let first_x = window.x[0] + which.start * BLOCK;
+                runs(words, first_x as u32, &mut self.filled, &mut self.row);
             }
             if !self.row.is_empty() || !self.above.is_empty() {
                 self.parts.join(y as u32, &self.above, &mut self.row);
@@ -354,8 +354,9 @@ mod tests {
     fn runs_find_the_same_components_as_flooding() {
         let mut labeller = Labeller::default();
         for seed in 0..120 {
-            let (width, height) = ([1, 63, 64, 65, 130, 200][seed as usize % 6], 1 + seed as usize % 41);
-            let darkness = [0.02, 0.1, 0.3, 0.41, 0.5, 0.7, 0.97][seed as usize % 7];
+            let (width, height) =
+                ([1, 63, 64, 65, 130, 200, 1100][seed as usize % 7], 1 + seed as usize % 41);
+            let darkness = [0.001, 0.02, 0.1, 0.3, 0.41, 0.5, 0.7, 0.97][seed as usize % 8];
             let image = random_image(width, height, darkness, 1 + seed as usize % 3, seed);
             let whole = Window::whole(&image);
             let part = Window { x: [width / 5, width - width / 7], y: [height / 4, height] };
