@@ -44,16 +44,13 @@ impl Bits {
     /// Takes in a row of pixels.
     pub(super) fn read(&mut self, row: &[u8], level: Level) {
         let words = self.here.len() - 2;
+        self.here[1..][self.used.clone()].fill(0);
+        self.beside[1..][reached(&self.used, words)].fill(0);
         self.used = mask_row(row, level, &mut self.here[1..=words]);
-        self.beside.fill(0);
-        if self.is_empty() {
-            return;
-        }
-        let reached = self.used.start.saturating_sub(1)..(self.used.end + 1).min(words);
-        let [left, here, right] = [0, 1, 2].map(|k| &self.here[reached.start + k..reached.end + k]);
+        let Range { start, end } = reached(&self.used, words);
+        let [left, here, right] = [0, 1, 2].map(|k| &self.here[start + k..end + k]);
         let sides = left.iter().zip(right).map(|(left, right)| left >> 63 | right << 63);
-        let beside = &mut self.beside[1..][reached];
-        for (beside, (here, sides)) in beside.iter_mut().zip(here.iter().zip(sides)) {
+        for (beside, (here, sides)) in self.beside[1..][start..end].iter_mut().zip(here.iter().zip(sides)) {
             *beside = here << 1 | here >> 1 | sides;
         }
     }
@@ -88,11 +85,15 @@ pub(super) fn in_company<'a>(
     (company, used)
 }
 
-/// One bit per pixel: whether it is foreground.  Tells outside of which words nothing is.
+/// The words that hold neighbours of what these hold.
+fn reached(used: &Range<usize>, words: usize) -> Range<usize> {
+    if used.is_empty() { 0..0 } else { used.start.saturating_sub(1)..(used.end + 1).min(words) }
+}
+
+/// One bit per pixel, into empty words: whether it is foreground.  Tells outside of which words nothing is.
 fn mask_row(row: &[u8], level: Level, masks: &mut [u64]) -> Range<usize> {
-    masks.fill(0);
     let Some(test) = Test::of(level) else { return 0..0 };
-    let mut used = masks.len()..0;
+    let mut used = 0..0;
     for (k, (span, masks)) in row.chunks(SPAN).zip(masks.chunks_mut(SPAN_WORDS)).enumerate() {
         let shows = match <&[u8; SPAN]>::try_from(span) {
             Ok(whole) => level.shows(whole),
@@ -100,10 +101,11 @@ fn mask_row(row: &[u8], level: Level, masks: &mut [u64]) -> Range<usize> {
         };
         if shows {
             test.mask(span, masks);
-            used = used.start.min(k * SPAN_WORDS)..k * SPAN_WORDS + masks.len();
+            let first = if used.is_empty() { k * SPAN_WORDS } else { used.start };
+            used = first..k * SPAN_WORDS + masks.len();
         }
     }
-    if used.is_empty() { 0..0 } else { used }
+    used
 }
 
 /// Foreground is what lies at most at `last` once its bits are flipped by `flip`.
