@@ -55,7 +55,7 @@ pub(super) struct Effort {
     /// Lines judged at first, each at all paces; more are thinned evenly.
     pub lines: usize,
     /// How many candidates stay, and on how many worlds they are judged then.
-    pub rounds: [(usize, usize); 4],
+    pub rounds: [(usize, usize); 5],
     /// Distinct candidates that are varied.
     pub finalists: usize,
     /// Generations of variants, how many each, and the worlds they are judged on.
@@ -68,7 +68,7 @@ impl Effort {
     /// About forty thousand rollouts.
     pub(super) const FULL: Self = Self {
         lines: 160,
-        rounds: [(1600, 4), (240, 16), (60, 48), (24, 96)],
+        rounds: [(1600, 1), (480, 4), (240, 16), (60, 48), (24, 96)],
         finalists: 6,
         generations: (4, 10, 64),
         fresh: 400,

@@ -14,7 +14,7 @@ use proptest::prelude::*;
 /// Enough to find a strike on a small pile.
 const QUICK: Effort = Effort {
     lines: 60,
-    rounds: [(600, 1), (60, 4), (16, 8), (8, 16)],
+    rounds: [(600, 1), (120, 2), (60, 4), (16, 8), (8, 16)],
     finalists: 2,
     generations: (1, 3, 8),
     fresh: 40,
