@@ -117,8 +117,9 @@ impl Stream {
         command.args(["-protocol_whitelist", "file", "-threads", THREADS, "-flags", "unaligned", "-i"]);
         command.arg(file).args(["-map", "0:V:0", "-vsync", "passthrough", "-vf"]);
         command.arg(format!("{filter}format={PIXELS},extractplanes=y,showinfo=checksum=0"));
-        // Written row by row from the decoded picture: raw video would be copied once more.
-        command.args(["-strict", "-1", "-f", "yuv4mpegpipe", "-"]);
+        // Written row by row from the decoded picture into the pipe: raw video would be copied once more, and so would
+        // rows that are first gathered.
+        command.args(["-avioflags", "direct", "-strict", "-1", "-f", "yuv4mpegpipe", "-"]);
         command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
         let mut program = command.spawn().map_err(|e| without(&e, refused).of(path))?;
         let (Some(luma), Some(said)) = (program.stdout.take(), program.stderr.take()) else {
