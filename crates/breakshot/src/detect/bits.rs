@@ -10,7 +10,7 @@ use wide::u8x16;
 pub(super) const BLOCK: usize = 64;
 const LANES: usize = 16;
 /// Words whose darkest pixel is looked for first, and so many pixels.
-const SPAN_WORDS: usize = 8;
+const SPAN_WORDS: usize = 4;
 const SPAN: usize = SPAN_WORDS * BLOCK;
 
 /// Foreground pixels side by side in one row, the end excluded.
@@ -95,9 +95,10 @@ fn mask_row(row: &[u8], level: Level, masks: &mut [u64]) -> Range<usize> {
     let Some(test) = Test::of(level) else { return 0..0 };
     let mut used = 0..0;
     for (k, (span, masks)) in row.chunks(SPAN).zip(masks.chunks_mut(SPAN_WORDS)).enumerate() {
-        let shows = match <&[u8; SPAN]>::try_from(span) {
-            Ok(whole) => level.shows(whole),
-            Err(_) => level.shows(span),
+        // Of the last span, if it is short, the row's last pixels are looked at: they are more, but of a fixed number.
+        let shows = match (<&[u8; SPAN]>::try_from(span), row.last_chunk::<SPAN>()) {
+            (Ok(whole), _) | (Err(_), Some(whole)) => level.shows(whole),
+            (Err(_), None) => level.shows(span),
         };
         if shows {
             test.mask(span, masks);
