@@ -95,13 +95,15 @@ pub(crate) fn four_k(python: &Path) -> Result<bool, String> {
     Ok(row::print_all(&title, &rows))
 }
 
-/// The file, made if it is not there.
+/// The file, made if it is not there; under another name until it is whole.
 fn made(file: &Path, command: impl FnOnce(&Path) -> Command) -> Result<PathBuf, String> {
     if !file.exists() {
-        let run = process::run(&mut command(file))?;
+        let unfinished = file.with_extension("unfinished.mp4");
+        let run = process::run(&mut command(&unfinished))?;
         if run.code != 0 {
             return Err(format!("{} was not made (exit code {})", file.display(), run.code));
         }
+        std::fs::rename(&unfinished, file).map_err(|e| format!("{}: {e}", file.display()))?;
     }
     Ok(file.into())
 }
