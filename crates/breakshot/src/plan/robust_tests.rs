@@ -174,6 +174,10 @@ fn a_target_alone_is_enough_where_the_others_may_stay_together() {
     let still = planned(&scene, &varying(), &Options::default());
     let lies = still.prediction.expect("a promise").final_poses["e"].position;
     assert!(still.outcome == Outcome::BestEffort || lies.distance(scene.placed[2].position_m) < 0.005);
+    // The paper's planner strikes the largest object, `a`: nothing may ask that to stay.
+    scene.goal.keep_still.clear();
+    let paper = plan(&scene, &properties(), &Options::default()).expect("a plan");
+    assert!(paper.reason.ends_with("e lies by itself then"), "{}", paper.reason);
 }
 
 #[test]
