@@ -5,7 +5,7 @@
 
 use super::blob::{NORMAL_PER_MEDIAN, median};
 use super::outline::{EdgePoint, Scene};
-use super::strip::{Strip, strips_px};
+use super::strip::{Strip, strips_px, vertex};
 use crate::geometry::{Pixel, Pose, Vec2};
 use nalgebra::{Matrix2, Matrix4, Vector2, Vector4};
 
@@ -144,11 +144,10 @@ impl Scene<'_> {
             let weight = |i: usize| profile[i] * (1.0 - 0.5 * off_px(i as f64).abs() / reach_px);
             let highest = (0..steps).max_by(|&a, &b| weight(a).total_cmp(&weight(b)))?;
             let best = summit(&profile, highest).filter(|&best| profile[best] >= LEAST_STEP)?;
-            let [before, here, after] = [profile[best - 1], profile[best], profile[best + 1]];
+            let here = profile[best];
             let rival = |i: usize| summit(&profile, i) == Some(i) && profile[i] > RIVAL * here;
             let alone = !(0..steps).any(|i| i.abs_diff(best) > 1 && rival(i));
-            let bend = before - 2.0 * here + after;
-            let shift = if bend < 0.0 { 0.5 * (before - after) / bend } else { 0.0 };
+            let shift = vertex([-profile[best - 1], -here, -profile[best + 1]]);
             let alone = alone && !rim.merged(k);
             let part = if alone { 1.0 } else { TOGETHER };
             Some((

@@ -101,10 +101,13 @@ fn lowest(values: &[f64]) -> Option<f64> {
     if best == 0 || best + 1 == values.len() {
         return Some(best as f64);
     }
-    let [before, here, after] = [values[best - 1], values[best], values[best + 1]];
+    Some(best as f64 + vertex([values[best - 1], values[best], values[best + 1]]))
+}
+
+/// Where the parabola through three even steps is lowest, counted from the middle one; 0 if it is nowhere.
+pub(super) fn vertex([before, here, after]: [f64; 3]) -> f64 {
     let bend = before - 2.0 * here + after;
-    let shift = if bend > 0.0 && bend.is_finite() { 0.5 * (before - after) / bend } else { 0.0 };
-    Some(best as f64 + shift)
+    if bend > 0.0 && bend.is_finite() { 0.5 * (before - after) / bend } else { 0.0 }
 }
 
 /// How wide the side shows beyond each point of the rim, along the rim's normal (px); 0 where it is hidden.
