@@ -272,16 +272,12 @@ impl Patch {
     /// The runs of foreground, row by row: each from its first pixel to behind its last.
     fn runs(&self, image: &GreyImage, level: Level) -> Vec<[usize; 2]> {
         let Window { x, y } = self.window;
-        let inside = |p: u8| match level {
-            Level::Below(threshold) => p < threshold,
-            Level::Above(threshold) => p > threshold,
-        };
         let mut runs = Vec::new();
         for (k, row) in (y[0]..y[1]).map(|y| &image.pixels[y * image.width..][x[0]..x[1]]).enumerate() {
             let mut at = 0;
-            while let Some(ahead) = row[at..].iter().position(|&p| inside(p)) {
+            while let Some(ahead) = row[at..].iter().position(|&p| level.holds(p)) {
                 let start = at + ahead;
-                let length = row[start..].iter().position(|&p| !inside(p));
+                let length = row[start..].iter().position(|&p| !level.holds(p));
                 at = length.map_or(row.len(), |length| start + length);
                 runs.push([k * self.width + start, k * self.width + at]);
             }

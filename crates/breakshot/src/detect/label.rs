@@ -18,6 +18,17 @@ pub enum Level {
     Above(u8),
 }
 
+impl Level {
+    /// Whether this grey level is foreground.
+    #[must_use]
+    pub const fn holds(self, grey: u8) -> bool {
+        match self {
+            Self::Below(threshold) => grey < threshold,
+            Self::Above(threshold) => grey > threshold,
+        }
+    }
+}
+
 /// A part of a picture, its last column and row excluded (px).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Window {
@@ -287,13 +298,7 @@ mod tests {
         level: Level,
         areas_px: &RangeInclusive<u64>,
     ) -> Vec<Component> {
-        let foreground = |x: usize, y: usize| {
-            let p = image.pixels[y * image.width + x];
-            match level {
-                Level::Below(threshold) => p < threshold,
-                Level::Above(threshold) => p > threshold,
-            }
-        };
+        let foreground = |x: usize, y: usize| level.holds(image.pixels[y * image.width + x]);
         let inside = |x: usize, y: usize| {
             (window.x[0]..window.x[1]).contains(&x) && (window.y[0]..window.y[1]).contains(&y)
         };
