@@ -135,7 +135,7 @@ pub(super) fn robust(
         standard_error: standard_error(success_probability, samples),
         samples,
         rollouts: 0,
-        expected_singulated: told.iter().map(|v| v.singulated as f64).sum::<f64>() / samples as f64,
+        expected_singulated: expected_singulated(&told),
         runner_up,
         failures: failures(&scene, &told),
         doubts: doubts(known, options, (&best.strike, &judge), (verdict_seed, &told))?,
@@ -292,12 +292,7 @@ fn worth(verdict: &Verdict, all: f64) -> f64 {
 }
 
 /// What becomes of the goal if the arm is told this strike in this world.
-pub(super) fn verdict(
-    simulator: &mut Simulator,
-    possible: &Possible,
-    strike: &Strike,
-    judge: &Judge,
-) -> Verdict {
+fn verdict(simulator: &mut Simulator, possible: &Possible, strike: &Strike, judge: &Judge) -> Verdict {
     // A striker that starts inside something, by an error of the poses, has failed.
     simulator
         .run(&possible.world, &possible.executed(strike))
@@ -333,6 +328,11 @@ pub(super) fn verdicts(strike: &Strike, worlds: &[Possible], judge: &Judge) -> V
 /// The part of the verdicts for which something holds.
 pub(super) fn part(verdicts: &[Verdict], holds: impl Fn(&Verdict) -> bool) -> f64 {
     verdicts.iter().filter(|v| holds(v)).count() as f64 / verdicts.len() as f64
+}
+
+/// How many objects are singulated, on average.
+pub(super) fn expected_singulated(verdicts: &[Verdict]) -> f64 {
+    verdicts.iter().map(|v| v.singulated as f64).sum::<f64>() / verdicts.len() as f64
 }
 
 /// Of a part of `n` (Agresti and Coull: never zero, however clear the count).

@@ -3,12 +3,11 @@
 use super::judge::{Judge, Verdict};
 use super::possible::possible_worlds;
 use super::proposal::{Aim, Range};
-use super::robust::{Candidate, part, reachable, verdict};
+use super::robust::{Candidate, expected_singulated, part, reachable, verdicts};
 use super::{Options, Result, Scene};
-use crate::physics::{self, Simulator, World};
+use crate::physics::{self, World};
 use crate::properties::Properties;
 use crate::scene::Strike;
-use rayon::prelude::*;
 
 /// A strike, and what becomes of the goal after it.
 #[derive(Clone, Debug, PartialEq)]
@@ -39,19 +38,16 @@ pub fn survey(
     let judge = Judge::new(scene)?;
     let (all, _) = reachable(scene, &Range::new(scene)?, (options, usize::MAX));
     let count = strikes.min(all.len());
-    let chosen: Vec<&Candidate> = (0..count).map(|k| &all[k * all.len() / count]).collect();
+    let chosen = (0..count).map(|k| &all[k * all.len() / count]);
     let worlds = possible_worlds((scene, properties, &nominal), options, (options.seed, samples), None)?;
-    let surveyed = |simulator: &mut Simulator, candidate: &&Candidate| {
-        let Candidate { aim, strike, .. } = candidate;
-        let verdicts: Vec<Verdict> =
-            worlds.iter().map(|world| verdict(simulator, world, strike, &judge)).collect();
-        let singulated: usize = verdicts.iter().map(|v| v.singulated).sum();
+    let surveyed = |Candidate { aim, strike, .. }: &Candidate| {
+        let verdicts = verdicts(strike, &worlds, &judge);
         Surveyed {
             aim: aim.clone(),
             strike: strike.clone(),
             success_probability: part(&verdicts, Verdict::fulfilled),
-            expected_singulated: singulated as f64 / samples as f64,
+            expected_singulated: expected_singulated(&verdicts),
         }
     };
-    Ok(chosen.par_iter().map_init(Simulator::new, surveyed).collect())
+    Ok(chosen.map(surveyed).collect())
 }
