@@ -10,7 +10,7 @@ use wide::u8x16;
 pub(super) const BLOCK: usize = 64;
 const LANES: usize = 16;
 /// Words whose darkest pixel is looked for first, and so many pixels.
-const SPAN_WORDS: usize = 4;
+const SPAN_WORDS: usize = 8;
 const SPAN: usize = SPAN_WORDS * BLOCK;
 
 /// Foreground pixels side by side in one row, the end excluded.
@@ -42,16 +42,30 @@ impl Bits {
     }
 
     /// Takes in a row of pixels.
-    pub(super) fn read(&mut self, row: &[u8], level: Level) {
+    ///
+    /// Below an empty row most are empty: the whole of it is looked at first.
+    pub(super) fn read(&mut self, row: &[u8], level: Level, below_empty: bool) {
+        self.empty();
+        if below_empty && !level.shows(row) {
+            return;
+        }
         let words = self.here.len() - 2;
-        self.here[1..][self.used.clone()].fill(0);
-        self.beside[1..][reached(&self.used, words)].fill(0);
         self.used = mask_row(row, level, &mut self.here[1..=words]);
         let Range { start, end } = reached(&self.used, words);
         let [left, here, right] = [0, 1, 2].map(|k| &self.here[start + k..end + k]);
         let sides = left.iter().zip(right).map(|(left, right)| left >> 63 | right << 63);
         for (beside, (here, sides)) in self.beside[1..][start..end].iter_mut().zip(here.iter().zip(sides)) {
             *beside = here << 1 | here >> 1 | sides;
+        }
+    }
+
+    /// Leaves nothing in a row of as many words.
+    pub(super) fn empty(&mut self) {
+        if !self.used.is_empty() {
+            let words = self.here.len() - 2;
+            self.here[1..][self.used.clone()].fill(0);
+            self.beside[1..][reached(&self.used, words)].fill(0);
+            self.used = 0..0;
         }
     }
 
@@ -94,17 +108,22 @@ fn reached(used: &Range<usize>, words: usize) -> Range<usize> {
 fn mask_row(row: &[u8], level: Level, masks: &mut [u64]) -> Range<usize> {
     let Some(test) = Test::of(level) else { return 0..0 };
     let mut used = 0..0;
-    for (k, (span, masks)) in row.chunks(SPAN).zip(masks.chunks_mut(SPAN_WORDS)).enumerate() {
-        // Of the last span, if it is short, the row's last pixels are looked at: they are more, but of a fixed number.
-        let shows = match (<&[u8; SPAN]>::try_from(span), row.last_chunk::<SPAN>()) {
-            (Ok(whole), _) | (Err(_), Some(whole)) => level.shows(whole),
-            (Err(_), None) => level.shows(span),
-        };
-        if shows {
-            test.mask(span, masks);
-            let first = if used.is_empty() { k * SPAN_WORDS } else { used.start };
-            used = first..k * SPAN_WORDS + masks.len();
+    let mut mask = |k: usize, span: &[u8]| {
+        let words = k * SPAN_WORDS..k * SPAN_WORDS + span.len().div_ceil(BLOCK);
+        test.mask(span, &mut masks[words.clone()]);
+        used = if used.is_empty() { words } else { used.start..words.end };
+    };
+    let (spans, rest) = row.as_chunks::<SPAN>();
+    for (k, span) in spans.iter().enumerate() {
+        if level.shows(span) {
+            mask(k, span);
         }
+    }
+    // Of a short end the row's last pixels are looked at: they are more, but of a fixed number.
+    if !rest.is_empty()
+        && row.last_chunk::<SPAN>().map_or_else(|| level.shows(rest), |last| level.shows(last))
+    {
+        mask(spans.len(), rest);
     }
     used
 }

@@ -149,14 +149,14 @@ impl Labeller {
         let pixels = |y: usize| &image.pixels[y * image.width..][window.x[0]..window.x[1]];
         let lone_pixels_count = *areas_px.start() < 2;
         let [previous, current, next] = &mut self.bits;
-        next.read(pixels(y0), level);
+        next.read(pixels(y0), level, true);
         for y in y0..y1 {
             std::mem::swap(previous, current);
             std::mem::swap(current, next);
             if y + 1 < y1 {
-                next.read(pixels(y + 1), level);
+                next.read(pixels(y + 1), level, current.is_empty());
             } else {
-                next.clear(words);
+                next.empty();
             }
             self.row.clear();
             if !current.is_empty() {
