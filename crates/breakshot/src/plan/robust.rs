@@ -65,7 +65,7 @@ pub(super) struct Effort {
 }
 
 impl Effort {
-    /// About forty thousand rollouts.
+    /// Fewer than thirty thousand rollouts.
     pub(super) const FULL: Self = Self {
         lines: 160,
         rounds: [(1600, 1), (480, 4), (240, 16), (60, 48), (24, 96)],
@@ -89,7 +89,7 @@ const LEAST_PROBABILITY: f64 = 0.5;
 pub(super) struct Candidate {
     pub aim: Aim,
     pub strike: Strike,
-    /// What it is worth, so far.
+    /// What it is worth in the worlds it was judged in so far, added up.
     worth: f64,
 }
 
@@ -194,15 +194,18 @@ fn reached_by_arm(candidate: &Candidate, options: &Options) -> bool {
         .is_none_or(|mass| mass(end(&candidate.strike), candidate.strike.heading_rad) > 0.0)
 }
 
-/// Successive halving: the better half of the judged goes on to more worlds.
+/// Successive halving: the better part of the judged goes on to more worlds.
 fn halved(
     mut field: Vec<Candidate>,
     worlds: &[Possible],
     (judge, effort): (&Judge, &Effort),
 ) -> Vec<Candidate> {
+    let mut seen = 0;
     for (stay, samples) in effort.rounds {
         field.truncate(stay);
-        weigh(&mut field, &worlds[..samples.min(worlds.len())], judge);
+        let samples = samples.min(worlds.len());
+        weigh(&mut field, &worlds[seen..samples], judge);
+        seen = samples;
         field.sort_by(|one, other| other.worth.total_cmp(&one.worth));
     }
     field
@@ -228,7 +231,7 @@ const ALIKE_RAD: f64 = 0.2;
 
 /// Varies each candidate, every generation by less, and keeps what is better.
 fn refined(
-    field: Vec<Candidate>,
+    mut field: Vec<Candidate>,
     (worlds, judge): (&[Possible], &Judge),
     (range, effort): (&Range, &Effort),
     seed: u64,
@@ -236,7 +239,9 @@ fn refined(
     let (generations, variants, samples) = effort.generations;
     let worlds = &worlds[..samples.min(worlds.len())];
     let mut rng = Pcg64Mcg::seed_from_u64(seed);
-    let mut field = field;
+    for candidate in &mut field {
+        candidate.worth = 0.0;
+    }
     weigh(&mut field, worlds, judge);
     for generation in 0..generations {
         let width = 0.6f64.powi(i32::try_from(generation).unwrap_or(0));
@@ -276,12 +281,13 @@ fn varied(aim: &Aim, width: f64, range: &Range, rng: &mut Pcg64Mcg) -> Aim {
     }
 }
 
-/// Judges every candidate on the same worlds.
+/// Judges every candidate on the same worlds, and adds up what it is worth there.
 fn weigh(field: &mut [Candidate], worlds: &[Possible], judge: &Judge) {
     let all = judge.count() as f64;
     field.par_iter_mut().for_each_init(Simulator::new, |simulator, candidate| {
-        let verdicts = worlds.iter().map(|world| verdict(simulator, world, &candidate.strike, judge));
-        candidate.worth = verdicts.map(|v| worth(&v, all)).sum::<f64>() / worlds.len() as f64;
+        for world in worlds {
+            candidate.worth += worth(&verdict(simulator, world, &candidate.strike, judge), all);
+        }
     });
 }
 
