@@ -78,7 +78,7 @@ const DISC_CORNERS: usize = 48;
 const LEAST_ELONGATION: f64 = 1.2;
 /// What the lens and the pixels themselves add to second moments along each axis (px2): a pixel is 1/12, a sharp lens
 /// about a third.
-const SPREAD_PX2: f64 = 0.35;
+pub(super) const SPREAD_PX2: f64 = 0.35;
 
 /// A blob whose lengths or area (as a length) differ by more than this from a marker is not it.  Cut by hand and
 /// measured by ruler, a marker of 10 mm is right within about one.

@@ -118,6 +118,32 @@ fn a_marker_covered_for_ten_frames_is_found_again_and_never_said_to_be_elsewhere
 }
 
 #[test]
+fn what_is_dark_beside_a_covered_marker_is_not_taken_for_it() {
+    let view = view();
+    let objects = [object("a", bar(0.07, 0.05), bar(0.024, 0.012))];
+    let motion = |t: f64| slid(Pose::new(-0.06, 0.0, 0.2), Vec2::new(0.4, 0.0), 2.0, t);
+    let covered = |t: f64| (0.19..0.26).contains(&t);
+    // A strip of shade, longer than the marker and less dark, lies a hand's breadth beside where it comes to rest.
+    let strip = Thing::flat(bar(0.04, 0.0105), Pose::new(-0.02, 0.048, 0.3), 0.0, 75.0);
+    let frames = film(&view, &times_s(40), |t| {
+        let (pose, velocity, rate) = motion(t);
+        let mut things = vec![strip.clone()];
+        things.extend(Thing::object(&objects[0], pose).map(|thing| thing.moving(velocity, rate)));
+        if covered(t) {
+            things.push(Thing::flat(bar(0.06, 0.03), pose, 0.031, 165.0));
+        }
+        things
+    });
+    let tracks = found(&view, frames, &objects, &Layout::Unknown).expect("tracks");
+    let samples = &tracks.tracks[0].samples;
+    assert_eq!(samples.len(), 40 - 4, "{:?}", tracks.warnings);
+    for s in samples {
+        let off = off_mm(s, motion(s.time_s).0);
+        assert!(off < 0.3, "{off} mm off at {} s", s.time_s);
+    }
+}
+
+#[test]
 fn equal_markers_that_pass_closely_keep_their_names() {
     let view = view();
     let objects = [object("a", disc(0.018), disc(0.011)), object("c", disc(0.019), disc(0.011))];

@@ -10,7 +10,7 @@ use super::blob::{self, Blob};
 use super::follower::{Follower, Sight, WHOLE};
 use super::identity::Start;
 use super::label::{Component, Labeller, Level, Window};
-use super::marker::{Target, fullness};
+use super::marker::{SPREAD_PX2, Target, fullness, principal};
 use super::threshold::component_areas_px;
 use crate::capture::{Camera, Frame, GreyImage};
 use crate::geometry::{Pixel, Pose, Vec2, wrapped_rad};
@@ -25,8 +25,10 @@ const USUAL_CHANGE_M_S: f64 = 0.5;
 const PREDICTION_STD_M: f64 = 0.002;
 /// A marker's area in whole pixels differs by about this part (its logarithm's standard deviation), ...
 const AREA_STD: f64 = 0.2;
-/// ... its contrast and its fullness by this.
+/// ... its contrast and its fullness by this, ...
 const LOOK_STD: f64 = 0.1;
+/// ... and how much longer than wide it is by this: motion smears.
+const ELONGATION_STD: f64 = 0.2;
 /// Within this many standard deviations a marker may show in part; further off only the whole of it is believed.
 const NEAR_STDS: f64 = 3.0;
 /// Parts of the expected area between which a component may be the marker, partly covered or not.
@@ -249,14 +251,15 @@ impl<'a> Tracker<'a> {
                 best = again.filter(|s| s.blob.unevenness < best.blob.unevenness).unwrap_or(best);
             }
         }
-        let change = follower.change(self.camera, best.pose, &best.blob).abs();
-        let near = self.off_m(follower, due, best.blob.centroid)
-            < NEAR_STDS * self.prediction_std_m(k, frame.time_s);
-        let possible = if near {
-            change < WHOLE || follower.contrast_ratio(&best.blob).ln().abs() < SAME_CONTRAST.ln()
-        } else {
-            change < 2.0 * WHOLE && follower.target.mismatch(self.camera, &best.blob).tolerable()
-        };
+        let change = follower.change(self.camera, best.pose, &best.blob);
+        // However long it was out of sight: what lies further off is its marker only if it looks like all of it.
+        let near_m = NEAR_STDS * (PREDICTION_STD_M + USUAL_CHANGE_M_S * self.interval_s);
+        let near = self.off_m(follower, due, best.blob.centroid) < near_m;
+        let alike = follower.target.mismatch(self.camera, &best.blob).tolerable();
+        let as_dark = follower.contrast_ratio(&best.blob).ln().abs() < SAME_CONTRAST.ln();
+        // A part is not larger than the whole.
+        let part = change.abs() < WHOLE || change < 2.0 * WHOLE && as_dark;
+        let possible = if near { part || alike && as_dark } else { change.abs() < 2.0 * WHOLE && alike };
         possible.then_some(best)
     }
 
@@ -280,7 +283,10 @@ impl<'a> Tracker<'a> {
             follower.contrast_ratio(&blob),
             fullness(blob.area_px2, blob.covariance_px2) / follower.target.fullness(),
         ];
-        let strangeness = look.iter().map(|ratio| (ratio.ln() / LOOK_STD).powi(2)).sum();
+        let due_px2 = follower.target.picture(self.camera, pose).covariance;
+        let stretched = elongation(blob.covariance_px2) - elongation(due_px2);
+        let strangeness = look.iter().map(|ratio| (ratio.ln() / LOOK_STD).powi(2)).sum::<f64>()
+            + (stretched / ELONGATION_STD).powi(2);
         let turn_known = pair.is_some() || follower.target.feature.dot.is_none();
         let dot = pair.map(|pair| pair.dot.centroid);
         Some(Sight { pose, blob, dot, blur_px: blur_px[0].hypot(blur_px[1]), turn_known, strangeness })
@@ -328,6 +334,12 @@ impl<'a> Tracker<'a> {
         }
         best.and_then(|(_, part)| self.sight(frame, k, due, &part))
     }
+}
+
+/// The logarithm of long over short axis.
+fn elongation(covariance_px2: [f64; 3]) -> f64 {
+    let (long, short, _) = principal(covariance_px2);
+    ((long + SPREAD_PX2) / (short + SPREAD_PX2)).ln() / 2.0
 }
 
 /// Of two objects that were given the two equal dots of one marker, the one that was due further away goes without.
