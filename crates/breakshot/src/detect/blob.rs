@@ -19,6 +19,9 @@ pub(super) struct Blob {
     pub area_px2: f64,
     /// Central second moments over the area: xx, xy, yy (px2).
     pub covariance_px2: [f64; 3],
+    /// The same without a dead band, so that it tells the lens and the noise too: to this one smear adds just its own
+    /// variance.
+    pub linear_covariance_px2: [f64; 3],
     /// The grey level around it.
     pub background: f64,
     /// How much darker than its surroundings it is; negative if lighter (grey levels).
@@ -42,6 +45,7 @@ impl Blob {
             std_px: 1.0,
             area_px2: component.area_px as f64,
             covariance_px2: component.covariance_px2(),
+            linear_covariance_px2: component.covariance_px2(),
             background: f64::from(u8::MAX) / 2.0,
             contrast,
             unevenness: 0.0,
@@ -96,11 +100,12 @@ pub(super) fn measured(
     }
     let dead = (2.0 * plane.scatter / contrast).clamp(DEAD_BAND, WIDEST_DEAD_BAND);
     // Marker and surroundings share the light: where it is brighter, the contrast is larger in proportion.
-    let weigh = |(&depth, (&light, &away)): (&f64, (&f64, &u8))| {
-        let share = depth * brightness / (contrast * light.max(1.0));
-        if away <= THIRDS * RIM_PX { ((share - dead) / (1.0 - 2.0 * dead)).clamp(0.0, 1.0) } else { 0.0 }
+    let share = |(&depth, (&light, &away)): (&f64, (&f64, &u8))| {
+        if away <= THIRDS * RIM_PX { depth * brightness / (contrast * light.max(1.0)) } else { 0.0 }
     };
-    let weights: Vec<f64> = depth.iter().zip(light.iter().zip(&away)).map(weigh).collect();
+    let shares: Vec<f64> = depth.iter().zip(light.iter().zip(&away)).map(share).collect();
+    let weights: Vec<f64> =
+        shares.iter().map(|share| ((share - dead) / (1.0 - 2.0 * dead)).clamp(0.0, 1.0)).collect();
     let Moments { area, centroid: [x, y], covariance } = patch.moments(&weights)?;
     let partly: Vec<f64> = weights.iter().map(|&w| if 0.0 < w && w < 1.0 { 1.0 } else { 0.0 }).collect();
     // Sum of the squared distances from the centroid, per axis, over the pixels whose noise counts.
@@ -115,6 +120,7 @@ pub(super) fn measured(
         std_px: (leverage_px2.sqrt() * noise_of_weight / area).max(FLOOR_STD_PX),
         area_px2: area,
         covariance_px2: covariance,
+        linear_covariance_px2: patch.moments(&shares).map_or(covariance, |linear| linear.covariance),
         background: plane.at_place(centroid),
         contrast: light_over_dark * contrast,
         unevenness: plane.unevenness,

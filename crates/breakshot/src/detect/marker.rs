@@ -161,6 +161,7 @@ impl<'a> Target<'a> {
             std_px: fit.std_px,
             area_px2: picture.area,
             covariance_px2: picture.covariance,
+            linear_covariance_px2: picture.covariance,
             background: 1.0,
             contrast: fit.shown,
             unevenness: 0.0,

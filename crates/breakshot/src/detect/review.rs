@@ -82,18 +82,14 @@ const FAST_PX_S: f64 = 400.0;
 /// Fewer samples than this in fast motion tell no exposure.
 const LEAST_FAST: usize = 4;
 
-/// Speed (px/s), and the second moment along the motion (at rest: along either axis) beyond the expected one (px2).
+/// Speed (px/s), and by how much both second moments together are beyond the expected ones (px2): smear adds as much
+/// to them whichever way it runs, though it turns the axes of a bar across which it runs askew.
 fn smear(camera: &Camera, follower: &Follower, k: usize) -> (f64, f64) {
     let seen = &follower.seen[k];
     let [vx, vy] = speed_px_s(&follower.seen, k);
-    let speed_px_s = vx.hypot(vy);
-    let due = follower.target.picture(camera, seen.pose).covariance;
-    let [xx, xy, yy]: [f64; 3] = std::array::from_fn(|i| seen.blob.covariance_px2[i] - due[i]);
-    if speed_px_s < SLOW_PX_S {
-        return (speed_px_s, f64::midpoint(xx, yy));
-    }
-    let (ux, uy) = (vx / speed_px_s, vy / speed_px_s);
-    (speed_px_s, ux * ux * xx + 2.0 * ux * uy * xy + uy * uy * yy)
+    let [xx, _, yy] = seen.blob.linear_covariance_px2;
+    let [due_xx, _, due_yy] = follower.target.picture(camera, seen.pose).covariance;
+    (vx.hypot(vy), xx + yy - due_xx - due_yy)
 }
 
 /// Speed in the picture (px/s) over the two intervals before, around or after a sample, whichever are the most alike:
@@ -141,7 +137,12 @@ struct Look {
 
 fn look(camera: &Camera, target: &Target, seen: &Seen, smear_px: [f64; 2]) -> Look {
     let due = target.picture(camera, seen.pose);
-    let (long, short, axis_rad) = principal(unsmeared(seen.blob.covariance_px2, smear_px));
+    let seen_px2 = if smear_px[0].hypot(smear_px[1]) < LONG_SMEAR_PX {
+        seen.blob.covariance_px2
+    } else {
+        seen.blob.linear_covariance_px2
+    };
+    let (long, short, axis_rad) = principal(unsmeared(seen_px2, smear_px));
     let (due_long, due_short, _) = principal(due.covariance);
     let half_axis_px = |of: f64, due: f64| 2.0 * of.sqrt() - 2.0 * due.sqrt();
     let radius_px = (seen.blob.area_px2 / PI).sqrt() - (due.area / PI).sqrt();
@@ -170,6 +171,8 @@ fn strangeness(looks: &[Look]) -> Vec<Option<f64>> {
     strangeness
 }
 
+/// From a smear of this length (px) on the dead band turns axes by more than noise does without it.
+const LONG_SMEAR_PX: f64 = 5.0;
 /// How well the length of a smear is known: the shutter's opening and closing is anyone's guess.
 const SMEAR_KNOWN: f64 = 0.1;
 

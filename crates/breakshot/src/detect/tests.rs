@@ -118,6 +118,27 @@ fn a_marker_covered_for_ten_frames_is_found_again_and_never_said_to_be_elsewhere
 }
 
 #[test]
+fn a_bar_smeared_askew_tells_its_angle() {
+    let mut view = view();
+    view.camera.exposure_s = Some(0.012);
+    let objects = [object("b", bar(0.06, 0.045), bar(0.024, 0.012))];
+    let motion = |t: f64| slid(Pose::new(-0.15, -0.03, 0.85), Vec2::new(0.9, 0.1), 0.0, t);
+    let frames = film(&view, &times_s(30), |t| {
+        let (pose, velocity, rate) = motion(t);
+        Thing::object(&objects[0], pose).map(|thing| thing.moving(velocity, rate)).to_vec()
+    });
+    let tracks = found(&view, frames, &objects, &Layout::Unknown).expect("tracks");
+    // One exposure holds the moment at which it starts.
+    let free = tracks.tracks[0].samples.iter().filter(|s| (s.time_s - 0.1).abs() > 0.006);
+    let off_deg: Vec<f64> = free
+        .map(|s| wrapped_rad(2.0 * (s.yaw_rad.expect("a yaw") - motion(s.time_s).0.yaw_rad)) / 2.0)
+        .map(f64::to_degrees)
+        .collect();
+    println!("smeared by up to 11 px: yaw rms {:.3} deg", rms(&off_deg));
+    assert!(off_deg.len() >= 29 && rms(&off_deg) < 0.5, "yaw rms {} deg: {off_deg:?}", rms(&off_deg));
+}
+
+#[test]
 fn what_is_dark_beside_a_covered_marker_is_not_taken_for_it() {
     let view = view();
     let objects = [object("a", bar(0.07, 0.05), bar(0.024, 0.012))];
