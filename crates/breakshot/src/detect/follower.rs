@@ -50,6 +50,7 @@ const SHARP_PX: f64 = 2.0;
 impl<'a> Follower<'a> {
     pub(super) fn new(target: Target<'a>, start: &Start, camera: &Camera) -> Self {
         let blob = start.candidate.blob;
+        let target = target.with_marker(&blob);
         let area_ratio = blob.area_px2 / target.picture(camera, start.pose).area;
         Self {
             target,

@@ -141,6 +141,7 @@ fn fit(
     layout: &Layout,
 ) -> Option<Match> {
     let blob = &candidate.blob;
+    let target = &target.clone().with_marker(blob);
     let mismatch = target.mismatch(camera, blob);
     if target.markerless() {
         return mismatch

@@ -23,6 +23,8 @@ pub(super) struct Target<'a> {
     axis_rad: Option<f64>,
     /// See [`fullness`].
     fullness: f64,
+    /// The part of the marker's thickness at which it appears to lie.
+    shown_at: f64,
 }
 
 /// Area, centroid and central second moments (xx, xy, yy) of a part of a picture.
@@ -84,6 +86,9 @@ pub(super) const SPREAD_PX2: f64 = 0.35;
 /// measured by ruler, a marker of 10 mm is right within about one.
 const LENGTH_TOLERANCE: f64 = 0.25;
 
+/// Half of a dark marker's thickness.
+const DARK_SHOWN_AT: f64 = 0.5;
+
 /// How a blob differs from the marker it may be, as ratios' logarithms: 0 is as expected.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Mismatch {
@@ -129,7 +134,8 @@ impl<'a> Target<'a> {
         let Moments { area, covariance, .. } = moments(&corners);
         let (long, short, axis_rad) = principal(covariance);
         let axis_rad = (long > short * LEAST_ELONGATION * LEAST_ELONGATION).then_some(axis_rad);
-        Self { name, object, feature: marker, outline, axis_rad, fullness: fullness(area, covariance) }
+        let fullness = fullness(area, covariance);
+        Self { name, object, feature: marker, outline, axis_rad, fullness, shown_at: DARK_SHOWN_AT }
     }
 
     /// Whether the marker tells how the object is turned, but for half a turn.
@@ -179,9 +185,15 @@ impl<'a> Target<'a> {
         self.feature.at_m.to_vec().length() > 0.0
     }
 
-    /// How high above the table the marker appears to lie (m): its top and the rim below it show as one.
+    /// How high above the table the marker appears to lie (m).
     pub(super) fn height_m(&self) -> f64 {
-        self.object.height_m + self.feature.thickness_m / 2.0
+        self.object.height_m + self.feature.thickness_m * self.shown_at
+    }
+
+    /// The same target once it is known whether its marker is dark or light: a dark one's top and the rim below it show
+    /// as one; a light one's rim lies in shade, like the object.
+    pub(super) fn with_marker(self, blob: &Blob) -> Self {
+        Self { shown_at: if blob.contrast > 0.0 { DARK_SHOWN_AT } else { 1.0 }, ..self }
     }
 
     /// The marker's picture with the object at this pose.

@@ -154,3 +154,22 @@ fn the_thickness_of_a_marker_moves_nothing_once_it_is_told() {
     println!("3 mm thick: {told_mm:.3} mm off, {untold_mm:.3} mm where it is not told");
     assert!(told_mm < 0.05 && untold_mm > 0.1, "{told_mm} mm, {untold_mm} mm");
 }
+
+#[test]
+fn the_rim_of_a_light_marker_lies_in_shade() {
+    let view = View { noise: 1.0, ..view() };
+    let plain = object("a", bar(0.05, 0.05), bar(0.024, 0.012));
+    let marker = plain.marker.clone().map(|marker| Marker { thickness_m: 0.003, ..marker });
+    let object = Object { marker, ..plain };
+    let poses = [Pose::new(0.2, 0.1, 0.4), Pose::new(-0.2, -0.05, 1.2), Pose::new(0.0, 0.15, -0.3)];
+    for pose in poses {
+        let frames = film(&view, &times_s(5), |_| {
+            let [body, marker] = Thing::object(&object, pose);
+            let dark = Thing { grey: 60.0, side_grey: 40.0, ..body };
+            vec![dark, Thing { grey: 230.0, side_grey: 60.0, ..marker }]
+        });
+        let tracks = found(&view, frames, std::slice::from_ref(&object), &Layout::Unknown).expect("tracks");
+        let off = off_mm(&tracks.tracks[0].samples[0], pose);
+        assert!(off < 0.1, "{off} mm off at {pose:?}");
+    }
+}
