@@ -21,6 +21,8 @@ pub(super) struct Fit {
 
 /// How far from the outline edges are looked for, round by round (px).
 const REACHES_PX: [f64; 5] = [5.0, 4.0, 3.0, 3.0, 3.0];
+/// No outline moves further in a round than this many times as far as its edges lie: two that cross askew are further off.
+const FURTHEST: f64 = 3.0;
 /// For so many rounds the steepest edges have to do; then strips of side are close enough to be looked at.
 const STEEPEST_ROUNDS: usize = 2;
 /// Profiles across the outline are read in these steps (px).
@@ -69,7 +71,12 @@ impl Scene<'_> {
                 smear_px = Some(self.smear_px(&rim.strips(), reach_px));
             }
             let edges = self.edges(&rim, reach_px, smear_px);
+            let before = pose;
             (pose, larger_px) = self.moved(pose, &rim.points, &edges)?;
+            // Edges along one direction alone hold nothing.
+            if self.way_px(before, pose) > FURTHEST * reach_px {
+                return None;
+            }
         }
         let rim = Rim::new(self.edge_points(pose), blur_px);
         let mut edges = self.edges(&rim, REACHES_PX[REACHES_PX.len() - 1], smear_px);
@@ -120,6 +127,14 @@ impl Scene<'_> {
         let looks = tried.iter().take(CLOSE_LOOKS).filter_map(|(_, pose)| look(*pose));
         let best = looks.max_by(|a, b| a.shown.total_cmp(&b.shown))?;
         self.laid(best.pose, [0.0, 0.0]).filter(|fit| free(fit.pose)).or(Some(best))
+    }
+
+    /// How far a point of the outline moves from one pose to another, at most (px).
+    fn way_px(&self, from: Pose, to: Pose) -> f64 {
+        let way_m = from.position.distance(to.position)
+            + (to.yaw_rad - from.yaw_rad).abs() * self.shape.outer_radius_m();
+        let at = self.camera.pixel_from_table(from.position, self.height_m);
+        way_m / self.camera.scale_m_per_px(at, self.height_m)
     }
 
     /// Whether the outline tells how the object is turned.
