@@ -8,6 +8,7 @@ use super::outline::{EdgePoint, Scene};
 use super::strip::{Strip, strips_px, vertex};
 use crate::geometry::{Pixel, Pose, Vec2};
 use nalgebra::{Matrix2, Matrix4, Vector2, Vector4};
+use std::borrow::Cow;
 
 /// An outline laid onto the picture.
 #[derive(Clone, Copy, Debug)]
@@ -46,6 +47,11 @@ const SEARCH_STEP_PX: f64 = 3.0;
 const SEARCH_TURN_RAD: f64 = 0.1;
 /// Of a search's places so many are looked at closely.
 const CLOSE_LOOKS: usize = 4;
+/// A search goes through the picture made smaller, as long as the outline reaches this far from its middle there (px),
+/// at most so many times; of its places so many are looked at again in the picture itself.
+const SMALL_RADIUS_PX: f64 = 10.0;
+const MOST_SHRUNK: usize = 2;
+const SECOND_LOOKS: usize = 32;
 
 /// An edge beside a point of the outline.
 #[derive(Clone, Copy)]
@@ -101,27 +107,31 @@ impl Scene<'_> {
         free: impl Fn(Pose) -> bool,
     ) -> Option<Fit> {
         let at = self.camera.pixel_from_table(around.position, self.height_m);
-        let step_m = SEARCH_STEP_PX * self.camera.scale_m_per_px(at, self.height_m);
-        if !step_m.is_finite() {
+        let pixel_m = self.camera.scale_m_per_px(at, self.height_m);
+        if !pixel_m.is_finite() {
             return None;
         }
-        let turns = if self.turns() { (turn_rad / SEARCH_TURN_RAD).ceil() as i32 } else { 0 };
-        let n = (reach_m / step_m).ceil() as i32;
-        let mut tried: Vec<(f64, Pose)> = Vec::new();
-        for (i, j) in
-            (-n..=n).flat_map(|i| (-n..=n).map(move |j| (i, j))).filter(|(i, j)| i * i + j * j <= n * n)
-        {
-            for turn in -turns..=turns {
-                let position = around.position + Vec2::new(f64::from(i), f64::from(j)) * step_m;
-                let pose = Pose { position, yaw_rad: around.yaw_rad + f64::from(turn) * SEARCH_TURN_RAD };
-                if free(pose) {
-                    tried.push((self.rough_visibility(pose), pose));
-                }
-            }
-        }
-        // The nearer of two that are alike.
         let far = |pose: &Pose| pose.position.distance(around.position);
-        tried.sort_by(|a, b| b.0.total_cmp(&a.0).then(far(&a.1).total_cmp(&far(&b.1))));
+        // The nearer of two that are alike.
+        let sorted = |mut tried: Vec<(f64, Pose)>| {
+            tried.sort_by(|a, b| b.0.total_cmp(&a.0).then(far(&a.1).total_cmp(&far(&b.1))));
+            tried
+        };
+        let factor = (self.shape.outer_radius_m() / pixel_m / SMALL_RADIUS_PX) as usize;
+        let factor = factor.clamp(1, MOST_SHRUNK);
+        let small =
+            if factor > 1 { Cow::Owned(self.image.shrunk(factor)) } else { Cow::Borrowed(self.image) };
+        let turns = if self.turns() { (turn_rad / SEARCH_TURN_RAD).ceil() as i32 } else { 0 };
+        let step_m = SEARCH_STEP_PX * factor as f64 * pixel_m;
+        let poses = grid(around, (reach_m / step_m).ceil() as i32, step_m, turns).filter(|&pose| free(pose));
+        let mut tried =
+            sorted(poses.map(|pose| (self.rough_visibility((&small, factor), pose), pose)).collect());
+        if factor > 1 {
+            let near = |pose: Pose| grid(pose, 1, step_m / SEARCH_STEP_PX, 0);
+            let poses =
+                tried.iter().take(SECOND_LOOKS).flat_map(|(_, pose)| near(*pose)).filter(|&p| free(p));
+            tried = sorted(poses.map(|pose| (self.rough_visibility((self.image, 1), pose), pose)).collect());
+        }
         // Strips of side take time, and do not tell one place from another.
         let look = |pose: Pose| self.fitted(pose, [0.0, 0.0], REACHES_PX.len()).filter(|fit| free(fit.pose));
         let looks = tried.iter().take(CLOSE_LOOKS).filter_map(|(_, pose)| look(*pose));
@@ -244,6 +254,17 @@ impl Scene<'_> {
         };
         moved.position.is_finite().then_some((moved, change[3]))
     }
+}
+
+/// Poses at most `n` steps from one, and so many turns to either side.
+fn grid(around: Pose, n: i32, step_m: f64, turns: i32) -> impl Iterator<Item = Pose> {
+    let steps = (-n..=n).flat_map(move |i| (-n..=n).map(move |j| (i, j)));
+    let near = steps.filter(move |(i, j)| i * i + j * j <= n * n.max(2));
+    near.flat_map(move |(i, j)| {
+        let position = around.position + Vec2::new(f64::from(i), f64::from(j)) * step_m;
+        let turned = move |turn: i32| around.yaw_rad + f64::from(turn) * SEARCH_TURN_RAD;
+        (-turns..=turns).map(move |turn| Pose { position, yaw_rad: turned(turn) })
+    })
 }
 
 /// An outline's points, and how wide the side shows beyond each (px).

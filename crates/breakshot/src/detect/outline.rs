@@ -49,10 +49,15 @@ impl Scene<'_> {
         OFFSETS_PX.iter().map(|&offset_px| strength(self.image, &points, offset_px)).fold(0.0, f64::max)
     }
 
-    /// The same from a few points of the outline.
-    pub(super) fn rough_visibility(&self, pose: Pose) -> f64 {
-        let points = self.edge_points_apart(pose, ROUGH_SPACING_PX);
-        strength(self.image, &points, 0.0)
+    /// The same from a few points of the outline, in the picture made this many times smaller.
+    pub(super) fn rough_visibility(&self, (small, factor): (&GreyImage, usize), pose: Pose) -> f64 {
+        let factor = factor as f64;
+        let mut points = self.edge_points_apart(pose, ROUGH_SPACING_PX * factor);
+        let shrunk = |at: f64| (at + 0.5) / factor - 0.5;
+        for point in &mut points {
+            point.at = Pixel::new(shrunk(point.at.x), shrunk(point.at.y));
+        }
+        strength(small, &points, 0.0)
     }
 
     /// The yaw at which the outline shows best, and how well, where `pose` gives the pose for a yaw.
