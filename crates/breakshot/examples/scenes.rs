@@ -20,7 +20,7 @@
 //!
 //! Each repeat shifts the striker by a fresh offset of up to a micrometre, so that no answer can be remembered.
 
-use breakshot::cell::{CameraSpec, Cell, Striker, Workspace};
+use breakshot::cell::{Cell, Striker, Workspace};
 use breakshot::geometry::{Point, Pose};
 use breakshot::object::{Marker, Object, Shape, pair_key};
 use breakshot::physics::{
@@ -50,22 +50,8 @@ type Answer<T> = Result<T, Box<dyn Error>>;
 
 impl Pile {
     fn new(number: &str) -> Self {
-        let cell = Cell {
-            version: 1,
-            camera: CameraSpec::default(),
-            tags: Vec::new(),
-            points: Vec::new(),
-            scale_px_per_m: Some(1000.0),
-            workspace: Workspace { min_m: Point::new(-10.0, -10.0), max_m: Point::new(10.0, 10.0) },
-            table: None,
-            striker: Striker {
-                shape: Shape::Disc { radius_m: 1.0 },
-                height_m: 0.1,
-                speed_range_m_s: [0.01, 10.0],
-                retract_speed_m_s: 0.15,
-            },
-            robot: None,
-        };
+        let cell =
+            Cell::from_above(1000.0, Workspace::centred([20.0, 20.0]), Striker::rod(1.0, [0.01, 10.0]));
         let (objects, placed, walls, keep_out) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
         let goal = Goal::default();
         let scene = Scene { cell, objects, observed_unix_s: None, placed, walls, keep_out, goal };

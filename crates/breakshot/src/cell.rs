@@ -108,6 +108,11 @@ pub struct Workspace {
 }
 
 impl Workspace {
+    /// So long and so wide, the table's origin in the middle.
+    pub fn centred([x_m, y_m]: [f64; 2]) -> Self {
+        Self { min_m: Point::new(-0.5 * x_m, -0.5 * y_m), max_m: Point::new(0.5 * x_m, 0.5 * y_m) }
+    }
+
     /// Whether a point lies inside or on the edge.
     pub fn contains(&self, point: Point) -> bool {
         (self.min_m.x..=self.max_m.x).contains(&point.x) && (self.min_m.y..=self.max_m.y).contains(&point.y)
@@ -135,6 +140,14 @@ pub struct Striker {
     /// How fast it draws back after the strike (m/s).
     #[serde(default = "retract_speed_m_s")]
     pub retract_speed_m_s: f64,
+}
+
+impl Striker {
+    /// An upright rod, 0.1 m high, that draws back at 0.15 m/s.
+    pub fn rod(radius_m: f64, speed_range_m_s: [f64; 2]) -> Self {
+        let retract_speed_m_s = retract_speed_m_s();
+        Self { shape: Shape::Disc { radius_m }, height_m: 0.1, speed_range_m_s, retract_speed_m_s }
+    }
 }
 
 /// The arm and where it stands.
@@ -197,6 +210,21 @@ fn retract_speed_m_s() -> f64 {
 }
 
 impl Cell {
+    /// A cell whose camera looks straight down and sees so many pixels a metre; no arm is told.
+    pub fn from_above(scale_px_per_m: f64, workspace: Workspace, striker: Striker) -> Self {
+        Self {
+            version: one(),
+            camera: CameraSpec::default(),
+            tags: Vec::new(),
+            points: Vec::new(),
+            scale_px_per_m: Some(scale_px_per_m),
+            workspace,
+            table: None,
+            striker,
+            robot: None,
+        }
+    }
+
     /// The scale of a camera that looks straight down, wherever the file gave it (px per m).
     pub fn scale_px_per_m(&self) -> Option<f64> {
         self.scale_px_per_m.or(self.camera.scale_px_per_m)

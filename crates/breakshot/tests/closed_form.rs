@@ -1,6 +1,6 @@
 //! The simulator against formulas that can be written down.
 
-use breakshot::cell::{CameraSpec, Cell, Striker, Workspace};
+use breakshot::cell::{Cell, Striker, Workspace};
 use breakshot::geometry::{Point, Pose};
 use breakshot::object::{Marker, Object, Shape, pair_key};
 use breakshot::physics::{AfterStrike, Options, Spin, Trajectory, trajectory};
@@ -24,22 +24,11 @@ const STRIKER_RADIUS_M: f64 = 0.015;
 impl Bench {
     /// A striker of 15 mm radius that runs along x at `speed_m_s` from far to the left.
     fn new(speed_m_s: f64) -> Self {
-        let cell = Cell {
-            version: 1,
-            camera: CameraSpec::default(),
-            tags: Vec::new(),
-            points: Vec::new(),
-            scale_px_per_m: Some(1000.0),
-            workspace: Workspace { min_m: Point::new(-1.0, -1.0), max_m: Point::new(1.0, 1.0) },
-            table: None,
-            striker: Striker {
-                shape: Shape::Disc { radius_m: STRIKER_RADIUS_M },
-                height_m: 0.1,
-                speed_range_m_s: [0.01, 2.0],
-                retract_speed_m_s: 0.15,
-            },
-            robot: None,
-        };
+        let cell = Cell::from_above(
+            1000.0,
+            Workspace::centred([2.0, 2.0]),
+            Striker::rod(STRIKER_RADIUS_M, [0.01, 2.0]),
+        );
         let scene = Scene {
             cell,
             objects: Vec::new(),

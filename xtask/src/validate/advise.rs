@@ -11,7 +11,6 @@ use breakshot::cell::{CameraSpec, Cell, Striker, Workspace};
 use breakshot::estimate::{
     self, AdviceOptions, ClipTracks, Filming, Options, Shot, StruckPile, predictive_spread_m,
 };
-use breakshot::geometry::Point;
 use breakshot::object::{Marker, Object, Shape, pair_key};
 use breakshot::properties::Properties;
 use breakshot::uncertain::Estimate;
@@ -155,22 +154,9 @@ fn object(name: &str, k: usize, dice: &mut Draw) -> Object {
 }
 
 fn cell() -> Cell {
-    Cell {
-        version: 1,
-        camera: CameraSpec { exposure_s: Some(1e-4), ..CameraSpec::default() },
-        tags: Vec::new(),
-        points: Vec::new(),
-        scale_px_per_m: Some(1000.0),
-        workspace: Workspace { min_m: Point::new(-0.6, -0.4), max_m: Point::new(0.6, 0.4) },
-        table: None,
-        striker: Striker {
-            shape: Shape::Disc { radius_m: 0.015 },
-            height_m: 0.1,
-            speed_range_m_s: [0.1, 1.0],
-            retract_speed_m_s: 0.15,
-        },
-        robot: None,
-    }
+    let camera = CameraSpec { exposure_s: Some(1e-4), ..CameraSpec::default() };
+    let striker = Striker::rod(0.015, [0.1, 1.0]);
+    Cell { camera, ..Cell::from_above(1000.0, Workspace::centred([1.2, 0.8]), striker) }
 }
 
 /// Scatter and error of predicted final places (m).

@@ -42,7 +42,6 @@ fn four_tags() -> Vec<Tag> {
 fn cell(tags: Vec<Tag>) -> Cell {
     let lens = lens();
     Cell {
-        version: 1,
         camera: CameraSpec {
             image_size_px: Some([1280, 720]),
             focal_px: Some(lens.focal_px()),
@@ -51,17 +50,8 @@ fn cell(tags: Vec<Tag>) -> Cell {
             ..CameraSpec::default()
         },
         tags,
-        points: Vec::new(),
         scale_px_per_m: None,
-        workspace: Workspace { min_m: Point::new(-0.25, -0.12), max_m: Point::new(0.25, 0.12) },
-        table: None,
-        striker: Striker {
-            shape: Shape::Disc { radius_m: 0.01 },
-            height_m: 0.1,
-            speed_range_m_s: [0.1, 1.0],
-            retract_speed_m_s: 0.15,
-        },
-        robot: None,
+        ..Cell::from_above(1000.0, Workspace::centred([0.5, 0.24]), Striker::rod(0.01, [0.1, 1.0]))
     }
 }
 

@@ -342,26 +342,10 @@ fn a_camera_that_is_nudged_during_the_clip_is_named() {
         things.extend(Thing::object(&objects[0], Pose::default()));
         things
     };
-    let cell = Cell {
-        version: 1,
-        camera: CameraSpec {
-            focal_px: Some([700.0; 2]),
-            center_px: Some([319.5, 199.5]),
-            ..CameraSpec::default()
-        },
-        tags: tags.clone(),
-        points: Vec::new(),
-        scale_px_per_m: None,
-        workspace: Workspace { min_m: Point::new(-0.2, -0.1), max_m: Point::new(0.2, 0.1) },
-        table: None,
-        striker: Striker {
-            shape: disc(0.01),
-            height_m: 0.05,
-            speed_range_m_s: [0.1, 1.0],
-            retract_speed_m_s: 0.1,
-        },
-        robot: None,
-    };
+    let camera =
+        CameraSpec { focal_px: Some([700.0; 2]), center_px: Some([319.5, 199.5]), ..CameraSpec::default() };
+    let from_above = Cell::from_above(1000.0, Workspace::centred([0.4, 0.2]), Striker::rod(0.01, [0.1, 1.0]));
+    let cell = Cell { camera, tags: tags.clone(), scale_px_per_m: None, ..from_above };
     let warnings = |nudge_m: f64| {
         let mut nudged = view.clone();
         let place = Transform { position_m: [0.01 + nudge_m, -0.1, 0.7], rpy_rad: [0.15, 0.02, 0.05] };

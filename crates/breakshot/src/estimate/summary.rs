@@ -197,22 +197,9 @@ mod tests {
     }
 
     fn cell() -> Cell {
-        Cell {
-            version: 1,
-            camera: CameraSpec { exposure_s: Some(1e-4), ..CameraSpec::default() },
-            tags: Vec::new(),
-            points: Vec::new(),
-            scale_px_per_m: Some(1000.0),
-            workspace: Workspace { min_m: Point::new(-1.0, -1.0), max_m: Point::new(1.0, 1.0) },
-            table: None,
-            striker: Striker {
-                shape: Shape::Disc { radius_m: STRIKER_M },
-                height_m: 0.1,
-                speed_range_m_s: [0.1, 1.0],
-                retract_speed_m_s: 0.1,
-            },
-            robot: None,
-        }
+        let striker = Striker { retract_speed_m_s: 0.1, ..Striker::rod(STRIKER_M, [0.1, 1.0]) };
+        let camera = CameraSpec { exposure_s: Some(1e-4), ..CameraSpec::default() };
+        Cell { camera, ..Cell::from_above(1000.0, Workspace::centred([2.0, 2.0]), striker) }
     }
 
     /// How far a slide has come after a time, and its speed then.

@@ -2,7 +2,6 @@
 
 use super::{ClipTracks, Filming, Options, Shot, estimation, updated};
 use crate::cell::{CameraSpec, Cell, Striker, Workspace};
-use crate::geometry::Point;
 use crate::object::{Marker, Object, Shape, pair_key};
 use crate::properties::Properties;
 use crate::uncertain::Estimate;
@@ -26,23 +25,9 @@ pub(super) fn objects() -> Vec<Object> {
 }
 
 pub(super) fn cell() -> Cell {
-    let striker = Striker {
-        shape: Shape::Disc { radius_m: 0.015 },
-        height_m: 0.1,
-        speed_range_m_s: [0.1, 0.8],
-        retract_speed_m_s: 0.1,
-    };
-    Cell {
-        version: 1,
-        camera: CameraSpec { exposure_s: Some(1e-4), ..CameraSpec::default() },
-        tags: Vec::new(),
-        points: Vec::new(),
-        scale_px_per_m: Some(1000.0),
-        workspace: Workspace { min_m: Point::new(-0.6, -0.4), max_m: Point::new(0.6, 0.4) },
-        table: None,
-        striker,
-        robot: None,
-    }
+    let striker = Striker { retract_speed_m_s: 0.1, ..Striker::rod(0.015, [0.1, 0.8]) };
+    let camera = CameraSpec { exposure_s: Some(1e-4), ..CameraSpec::default() };
+    Cell { camera, ..Cell::from_above(1000.0, Workspace::centred([1.2, 0.8]), striker) }
 }
 
 /// The truth of a clip: friction and restitution vary a little from clip to clip.

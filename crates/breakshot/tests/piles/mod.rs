@@ -2,7 +2,7 @@
 
 #![allow(dead_code)] // Each test binary uses its part.
 
-use breakshot::cell::{CameraSpec, Cell, Striker, Workspace};
+use breakshot::cell::{Cell, Striker, Workspace};
 use breakshot::geometry::{Point, Pose, Vec2};
 use breakshot::object::{Marker, Object, Shape, pair_key};
 use breakshot::physics::{AfterStrike, Options, Trajectory, trajectory};
@@ -31,22 +31,7 @@ pub(crate) fn draw(seed: u64) -> Draw {
 impl Pile {
     /// An empty table and a striker disc of 15 mm that is lifted after the strike.
     pub(crate) fn new() -> Self {
-        let cell = Cell {
-            version: 1,
-            camera: CameraSpec::default(),
-            tags: Vec::new(),
-            points: Vec::new(),
-            scale_px_per_m: Some(1000.0),
-            workspace: Workspace { min_m: Point::new(-2.0, -2.0), max_m: Point::new(2.0, 2.0) },
-            table: None,
-            striker: Striker {
-                shape: Shape::Disc { radius_m: 0.015 },
-                height_m: 0.1,
-                speed_range_m_s: [0.01, 5.0],
-                retract_speed_m_s: 0.15,
-            },
-            robot: None,
-        };
+        let cell = Cell::from_above(1000.0, Workspace::centred([4.0, 4.0]), Striker::rod(0.015, [0.01, 5.0]));
         let (objects, placed, walls, keep_out) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
         let goal = Goal::default();
         let mut pile = Self {

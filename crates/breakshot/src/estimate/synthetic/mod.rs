@@ -9,7 +9,7 @@ mod sight;
 mod world;
 
 use super::ClipTracks;
-use crate::cell::{CameraSpec, Cell, Striker, Workspace};
+use crate::cell::{Cell, Striker, Workspace};
 use crate::detect::Tracks;
 use crate::geometry::{Point, Vec2};
 use crate::object::{Marker, Object, Shape, pair_key};
@@ -137,22 +137,8 @@ pub fn campaign(recipe: &Recipe, seed: u64) -> Campaign {
 
 /// The cell of every drawn campaign: a small round striker, and a camera of unknown exposure that looks straight down.
 pub fn cell() -> Cell {
-    Cell {
-        version: 1,
-        camera: CameraSpec::default(),
-        tags: Vec::new(),
-        points: Vec::new(),
-        scale_px_per_m: Some(2000.0),
-        workspace: Workspace { min_m: Point::new(-1.0, -1.0), max_m: Point::new(1.0, 1.0) },
-        table: None,
-        striker: Striker {
-            shape: Shape::Disc { radius_m: STRIKER_M },
-            height_m: 0.1,
-            speed_range_m_s: [0.1, 1.0],
-            retract_speed_m_s: RETRACT_M_S,
-        },
-        robot: None,
-    }
+    let striker = Striker { retract_speed_m_s: RETRACT_M_S, ..Striker::rod(STRIKER_M, [0.1, 1.0]) };
+    Cell::from_above(2000.0, Workspace::centred([2.0, 2.0]), striker)
 }
 
 fn object(k: usize, recipe: &Recipe, random: &mut Pcg64Mcg) -> Object {
