@@ -88,14 +88,6 @@ impl Group {
         let shares = weights.iter().map(|w| w / total).collect();
         Some(Mean { value, standard_error: (dispersion / total).sqrt(), freedom, shares, dispersion })
     }
-
-    /// The plain standard deviation of the values.
-    pub(super) fn std(&self) -> Option<f64> {
-        let n = self.values.len();
-        let mean = self.values.iter().map(|m| m.value).sum::<f64>() / n as f64;
-        let squares: f64 = self.values.iter().map(|m| (m.value - mean).powi(2)).sum();
-        (n > 1).then(|| (squares / (n - 1) as f64).sqrt())
-    }
 }
 
 impl Mean {
@@ -104,12 +96,20 @@ impl Mean {
         quantile_95(self.freedom) * self.standard_error
     }
 
+    /// The standard deviation from clip to clip, each counting as much as it does in the mean; none of a single clip.
+    pub(super) fn std(&self, group: &Group) -> Option<f64> {
+        let squares: f64 =
+            group.values.iter().zip(&self.shares).map(|(m, s)| s * (m.value - self.value).powi(2)).sum();
+        let alone: f64 = self.shares.iter().map(|s| s * s).sum();
+        (group.values.len() > 1).then(|| (squares / (1.0 - alone).max(f64::MIN_POSITIVE)).sqrt())
+    }
+
     /// As the outside sees it.
     pub(super) fn estimate(&self, group: &Group) -> Estimate {
         let half = self.half_width();
         Estimate {
             mean: self.value,
-            std: group.std(),
+            std: self.std(group),
             standard_error: self.standard_error,
             interval_95: [self.value - half, self.value + half],
             n: group.values.len(),

@@ -64,7 +64,7 @@ fn means(joint: &Joint, readings: &[Readings], reference: String) -> Properties 
             }
             Key::Restitution(a, b) => properties.restitution.insert(format!("{a}/{b}"), mean.estimate(group)),
             Key::MassRatio(a, b) => {
-                let estimate = exponential(mean, group.std(), group.values.len());
+                let estimate = exponential(mean, mean.std(group), group.values.len());
                 properties.pair_mass_ratio.insert(format!("{a}/{b}"), estimate)
             }
         };
