@@ -56,7 +56,7 @@ pub(crate) fn rows(truth: &Truth, folder: &Path) -> Result<Vec<Row>, String> {
 
 /// Root mean square; of nothing zero.
 fn rms(values: &[f64]) -> f64 {
-    (values.iter().map(|e| e * e).sum::<f64>() / values.len().max(1) as f64).sqrt()
+    (values.iter().fold(0.0, |sum, e| sum + e * e) / values.len().max(1) as f64).sqrt()
 }
 
 impl Errors {
