@@ -259,6 +259,7 @@ impl Scene<'_> {
 /// Poses at most `n` steps from one, and so many turns to either side.
 fn grid(around: Pose, n: i32, step_m: f64, turns: i32) -> impl Iterator<Item = Pose> {
     let steps = (-n..=n).flat_map(move |i| (-n..=n).map(move |j| (i, j)));
+    // A disc of places; of a single step all eight around it.
     let near = steps.filter(move |(i, j)| i * i + j * j <= n * n.max(2));
     near.flat_map(move |(i, j)| {
         let position = around.position + Vec2::new(f64::from(i), f64::from(j)) * step_m;
