@@ -7,7 +7,7 @@
 use crate::geometry::{Point, Pose, Vec2};
 use crate::object::Shape;
 use crate::physics::GRAVITY_M_S2;
-use crate::physics::support::{PATCH_RADIUS_PER_ARM, mean_arm_m, patch_force_and_torque};
+use crate::physics::sliding::patch_friction::{PATCH_RADIUS_PER_ARM, mean_arm_m, patch_force_and_torque};
 use std::f64::consts::FRAC_PI_2;
 use std::sync::OnceLock;
 

@@ -5,52 +5,33 @@
 //!
 //! [`trajectory()`] tells everything about one strike; a [`World`] and a [`Simulator`] do many strikes quickly.
 
-mod agenda;
-mod alone;
-mod body;
-mod cluster;
-mod collide;
 mod contact;
-mod curve;
-mod decompose;
-mod encounter;
-mod evolve;
-mod graze;
-mod mjcf;
-mod neighbours;
-mod press;
-mod pressure;
-mod resolve;
-#[cfg(test)]
-mod reversal_tests;
-mod rollout;
-mod roots;
+mod event_loop;
+mod impact;
+mod output;
 mod rotation;
-mod shape;
 mod simulator;
-mod springs;
-mod striker;
-pub(crate) mod support;
-mod trajectory;
+pub(crate) mod sliding;
 mod world;
 
-pub use cluster::{Compliance, ContactForce, Stiffness};
-pub use encounter::{Encounter, Mover};
-pub use evolve::Spin;
-pub use graze::Graze;
-pub use mjcf::{Mjcf, mjcf};
-pub use pressure::{Pressure, Surface};
-pub use resolve::{ImpactLaw, RestitutionLaw};
-pub use simulator::{Outcome, Simulator, rollouts};
-pub use striker::{AfterStrike, RETRACT_PAST_START_M};
-pub use trajectory::{Energy, Event, EventKind, Segment, Trajectory};
+pub use event_loop::striker::{AfterStrike, RETRACT_PAST_START_M};
+pub use impact::island::{Compliance, ContactForce, Stiffness};
+pub use impact::pair_impact::{Encounter, Mover};
+pub use impact::routh::{ImpactLaw, RestitutionLaw};
+pub use output::mjcf::{Mjcf, mjcf};
+pub use output::near_miss::Graze;
+pub use output::outcome::Outcome;
+pub use output::trajectory::{Energy, Event, EventKind, Segment, Trajectory};
+pub use simulator::{Simulator, rollouts};
+pub use sliding::limit_surface::{Pressure, Surface};
+pub use sliding::motion::Spin;
 pub use world::World;
 
 use crate::error::{Error, Result};
 use crate::properties::Properties;
 use crate::scene::{Scene, Strike};
+use output::trajectory::Log;
 use std::collections::BTreeMap;
-use trajectory::Log;
 
 /// Standard gravity as the estimates use it (m/s2).
 pub const GRAVITY_M_S2: f64 = 9.81;

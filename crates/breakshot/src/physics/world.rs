@@ -3,19 +3,19 @@
 //! A [`World`] holds everything that stays the same from strike to strike.  Bodies are kept in the order of their places
 //! (x, then y), so that the answer does not depend, to the last bit, on the order in which objects are listed.
 
-use super::body::Body;
 use super::contact::witness;
-use super::curve::SlideCurve;
-use super::evolve::Motion;
-use super::neighbours::{Circle, Circles};
-use super::pressure::{Hold, Pressure, Surface};
 use super::rotation::Rotation;
-use super::shape::{Laid, Plate};
-use super::support::{PATCH_RADIUS_PER_ARM, mean_arm_m};
 use super::{GRAVITY_M_S2, Options};
 use crate::error::{Error, Result};
 use crate::geometry::{Point, Pose, Vec2};
 use crate::object::{self, Shape, kind, polygon_area_m2};
+use crate::physics::contact::broadphase::{Circle, Circles};
+use crate::physics::contact::compound_shape::{Laid, Plate};
+use crate::physics::sliding::body::Body;
+use crate::physics::sliding::limit_surface::{Hold, Pressure, Surface};
+use crate::physics::sliding::motion::Motion;
+use crate::physics::sliding::patch_friction::{PATCH_RADIUS_PER_ARM, mean_arm_m};
+use crate::physics::sliding::slide_curve::SlideCurve;
 use crate::properties::{ContactFriction, Properties};
 use crate::scene::{Scene, Strike, Wall};
 use std::sync::Arc;

@@ -6,8 +6,8 @@
 
 use super::{CONTACT_GAP_M, Mover, Outlook, PRESSING_M_S, time_apart_s};
 use crate::geometry::Vec2;
-use crate::physics::evolve::{Law, Motion};
-use crate::physics::roots::first_crossing;
+use crate::physics::contact::roots::first_crossing;
+use crate::physics::sliding::motion::{Law, Motion};
 
 /// The first contact of two discs from a time on; one that presses is overlooked until `pressing_s`.
 pub(super) fn first_contact(a: Mover, b: Mover, from_s: f64, pressing_s: f64) -> Outlook {

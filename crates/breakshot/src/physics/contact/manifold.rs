@@ -3,13 +3,13 @@
 //! Two flat sides that face each other touch along a line: its two ends stand for it (the incident edge clipped to the
 //! reference edge, as physics engines for games do).  Everything else touches in one point.
 
-use super::witness::{Feature, witness_within};
+use super::separating_axis::{Feature, witness_within};
 use crate::geometry::{Point, Vec2};
-use crate::physics::body::Body;
-use crate::physics::evolve::State;
-use crate::physics::resolve::Touch;
+use crate::physics::contact::compound_shape::Laid;
+use crate::physics::impact::routh::Touch;
 use crate::physics::rotation::Rotation;
-use crate::physics::shape::Laid;
+use crate::physics::sliding::body::Body;
+use crate::physics::sliding::motion::State;
 
 /// Calls `found` with every contact point of two bodies whose gap is at most `reach_m`, and with its gap (m).
 pub(crate) fn contact_points(

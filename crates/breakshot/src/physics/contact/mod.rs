@@ -1,20 +1,24 @@
 //! When will two bodies touch?
 //!
 //! Discs: the first root of a polynomial in time, or of their way (`discs`).  All others: first the circles around them
-//! (`circles`), then conservative advancement (`advance`), from time to time the latest instant up to which a line is known
+//! (`bounding_circles`), then conservative advancement (`conservative_advancement`), from time to time the latest instant up to which a line is known
 //! to keep the two apart.  A search that has gone far enough answers "not before", never "not at all".
 
-mod advance;
-mod circles;
+mod bounding_circles;
+pub(crate) mod broadphase;
+pub(crate) mod compound_shape;
+mod conservative_advancement;
+pub(crate) mod convex_decomposition;
 mod discs;
 mod manifold;
-mod witness;
+mod roots;
+mod separating_axis;
 
 pub(crate) use manifold::contact_points;
-pub(crate) use witness::{Feature, witness};
+pub(crate) use separating_axis::{Feature, witness};
 
-use super::body::Body;
-use super::evolve::Motion;
+use crate::physics::sliding::body::Body;
+use crate::physics::sliding::motion::Motion;
 
 /// A body on its way.
 #[derive(Clone, Copy, Debug)]
@@ -52,7 +56,7 @@ pub(crate) fn first_look(a: Mover, b: Mover, from_s: f64, pressing_s: f64) -> Ou
     if a.body.plate.is_disc && b.body.plate.is_disc {
         return discs::first_contact(a, b, from_s, pressing_s);
     }
-    circles::first_look(a, b, from_s)
+    bounding_circles::first_look(a, b, from_s)
 }
 
 /// The next contact from a time on, followed until it is found or lies beyond `until_s`.
@@ -68,7 +72,7 @@ pub(crate) fn closer_look(
     if a.body.plate.is_disc && b.body.plate.is_disc {
         return discs::first_contact(a, b, from_s, pressing_s);
     }
-    advance::first_contact(pair, (from_s, until_s), pressing_s, hint)
+    conservative_advancement::first_contact(pair, (from_s, until_s), pressing_s, hint)
 }
 
 /// How long `gap + change t - bend t^2 / 2` stays positive (s); `gap` positive.

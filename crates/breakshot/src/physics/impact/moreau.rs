@@ -4,9 +4,9 @@
 //! law: after it each contact opens at e times the speed at which it closed, or not at all if it needs no impulse.  Friction
 //! holds or slides at each contact.  The projected Gauss-Seidel method finds the impulses.
 
-use super::cluster::Cluster;
-use super::contact::PRESSING_M_S;
-use super::resolve::{Impulse, RestitutionLaw};
+use crate::physics::contact::PRESSING_M_S;
+use crate::physics::impact::island::Cluster;
+use crate::physics::impact::routh::{Impulse, RestitutionLaw};
 
 /// Sweeps over all contacts at most.
 const SWEEPS: usize = 200;
@@ -60,7 +60,8 @@ impl Cluster {
             .iter()
             .map(|c| c.impulse.normal * c.impact.approach + c.impulse.tangent * c.impact.slip)
             .sum();
-        let taken: f64 = self.members.iter().map(super::cluster::Member::impulse_energy_j).sum();
+        let taken: f64 =
+            self.members.iter().map(crate::physics::impact::island::Member::impulse_energy_j).sum();
         let whole: f64 = self.contacts.iter().map(|c| c.impulse.normal).sum();
         if taken == 0.0 || whole == 0.0 {
             return;

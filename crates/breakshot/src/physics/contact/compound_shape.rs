@@ -3,10 +3,10 @@
 //! A [`Plate`] is one or more convex parts, each a core of corners (one for a disc, two for a wall) thickened by a
 //! radius: every distance is then a distance between cores less the radii.
 
-use super::decompose::convex_parts;
-use super::rotation::Rotation;
 use crate::geometry::{Point, Vec2};
 use crate::object::Shape;
+use crate::physics::contact::convex_decomposition::convex_parts;
+use crate::physics::rotation::Rotation;
 
 /// A rigid outline in its own frame.
 #[derive(Clone, Debug, PartialEq)]

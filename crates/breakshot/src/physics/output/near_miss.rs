@@ -3,11 +3,12 @@
 //! Wherever two bodies barely miss or barely hit each other, a little more or less changes everything after it.  The margin of
 //! a hit is how far aside one body would have to lie for the two to pass each other; that of a miss is the gap that stays open.
 
-use super::evolve::{Motion, State, length};
-use super::rotation::Rotation;
-use super::world::{STRIKER, World, gap_m};
-use super::{AfterStrike, simulator::Outcome};
 use crate::geometry::{Pose, Vec2};
+use crate::physics::AfterStrike;
+use crate::physics::output::outcome::Outcome;
+use crate::physics::rotation::Rotation;
+use crate::physics::sliding::motion::{Motion, State, length};
+use crate::physics::world::{STRIKER, World, gap_m};
 use serde::{Deserialize, Serialize};
 
 /// The collision that was most nearly missed, or the miss that was most nearly a collision.

@@ -5,7 +5,7 @@
 
 use super::{Mover, Outlook, time_apart_s};
 use crate::geometry::Vec2;
-use crate::physics::evolve::State;
+use crate::physics::sliding::motion::State;
 
 /// A lower bound of the time of contact from circles around both bodies.
 pub(super) fn first_look(a: Mover, b: Mover, from_s: f64) -> Outlook {

@@ -1,10 +1,10 @@
 //! One impact by itself: what the simulator makes of two bodies that meet with known velocities.
 
-use super::evolve::State;
-use super::resolve::{Impact, ImpactLaw, Impulse, Inertia, Touch};
 use crate::error::{Error, Result};
 use crate::geometry::{Point, Vec2};
 use crate::object::positive;
+use crate::physics::impact::routh::{Impact, ImpactLaw, Impulse, Inertia, Touch};
+use crate::physics::sliding::motion::State;
 
 /// A body as an impact meets it.
 #[derive(Clone, Copy, Debug, PartialEq)]

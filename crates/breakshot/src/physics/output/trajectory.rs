@@ -1,13 +1,13 @@
 //! What happened: events, exact states in between, energies.
 
-use super::body::Body;
-use super::cluster::Cluster;
-use super::evolve::{Law, Motion, State};
-use super::graze::{Close, Graze, closest_miss};
-use super::resolve::Touch;
-use super::simulator::Outcome;
-use super::world::{STRIKER, World};
 use crate::geometry::{Point, Pose, Vec2};
+use crate::physics::impact::island::Cluster;
+use crate::physics::impact::routh::Touch;
+use crate::physics::output::near_miss::{Close, Graze, closest_miss};
+use crate::physics::output::outcome::Outcome;
+use crate::physics::sliding::body::Body;
+use crate::physics::sliding::motion::{Law, Motion, State};
+use crate::physics::world::{STRIKER, World};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
@@ -315,7 +315,7 @@ impl Motion {
         let unit_m = body.grip_m_s2 * scale_s * scale_s;
         let unit_rad = unit_m.copysign(self.yaw_rate_rad_s) / body.patch_radius_m;
         let stretches = body.curve.stretches(branch, remaining(self.start_s), remaining(end_s));
-        let segment = |s: &super::curve::Stretch| {
+        let segment = |s: &crate::physics::sliding::slide_curve::Stretch| {
             // In seconds, and from the end backwards.
             let polynomial = |end: f64, unit: f64, c: &[f64; 6]| {
                 let mut per_power = -unit;

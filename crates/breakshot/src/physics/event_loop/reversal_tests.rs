@@ -1,11 +1,11 @@
 //! Time runs backwards as well as forwards: nothing is lost at restitution 1 and without friction.
 
-use super::evolve::State;
-use super::rollout::{Memory, Rollout};
-use super::world::World;
-use super::{AfterStrike, Options, Spin};
 use crate::geometry::{Point, Pose, Vec2};
 use crate::object::{Marker, Object, Shape, pair_key};
+use crate::physics::event_loop::{Memory, Rollout};
+use crate::physics::sliding::motion::State;
+use crate::physics::world::World;
+use crate::physics::{AfterStrike, Options, Spin};
 use crate::properties::Properties;
 use crate::scene::{Goal, Placed, Scene, Strike};
 use crate::uncertain::Estimate;

@@ -7,12 +7,12 @@
 //! unchecked.
 
 use super::discs::SMALLEST_GAP_M;
-use super::witness::{Feature, corner_normal, witness};
-use super::{CONTACT_GAP_M, Mover, Outlook, PRESSING_M_S, circles, time_apart_s};
+use super::separating_axis::{Feature, corner_normal, witness};
+use super::{CONTACT_GAP_M, Mover, Outlook, PRESSING_M_S, bounding_circles, time_apart_s};
 use crate::geometry::Vec2;
-use crate::physics::evolve::State;
+use crate::physics::contact::compound_shape::Laid;
 use crate::physics::rotation::Rotation;
-use crate::physics::shape::Laid;
+use crate::physics::sliding::motion::State;
 
 /// Circles that meet within this time count as overlapping (s).
 const SHORTEST_S: f64 = 1e-6;
@@ -78,7 +78,7 @@ pub(super) fn first_contact(
             return Outlook::Never;
         }
         let (state_a, state_b) = (a.motion.state(time_s, a.body), b.motion.state(time_s, b.body));
-        let circles_s = circles::time_apart((a, &state_a), (b, &state_b), reach_m, time_s);
+        let circles_s = bounding_circles::time_apart((a, &state_a), (b, &state_b), reach_m, time_s);
         if circles_s == f64::INFINITY {
             return Outlook::Never;
         }

@@ -5,8 +5,8 @@
 //! effective mass (Eq. 8) only softens the blow.  Whether an object is scattered or pushed (Eq. 27 and 28) follows
 //! from the impacts: with e > 0 it always leaves at `(1 + e) v`, and the striker catches up after `2 e v / (mu g)`.
 
-use super::evolve::{Motion, length};
 use crate::geometry::{Pose, Vec2};
+use crate::physics::sliding::motion::{Motion, length};
 use crate::scene::Strike;
 
 /// How far past its start the striker draws back (m).

@@ -5,12 +5,12 @@
 //! (`press`).  The idea in other variables: Liu, Zhao and Brogliato, Proc. R. Soc. A 464 (2008) 3193; Uchida, Sherman and
 //! Delp, Proc. R. Soc. A 471 (2015) 20140859.
 
-use super::body::Body;
-use super::evolve::State;
-use super::resolve::{Impact, Impulse, Touch};
-use super::springs::Springs;
-use super::world::Coefficients;
 use crate::geometry::Vec2;
+use crate::physics::impact::compliant::Springs;
+use crate::physics::impact::routh::{Impact, Impulse, Touch};
+use crate::physics::sliding::body::Body;
+use crate::physics::sliding::motion::State;
+use crate::physics::world::Coefficients;
 
 /// How contacts yield.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -230,10 +230,10 @@ mod tests {
     use super::*;
     use crate::geometry::{Point, Pose};
     use crate::object::Shape;
-    use crate::physics::curve::SlideCurve;
-    use crate::physics::resolve::RestitutionLaw;
-    use crate::physics::shape::Plate;
-    use crate::physics::springs::End;
+    use crate::physics::contact::compound_shape::Plate;
+    use crate::physics::impact::compliant::End;
+    use crate::physics::impact::routh::RestitutionLaw;
+    use crate::physics::sliding::slide_curve::SlideCurve;
     use std::sync::Arc;
 
     const RADIUS_M: f64 = 0.03;

@@ -1,17 +1,24 @@
 //! The event loop: predict, take the earliest contact, resolve, let go.
 
-use super::agenda::{Agenda, Prediction};
-use super::alone::Appointment;
-use super::cluster::Cluster;
-use super::contact::{CONTACT_GAP_M, Mover, Outlook, closer_look, first_look};
-use super::evolve::{Motion, State};
-use super::neighbours::{Circle, Neighbours};
-use super::resolve::Touch;
-use super::simulator::Outcome;
-use super::striker::{Phase, Program};
-use super::trajectory::Log;
-use super::world::{STRIKER, World};
+pub(crate) mod body_events;
+pub(crate) mod impact_events;
+pub(crate) mod queue;
+#[cfg(test)]
+mod reversal_tests;
+pub(crate) mod striker;
+
 use crate::geometry::Pose;
+use crate::physics::contact::broadphase::{Circle, Neighbours};
+use crate::physics::contact::{CONTACT_GAP_M, Mover, Outlook, closer_look, first_look};
+use crate::physics::event_loop::body_events::Appointment;
+use crate::physics::event_loop::queue::{Agenda, Prediction};
+use crate::physics::event_loop::striker::{Phase, Program};
+use crate::physics::impact::island::Cluster;
+use crate::physics::impact::routh::Touch;
+use crate::physics::output::outcome::Outcome;
+use crate::physics::output::trajectory::Log;
+use crate::physics::sliding::motion::{Motion, State};
+use crate::physics::world::{STRIKER, World};
 use crate::scene::Strike;
 
 /// What a rollout needs to remember; used again by the next one.
@@ -218,7 +225,7 @@ impl<'a> Rollout<'a> {
         self.note(pair, outlook, hint);
     }
 
-    fn note(&mut self, pair: [usize; 2], outlook: Outlook, hint: Option<super::contact::Feature>) {
+    fn note(&mut self, pair: [usize; 2], outlook: Outlook, hint: Option<crate::physics::contact::Feature>) {
         match outlook {
             Outlook::Never => {}
             Outlook::Touch(time_s) => self.memory.agenda.add(time_s, pair, true, hint),

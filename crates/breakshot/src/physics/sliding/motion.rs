@@ -1,12 +1,12 @@
 //! Where is a body between two impacts?
 //!
 //! A [`Motion`] is everything from one impact to rest.  Without spin it is a parabola in time (Eq. 26 and 30), with
-//! spin a piece of the shape's [`SlideCurve`](super::curve::SlideCurve); the path is straight in both cases, for the friction of a round patch points
+//! spin a piece of the shape's [`SlideCurve`](crate::physics::sliding::slide_curve::SlideCurve); the path is straight in both cases, for the friction of a round patch points
 //! against the velocity.  Friction stops a body, it never turns it back.
 
-use super::body::Body;
-use super::curve::Place;
 use crate::geometry::{Point, Pose, Vec2};
+use crate::physics::sliding::body::Body;
+use crate::physics::sliding::slide_curve::Place;
 
 /// Place and speeds of a body at one instant.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

@@ -2,10 +2,10 @@
 //!
 //! Its centre passes the table's edge, and it falls; a stretch of its bent way ends, and it goes on; or it enters an area to keep out of, which is reported and stops nothing.
 
-use super::evolve::{Law, Motion};
-use super::rollout::Rollout;
-use super::trajectory::EventKind;
 use crate::geometry::{Point, Pose, Vec2};
+use crate::physics::event_loop::Rollout;
+use crate::physics::output::trajectory::EventKind;
+use crate::physics::sliding::motion::{Law, Motion};
 
 /// Something that will happen to a body by itself, unless it is hit before.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -7,9 +7,9 @@
 //! normal speed after is e times the one before, which can make energy where slip reverses.  Wang and Mason, J. Appl.
 //! Mech. 59 (1992) 635, list the cases.
 
-use super::body::Body;
-use super::evolve::State;
 use crate::geometry::{Point, Vec2};
+use crate::physics::sliding::body::Body;
+use crate::physics::sliding::motion::State;
 use serde::{Deserialize, Serialize};
 
 /// When an impact ends.

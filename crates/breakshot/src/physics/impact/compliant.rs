@@ -5,9 +5,9 @@
 //! that one contact alone has exactly its restitution.  The leapfrog advances all of them side by side: the answer does not
 //! depend on their order.
 
-use super::cluster::{Cluster, Compliance, Contact, ContactForce, Member, Stiffness};
-use super::resolve::{Impact, Impulse, RestitutionLaw};
-use super::world::STRIKER;
+use crate::physics::impact::island::{Cluster, Compliance, Contact, ContactForce, Member, Stiffness};
+use crate::physics::impact::routh::{Impact, Impulse, RestitutionLaw};
+use crate::physics::world::STRIKER;
 
 /// Steps in the shortest contact time; many more change final positions by a tenth of a millimetre.
 const STEPS: f64 = 20.0;

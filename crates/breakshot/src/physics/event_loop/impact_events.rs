@@ -1,17 +1,17 @@
 //! Two bodies touch: alone by Routh's method, or together with the contacts that close at the same time.
 
-use super::Touching;
-use super::body::Body;
-use super::cluster::{Cluster, Compliance, Contact, Member};
-use super::contact::{CONTACT_GAP_M, PRESSING_M_S, PRESSING_S, contact_points};
-use super::evolve::{State, length};
-use super::neighbours::Circle;
-use super::press::hopping;
-use super::resolve::{Impact, Touch, struck};
-use super::rollout::{Memory, Rollout};
-use super::springs::End;
-use super::striker::Phase;
-use super::world::STRIKER;
+use crate::physics::Touching;
+use crate::physics::contact::broadphase::Circle;
+use crate::physics::contact::{CONTACT_GAP_M, PRESSING_M_S, PRESSING_S, contact_points};
+use crate::physics::event_loop::striker::Phase;
+use crate::physics::event_loop::{Memory, Rollout};
+use crate::physics::impact::compliant::End;
+use crate::physics::impact::island::{Cluster, Compliance, Contact, Member};
+use crate::physics::impact::moreau::hopping;
+use crate::physics::impact::routh::{Impact, Touch, struck};
+use crate::physics::sliding::body::Body;
+use crate::physics::sliding::motion::{State, length};
+use crate::physics::world::STRIKER;
 
 /// Approach speeds below it are rounding (m/s); what presses gains more in the time for which it is overlooked.
 const CREEPING_M_S: f64 = 1e-6;

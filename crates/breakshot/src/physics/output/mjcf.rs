@@ -3,13 +3,13 @@
 //! The model loads as it is: started from its keyframe `strike`, the striker runs and stops without any code.  What is
 //! approximated is written at the top of the model and in [`Mjcf::notes`].
 
-use super::decompose::convex_parts;
-use super::support::mean_arm_m;
-use super::world::{STRIKER, World};
-use super::{GRAVITY_M_S2, Options};
 use crate::error::Result;
 use crate::geometry::{Point, Pose, Vec2};
 use crate::object::Shape;
+use crate::physics::contact::convex_decomposition::convex_parts;
+use crate::physics::sliding::patch_friction::mean_arm_m;
+use crate::physics::world::{STRIKER, World};
+use crate::physics::{GRAVITY_M_S2, Options};
 use crate::properties::Properties;
 use crate::scene::{Scene, Strike};
 use std::f64::consts::TAU;
@@ -42,7 +42,7 @@ const LEAST_RESTITUTION: f64 = 1e-3;
 /// A MuJoCo model of a scene, its properties and a strike.
 ///
 /// # Errors
-/// The same as [`trajectory`](super::trajectory()): what cannot be simulated is not exported.
+/// The same as [`trajectory`](crate::physics::output::trajectory()): what cannot be simulated is not exported.
 pub fn mjcf(scene: &Scene, properties: &Properties, strike: &Strike, options: &Options) -> Result<Mjcf> {
     let world = World::new(scene, properties, options)?;
     world.check_strike(strike)?;

@@ -4,9 +4,9 @@
 //! and are tested eight at a time.  Bodies come in order of their place, so that a box around each block rules out most of
 //! them: for a few hundred bodies that is quicker than a grid or a tree.
 
-use super::body::Body;
-use super::evolve::Motion;
 use crate::geometry::Point;
+use crate::physics::sliding::body::Body;
+use crate::physics::sliding::motion::Motion;
 
 /// Circles in a block.
 const TOGETHER: usize = 8;

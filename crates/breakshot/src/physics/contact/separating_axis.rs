@@ -4,7 +4,7 @@
 //! edge's ends and a radius rounds it, the corners themselves tell the distance.
 
 use crate::geometry::{Point, Vec2};
-use crate::physics::shape::{Convex, Laid};
+use crate::physics::contact::compound_shape::{Convex, Laid};
 
 /// What shows the gap.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

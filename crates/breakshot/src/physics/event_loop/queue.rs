@@ -4,7 +4,7 @@
 //! first.  A prediction is void as soon as one of its bodies has changed its motion: the table forgets it, and in the heap each
 //! body counts its motions and a prediction remembers the counts.
 
-use super::contact::Feature;
+use crate::physics::contact::Feature;
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;
 

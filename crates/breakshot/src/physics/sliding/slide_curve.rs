@@ -10,7 +10,7 @@
 //! pure spinning, over the time that remains.  A slide finds its place on it and reads way, turn and both speeds at any
 //! time from the same polynomials.
 
-use super::support::patch_force_and_torque;
+use crate::physics::sliding::patch_friction::patch_force_and_torque;
 
 /// All slides of bodies with one `kappa`.
 #[derive(Clone, Debug, PartialEq)]

@@ -5,13 +5,13 @@
 //! speeds are scaled alike, so they are tabulated over the ratio of sliding to spinning and the direction of sliding, seen from
 //! the body.  Such a body's way bends: it is followed in short stretches, each straight and evenly braked.
 
-use super::body::Body;
-use super::evolve::{Law, Motion, State, length};
-use super::rotation::Rotation;
 use crate::error::{Error, Result};
 use crate::geometry::{Point, Pose, Vec2};
 use crate::object::{Shape, positive};
 use crate::outline::Outline;
+use crate::physics::rotation::Rotation;
+use crate::physics::sliding::body::Body;
+use crate::physics::sliding::motion::{Law, Motion, State, length};
 use std::f64::consts::{FRAC_PI_2, TAU};
 
 /// Where a body presses on the table.
@@ -52,7 +52,7 @@ impl Default for Surface {
 
 impl Pressure {
     /// An error that names the object unless it can stand so.
-    pub(super) fn check(&self, kind: &str) -> Result<()> {
+    pub(crate) fn check(&self, kind: &str) -> Result<()> {
         let owner = format!("options: pressure of `{kind}`");
         match self {
             Self::Feet { at_m } if at_m.len() < 3 || !at_m.iter().all(|p| p.is_finite()) => {
@@ -67,7 +67,7 @@ impl Pressure {
 }
 
 impl Surface {
-    pub(super) fn check(&self) -> Result<()> {
+    pub(crate) fn check(&self) -> Result<()> {
         positive("options: surface", "across", self.across)?;
         if !(self.grain_rad.is_finite() && self.growth_s_m > -1.0 && self.growth_s_m.is_finite()) {
             let found = format!("{} and {}", self.grain_rad, self.growth_s_m);
@@ -282,10 +282,10 @@ impl Motion {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::physics::curve::SlideCurve;
-    use crate::physics::evolve::Spin;
-    use crate::physics::shape::Plate;
-    use crate::physics::support::{PATCH_RADIUS_PER_ARM, mean_arm_m};
+    use crate::physics::contact::compound_shape::Plate;
+    use crate::physics::sliding::motion::Spin;
+    use crate::physics::sliding::patch_friction::{PATCH_RADIUS_PER_ARM, mean_arm_m};
+    use crate::physics::sliding::slide_curve::SlideCurve;
     use std::sync::Arc;
 
     fn body(shape: &Shape, pressure: &Pressure, surface: Surface) -> Body {

@@ -1,9 +1,9 @@
 //! What is a body to the simulator: outline, inertia, grip of the table.
 
-use super::curve::SlideCurve;
-use super::pressure::Hold;
-use super::shape::Plate;
 use crate::geometry::Pose;
+use crate::physics::contact::compound_shape::Plate;
+use crate::physics::sliding::limit_surface::Hold;
+use crate::physics::sliding::slide_curve::SlideCurve;
 use std::sync::Arc;
 
 /// A body of the world; a striker and a wall have no inverse mass.
