@@ -168,6 +168,13 @@ pub fn wrapped_rad(angle_rad: f64) -> f64 {
     angle_rad - turns * std::f64::consts::TAU
 }
 
+/// An axis' angle brought into (-pi/2, pi/2].
+pub(crate) fn half_turn_wrapped_rad(angle_rad: f64) -> f64 {
+    let half_turns = (angle_rad / std::f64::consts::PI).round();
+    let wrapped = angle_rad - half_turns * std::f64::consts::PI;
+    if wrapped <= -std::f64::consts::FRAC_PI_2 { wrapped + std::f64::consts::PI } else { wrapped }
+}
+
 macro_rules! from_array {
     ($type:ident) => {
         impl From<[f64; 2]> for $type {

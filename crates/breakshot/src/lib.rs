@@ -25,6 +25,7 @@ pub mod evidence;
 pub mod files;
 pub mod geometry;
 pub mod gripper;
+mod moments;
 pub mod object;
 pub mod outline;
 pub mod physics;
@@ -33,6 +34,7 @@ pub mod properties;
 pub mod robot;
 pub mod scene;
 pub mod singulation;
+mod statistics;
 pub mod uncertain;
 pub mod verify;
 

@@ -4,111 +4,33 @@
 //! centroid, blobs of the markers' size become tracks that keep their object's identity through the whole clip.
 
 mod assignment;
-mod bits;
-mod blob;
-mod contour;
-mod dot;
-mod follower;
-mod ground;
-mod identity;
+mod association;
+mod candidates;
+mod derivatives;
 pub mod label;
 mod marker;
 mod markerless;
-mod motion;
-mod outline;
-mod review;
-mod strip;
+mod opening;
+mod postprocess;
 #[cfg(test)]
 mod tests;
 mod threshold;
 mod track;
+mod track_state;
+mod tracks;
+
+pub use association::Layout;
+pub use tracks::{Sample, Track, Tracks};
 
 use crate::capture::{Camera, Capture, Frame, GreyImage};
 use crate::error::{Error, Result};
-use crate::geometry::Point;
 use crate::object::{self, Object};
 use crate::scene::Placed;
-use identity::Start;
+use association::Start;
 use label::Labeller;
-use marker::Target;
-use serde::{Deserialize, Serialize};
+use marker::target::Target;
+use markerless::background;
 use track::Tracker;
-
-/// Where every object of a clip was, frame by frame.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Tracks {
-    /// The file format's version.
-    pub version: u32,
-    /// The film.
-    pub video: String,
-    /// How well the camera's pose explains the tags (px, root mean square).
-    pub reprojection_rms_px: f64,
-    /// One track per object, in the order asked for.
-    pub tracks: Vec<Track>,
-    /// What the user should know.
-    #[serde(default)]
-    pub warnings: Vec<String>,
-}
-
-/// One object through the clip.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Track {
-    /// The object; `a#2` for the second copy.
-    pub object: String,
-    /// In order of time; frames in which the marker was not seen are missing.
-    pub samples: Vec<Sample>,
-}
-
-/// One object in one frame.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Sample {
-    /// Presentation time (s).
-    pub time_s: f64,
-    /// The object's centroid on the table (m).
-    pub x_m: f64,
-    /// The object's centroid on the table (m).
-    pub y_m: f64,
-    /// How it is turned (rad, continuous over time); unknown where the marker cannot tell.
-    pub yaw_rad: Option<f64>,
-    /// Velocity (m/s), for display: estimation fits positions.
-    pub vx_m_s: Option<f64>,
-    /// Velocity (m/s), for display.
-    pub vy_m_s: Option<f64>,
-    /// Rate of turn (rad/s), for display.
-    pub yaw_rate_rad_s: Option<f64>,
-    /// Acceleration (m/s2), for display.
-    pub ax_m_s2: Option<f64>,
-    /// Acceleration (m/s2), for display.
-    pub ay_m_s2: Option<f64>,
-    /// One standard deviation of the position's noise along each axis (m).
-    pub std_m: f64,
-    /// Whether something (the striker's arm, a shadow, another marker) may have spoilt the position.
-    #[serde(default)]
-    pub doubtful: bool,
-}
-
-impl Sample {
-    /// The object's centroid.
-    pub fn position(&self) -> Point {
-        Point::new(self.x_m, self.y_m)
-    }
-}
-
-/// What is known about which marker belongs to which object.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Layout {
-    /// Nothing: marker shapes and object outlines must tell.
-    Unknown,
-    /// The struck object comes first along the strike, the others in their order behind it.
-    AlongStrike {
-        /// The strike's direction (rad).
-        heading_rad: f64,
-        /// Where the striker's centre starts, if known.
-        start_m: Option<Point>,
-    },
-    /// Each object lay here when the clip began.
-    Placed(Vec<Placed>),
-}
 
 /// How to look.
 #[derive(Clone, Copy, Default)]
@@ -159,7 +81,7 @@ pub fn placed(
 ) -> Result<(Vec<Placed>, Vec<String>)> {
     let Capture { mut footage, camera, .. } = capture;
     let clip = Clip { name: footage.name().to_string(), camera: &camera, targets: targets(objects, names)? };
-    let opening = clip.opening(&mut footage)?;
+    let opening = opening::opening(&clip.name, &mut footage)?;
     let (starts, warnings) = clip.starts(&opening, &Layout::Unknown, options)?;
     let placed = clip.targets.iter().zip(&starts).map(|(target, start)| Placed {
         object: target.name.to_string(),
@@ -173,8 +95,6 @@ fn targets<'a>(objects: &'a [Object], names: &'a [String]) -> Result<Vec<Target<
     names.iter().map(|name| Ok(Target::new(name, object::find(objects, name, "detect")?))).collect()
 }
 
-/// The first frames are averaged against noise, as long as nothing moves.
-const OPENING_FRAMES: usize = 5;
 /// The tags of a camera that stands still are seen again within some hundredths of a pixel.
 const MOVED_PX: f64 = 0.5;
 /// How long to wait for markers that are covered when the clip begins (frames).
@@ -194,7 +114,7 @@ impl Clip<'_> {
         layout: &Layout,
         options: &Options,
     ) -> Result<Tracks> {
-        let mut opening = self.opening(frames)?;
+        let mut opening = opening::opening(&self.name, frames)?;
         let mut skipped = 0;
         let (starts, mut warnings) = loop {
             match self.starts(&opening, layout, options) {
@@ -239,14 +159,19 @@ impl Clip<'_> {
 
     fn reviewed(&self, tracker: &Tracker, mut warnings: Vec<String>) -> Tracks {
         let camera = self.camera;
-        let exposure_s = review::exposure_s(camera, &tracker.followers).or(camera.exposure_s).unwrap_or(0.0);
-        let mut tracks: Vec<Track> =
-            tracker.followers.iter().map(|follower| review::track(camera, follower, exposure_s)).collect();
-        review::scale_noise(&mut tracks);
+        let exposure_s =
+            postprocess::exposure_s(camera, &tracker.followers).or(camera.exposure_s).unwrap_or(0.0);
+        let mut tracks: Vec<Track> = tracker
+            .followers
+            .iter()
+            .map(|follower| postprocess::track(camera, follower, exposure_s))
+            .collect();
+        postprocess::scale_noise(&mut tracks);
         for track in &mut tracks {
-            motion::fill(&mut track.samples);
+            derivatives::fill(&mut track.samples);
         }
-        warnings.extend(tracker.followers.iter().flat_map(|f| review::gaps(camera, f, tracker.times_s())));
+        warnings
+            .extend(tracker.followers.iter().flat_map(|f| postprocess::gaps(camera, f, tracker.times_s())));
         warnings.extend(self.targets.iter().filter(|t| t.off_centre() && !t.tells_yaw()).map(|t| {
             let name = t.name;
             format!("doubtful: the marker of `{name}` lies off its centroid and cannot tell how it turns: if it turns, its positions are wrong")
@@ -260,26 +185,6 @@ impl Clip<'_> {
         }
     }
 
-    /// The first frames, as long as they show the same.
-    fn opening(&self, frames: &mut dyn Iterator<Item = Result<Frame>>) -> Result<Vec<Frame>> {
-        let first = frames.next().ok_or_else(|| Error::Markers {
-            clip: self.name.clone(),
-            found: "no frame".into(),
-            needed: "a film or a picture".into(),
-        })??;
-        let mut opening = vec![first];
-        while opening.len() < OPENING_FRAMES {
-            let Some(frame) = frames.next() else { break };
-            let frame = frame?;
-            let still = same_picture(&opening[0].image, &frame.image);
-            opening.push(frame);
-            if !still {
-                break;
-            }
-        }
-        Ok(opening)
-    }
-
     /// Where every target is in the first frames.
     fn starts(
         &self,
@@ -287,17 +192,17 @@ impl Clip<'_> {
         layout: &Layout,
         options: &Options,
     ) -> Result<(Vec<Start>, Vec<String>)> {
-        let image = mean(opening);
+        let image = opening::mean(opening);
         let mut labeller = Labeller::default();
         let mut candidates =
-            threshold::candidates(&image, self.camera, &self.targets, options.threshold, &mut labeller);
+            candidates::candidates(&image, self.camera, &self.targets, options.threshold, &mut labeller);
         if self.targets.iter().any(Target::markerless) {
             self.check_table(&image, options.table)?;
-            let levelled = ground::levelled(&image, options.table);
-            candidates.extend(threshold::outlines(&levelled, self.camera, &self.targets, &mut labeller));
-            candidates.extend(identity::outlines_placed(self.camera, &self.targets, layout));
+            let levelled = background::levelled(&image, options.table);
+            candidates.extend(candidates::outlines(&levelled, self.camera, &self.targets, &mut labeller));
+            candidates.extend(association::outlines_placed(self.camera, &self.targets, layout));
         }
-        let (starts, warnings) = identity::starts(&image, self.camera, &self.targets, &candidates, layout);
+        let (starts, warnings) = association::starts(&image, self.camera, &self.targets, &candidates, layout);
         let lost: Vec<&str> = self
             .targets
             .iter()
@@ -347,31 +252,3 @@ impl Clip<'_> {
 
 /// Until a second frame tells (s).
 const USUAL_INTERVAL_S: f64 = 1.0 / 60.0;
-/// Blocks of this side (px) are compared by their means, which noise leaves within a level or two.
-const STILL_BLOCK_PX: usize = 16;
-const STILL_LEVELS: u32 = 6;
-
-fn same_picture(one: &GreyImage, other: &GreyImage) -> bool {
-    let rows = one.pixels.chunks_exact(one.width).zip(other.pixels.chunks_exact(other.width));
-    rows.step_by(STILL_BLOCK_PX).all(|(a, b)| {
-        a.chunks_exact(STILL_BLOCK_PX).zip(b.chunks_exact(STILL_BLOCK_PX)).all(|(a, b)| {
-            let sum = |row: &[u8]| row.iter().map(|&p| u32::from(p)).sum::<u32>();
-            sum(a).abs_diff(sum(b)) < STILL_LEVELS * STILL_BLOCK_PX as u32
-        })
-    })
-}
-
-/// The mean picture of all frames but a last one that differs.
-fn mean(frames: &[Frame]) -> GreyImage {
-    let first = &frames[0].image;
-    let still = frames.iter().take_while(|f| same_picture(first, &f.image)).count().max(1);
-    let mut sums = vec![(still / 2) as u16; first.pixels.len()];
-    for frame in &frames[..still] {
-        for (sum, &p) in sums.iter_mut().zip(&frame.image.pixels) {
-            *sum += u16::from(p);
-        }
-    }
-    // Whole numbers this small are divided exactly, and many at a time.
-    let count = still as f32;
-    GreyImage { pixels: sums.into_iter().map(|sum| (f32::from(sum) / count) as u8).collect(), ..*first }
-}

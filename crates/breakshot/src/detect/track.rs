@@ -6,14 +6,16 @@
 //! light.
 
 use super::assignment::assignment;
-use super::blob::{self, Blob};
-use super::follower::{Follower, Sight, WHOLE};
-use super::identity::Start;
-use super::label::{Component, Labeller, Level, Window};
-use super::marker::{SPREAD_PX2, Target, fullness, principal};
-use super::threshold::component_areas_px;
+use super::association::Start;
+use super::candidates::component_areas_px;
+use super::label::{Component, Labeller, Window};
+use super::marker::blob::{self, Blob};
+use super::marker::target::{SPREAD_PX2, Target};
+use super::threshold::Level;
+use super::track_state::{Follower, Sight, WHOLE};
 use crate::capture::{Camera, Frame, GreyImage};
 use crate::geometry::{Pixel, Pose, Vec2, wrapped_rad};
+use crate::moments::{compactness, principal_axes};
 use std::collections::BTreeMap;
 use std::ops::RangeInclusive;
 
@@ -281,7 +283,7 @@ impl<'a> Tracker<'a> {
         let pose = follower.target.pose(self.camera, blob.aim(), yaw_near_rad);
         let look = [
             follower.contrast_ratio(&blob),
-            fullness(blob.area_px2, blob.covariance_px2) / follower.target.fullness(),
+            compactness(blob.area_px2, blob.covariance_px2) / follower.target.fullness(),
         ];
         let due_px2 = follower.target.picture(self.camera, pose).covariance;
         let stretched = elongation(blob.covariance_px2) - elongation(due_px2);
@@ -338,7 +340,7 @@ impl<'a> Tracker<'a> {
 
 /// The logarithm of long over short axis.
 fn elongation(covariance_px2: [f64; 3]) -> f64 {
-    let (long, short, _) = principal(covariance_px2);
+    let (long, short, _) = principal_axes(covariance_px2);
     ((long + SPREAD_PX2) / (short + SPREAD_PX2)).ln() / 2.0
 }
 

@@ -3,16 +3,16 @@
 //! Along the normal of each point of the outline the steepest step of grey is looked for, and the pose moves until the
 //! outline lies on these steps; whatever lies across part of it is left out.
 
-use super::blob::{NORMAL_PER_MEDIAN, median};
-use super::outline::{EdgePoint, Scene};
-use super::strip::{Strip, strips_px, vertex};
+use super::edge_visibility::{EdgePoint, Scene};
+use super::side_band::{Strip, strips_px, vertex};
 use crate::geometry::{Pixel, Pose, Vec2};
+use crate::statistics::{STD_OVER_MEDIAN_ABSOLUTE, upper_median};
 use nalgebra::{Matrix2, Matrix4, Vector2, Vector4};
 use std::borrow::Cow;
 
 /// An outline laid onto the picture.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Fit {
+pub(in crate::detect) struct Fit {
     pub pose: Pose,
     /// The part of the outline along which there is an edge where it should be, 0 to 1.
     pub shown: f64,
@@ -64,7 +64,7 @@ struct Edge {
 
 impl Scene<'_> {
     /// The outline laid onto the edges near `guess`; `blur_px` is how far it moved while the shutter was open.
-    pub(super) fn laid(&self, guess: Pose, blur_px: [f64; 2]) -> Option<Fit> {
+    pub(in crate::detect) fn laid(&self, guess: Pose, blur_px: [f64; 2]) -> Option<Fit> {
         self.fitted(guess, blur_px, STEEPEST_ROUNDS)
     }
 
@@ -100,7 +100,7 @@ impl Scene<'_> {
     }
 
     /// The best of the outlines laid at most `reach_m` and `turn_rad` from a pose; `free` says where it may lie.
-    pub(super) fn searched(
+    pub(in crate::detect) fn searched(
         &self,
         around: Pose,
         (reach_m, turn_rad): (f64, f64),
@@ -148,7 +148,7 @@ impl Scene<'_> {
     }
 
     /// Whether the outline tells how the object is turned.
-    pub(super) fn turns(&self) -> bool {
+    pub(in crate::detect) fn turns(&self) -> bool {
         self.shape.rotation_symmetry_rad() != Some(0.0)
     }
 
@@ -231,8 +231,8 @@ impl Scene<'_> {
         let mut change = Vector4::zeros();
         for _ in 0..ROBUST_ROUNDS {
             let off = |(row, edge): &(Vector4<f64>, Edge)| edge.off_px - row.dot(&change);
-            let scatter =
-                NORMAL_PER_MEDIAN * median(rows.iter().map(|r| off(r).abs()).chain([0.0]).collect());
+            let middle_px = upper_median(rows.iter().map(|r| off(r).abs()).chain([0.0]))?;
+            let scatter = STD_OVER_MEDIAN_ABSOLUTE * middle_px;
             let scatter_px = scatter.max(LEAST_SCATTER_PX);
             let (mut matrix, mut side) = (Matrix4::zeros(), Vector4::zeros());
             for row in &rows {

@@ -10,7 +10,7 @@ use std::f64::consts::{PI, TAU};
 
 /// A place on an outline as the camera sees it, and the outward direction there.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct EdgePoint {
+pub(in crate::detect) struct EdgePoint {
     pub at: Pixel,
     pub outward: [f64; 2],
     /// In the object's frame.
@@ -20,7 +20,7 @@ pub(super) struct EdgePoint {
 }
 
 /// Places on an outline lie about this far apart (px): nearer ones would show the same pixels.
-pub(super) const SPACING_PX: f64 = 2.0;
+pub(in crate::detect) const SPACING_PX: f64 = 2.0;
 /// A search looks at points this far apart (px).
 const ROUGH_SPACING_PX: f64 = 8.0;
 /// Inside and outside are read this far from the outline (px): past the lens' own smear.
@@ -35,7 +35,7 @@ const HALF_STEP: f64 = 8.0;
 
 /// A picture, its camera, and an object's outline at the height of its top.
 #[derive(Clone, Copy)]
-pub(super) struct Scene<'a> {
+pub(in crate::detect) struct Scene<'a> {
     pub image: &'a GreyImage,
     pub camera: &'a Camera,
     pub shape: &'a Shape,
@@ -44,13 +44,17 @@ pub(super) struct Scene<'a> {
 
 impl Scene<'_> {
     /// How well the picture shows the outline at this pose: 0 not at all, 1 a strong edge all the way round.
-    pub(super) fn visibility(&self, pose: Pose) -> f64 {
+    pub(in crate::detect) fn visibility(&self, pose: Pose) -> f64 {
         let points = self.edge_points(pose);
         OFFSETS_PX.iter().map(|&offset_px| strength(self.image, &points, offset_px)).fold(0.0, f64::max)
     }
 
     /// The same from a few points of the outline, in the picture made this many times smaller.
-    pub(super) fn rough_visibility(&self, (small, factor): (&GreyImage, usize), pose: Pose) -> f64 {
+    pub(in crate::detect) fn rough_visibility(
+        &self,
+        (small, factor): (&GreyImage, usize),
+        pose: Pose,
+    ) -> f64 {
         let factor = factor as f64;
         let mut points = self.edge_points_apart(pose, ROUGH_SPACING_PX * factor);
         let shrunk = |at: f64| (at + 0.5) / factor - 0.5;
@@ -64,7 +68,7 @@ impl Scene<'_> {
     ///
     /// `yaws_rad` are the directions the marker leaves open; none for a marker that tells nothing: then the whole turn
     /// is searched.
-    pub(super) fn best_yaw(&self, pose: impl Fn(f64) -> Pose, yaws_rad: &[f64]) -> (f64, f64) {
+    pub(in crate::detect) fn best_yaw(&self, pose: impl Fn(f64) -> Pose, yaws_rad: &[f64]) -> (f64, f64) {
         let best_of = |yaws_rad: &mut dyn Iterator<Item = f64>| {
             let scored = yaws_rad.map(|yaw_rad| (yaw_rad, self.visibility(pose(yaw_rad))));
             scored.fold((0.0, f64::NEG_INFINITY), |best, this| if this.1 > best.1 { this } else { best })
@@ -91,7 +95,7 @@ impl Scene<'_> {
         (wrapped_rad(best.0), best.1)
     }
 
-    pub(super) fn edge_points(&self, pose: Pose) -> Vec<EdgePoint> {
+    pub(in crate::detect) fn edge_points(&self, pose: Pose) -> Vec<EdgePoint> {
         self.edge_points_apart(pose, SPACING_PX)
     }
 

@@ -4,11 +4,11 @@ use super::*;
 use crate::capture::synthetic::{Thing, View, film};
 use crate::capture::{Footage, Lens};
 use crate::cell::{CameraSpec, Cell, Striker, Tag, Transform, Workspace};
-use crate::geometry::{Pose, Vec2, wrapped_rad};
+use crate::geometry::{Point, Pose, Vec2, wrapped_rad};
 use crate::object::{Marker, Shape};
 
-mod dot_tests;
-mod outline_tests;
+mod dot;
+mod markerless;
 
 fn object(name: &str, shape: Shape, marker: Shape) -> Object {
     let marker = Some(Marker::centred(marker));

@@ -1,16 +1,16 @@
 //! What must an object's marker look like from here, and what does a blob say about where the object is?
 
-use super::blob::Blob;
-use super::contour::Fit;
+use super::blob::{Aim, Blob};
 use crate::capture::Camera;
-use crate::geometry::{Pixel, Point, Pose, Vec2};
+use crate::geometry::{Pixel, Point, Pose, Vec2, half_turn_wrapped_rad};
+use crate::moments::{Moments, compactness, principal_axes};
 use crate::object::{Marker, Object, Shape};
-use std::f64::consts::{FRAC_PI_2, PI, TAU};
+use std::f64::consts::TAU;
 use std::ops::RangeInclusive;
 
 /// An object that is looked for.
 #[derive(Clone, Debug)]
-pub(super) struct Target<'a> {
+pub(in crate::detect) struct Target<'a> {
     /// Its name; `a#2` for the second copy.
     pub name: &'a str,
     /// Its kind.
@@ -27,60 +27,13 @@ pub(super) struct Target<'a> {
     shown_at: f64,
 }
 
-/// Area, centroid and central second moments (xx, xy, yy) of a part of a picture.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Moments {
-    pub area: f64,
-    pub centroid: [f64; 2],
-    pub covariance: [f64; 3],
-}
-
-/// Moments of the area inside a simple polygon (Green's theorem), whichever way round its corners run.
-pub(super) fn moments(corners: &[[f64; 2]]) -> Moments {
-    let [ox, oy] = corners[0];
-    let (mut twice, mut first, mut second) = (0.0, [0.0; 2], [0.0; 3]);
-    for (k, p) in corners.iter().enumerate() {
-        let q = corners[(k + 1) % corners.len()];
-        // About the first corner: far from the picture's origin the sums would lose digits.
-        let (px, py, qx, qy) = (p[0] - ox, p[1] - oy, q[0] - ox, q[1] - oy);
-        let cross = px * qy - qx * py;
-        twice += cross;
-        first[0] += cross * (px + qx) / 6.0;
-        first[1] += cross * (py + qy) / 6.0;
-        second[0] += cross * (px * px + px * qx + qx * qx) / 12.0;
-        second[1] += cross * (px * qy + 2.0 * px * py + 2.0 * qx * qy + qx * py) / 24.0;
-        second[2] += cross * (py * py + py * qy + qy * qy) / 12.0;
-    }
-    let area = twice / 2.0;
-    let [mx, my] = first.map(|sum| sum / area);
-    let [xx, xy, yy] = second.map(|sum| sum / area);
-    Moments {
-        area: area.abs(),
-        centroid: [mx + ox, my + oy],
-        covariance: [xx - mx * mx, xy - mx * my, yy - my * my],
-    }
-}
-
-/// The greater and the smaller principal second moment, and the direction of the greater one (rad).
-pub(super) fn principal([xx, xy, yy]: [f64; 3]) -> (f64, f64, f64) {
-    let (mean, half) = (f64::midpoint(xx, yy), (xx - yy) / 2.0);
-    let radius = half.hypot(xy);
-    (mean + radius, (mean - radius).max(0.0), xy.atan2(half) / 2.0)
-}
-
-/// How a shape fills the ellipse of its second moments: 1 for an ellipse, 0.95 for a rectangle, less for whatever is
-/// ragged, hollow or bent.  Seen from anywhere it is the same.
-pub(super) fn fullness(area: f64, [xx, xy, yy]: [f64; 3]) -> f64 {
-    area / (4.0 * PI * (xx * yy - xy * xy).max(f64::MIN_POSITIVE).sqrt())
-}
-
 /// A disc as a polygon of this many corners and the same area has its moments within 0.1 %.
 const DISC_CORNERS: usize = 48;
 /// Long over short axis from which second moments tell a direction: below, noise in them turns it by degrees.
 const LEAST_ELONGATION: f64 = 1.2;
 /// What the lens and the pixels themselves add to second moments along each axis (px2): a pixel is 1/12, a sharp lens
 /// about a third.
-pub(super) const SPREAD_PX2: f64 = 0.35;
+pub(in crate::detect) const SPREAD_PX2: f64 = 0.35;
 
 /// A blob whose lengths or area (as a length) differ by more than this from a marker is not it.  Cut by hand and
 /// measured by ruler, a marker of 10 mm is right within about one.
@@ -91,7 +44,7 @@ const DARK_SHOWN_AT: f64 = 0.5;
 
 /// How a blob differs from the marker it may be, as ratios' logarithms: 0 is as expected.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Mismatch {
+pub(in crate::detect) struct Mismatch {
     pub area: f64,
     pub long_axis: f64,
     pub short_axis: f64,
@@ -100,17 +53,17 @@ pub(super) struct Mismatch {
 
 impl Mismatch {
     /// Whether the blob may be this marker at all.
-    pub(super) fn tolerable(&self) -> bool {
+    pub(in crate::detect) fn tolerable(&self) -> bool {
         self.within(LENGTH_TOLERANCE)
     }
 
     /// Whether all lengths are right within this part.
-    pub(super) fn within(&self, tolerance: f64) -> bool {
+    pub(in crate::detect) fn within(&self, tolerance: f64) -> bool {
         self.area.is_finite() && self.worst() < tolerance
     }
 
     /// The worst of them, the area taken as a length.
-    pub(super) fn worst(&self) -> f64 {
+    pub(in crate::detect) fn worst(&self) -> f64 {
         [self.area / 2.0, self.long_axis, self.short_axis, self.fullness]
             .into_iter()
             .fold(0.0, |w, m| m.abs().max(w))
@@ -118,7 +71,7 @@ impl Mismatch {
 }
 
 impl<'a> Target<'a> {
-    pub(super) fn new(name: &'a str, object: &'a Object) -> Self {
+    pub(in crate::detect) fn new(name: &'a str, object: &'a Object) -> Self {
         let marker = object.feature();
         let outline: Vec<Point> = match &marker.shape {
             Shape::Disc { radius_m } => {
@@ -131,83 +84,63 @@ impl<'a> Target<'a> {
             shape => shape.corners().iter().map(|p| marker.at_m + p.to_vec()).collect(),
         };
         let corners: Vec<[f64; 2]> = outline.iter().map(|&p| p.into()).collect();
-        let Moments { area, covariance, .. } = moments(&corners);
-        let (long, short, axis_rad) = principal(covariance);
+        let Moments { area, covariance, .. } = Moments::of_polygon(&corners);
+        let (long, short, axis_rad) = principal_axes(covariance);
         let axis_rad = (long > short * LEAST_ELONGATION * LEAST_ELONGATION).then_some(axis_rad);
-        let fullness = fullness(area, covariance);
+        let fullness = compactness(area, covariance);
         Self { name, object, feature: marker, outline, axis_rad, fullness, shown_at: DARK_SHOWN_AT }
     }
 
     /// Whether the marker tells how the object is turned, but for half a turn.
-    pub(super) fn tells_axis(&self) -> bool {
+    pub(in crate::detect) fn tells_axis(&self) -> bool {
         self.axis_rad.is_some()
     }
 
     /// Whether it is seen by its own outline.
-    pub(super) fn markerless(&self) -> bool {
+    pub(in crate::detect) fn markerless(&self) -> bool {
         self.object.marker.is_none()
     }
 
     /// Whether it can be seen how the object is turned.
-    pub(super) fn tells_yaw(&self) -> bool {
+    pub(in crate::detect) fn tells_yaw(&self) -> bool {
         self.tells_axis()
             || self.feature.dot.is_some()
             || self.markerless() && self.object.shape.rotation_symmetry_rad() != Some(0.0)
     }
 
-    /// What an outline laid onto the picture would measure as, were it a marker: its contrast is the part that shows.
-    pub(super) fn blob(&self, camera: &Camera, fit: &Fit) -> Blob {
-        let picture = self.picture(camera, fit.pose);
-        let reach_px = principal(picture.covariance).0.sqrt() * 2.0;
-        let [width, height] = camera.size_px.map(|size| size as f64 - 1.0);
-        let inside = |at: f64, size: f64| at > reach_px && at < size - reach_px;
-        let [x, y] = picture.centroid;
-        Blob {
-            centroid: Pixel::new(x, y),
-            std_px: fit.std_px,
-            area_px2: picture.area,
-            covariance_px2: picture.covariance,
-            linear_covariance_px2: picture.covariance,
-            background: 1.0,
-            contrast: fit.shown,
-            unevenness: 0.0,
-            cut: !(inside(x, width) && inside(y, height)),
-        }
-    }
-
     /// See [`fullness`].
-    pub(super) fn fullness(&self) -> f64 {
+    pub(in crate::detect) fn fullness(&self) -> f64 {
         self.fullness
     }
 
     /// Whether the centroid's place depends on the yaw.
-    pub(super) fn off_centre(&self) -> bool {
+    pub(in crate::detect) fn off_centre(&self) -> bool {
         self.feature.at_m.to_vec().length() > 0.0
     }
 
     /// How high above the table the marker appears to lie (m).
-    pub(super) fn height_m(&self) -> f64 {
+    pub(in crate::detect) fn height_m(&self) -> f64 {
         self.object.height_m + self.feature.thickness_m * self.shown_at
     }
 
     /// The same target once it is known whether its marker is dark or light: a dark one's top and the rim below it show
     /// as one; a light one's rim lies in shade, like the object.
-    pub(super) fn with_marker(self, blob: &Blob) -> Self {
+    pub(in crate::detect) fn with_marker(self, blob: &Blob) -> Self {
         Self { shown_at: if blob.contrast > 0.0 { DARK_SHOWN_AT } else { 1.0 }, ..self }
     }
 
     /// The marker's picture with the object at this pose.
-    pub(super) fn picture(&self, camera: &Camera, pose: Pose) -> Moments {
+    pub(in crate::detect) fn picture(&self, camera: &Camera, pose: Pose) -> Moments {
         let corners: Vec<[f64; 2]> = self
             .outline
             .iter()
             .map(|&p| camera.pixel_from_table(pose.table_from_body(p), self.height_m()).into())
             .collect();
-        moments(&corners)
+        Moments::of_polygon(&corners)
     }
 
     /// How many pixels the marker covers, from far away to near the camera.
-    pub(super) fn areas_px2(&self, camera: &Camera) -> RangeInclusive<f64> {
+    pub(in crate::detect) fn areas_px2(&self, camera: &Camera) -> RangeInclusive<f64> {
         let [width, height] = camera.size_px.map(|size| size as f64 - 1.0);
         let marker_m2 = self.feature.shape.area_m2();
         let (mut least, mut most) = (f64::INFINITY, 0.0_f64);
@@ -225,7 +158,7 @@ impl<'a> Target<'a> {
     ///
     /// A picture's centroid is not the picture of the centroid: the nearer half looks larger.  `yaw_near_rad` chooses
     /// between the two directions of the axis, and stands where the marker tells none.
-    pub(super) fn pose(&self, camera: &Camera, aim: Aim, yaw_near_rad: f64) -> Pose {
+    pub(in crate::detect) fn pose(&self, camera: &Camera, aim: Aim, yaw_near_rad: f64) -> Pose {
         let height_m = self.height_m();
         let heading_rad = |axis_rad: f64| {
             let (dx, dy) = (axis_rad.cos(), axis_rad.sin());
@@ -243,7 +176,7 @@ impl<'a> Target<'a> {
         for _ in 0..POSE_ROUNDS {
             let picture = self.picture(camera, pose);
             if self.axis_rad.is_some() {
-                let (_, _, axis_rad) = principal(picture.covariance);
+                let (_, _, axis_rad) = principal_axes(picture.covariance);
                 pose.yaw_rad += half_turn_wrapped_rad(heading_rad(aim.axis_rad) - heading_rad(axis_rad));
             }
             let turned = marker_at.rotated(yaw_rad) - marker_at.rotated(pose.yaw_rad);
@@ -255,23 +188,23 @@ impl<'a> Target<'a> {
     }
 
     /// How the blob differs from this marker, were it this marker.
-    pub(super) fn mismatch(&self, camera: &Camera, blob: &Blob) -> Mismatch {
+    pub(in crate::detect) fn mismatch(&self, camera: &Camera, blob: &Blob) -> Mismatch {
         let pose = self.pose(camera, blob.aim(), 0.0);
         let picture = self.picture(camera, pose);
-        let (long, short, _) = principal(picture.covariance);
-        let (seen_long, seen_short, _) = principal(blob.covariance_px2);
+        let (long, short, _) = principal_axes(picture.covariance);
+        let (seen_long, seen_short, _) = principal_axes(blob.covariance_px2);
         let length_ratio = |seen: f64, due: f64| (seen / (due + SPREAD_PX2)).ln() / 2.0;
         Mismatch {
             area: (blob.area_px2 / picture.area).ln(),
             long_axis: length_ratio(seen_long, long),
             short_axis: length_ratio(seen_short, short),
-            fullness: (fullness(blob.area_px2, blob.covariance_px2) / self.fullness).ln(),
+            fullness: (compactness(blob.area_px2, blob.covariance_px2) / self.fullness).ln(),
         }
     }
 
     /// Whether area and moments of a component are anywhere near those of a marker of this shape, wherever it lies.
-    pub(super) fn full_enough(&self, area_px2: f64, covariance_px2: [f64; 3]) -> bool {
-        let ratio = fullness(area_px2, covariance_px2) / self.fullness;
+    pub(in crate::detect) fn full_enough(&self, area_px2: f64, covariance_px2: [f64; 3]) -> bool {
+        let ratio = compactness(area_px2, covariance_px2) / self.fullness;
         (ROUGH_FULLNESS..1.0 / ROUGH_FULLNESS).contains(&ratio)
     }
 }
@@ -279,25 +212,5 @@ impl<'a> Target<'a> {
 /// Components of a few pixels have ragged outlines.
 const ROUGH_FULLNESS: f64 = 0.8;
 
-/// Where a marker's picture has its centroid and its long axis.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Aim {
-    pub centroid: Pixel,
-    pub axis_rad: f64,
-}
-
-impl Blob {
-    pub(super) fn aim(&self) -> Aim {
-        Aim { centroid: self.centroid, axis_rad: principal(self.covariance_px2).2 }
-    }
-}
-
 /// The first guess is right but for perspective across one marker; each round leaves a hundredth of what was left.
 const POSE_ROUNDS: usize = 2;
-
-/// An axis' angle brought into (-pi/2, pi/2].
-pub(super) fn half_turn_wrapped_rad(angle_rad: f64) -> f64 {
-    let half_turns = (angle_rad / PI).round();
-    let wrapped = angle_rad - half_turns * PI;
-    if wrapped <= -FRAC_PI_2 { wrapped + PI } else { wrapped }
-}

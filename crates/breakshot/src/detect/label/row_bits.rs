@@ -2,7 +2,7 @@
 //!
 //! Grey levels are compared sixteen at a time; most of a picture shows nothing, and is only looked at for its darkest.
 
-use super::label::Level;
+use crate::detect::threshold::Level;
 use std::ops::Range;
 use wide::u8x16;
 

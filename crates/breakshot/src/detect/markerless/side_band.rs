@@ -5,9 +5,9 @@
 //! apart, with the three greys that fit best, smeared as fits the whole outline best.  A shadow along the foot makes the
 //! strip wider.  A strip too narrow to tell its grey from its place says so by its own variance.
 
-use super::blob::median;
-use super::outline::{EdgePoint, SPACING_PX, Scene};
+use super::edge_visibility::{EdgePoint, SPACING_PX, Scene};
 use crate::geometry::Pixel;
+use crate::statistics::upper_median;
 
 /// A rim found above its strip.
 #[derive(Clone, Copy, Debug)]
@@ -63,8 +63,7 @@ impl Scene<'_> {
             let edge = |(strip, greys): &(Strip, Vec<(f64, f64)>)| {
                 Levels::new(greys, *strip, smear_px(f64::from(step))).edge(reach_px)
             };
-            let misfits: Vec<f64> = read.iter().filter_map(edge).map(|edge| edge.misfit).collect();
-            (!misfits.is_empty()).then(|| median(misfits))
+            upper_median(read.iter().filter_map(edge).map(|edge| edge.misfit))
         };
         let misfits: Option<Vec<f64>> = (0..SMEARS).map(misfit).collect();
         misfits.and_then(|misfits| lowest(&misfits)).map_or(USUAL_SMEAR_PX, smear_px)

@@ -3,8 +3,9 @@
 //! A parabola through a few neighbours gives velocity and acceleration.  Of the neighbours before, around and after a
 //! sample those count that lie on one parabola: so an impact stays between two samples and is not smeared over many.
 
-use super::Sample;
+use super::tracks::Sample;
 use crate::geometry::Vec2;
+use crate::statistics::upper_median;
 use nalgebra::{Matrix3, Vector3};
 use std::ops::Range;
 
@@ -59,9 +60,8 @@ struct Motion {
 
 /// Stretches without a gap.
 fn runs(samples: &[Sample]) -> Vec<Range<usize>> {
-    let mut intervals: Vec<f64> = samples.windows(2).map(|s| s[1].time_s - s[0].time_s).collect();
-    intervals.sort_by(f64::total_cmp);
-    let usual_s = intervals.get(intervals.len() / 2).copied().unwrap_or(f64::INFINITY);
+    let intervals_s = samples.windows(2).map(|s| s[1].time_s - s[0].time_s);
+    let usual_s = upper_median(intervals_s).unwrap_or(f64::INFINITY);
     let mut runs: Vec<Range<usize>> = Vec::new();
     for k in 0..samples.len() {
         match runs.last_mut() {

@@ -3,12 +3,15 @@
 //! Once the whole clip has been seen, every marker's usual look is known; frames in which it looks different are
 //! marked, and the smear along the motion while the shutter was open is taken out of the angles.
 
-use super::blob::{NORMAL_PER_MEDIAN, median};
-use super::follower::{Follower, Seen};
-use super::marker::{Aim, Target, principal};
-use super::{Sample, Track, motion};
+use super::derivatives;
+use super::marker::blob::Aim;
+use super::marker::target::Target;
+use super::track_state::{Follower, Seen};
+use super::tracks::{Sample, Track};
 use crate::capture::Camera;
 use crate::geometry::Pixel;
+use crate::moments::principal_axes;
+use crate::statistics::{STD_OVER_MEDIAN_ABSOLUTE, upper_median};
 use std::f64::consts::PI;
 
 /// A marker whose half axes differ from the usual ones by more than this (px) has something across it: compression
@@ -65,14 +68,14 @@ pub(super) fn exposure_s(camera: &Camera, followers: &[Follower]) -> Option<f64>
     for follower in followers.iter().filter(|f| !f.target.markerless()) {
         let smears: Vec<(f64, f64)> = (0..follower.seen.len()).map(|k| smear(camera, follower, k)).collect();
         let at_rest: Vec<f64> = smears.iter().filter(|s| s.0 < SLOW_PX_S).map(|s| s.1).collect();
-        if at_rest.is_empty() {
-            continue;
-        }
-        let usual_px2 = median(at_rest);
+        let Some(usual_px2) = upper_median(at_rest) else { continue };
         let fast = smears.iter().filter(|s| s.0 > FAST_PX_S);
         squares_s2.extend(fast.map(|(speed, px2)| 12.0 * (px2 - usual_px2) / (speed * speed)));
     }
-    (squares_s2.len() >= LEAST_FAST).then(|| median(squares_s2).max(0.0).sqrt())
+    if squares_s2.len() < LEAST_FAST {
+        return None;
+    }
+    upper_median(squares_s2).map(|square_s2| square_s2.max(0.0).sqrt())
 }
 
 /// Below this (px/s) a marker counts as at rest: it smears by less than a pixel in any exposure.
@@ -142,8 +145,8 @@ fn look(camera: &Camera, target: &Target, seen: &Seen, smear_px: [f64; 2]) -> Lo
     } else {
         seen.blob.linear_covariance_px2
     };
-    let (long, short, axis_rad) = principal(unsmeared(seen_px2, smear_px));
-    let (due_long, due_short, _) = principal(due.covariance);
+    let (long, short, axis_rad) = principal_axes(unsmeared(seen_px2, smear_px));
+    let (due_long, due_short, _) = principal_axes(due.covariance);
     let half_axis_px = |of: f64, due: f64| 2.0 * of.sqrt() - 2.0 * due.sqrt();
     let radius_px = (seen.blob.area_px2 / PI).sqrt() - (due.area / PI).sqrt();
     Look {
@@ -156,10 +159,10 @@ fn look(camera: &Camera, target: &Target, seen: &Seen, smear_px: [f64; 2]) -> Lo
 /// By how much (px) the size of each sight differs from this marker's usual one, where that is more than noise.
 fn strangeness(looks: &[Look]) -> Vec<Option<f64>> {
     let mut strangeness: Vec<Option<f64>> = vec![None; looks.len()];
-    for i in 0..if looks.is_empty() { 0 } else { 3 } {
-        let usual = median(looks.iter().map(|look| look.excess_px[i]).collect());
-        let scatter =
-            NORMAL_PER_MEDIAN * median(looks.iter().map(|look| (look.excess_px[i] - usual).abs()).collect());
+    for i in 0..3 {
+        let Some(usual) = upper_median(looks.iter().map(|look| look.excess_px[i])) else { continue };
+        let middle_px = upper_median(looks.iter().map(|look| (look.excess_px[i] - usual).abs()));
+        let scatter = STD_OVER_MEDIAN_ABSOLUTE * middle_px.unwrap_or(0.0);
         for (strange, look) in strangeness.iter_mut().zip(looks) {
             let off_px = (look.excess_px[i] - usual).abs();
             let limit_px = (USUAL_SCATTERS * scatter).max(USUAL_LOOK_PX) + SMEAR_KNOWN * look.smear_px;
@@ -180,11 +183,11 @@ const SMEAR_KNOWN: f64 = 0.1;
 /// moves edges by more than the grey levels' noise.
 pub(super) fn scale_noise(tracks: &mut [Track]) {
     let unsteadiness: Vec<f64> =
-        tracks.iter().flat_map(|track| motion::unsteadiness(&track.samples)).collect();
+        tracks.iter().flat_map(|track| derivatives::unsteadiness(&track.samples)).collect();
     if unsteadiness.len() < LEAST_FAST {
         return;
     }
-    let factor = median(unsteadiness).max(1.0);
+    let factor = upper_median(unsteadiness).unwrap_or(1.0).max(1.0);
     for sample in tracks.iter_mut().flat_map(|track| &mut track.samples) {
         sample.std_m *= factor;
     }

@@ -1,8 +1,8 @@
 //! What is known of one object while it is followed: where it was, where it is due, how its marker looks.
 
-use super::blob::Blob;
-use super::identity::Start;
-use super::marker::Target;
+use super::association::Start;
+use super::marker::blob::Blob;
+use super::marker::target::Target;
 use crate::capture::Camera;
 use crate::geometry::{Pixel, Pose, Vec2};
 

@@ -3,19 +3,35 @@
 //! Marker size and shape, the object's own outline around it, and what the layout says each speak for or against a
 //! pair of object and marker; the best total decides.
 
-use super::Layout;
 use super::assignment::assignment;
-use super::blob::Blob;
-use super::contour::Fit;
-use super::dot::Pair;
-use super::label::Level;
-use super::marker::Target;
-use super::outline;
-use super::threshold::{Candidate, OUTLINE_TOLERANCE};
+use super::candidates::{Candidate, OUTLINE_TOLERANCE};
+use super::marker::blob::Blob;
+use super::marker::dot::Pair;
+use super::marker::target::Target;
+use super::markerless::edge_fit::Fit;
+use super::markerless::edge_visibility::Scene;
+use super::threshold::Level;
 use crate::capture::{Camera, GreyImage};
-use crate::geometry::{Pixel, Pose, Vec2, wrapped_rad};
+use crate::geometry::{Pixel, Point, Pose, Vec2, wrapped_rad};
 use crate::object::{Shape, kind};
+use crate::scene::Placed;
 use std::f64::consts::PI;
+
+/// What is known about which marker belongs to which object.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Layout {
+    /// Nothing: marker shapes and object outlines must tell.
+    Unknown,
+    /// The struck object comes first along the strike, the others in their order behind it.
+    AlongStrike {
+        /// The strike's direction (rad).
+        heading_rad: f64,
+        /// Where the striker's centre starts, if known.
+        start_m: Option<Point>,
+    },
+    /// Each object lay here when the clip began.
+    Placed(Vec<Placed>),
+}
 
 /// A target's marker and pose in the first picture.
 #[derive(Clone, Copy, Debug)]
@@ -166,7 +182,7 @@ fn fit(
         None if matches!(object.shape, Shape::Disc { .. }) && !target.off_centre() => vec![0.0],
         None => Vec::new(),
     };
-    let scene = outline::Scene { image, camera, shape: &object.shape, height_m: object.height_m };
+    let scene = Scene { image, camera, shape: &object.shape, height_m: object.height_m };
     let (yaw_rad, visibility) = scene.best_yaw(pose, &yaws_rad);
     let cost = half_square(mismatch.worst() / LENGTH_STD) + UNSEEN_OUTLINE * (1.0 - visibility);
     let equal = pair.filter(|_| target.feature.has_equal_dots());
@@ -187,7 +203,7 @@ fn laid(
     layout: &Layout,
 ) -> Option<Match> {
     let object = target.object;
-    let scene = outline::Scene { image, camera, shape: &object.shape, height_m: object.height_m };
+    let scene = Scene { image, camera, shape: &object.shape, height_m: object.height_m };
     let place = camera.table_from_pixel(candidate.blob.centroid, object.height_m);
     let rough = |yaw_rad: f64| Pose { position: place, yaw_rad };
     let yaw_rad = match placed(layout, target) {
@@ -222,7 +238,7 @@ pub(super) fn outlines_placed(camera: &Camera, targets: &[Target], layout: &Layo
 
 fn placed(layout: &Layout, target: &Target) -> Option<Pose> {
     let Layout::Placed(placed) = layout else { return None };
-    placed.iter().find(|p| p.object == target.name).map(crate::scene::Placed::pose)
+    placed.iter().find(|p| p.object == target.name).map(Placed::pose)
 }
 
 fn misplaced(layout: &Layout, target: &Target, pose: Pose) -> f64 {

@@ -19,7 +19,7 @@ const ROUNDS: usize = 15;
 const ALIKE: f64 = 1.0;
 
 /// The picture less the empty table, of the same size: even where the table is, darker and lighter where something lies on it.
-pub(super) fn levelled(image: &GreyImage, table: Option<&GreyImage>) -> GreyImage {
+pub(in crate::detect) fn levelled(image: &GreyImage, table: Option<&GreyImage>) -> GreyImage {
     let level = |grey: u8, table: f64| (f64::from(grey) - table + TABLE_GREY).round().clamp(0.0, 255.0) as u8;
     let pixels = if let Some(table) = table {
         image.pixels.iter().zip(&table.pixels).map(|(&p, &t)| level(p, f64::from(t))).collect()

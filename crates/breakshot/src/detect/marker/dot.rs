@@ -4,11 +4,11 @@
 //! pixel, so the direction between them tells the angle, and which way round.  If dot and disc are equal, what was due tells
 //! which is which.
 
+use super::super::label::{Labeller, Window};
 use super::blob::{self, Blob};
-use super::label::{Labeller, Window};
-use super::marker::{Target, half_turn_wrapped_rad};
+use super::target::Target;
 use crate::capture::{Camera, GreyImage};
-use crate::geometry::{Point, Pose, wrapped_rad};
+use crate::geometry::{Point, Pose, half_turn_wrapped_rad, wrapped_rad};
 use std::f64::consts::{FRAC_PI_2, PI};
 use std::ops::RangeInclusive;
 
@@ -24,7 +24,7 @@ const TURN_STD_RAD: f64 = 0.5;
 
 /// A disc, its dot, and how the object is turned that wears them.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Pair {
+pub(in crate::detect) struct Pair {
     pub disc: Blob,
     pub dot: Blob,
     pub yaw_rad: f64,
@@ -33,7 +33,7 @@ pub(super) struct Pair {
 impl Target<'_> {
     /// The marker of which `disc` is the disc: with the dot that fits best, and is nearest to where it is due if that is
     /// known.  Of two equal dots `disc` may then be either.  None where no dot shows.
-    pub(super) fn pair(
+    pub(in crate::detect) fn pair(
         &self,
         image: &GreyImage,
         camera: &Camera,
@@ -81,7 +81,7 @@ impl Target<'_> {
     }
 
     /// Whether a blob may as well be the dot of an object that is due there, because it is as wide as the disc.
-    pub(super) fn may_be_dot(&self, camera: &Camera, blob: &Blob, due: Pose) -> bool {
+    pub(in crate::detect) fn may_be_dot(&self, camera: &Camera, blob: &Blob, due: Pose) -> bool {
         let at = camera.table_from_pixel(blob.centroid, self.height_m());
         let off_m = |part: Point| due.table_from_body(part).distance(at);
         self.feature.has_equal_dots()

@@ -4,117 +4,19 @@
 //! runs, runs that touch are united, and areas, boxes and moments grow with them.  No binary image and no label image
 //! is ever written.
 
-use super::bits::{BLOCK, Bits, Run, in_company, runs};
+mod component;
+mod row_bits;
+mod union_find;
+mod window;
+
+pub use super::threshold::Level;
+pub use component::Component;
+pub use window::Window;
+
 use crate::capture::GreyImage;
-use crate::geometry::Pixel;
+use row_bits::{BLOCK, Bits, Run, in_company, runs};
 use std::ops::RangeInclusive;
-
-/// Which grey levels are foreground.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Level {
-    /// All below this one.
-    Below(u8),
-    /// All above this one.
-    Above(u8),
-}
-
-impl Level {
-    /// Whether this grey level is foreground.
-    #[must_use]
-    pub const fn holds(self, grey: u8) -> bool {
-        match self {
-            Self::Below(threshold) => grey < threshold,
-            Self::Above(threshold) => grey > threshold,
-        }
-    }
-}
-
-/// A part of a picture, its last column and row excluded (px).
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Window {
-    /// Columns.
-    pub x: [usize; 2],
-    /// Rows.
-    pub y: [usize; 2],
-}
-
-impl Window {
-    /// The whole picture.
-    pub fn whole(image: &GreyImage) -> Self {
-        Self { x: [0, image.width], y: [0, image.height] }
-    }
-
-    /// All pixels whose centres are at most `reach_px` to the left, right, above or below of `centre`.
-    pub fn around(centre: Pixel, reach_px: f64, image: &GreyImage) -> Self {
-        let span = |at: f64, size: usize| {
-            let clamp = |v: f64| v.clamp(0.0, size as f64) as usize;
-            let first = clamp((at - reach_px).ceil());
-            [first, clamp((at + reach_px).floor() + 1.0).max(first)]
-        };
-        Self { x: span(centre.x, image.width), y: span(centre.y, image.height) }
-    }
-}
-
-/// Pixels that touch each other at a side or a corner.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Component {
-    /// How many pixels.
-    pub area_px: u64,
-    /// First and last column.
-    pub x: [u32; 2],
-    /// First and last row.
-    pub y: [u32; 2],
-    /// One of its pixels (column, row).
-    pub seed: [u32; 2],
-    /// Sums over the pixels of x and y.
-    first: [u64; 2],
-    /// Sums over the pixels of x x, x y and y y.
-    second: [u64; 3],
-}
-
-impl Component {
-    /// The mean place of its pixels.
-    pub fn centroid(&self) -> Pixel {
-        let n = self.area_px as f64;
-        Pixel::new(self.first[0] as f64 / n, self.first[1] as f64 / n)
-    }
-
-    /// Central second moments over the area, xx, xy and yy, pixels taken as points (px2).
-    pub fn covariance_px2(&self) -> [f64; 3] {
-        let n = self.area_px as f64;
-        let Pixel { x, y } = self.centroid();
-        let [xx, xy, yy] = self.second.map(|sum| sum as f64 / n);
-        [xx - x * x, xy - x * y, yy - y * y]
-    }
-
-    fn add_run(&mut self, y: u32, run: &Run) {
-        let (start, end, row) = (u64::from(run.start), u64::from(run.end), u64::from(y));
-        let n = end - start;
-        let sum_x = n * (start + end - 1) / 2;
-        let squares = |k: u64| k * (k + 1) * (2 * k + 1) / 6;
-        let sum_xx = squares(end - 1) - if start > 0 { squares(start - 1) } else { 0 };
-        self.x = [self.x[0].min(run.start), self.x[1].max(run.end - 1)];
-        self.y[1] = y;
-        self.area_px += n;
-        self.first[0] += sum_x;
-        self.first[1] += n * row;
-        self.second[0] += sum_xx;
-        self.second[1] += sum_x * row;
-        self.second[2] += n * row * row;
-    }
-
-    fn absorb(&mut self, other: &Self) {
-        self.area_px += other.area_px;
-        self.x = [self.x[0].min(other.x[0]), self.x[1].max(other.x[1])];
-        self.y = [self.y[0].min(other.y[0]), self.y[1].max(other.y[1])];
-        for (sum, more) in self.first.iter_mut().zip(other.first) {
-            *sum += more;
-        }
-        for (sum, more) in self.second.iter_mut().zip(other.second) {
-            *sum += more;
-        }
-    }
-}
+use union_find::Parts;
 
 /// Finds components; keeps its memory from picture to picture.
 #[derive(Debug, Default)]
@@ -180,114 +82,10 @@ impl Labeller {
     }
 }
 
-/// The components that still grow: a union-find forest whose labels are used again once a component is complete, so
-/// that it stays in the fastest memory however noisy the picture is.
-#[derive(Debug, Default)]
-struct Parts {
-    parent: Vec<u32>,
-    last_row: Vec<u32>,
-    grown: Vec<Component>,
-    free: Vec<u32>,
-    merged: Vec<u32>,
-}
-
-/// The `last_row` of a component that was handed over.
-const COMPLETE: u32 = u32::MAX;
-
-impl Parts {
-    fn clear(&mut self) {
-        self.parent.clear();
-        self.last_row.clear();
-        self.grown.clear();
-        self.free.clear();
-        self.merged.clear();
-    }
-
-    fn root(&mut self, mut label: u32) -> u32 {
-        while self.parent[label as usize] != label {
-            let above = self.parent[label as usize];
-            self.parent[label as usize] = self.parent[above as usize];
-            label = above;
-        }
-        label
-    }
-
-    fn united(&mut self, one: u32, other: u32) -> u32 {
-        if one != other {
-            let part = self.grown[other as usize];
-            self.grown[one as usize].absorb(&part);
-            self.parent[other as usize] = one;
-            self.merged.push(other);
-        }
-        one
-    }
-
-    fn fresh(&mut self, y: u32, x: u32) -> u32 {
-        let empty = Component { x: [u32::MAX, 0], y: [y, y], seed: [x, y], ..Component::default() };
-        if let Some(label) = self.free.pop() {
-            self.parent[label as usize] = label;
-            self.grown[label as usize] = empty;
-            return label;
-        }
-        let label = self.parent.len() as u32;
-        self.parent.push(label);
-        self.last_row.push(y);
-        self.grown.push(empty);
-        label
-    }
-
-    /// Gives every run of row `y` the label of what it touches above, or a new one.
-    fn join(&mut self, y: u32, above: &[Run], row: &mut [Run]) {
-        let mut first = 0;
-        for run in row {
-            while first < above.len() && above[first].end < run.start {
-                first += 1;
-            }
-            let mut label = None;
-            let mut k = first;
-            while k < above.len() && above[k].start <= run.end {
-                let root = self.root(above[k].label);
-                label = Some(label.map_or(root, |label| self.united(label, root)));
-                k += 1;
-            }
-            // The last one above may reach the next run too.
-            first = first.max(k.saturating_sub(1));
-            run.label = label.unwrap_or_else(|| self.fresh(y, run.start));
-            self.grown[run.label as usize].add_run(y, run);
-            self.last_row[run.label as usize] = y;
-        }
-    }
-
-    /// Hands over the components of the row above that row `y` does not continue.
-    fn close(&mut self, y: u32, above: &[Run], areas_px: &RangeInclusive<u64>, found: &mut Vec<Component>) {
-        for run in above {
-            let root = self.root(run.label) as usize;
-            if self.last_row[root] == y || self.last_row[root] == COMPLETE {
-                continue;
-            }
-            self.last_row[root] = COMPLETE;
-            self.free.push(root as u32);
-            if areas_px.contains(&self.grown[root].area_px) {
-                found.push(self.grown[root]);
-            }
-        }
-    }
-
-    /// Leaves only roots as labels of the row, so that merged labels can be used again.
-    fn settle(&mut self, row: &mut [Run]) {
-        if self.merged.is_empty() {
-            return;
-        }
-        for run in row {
-            run.label = self.root(run.label);
-        }
-        self.free.append(&mut self.merged);
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::geometry::Pixel;
     use rand::{RngExt, SeedableRng};
     use rand_pcg::Pcg64Mcg;
 

@@ -3,12 +3,20 @@
 //! Its outline is laid onto the picture where sliding on would have brought it; where it does not show there, it was
 //! struck, and is looked for as far around as it can have come.
 
-use super::contour::Fit;
-use super::follower::Sight;
-use super::outline::Scene;
+pub(super) mod background;
+pub(super) mod edge_fit;
+pub(super) mod edge_visibility;
+mod side_band;
+
+use super::marker::blob::Blob;
+use super::marker::target::Target;
 use super::track::Tracker;
-use crate::capture::Frame;
-use crate::geometry::Pose;
+use super::track_state::Sight;
+use crate::capture::{Camera, Frame};
+use crate::geometry::{Pixel, Pose};
+use crate::moments::principal_axes;
+use edge_fit::Fit;
+use edge_visibility::Scene;
 
 /// An outline is where it is due if it shows there this well, over its usual look.
 const AS_USUAL: f64 = 0.8;
@@ -67,5 +75,27 @@ impl Tracker<'_> {
         let blob = self.followers[k].target.blob(self.camera, &fit);
         let blur_px = blur_px[0].hypot(blur_px[1]);
         Sight { pose: fit.pose, blob, dot: None, blur_px, turn_known: true, strangeness: 0.0 }
+    }
+}
+
+impl Target<'_> {
+    /// What an outline laid onto the picture would measure as, were it a marker: its contrast is the part that shows.
+    pub(super) fn blob(&self, camera: &Camera, fit: &Fit) -> Blob {
+        let picture = self.picture(camera, fit.pose);
+        let reach_px = principal_axes(picture.covariance).0.sqrt() * 2.0;
+        let [width, height] = camera.size_px.map(|size| size as f64 - 1.0);
+        let inside = |at: f64, size: f64| at > reach_px && at < size - reach_px;
+        let [x, y] = picture.centroid;
+        Blob {
+            centroid: Pixel::new(x, y),
+            std_px: fit.std_px,
+            area_px2: picture.area,
+            covariance_px2: picture.covariance,
+            linear_covariance_px2: picture.covariance,
+            background: 1.0,
+            contrast: fit.shown,
+            unevenness: 0.0,
+            cut: !(inside(x, width) && inside(y, height)),
+        }
     }
 }

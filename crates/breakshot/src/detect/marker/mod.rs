@@ -1,0 +1,6 @@
+//! What must an object's marker look like in the picture, and where exactly is it?
+
+pub(super) mod blob;
+pub(super) mod dot;
+mod patch;
+pub(super) mod target;

@@ -1,0 +1,39 @@
+//! What is the middle of a set of numbers, and how widely do they scatter when some of them are outliers?
+//!
+//! Two conventions of the median are in use, and they give different bits for an even number of values.
+
+/// Standard deviation of a normal distribution over the median of its absolute values.
+pub(crate) const STD_OVER_MEDIAN_ABSOLUTE: f64 = 1.4826;
+
+/// The median; for an even number of values the mean of the two in the middle.  `None` without values.
+#[allow(dead_code, reason = "the stages move over to it one by one")]
+pub(crate) fn median(values: impl IntoIterator<Item = f64>) -> Option<f64> {
+    let mut sorted: Vec<f64> = values.into_iter().collect();
+    sorted.sort_by(f64::total_cmp);
+    let n = sorted.len();
+    (n > 0).then(|| f64::midpoint(sorted[(n - 1) / 2], sorted[n / 2]))
+}
+
+/// The median; for an even number of values the upper of the two in the middle.  `None` without values.
+///
+/// Always one of the values, and found without sorting all of them.
+pub(crate) fn upper_median(values: impl IntoIterator<Item = f64>) -> Option<f64> {
+    let mut values: Vec<f64> = values.into_iter().collect();
+    let middle = values.len() / 2;
+    (!values.is_empty()).then(|| *values.select_nth_unstable_by(middle, f64::total_cmp).1)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_two_medians_differ_for_an_even_number_of_values_only() {
+        assert_eq!((median([3.0, 1.0, 2.0]), upper_median([3.0, 1.0, 2.0])), (Some(2.0), Some(2.0)));
+        assert_eq!(
+            (median([4.0, 1.0, 2.0, 3.0]), upper_median([4.0, 1.0, 2.0, 3.0])),
+            (Some(2.5), Some(3.0))
+        );
+        assert_eq!((median([]), upper_median([])), (None, None));
+    }
+}
