@@ -3,8 +3,8 @@
 use crate::process;
 use crate::validate::row::{self, Row};
 use crate::validate::saved::Saved;
-use breakshot::estimate::synthetic::{self, Recipe};
 use breakshot::estimate::{self, ClipTracks, Options};
+use breakshot::synthetic::campaign::{self, Recipe};
 use breakshot::{cell::Cell, object::Object};
 use std::path::Path;
 use std::time::Instant;
@@ -16,7 +16,7 @@ const HALVINGS: u32 = 3;
 /// Times drawn campaigns of growing size.
 pub(crate) fn drawn() -> Result<(), String> {
     let recipe = Recipe { objects: 6, ..Recipe::default() };
-    let whole = synthetic::campaign(&recipe, 1);
+    let whole = campaign::campaign(&recipe, 1);
     let mut rows = Vec::new();
     let mut per_clip = Vec::new();
     for halving in (0..=HALVINGS).rev() {

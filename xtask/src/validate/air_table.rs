@@ -7,10 +7,11 @@ use super::row::{self, Row, median};
 use crate::process;
 use breakshot::cell::{CameraSpec, Cell};
 use breakshot::detect::{self, Track, Tracks};
-use breakshot::estimate::{self, ClipTracks, Options, synthetic};
+use breakshot::estimate::{self, ClipTracks, Options};
 use breakshot::geometry::{Point, Vec2};
 use breakshot::object::{Marker, Object, Shape};
 use breakshot::physics::{Encounter, ImpactLaw, Mover};
+use breakshot::synthetic::campaign;
 use nalgebra::{Matrix3, Vector3};
 use std::path::Path;
 use std::time::Instant;
@@ -345,7 +346,7 @@ fn estimated(recordings: &[Recording]) -> Result<Vec<Row>, String> {
         mass_kg: None,
     });
     let cell =
-        Cell { camera: CameraSpec { exposure_s: Some(0.0), ..CameraSpec::default() }, ..synthetic::cell() };
+        Cell { camera: CameraSpec { exposure_s: Some(0.0), ..CameraSpec::default() }, ..campaign::cell() };
     let options = Options { reference: Some(PUCKS[1].into()) };
     let (started, before_s) = (Instant::now(), process::own_cpu_s()?);
     let found =

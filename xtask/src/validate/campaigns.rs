@@ -3,9 +3,9 @@
 //! `cargo xtask validate estimate [COUNT]`.
 
 use super::row::{self, Row};
-use breakshot::estimate::synthetic::{self, Campaign, Recipe};
 use breakshot::estimate::{self, Options};
 use breakshot::properties::Properties;
+use breakshot::synthetic::campaign::{self, Campaign, Recipe};
 use breakshot::uncertain::Estimate;
 use std::collections::BTreeMap;
 
@@ -65,7 +65,7 @@ fn recipe(n: u64) -> Recipe {
 pub(crate) fn validate(count: u64) -> Result<bool, String> {
     let mut tallies: BTreeMap<&str, Tally> = BTreeMap::new();
     for n in 0..count {
-        let campaign = synthetic::campaign(&recipe(n), n);
+        let campaign = campaign::campaign(&recipe(n), n);
         let learned = learned(&campaign)?;
         let truth = &campaign.truth;
         let groups = [

@@ -1,53 +1,23 @@
 //! How do the objects slide and bounce?
 //!
 //! Sections 4.1 to 4.3 of the paper with the corrected equations.  Every clip is fitted as rest, slide, impact, slide,
-//! rest (`segment`, `clip`, `clip_fit`), or right around its impacts alone (`local`); what its impacts tell (`contact`, `friction`, `restitution`, `mass_ratio`) is
-//! weighed against the other clips (`doubt`, `spread`), and all clips together give friction, restitution and mass
-//! ratios with their uncertainty (`joint`).
+//! rest, or right around its impacts alone (`clip`); what its impacts tell (`measure`) is weighed against the other
+//! clips, and all clips together give friction, restitution and mass ratios with their uncertainty (`joint`).
 
-mod advise;
 mod clip;
-mod clip_fit;
-mod contact;
-mod contact_friction;
-mod crowd;
-mod doubt;
-mod exposure;
-mod friction;
-mod heard;
-mod impact;
+mod closest_points;
+mod design;
 mod joint;
-mod least_squares;
-mod lists;
-mod local;
-mod mass_ratio;
-mod reading;
-mod record;
-mod restitution;
-mod segment;
-mod shot;
-mod slide;
-mod spread;
-mod staged;
-mod story;
-mod striker;
-mod summary;
-#[cfg(test)]
-mod support_tests;
-pub mod synthetic;
-mod touch;
-#[cfg(test)]
-mod update_tests;
-mod upset;
+mod measure;
 
-pub use advise::{
+pub use clip::result::{BodyFit, ClipFit, Impact, Measured};
+pub use clip::sliding::Motion;
+pub use design::experiment::Shot;
+pub use design::simulated_clip::{Filming, staged};
+pub use design::{
     Advice, AdviceOptions, Advised, StruckPile, advice, prediction_error_m, predictive_spread_m, struck_piles,
 };
-pub use heard::{ClipValue, clip_values};
-pub use impact::{BodyFit, ClipFit, Impact, Measured};
-pub use shot::Shot;
-pub use slide::Motion;
-pub use staged::{Filming, staged};
+pub use joint::clip_values::{ClipValue, clip_values};
 
 use crate::cell::Cell;
 use crate::detect::Tracks;
@@ -55,10 +25,11 @@ use crate::error::{Error, Result};
 use crate::object::{self, Object};
 use crate::properties::Properties;
 use crate::scene::Strike;
-use clip_fit::Noise;
+use clip::fit::Noise;
+use clip::{Story, exposure, initial_guess};
+use joint::properties;
+use joint::record::{self, Record};
 use rayon::prelude::*;
-use record::Record;
-use story::Story;
 
 /// The tracks of one clip and what the robot was told in it.
 #[derive(Clone, Debug, PartialEq)]
@@ -168,7 +139,7 @@ fn joint(
             .unzip();
     let evidence = record::evidence(&new, clips, cell, objects)?;
     let records: Vec<&Record> = earlier.iter().chain(&new).collect();
-    let mut properties = summary::properties(&records, objects, reference);
+    let mut properties = properties::properties(&records, objects, reference);
     properties.evidence = Some(evidence);
     Ok(Estimation { properties, clips: fits })
 }
@@ -188,7 +159,7 @@ fn noise_scales(noises: &[Noise]) -> (Vec<f64>, f64) {
     const COMMON: f64 = 20.0;
     let typical = |sums: &dyn Fn(&Noise) -> [f64; 2]| {
         let all = noises.iter().map(sums).filter(|[_, freedom]| *freedom > 2.0);
-        let value = segment::median(all.map(|[squares, freedom]| squares / freedom));
+        let value = initial_guess::median(all.map(|[squares, freedom]| squares / freedom));
         if value > 0.0 { value } else { 1.0 }
     };
     let place = typical(&|n| n.place);

@@ -1,0 +1,363 @@
+//! From what every clip tells to the properties and their warnings.
+
+use super::outliers;
+use super::record::Record;
+use super::{Joint, exponential};
+use crate::estimate::clip::result::Measured;
+use crate::estimate::measure::quantity::{Key, Readings, poor_ones_last};
+use crate::estimate::measure::{contact_friction, friction};
+use crate::object::{Object, kind};
+use crate::properties::Properties;
+use crate::uncertain::Estimate;
+use std::collections::{BTreeMap, BTreeSet};
+
+/// Contact friction of dry, hard objects if no impact tells it.
+const ASSUMED_CONTACT_FRICTION: Measured = Measured { value: 0.2, std: 0.1 };
+
+/// All clips together.
+pub(crate) fn properties(clips: &[&Record], objects: &[Object], reference: &str) -> Properties {
+    let names: Vec<String> = clips.iter().map(|c| c.name.clone()).collect();
+    let readings: Vec<Readings> = clips.iter().map(|c| c.readings.clone()).collect();
+    let drags: Vec<_> = clips.iter().flat_map(|c| c.drags.iter().cloned()).collect();
+    let grazings: Vec<_> = clips.iter().flat_map(|c| c.grazings.iter().copied()).collect();
+
+    let readings = poor_ones_last(&readings);
+    let (readings, contradictions) = outliers::without_contradictions(&readings, &names);
+    let uneven: Vec<&String> = clips.iter().flat_map(|c| &c.uneven).collect();
+    let refused = friction::refused(&readings, &drags, &uneven);
+    let expected = friction::expected(&readings);
+    let [of_objects, of_striker] = [false, true].map(|with_striker| {
+        let some: Vec<_> = grazings.iter().copied().filter(|g| g.with_striker == with_striker).collect();
+        contact_friction::coefficient(&some)
+    });
+    let contact =
+        of_objects.map_or(ASSUMED_CONTACT_FRICTION, |e| Measured { value: e.mean, std: e.standard_error });
+    let readings: Vec<Readings> = readings
+        .iter()
+        .map(|r| r.given_friction(&expected).without_pressing(&expected, contact.value))
+        .collect();
+    let joint = Joint::new(&readings, reference, contact);
+
+    let mut properties = means(&joint, &readings, reference.to_owned());
+    properties.contact_friction.objects = of_objects;
+    properties.contact_friction.striker = of_striker;
+    for (object, why) in &refused {
+        properties.friction.remove(object);
+        properties.warnings.push(format!("friction of `{object}` is refused: {why}"));
+    }
+    properties.warnings.extend(contradictions);
+    remove_impossible(&mut properties);
+    properties.warnings.extend(poor(&readings));
+    properties.warnings.extend(absent(&properties, clips, objects, &refused));
+    for clip in clips {
+        properties.warnings.extend(clip.remarks.iter().map(|r| format!("{}: {r}", clip.name)));
+    }
+    properties
+}
+
+fn means(joint: &Joint, readings: &[Readings], reference: String) -> Properties {
+    let mut properties = Properties { version: 1, reference: reference.clone(), ..Properties::default() };
+    for (key, (group, mean)) in &joint.groups {
+        match key {
+            Key::Friction(object) => properties.friction.insert(object.clone(), mean.estimate(group)),
+            Key::StrikerRestitution(object) => {
+                properties.striker_restitution.insert(object.clone(), mean.estimate(group))
+            }
+            Key::Restitution(a, b) => properties.restitution.insert(format!("{a}/{b}"), mean.estimate(group)),
+            Key::MassRatio(a, b) => {
+                let estimate = exponential(mean, mean.std(group), group.values.len());
+                properties.pair_mass_ratio.insert(format!("{a}/{b}"), estimate)
+            }
+        };
+    }
+    properties.mass_ratio.insert(reference, Estimate::exact(1.0));
+    for (object, mean) in &joint.log_masses {
+        properties
+            .mass_ratio
+            .insert(object.clone(), exponential(mean, None, clips_that_weigh(readings, object)));
+    }
+    properties.covariance = joint.covariance.clone();
+    properties
+}
+
+/// The pairs whose restitution comes from flat sides that met twice.
+fn poor(readings: &[Readings]) -> Vec<String> {
+    let keys = readings.iter().flat_map(|r| r.keys.iter().zip(&r.met_twice).filter(|(_, twice)| **twice));
+    let names: BTreeSet<String> = keys.map(|(key, _)| key.to_string()).collect();
+    let told =
+        |name| format!("{name} is only known within wide bounds: in all its clips flat sides met twice");
+    names.into_iter().map(told).collect()
+}
+
+/// How many clips show an object hit another kind.
+fn clips_that_weigh(readings: &[Readings], object: &str) -> usize {
+    let weighs = |key: &Key| matches!(key, Key::MassRatio(a, b) if a != b && (a == object || b == object));
+    readings.iter().filter(|r| r.keys.iter().any(weighs)).count()
+}
+
+/// Means that no body can have are taken out, and told.
+fn remove_impossible(properties: &mut Properties) {
+    let warnings = &mut properties.warnings;
+    let mut check = |what: &str, values: &mut BTreeMap<String, Estimate>, most: f64| {
+        values.retain(|name, estimate| {
+            let possible = estimate.mean >= 0.0 && estimate.mean <= most;
+            if !possible {
+                warnings.push(format!("{what} of `{name}` is left out: {:.3} is impossible", estimate.mean));
+            }
+            possible
+        });
+    };
+    check("friction", &mut properties.friction, f64::MAX);
+    check("striker restitution", &mut properties.striker_restitution, 1.0);
+    check("restitution", &mut properties.restitution, 1.0);
+}
+
+/// What the clips' objects need and no clip tells.
+fn absent(
+    properties: &Properties,
+    clips: &[&Record],
+    objects: &[Object],
+    refused: &BTreeMap<String, String>,
+) -> Vec<String> {
+    let mut warnings = Vec::new();
+    for name in objects.iter().map(|o| &o.name) {
+        if !properties.friction.contains_key(name) && !refused.contains_key(name) {
+            warnings.push(format!("friction of `{name}` is absent: no clip shows it slide"));
+        }
+        if !properties.striker_restitution.contains_key(name) {
+            warnings.push(format!(
+                "striker restitution of `{name}` is absent: in no clip the striker hits it alone"
+            ));
+        }
+        if !properties.mass_ratio.contains_key(name) {
+            let reference = &properties.reference;
+            warnings
+                .push(format!("mass ratio of `{name}` is absent: no impacts connect it with `{reference}`"));
+        }
+    }
+    let filmed: BTreeSet<(&str, &str)> = clips
+        .iter()
+        .flat_map(|clip| {
+            let kinds: Vec<&str> = clip.objects.iter().map(|name| kind(name)).collect();
+            (0..kinds.len())
+                .flat_map(move |i| {
+                    let kinds = kinds.clone();
+                    (i + 1..kinds.len()).map(move |j| (kinds[i].min(kinds[j]), kinds[i].max(kinds[j])))
+                })
+                .collect::<Vec<_>>()
+        })
+        .collect();
+    let mut never = Vec::new();
+    for (i, a) in objects.iter().enumerate() {
+        for b in &objects[i..] {
+            let (a, b) = (a.name.as_str().min(&b.name), a.name.as_str().max(&b.name));
+            let key = format!("{a}/{b}");
+            if properties.restitution.contains_key(&key) {
+                continue;
+            }
+            if filmed.contains(&(a, b)) {
+                warnings.push(format!("restitution of `{key}` is absent: none of its clips tells one"));
+            } else if a != b {
+                never.push(format!("`{key}`"));
+            }
+        }
+    }
+    if !never.is_empty() {
+        warnings
+            .push(format!("restitution is absent for pairs that were never filmed: {}", never.join(", ")));
+    }
+    for (what, value) in [
+        ("objects", properties.contact_friction.objects),
+        ("objects and striker", properties.contact_friction.striker),
+    ] {
+        if value.is_none() {
+            warnings.push(format!("contact friction of {what} is absent: too few impacts off centre"));
+        }
+    }
+    warnings
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::cell::{CameraSpec, Cell, Striker, Workspace};
+    use crate::detect::{Sample, Track, Tracks};
+    use crate::estimate::{ClipTracks, Options, estimation};
+    use crate::geometry::{Point, Vec2};
+    use crate::object::{Marker, Object, Shape};
+    use crate::physics::GRAVITY_M_S2;
+    use crate::scene::Strike;
+
+    const STRIKER_M: f64 = 0.015;
+    const RADIUS_M: f64 = 0.03;
+    const FRAME_S: f64 = 1.0 / 60.0;
+
+    fn object(name: &str) -> Object {
+        let shape = Shape::Disc { radius_m: RADIUS_M };
+        let marker = Some(Marker::centred(Shape::Disc { radius_m: 0.01 }));
+        Object { name: name.into(), shape, height_m: 0.04, marker, mass_kg: None }
+    }
+
+    fn cell() -> Cell {
+        let striker = Striker { retract_speed_m_s: 0.1, ..Striker::rod(STRIKER_M, [0.1, 1.0]) };
+        let camera = CameraSpec { exposure_s: Some(1e-4), ..CameraSpec::default() };
+        Cell { camera, ..Cell::from_above(1000.0, Workspace::centred([2.0, 2.0]), striker) }
+    }
+
+    /// How far a slide has come after a time, and its speed then.
+    fn slid(speed: f64, friction: f64, after_s: f64) -> (f64, f64) {
+        let a = friction * GRAVITY_M_S2;
+        let t = after_s.clamp(0.0, speed / a);
+        (speed * t - a * t * t / 2.0, if after_s >= 0.0 { speed - a * t } else { 0.0 })
+    }
+
+    /// The striker (0.5 m/s, restitution 0.6) hits `a`, which hits `b` 30 mm farther on; all central, along `heading`.
+    ///
+    /// Frictions 0.2 and 0.3, mass ratio a/b 2, restitution 0.5.
+    fn clip(name: &str, objects: [&str; 2], heading_rad: f64, phase_s: f64) -> ClipTracks {
+        let (gap_m, first_s, v_a) = (0.03, 0.2 + phase_s, 0.5 * 1.6);
+        let a = 0.2 * GRAVITY_M_S2;
+        let second_s = first_s + (v_a - (v_a * v_a - 2.0 * a * gap_m).sqrt()) / a;
+        let hit = slid(v_a, 0.2, second_s - first_s).1;
+        let (after_a, after_b) = (hit * (1.0 - 1.5 / 3.0), hit * 1.5 * 2.0 / 3.0);
+        let along = Vec2::from_heading(heading_rad);
+        let noise = |k: usize, part: f64| {
+            5e-6 * ((k as f64 * 12.9898 + part * 78.233 + phase_s * 1e4).sin() * 43758.5).sin()
+        };
+        let track = |n: usize| Track {
+            object: objects[n].into(),
+            samples: (0..60)
+                .map(|k| {
+                    let t = k as f64 * FRAME_S;
+                    let way_m = match n {
+                        0 if t < second_s => slid(v_a, 0.2, t - first_s).0,
+                        0 => gap_m + slid(after_a, 0.2, t - second_s).0,
+                        _ => 2.0 * RADIUS_M + gap_m + slid(after_b, 0.3, t - second_s).0,
+                    };
+                    let place = Point::ORIGIN + along * way_m;
+                    Sample {
+                        time_s: t,
+                        x_m: place.x + noise(k, n as f64),
+                        y_m: place.y + noise(k, n as f64 + 7.0),
+                        yaw_rad: None,
+                        vx_m_s: None,
+                        vy_m_s: None,
+                        yaw_rate_rad_s: None,
+                        ax_m_s2: None,
+                        ay_m_s2: None,
+                        std_m: 5e-6,
+                        doubtful: false,
+                    }
+                })
+                .collect(),
+        };
+        let strike = Strike {
+            object: None,
+            start_m: Point::ORIGIN - along * (RADIUS_M + STRIKER_M + 0.03),
+            heading_rad,
+            speed_m_s: 0.5,
+            travel_m: 0.035,
+        };
+        ClipTracks {
+            name: name.into(),
+            objects: objects.map(String::from).to_vec(),
+            strike: Some(strike),
+            tracks: Tracks { version: 1, tracks: vec![track(0), track(1)], ..Tracks::default() },
+        }
+    }
+
+    fn clips(objects: [&str; 2], heading_rad: f64) -> Vec<ClipTracks> {
+        (0..5u32).map(|k| clip(&format!("{k}.mp4"), objects, heading_rad, f64::from(k) * 0.0031)).collect()
+    }
+
+    fn close(what: &str, value: f64, truth: f64) {
+        assert!((value / truth - 1.0).abs() < 0.01, "{what}: {value}, not {truth}");
+    }
+
+    #[test]
+    fn clips_of_known_truth_give_it_back() {
+        let found =
+            estimation(&clips(["a", "b"], 0.4), &cell(), &[object("a"), object("b")], &Options::default());
+        let properties = found.expect("an estimation").properties;
+        close("friction of a", properties.friction["a"].mean, 0.2);
+        close("friction of b", properties.friction["b"].mean, 0.3);
+        close("striker restitution", properties.striker_restitution["a"].mean, 0.6);
+        close("restitution", properties.restitution["a/b"].mean, 0.5);
+        // Bodies of the same height: a quarter of contact friction is expected to act upwards, and is taken out.
+        let pressed = f64::exp(0.25 * 0.2 * (0.2 - 0.3));
+        close("mass ratio a/b", properties.pair_mass_ratio["a/b"].mean * pressed, 2.0);
+        assert_eq!(properties.mass_ratio["b"].n, 5);
+    }
+
+    #[test]
+    fn turning_the_table_turns_nothing() {
+        let objects = [object("a"), object("b")];
+        let means = [0.0, 2.5].map(|heading_rad| {
+            let found = estimation(&clips(["a", "b"], heading_rad), &cell(), &objects, &Options::default());
+            found.expect("an estimation").properties.restitution["a/b"].mean
+        });
+        close("restitution of the turned table", means[1], means[0]);
+    }
+
+    #[test]
+    fn swapping_the_names_inverts_the_mass_ratio() {
+        let objects = [object("a"), object("b")];
+        let ratio = |names| {
+            let found = estimation(&clips(names, 0.4), &cell(), &objects, &Options::default());
+            found.expect("an estimation").properties.pair_mass_ratio["a/b"].mean
+        };
+        close("product of the ratios", ratio(["a", "b"]) * ratio(["b", "a"]), 1.0);
+    }
+
+    #[test]
+    fn missing_frames_and_outliers_change_little() {
+        let mut clips = clips(["a", "b"], 0.4);
+        for clip in &mut clips {
+            for track in &mut clip.tracks.tracks {
+                track.samples[20].x_m += 0.004;
+                track.samples.retain(|s| (s.time_s / FRAME_S).round() as u32 % 9 != 4);
+            }
+        }
+        let found = estimation(&clips, &cell(), &[object("a"), object("b")], &Options::default());
+        let properties = found.expect("an estimation").properties;
+        assert!((properties.friction["b"].mean / 0.3 - 1.0).abs() < 0.03, "{:?}", properties.friction["b"]);
+    }
+
+    #[test]
+    fn tracks_that_tell_nothing_give_warnings_and_no_panic() {
+        let objects = [object("a"), object("b")];
+        let whole = clip("c.mp4", ["a", "b"], 0.0, 0.0);
+        for samples in [0, 1, 2, 5, 13, 14, 16] {
+            let mut clip = whole.clone();
+            for track in &mut clip.tracks.tracks {
+                track.samples.truncate(samples);
+            }
+            let found = estimation(&[clip], &cell(), &objects, &Options::default());
+            let properties = found.expect("an estimation").properties;
+            assert!(!properties.warnings.is_empty(), "{samples} samples");
+            properties.check("properties").expect("nothing impossible");
+        }
+    }
+
+    #[test]
+    fn clips_without_a_strike_still_tell_pairs() {
+        let mut clips = clips(["a", "b"], 0.0);
+        for clip in &mut clips {
+            clip.strike = None;
+        }
+        let found = estimation(&clips, &cell(), &[object("a"), object("b")], &Options::default());
+        let properties = found.expect("an estimation").properties;
+        close("restitution", properties.restitution["a/b"].mean, 0.5);
+        assert!(properties.striker_restitution.is_empty());
+    }
+
+    #[test]
+    fn a_clip_with_swapped_names_is_named_and_left_out() {
+        let mut clips = clips(["a", "b"], 0.0);
+        clips.push(clip("swapped.mp4", ["b", "a"], 0.0, 0.002));
+        let found = estimation(&clips, &cell(), &[object("a"), object("b")], &Options::default());
+        let properties = found.expect("an estimation").properties;
+        let named = properties.warnings.iter().any(|w| w.starts_with("swapped.mp4") && w.contains("swapped"));
+        assert!(named, "{:#?}", properties.warnings);
+        close("friction of a", properties.friction["a"].mean, 0.2);
+    }
+}

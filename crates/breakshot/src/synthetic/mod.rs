@@ -1,0 +1,3 @@
+//! Generators of drawn truth, against which tests and tutorials measure.
+
+pub mod campaign;
