@@ -10,17 +10,21 @@
 //! The robots: Neuromeka's Indy 7 ([`indy`]), any arm with ROS 2 behind a rosbridge ([`rosbridge`]), and none, which
 //! plays the command into our own physics.
 
-mod diary;
+mod arm;
+mod event_log;
+mod fault;
 pub mod indy;
+mod interlock;
+mod job;
 mod motion;
-mod permit;
+mod preflight;
+mod report;
 mod robot;
 pub mod rosbridge;
 mod session;
 mod sim;
 #[cfg(test)]
 mod tests;
-mod trouble;
 
 /// The controller's messages and clients, made from `proto/indy.proto`.
 #[allow(missing_docs, clippy::pedantic, unreachable_pub, reason = "made by a program")]
@@ -28,9 +32,12 @@ pub mod wire {
     include!(concat!(env!("OUT_DIR"), "/client/nrmk.indy_framework.rs"));
 }
 
-pub use diary::{Diary, Event, Finding};
-pub use permit::{FRESH_S, Permission, objections};
+pub use event_log::{Diary, Event};
+pub use fault::Trouble;
+pub use interlock::{FRESH_S, Permission, objections};
+pub use job::{Errand, Watch};
+pub use preflight::Finding;
+pub use report::{Ending, Report, StopAccount};
 pub use robot::Driver;
-pub use session::{Ending, Errand, Report, StopAccount, Watch, carry_out, strike};
+pub use session::{carry_out, strike};
 pub use sim::Simulated;
-pub use trouble::Trouble;

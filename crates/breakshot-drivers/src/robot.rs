@@ -1,11 +1,12 @@
 //! A robot, whichever way it is reached.
 
-use crate::diary::Finding;
+use crate::arm::{ArmState, Stop};
+use crate::fault::Trouble;
 use crate::indy::{self, Indy};
 use crate::motion::Motion;
+use crate::preflight::Finding;
 use crate::rosbridge::{self, Rosbridge};
 use crate::sim::Sim;
-use crate::trouble::Trouble;
 use breakshot::properties::Properties;
 use breakshot::robot::Command;
 
@@ -28,22 +29,6 @@ impl std::fmt::Display for Driver {
             Self::Sim(_) => write!(f, "sim"),
         }
     }
-}
-
-/// The arm as a robot reports it.
-#[derive(Clone, Debug, PartialEq)]
-pub(crate) struct ArmState {
-    pub(crate) q_rad: Vec<f64>,
-    pub(crate) moving: bool,
-}
-
-/// How hard to stop.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Stop {
-    /// Along the path, motors holding.
-    Smooth,
-    /// With the brakes in the end.
-    Brake,
 }
 
 /// A robot that is connected.

@@ -3,10 +3,10 @@
 //! A goal is a whole motion. To stop, the goal is cancelled, and the joints are told to stay where they are: not every
 //! rosbridge carries out a cancel while its action runs (issue 909 of `rosbridge_suite`).
 
-use crate::diary::Finding;
+use crate::arm::ArmState;
+use crate::fault::Trouble;
 use crate::motion::Motion;
-use crate::robot::ArmState;
-use crate::trouble::Trouble;
+use crate::preflight::Finding;
 use breakshot::robot::{Command, FollowJointTrajectory, JointTrajectory, RosDuration, TrajectoryPoint};
 use futures_util::{SinkExt, StreamExt};
 use serde_json::{Value, json};

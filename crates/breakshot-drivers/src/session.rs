@@ -1,40 +1,18 @@
 //! One strike, from the first look at the robot to the way home, with an eye on the arm all the time.
 
-use crate::diary::{Diary, Event, Finding};
+use crate::arm::{ArmState, Stop};
+use crate::event_log::{Diary, Event};
+use crate::fault::Trouble;
+use crate::interlock;
+use crate::job::Errand;
 use crate::motion::{Motion, Motions, farthest};
-use crate::permit::{self, Permission};
-use crate::robot::{ArmState, Driver, Robot, Stop};
-use crate::sim::Simulated;
-use crate::trouble::Trouble;
-use breakshot::robot::Command;
-use breakshot::scene::Scene;
-use serde::Serialize;
+use crate::preflight::Finding;
+use crate::report::{Ending, Report, StopAccount};
+use crate::robot::{Driver, Robot};
 use std::future::Future;
 use std::pin::Pin;
 use std::time::Duration;
 use tokio::time::{Instant, MissedTickBehavior, interval, sleep, timeout, timeout_at};
-
-/// How closely the arm is watched.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Watch {
-    /// Time between two looks.
-    pub period: Duration,
-    /// A robot that is silent for longer is lost.
-    pub silence: Duration,
-    /// How much longer than planned a motion may take.
-    pub grace: Duration,
-}
-
-impl Default for Watch {
-    /// A hundred looks a second; lost after 150 ms, so that a broken link is known within 200 ms.
-    fn default() -> Self {
-        Self {
-            period: Duration::from_millis(10),
-            silence: Duration::from_millis(150),
-            grace: Duration::from_secs(2),
-        }
-    }
-}
 
 /// How far a joint may be from the path (rad): servos lag along the path, not beside it.
 const OFF_PATH_RAD: f64 = 0.05;
@@ -44,94 +22,6 @@ const ARRIVED_RAD: f64 = 0.01;
 const AT_HOME_RAD: f64 = 0.02;
 /// How long an arm may take to come to rest after a stop.
 const STANDSTILL: Duration = Duration::from_secs(1);
-
-/// What is to be done, and what is allowed.
-pub struct Errand<'a> {
-    /// The command.
-    pub command: &'a Command,
-    /// What the user allows.
-    pub permission: Permission,
-    /// Whether the arm is to move; without it nothing is sent that moves anything.
-    pub live: bool,
-    /// What lies on the table, asked for before the arm moves and again before it strikes; `None`: nobody looks again.
-    pub look: &'a (dyn Fn() -> Result<Option<Scene>, String> + Sync),
-    /// The time (s since 1970).
-    pub now_unix_s: fn() -> f64,
-    /// How closely to watch.
-    pub watch: Watch,
-}
-
-/// How it ended.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-#[serde(tag = "outcome", rename_all = "snake_case")]
-pub enum Ending {
-    /// Nothing was to move, and nothing did; these objections would have kept it from moving.
-    Shown {
-        /// Why it may not move.
-        objections: Vec<String>,
-    },
-    /// The strike was carried out and the arm is back home.
-    Struck {
-        /// What it did in our own physics, if the robot was a simulation.
-        simulated: Option<Simulated>,
-    },
-    /// It was refused; nothing was struck.
-    Refused {
-        /// Why.
-        objections: Vec<String>,
-        /// Where the arm stands now.
-        stands: &'static str,
-    },
-    /// Something went wrong while the arm moved, and it was stopped.
-    Stopped {
-        /// During which motion.
-        motion: String,
-        /// What went wrong.
-        trouble: Trouble,
-        /// How it was stopped.
-        stop: StopAccount,
-    },
-}
-
-/// How a stop went; times count from the moment in which the trouble was known.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
-pub struct StopAccount {
-    /// When the robot confirmed it (s); none if it never did.
-    pub confirmed_after_s: Option<f64>,
-    /// Whether the brakes had to be asked for.
-    pub braked: bool,
-    /// When the arm was seen standing (s); none if it was not.
-    pub stands_after_s: Option<f64>,
-    /// What the controller has to say.
-    pub explanation: Option<String>,
-}
-
-/// A run from beginning to end.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Report {
-    /// What was found on the robot before it moved.
-    pub findings: Vec<Finding>,
-    /// How it ended.
-    pub ending: Ending,
-}
-
-impl StopAccount {
-    /// What a person needs to know, in a sentence.
-    pub fn sentence(&self) -> String {
-        let mut text = match self.confirmed_after_s {
-            Some(s) => format!("the stop was confirmed {:.0} ms after the trouble was known", s * 1e3),
-            None => "the stop was sent but never confirmed".into(),
-        };
-        text += match self.stands_after_s {
-            Some(_) => "; the arm stands",
-            None => "; nobody saw the arm stand: motion already sent may finish, use the emergency stop",
-        };
-        if let Some(explanation) = &self.explanation {
-            text = format!("{text}; the controller says: {explanation}");
-        }
-        text
-    }
-}
 
 /// [`strike`] on a runtime of its own, stopped by Ctrl-C or by being asked to end.
 ///
@@ -260,9 +150,12 @@ impl<I: Future<Output = ()>> Session<'_, I> {
     fn objections(&mut self) -> Vec<String> {
         let errand = self.errand;
         match (errand.look)() {
-            Ok(seen) => {
-                permit::objections(errand.command, &errand.permission, seen.as_ref(), (errand.now_unix_s)())
-            }
+            Ok(seen) => interlock::objections(
+                errand.command,
+                &errand.permission,
+                seen.as_ref(),
+                (errand.now_unix_s)(),
+            ),
             Err(message) => vec![format!("the table cannot be looked at: {message}")],
         }
     }

@@ -1,9 +1,9 @@
 //! No robot: an arm that follows its path exactly, and our own physics for what it strikes.
 
-use crate::diary::Finding;
+use crate::arm::ArmState;
+use crate::fault::Trouble;
 use crate::motion::Motion;
-use crate::robot::ArmState;
-use crate::trouble::Trouble;
+use crate::preflight::Finding;
 use breakshot::geometry::{Pose, Vec2};
 use breakshot::physics;
 use breakshot::properties::Properties;

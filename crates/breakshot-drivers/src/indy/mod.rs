@@ -3,9 +3,9 @@
 mod preflight;
 pub mod requests;
 
+use crate::arm::{ArmState, Stop};
+use crate::fault::Trouble;
 use crate::motion::Motion;
-use crate::robot::{ArmState, Stop};
-use crate::trouble::Trouble;
 use crate::wire::config_client::ConfigClient;
 use crate::wire::control_client::ControlClient;
 use crate::wire::device_client::DeviceClient;

@@ -2,9 +2,9 @@
 
 use super::requests::{self, frame_from};
 use super::{Indy, LARGEST_MESSAGE, link, violation_text};
-use crate::diary::Finding;
+use crate::fault::Trouble;
 use crate::motion::{Motion, Motions};
-use crate::trouble::Trouble;
+use crate::preflight::Finding;
 use crate::wire::{CollisionPolicyType, ControlData, Empty, GetMotionRes, OpState};
 use breakshot::geometry::Vec2;
 use breakshot::robot::{Arm, Command, Frame, JointState, PhaseName, Station};

@@ -1,0 +1,170 @@
+//! Where the table lies for the robot, from points that its tip has touched.
+
+use super::model::frame::rpy_rad;
+use super::model::serial_arm::Arm;
+use crate::cell::Transform;
+use crate::error::{Error, Result};
+use nalgebra::{Matrix3, Rotation3, Vector3};
+use serde::{Deserialize, Serialize};
+
+/// One touched point.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Touch {
+    /// The point in the table's frame: a tag's centre, say (m).
+    pub table_m: [f64; 2],
+    /// The joint angles at which the tip touches it (rad).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub q_rad: Option<Vec<f64>>,
+    /// The same in degrees, as most pendants show them.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub q_deg: Option<Vec<f64>>,
+    /// Or the tip in the robot's base frame, as the robot reports it (m).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub base_m: Option<[f64; 3]>,
+}
+
+/// What the touches tell.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct TouchFit {
+    /// Where the table's frame lies in the robot's base frame.
+    pub base_from_table: Transform,
+    /// How far each touch is from where the fit has it (mm).
+    pub residuals_mm: Vec<f64>,
+    /// Their root mean square (mm).
+    pub rms_mm: f64,
+}
+
+/// The rigid motion that brings the touched points of the table nearest to where the tip was (least squares; Kabsch).
+///
+/// # Errors
+/// Fewer than three touches, all on one line, or one without a place of the tip.
+pub fn base_from_table(arm: &Arm, touches: &[Touch]) -> Result<TouchFit> {
+    if touches.len() < 3 {
+        let needed = "three or more touched points, not on one line";
+        return Err(Error::invalid("touches", "count", touches.len(), needed));
+    }
+    let table: Vec<Vector3<f64>> =
+        touches.iter().map(|touch| Vector3::new(touch.table_m[0], touch.table_m[1], 0.0)).collect();
+    let base =
+        touches.iter().enumerate().map(|(k, touch)| touch.tip_m(arm, k)).collect::<Result<Vec<_>>>()?;
+    let middle = |points: &[Vector3<f64>]| points.iter().sum::<Vector3<f64>>() / points.len() as f64;
+    let (table_middle, base_middle) = (middle(&table), middle(&base));
+    let mut spread = Matrix3::zeros();
+    for (table, base) in table.iter().zip(&base) {
+        spread += (base - base_middle) * (table - table_middle).transpose();
+    }
+    let parts = spread.svd(true, true);
+    // Points on a line leave the turn about it open.
+    if parts.singular_values[1] < LINE_SHARE * parts.singular_values[0] || parts.singular_values[0] <= 0.0 {
+        return Err(Error::invalid("touches", "points", "on one line", "points that span the table"));
+    }
+    let (Some(u), Some(v_t)) = (parts.u, parts.v_t) else {
+        return Err(Error::invalid("touches", "points", "not numbers", "points that span the table"));
+    };
+    let mirror = Vector3::new(1.0, 1.0, (u * v_t).determinant().signum());
+    let turn = Rotation3::from_matrix_unchecked(u * Matrix3::from_diagonal(&mirror) * v_t);
+    let shift = base_middle - turn * table_middle;
+    let residuals_mm: Vec<f64> =
+        table.iter().zip(&base).map(|(table, base)| (turn * table + shift - base).norm() * 1e3).collect();
+    let square = residuals_mm.iter().map(|r| r * r).sum::<f64>() / residuals_mm.len() as f64;
+    let base_from_table = Transform { position_m: shift.into(), rpy_rad: rpy_rad(&turn) };
+    Ok(TouchFit { base_from_table, residuals_mm, rms_mm: square.sqrt() })
+}
+
+/// Points whose spread across is below this share of their spread along count as one line: the turn about it would be a
+/// guess.
+const LINE_SHARE: f64 = 1e-3;
+
+impl Touch {
+    /// Where the tip was (m, base frame).
+    fn tip_m(&self, arm: &Arm, number: usize) -> Result<Vector3<f64>> {
+        let owner = format!("touches[{number}]");
+        if let Some(base_m) = self.base_m {
+            return Ok(base_m.into());
+        }
+        let from_deg = |q: &Vec<f64>| q.iter().map(|angle| angle.to_radians()).collect();
+        let Some(angles) = self.q_rad.clone().or(self.q_deg.as_ref().map(from_deg)) else {
+            return Err(Error::invalid(owner, "the tip", "nowhere", "`q_rad`, `q_deg` or `base_m`"));
+        };
+        if angles.len() != arm.joint_count() {
+            let needed = format!("{}, one per joint", arm.joint_count());
+            return Err(Error::invalid(owner, "angles", angles.len(), needed));
+        }
+        Ok(arm.tip(&angles).translation.vector)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::robot::arm::model::frame::frame;
+
+    fn touched(table_m: [f64; 2], tip: Vector3<f64>) -> Touch {
+        Touch { table_m, q_rad: None, q_deg: None, base_m: Some(tip.into()) }
+    }
+
+    fn arm() -> Arm {
+        Arm::built_in("indy7").expect("built in")
+    }
+
+    const PLACES: [[f64; 2]; 4] = [[-0.4, -0.2], [0.4, -0.2], [0.4, 0.2], [-0.3, 0.25]];
+
+    #[test]
+    fn a_tilted_table_is_found_from_exact_touches() {
+        let (position_m, rpy) = ([0.5, -0.1, 0.03], [0.01, -0.02, 1.6]);
+        let truth = frame(position_m, rpy);
+        let touches: Vec<Touch> = PLACES
+            .iter()
+            .map(|&[x, y]| touched([x, y], (truth * nalgebra::Point3::new(x, y, 0.0)).coords))
+            .collect();
+        let fit = base_from_table(&arm(), &touches).expect("four points");
+        for k in 0..3 {
+            let off = (fit.base_from_table.position_m[k] - position_m[k]).abs();
+            assert!(off < 1e-12, "position {k} off by {off} m");
+            let off = (fit.base_from_table.rpy_rad[k] - rpy[k]).abs();
+            assert!(off < 1e-12, "angle {k} off by {off} rad");
+        }
+        assert!(fit.rms_mm < 1e-9, "{} mm", fit.rms_mm);
+    }
+
+    #[test]
+    fn one_bad_touch_shows_in_the_residuals() {
+        let mut touches: Vec<Touch> =
+            PLACES.iter().map(|&[x, y]| touched([x, y], Vector3::new(x, y, 0.0))).collect();
+        touches[2].base_m = Some([0.4, 0.2, 0.004]);
+        let fit = base_from_table(&arm(), &touches).expect("four points");
+        assert!(fit.rms_mm > 0.5 && fit.rms_mm < 4.0, "{} mm", fit.rms_mm);
+    }
+
+    #[test]
+    fn touches_on_one_line_are_refused() {
+        let touches: Vec<Touch> = (0..4)
+            .map(|k| touched([0.1 * f64::from(k), 0.0], Vector3::new(0.1 * f64::from(k), 0.0, 0.0)))
+            .collect();
+        let message = base_from_table(&arm(), &touches).expect_err("a line").to_string();
+        assert!(message.contains("on one line"), "{message}");
+    }
+
+    #[test]
+    fn joint_angles_and_reported_places_give_the_same() {
+        let arm = arm();
+        let poses = [
+            [0.0, -0.3, -1.5, 0.0, -1.2, 0.0],
+            [0.5, -0.4, -1.4, 0.1, -1.2, 0.0],
+            [-0.4, -0.2, -1.7, 0.0, -1.0, 0.3],
+        ];
+        let by = |with_angles: bool| {
+            let touches: Vec<Touch> = poses
+                .iter()
+                .zip(PLACES)
+                .map(|(pose, table_m)| {
+                    let by_angles = Touch { table_m, q_rad: Some(pose.to_vec()), q_deg: None, base_m: None };
+                    if with_angles { by_angles } else { touched(table_m, arm.tip(pose).translation.vector) }
+                })
+                .collect();
+            base_from_table(&arm, &touches).expect("three points")
+        };
+        assert_eq!(by(true), by(false));
+    }
+}

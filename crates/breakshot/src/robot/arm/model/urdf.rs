@@ -1,0 +1,442 @@
+//! An arm from a URDF file, and back.
+//!
+//! Read are links with their inertials and primitive collision shapes, and joints with origin, axis and limits;
+//! meshes, transmissions and materials play no part.
+
+use super::capsule::Capsule;
+use super::frame::{Frame, frame, rpy_rad};
+use super::inertia::Body;
+use super::serial_arm::{Arm, Base, GRAVITY_M_S2, Joint, Link, Tool};
+use crate::error::{Error, Result};
+use nalgebra::{Matrix3, UnitVector3, Vector3};
+use roxmltree::{Document, Node};
+use std::collections::BTreeMap;
+use std::fmt::Write;
+use std::path::Path;
+
+/// What a joint of the file does to this program.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Motion {
+    Fixed,
+    Turning,
+    /// Sliding, floating, or driven by another joint: no part of the arm.
+    Other,
+}
+
+/// A joint as written.
+struct Written<'a, 'input> {
+    node: Node<'a, 'input>,
+    name: &'a str,
+    child: &'a str,
+    motion: Motion,
+}
+
+/// The file as a tree of links.
+struct Tree<'a, 'input> {
+    path: &'a Path,
+    links: BTreeMap<&'a str, Node<'a, 'input>>,
+    children: BTreeMap<&'a str, Vec<Written<'a, 'input>>>,
+    root: &'a str,
+}
+
+/// The frames that a tool is usually screwed to, the most usual first.
+const USUAL_FLANGES: [&str; 6] = ["tcp", "tool0", "hand_tcp", "flange", "ee_link", "tool"];
+
+/// The arm that a URDF describes, from its root to the link `flange`, or to the outermost link if that is clear.
+///
+/// # Errors
+/// Not a URDF, a xacro file, not one root, not six or seven turning joints, joints without limits; `path` leads
+/// the message.
+pub(crate) fn arm(text: &str, path: &Path, flange: Option<&str>) -> Result<Arm> {
+    let document = Document::parse(text).map_err(|e| syntax(path, e.to_string()))?;
+    let robot = document.root_element();
+    if robot.tag_name().name() != "robot" {
+        return Err(syntax(
+            path,
+            format!("its root is <{}>; needed: a URDF's <robot>", robot.tag_name().name()),
+        ));
+    }
+    if robot.descendants().any(|node| node.tag_name().namespace().is_some_and(|ns| ns.contains("xacro"))) {
+        let problem =
+            "it is a xacro file; needed: a plain URDF (`ros2 run xacro xacro arm.xacro > arm.urdf`)";
+        return Err(syntax(path, problem.into()));
+    }
+    let tree = Tree::read(robot, path)?;
+    let chain = tree.chain(flange)?;
+    let mut arm = tree.assembled(robot.attribute("name").unwrap_or("arm"), &chain)?;
+    arm.warnings.extend(arm.inertia_warnings());
+    Ok(arm)
+}
+
+fn syntax(path: &Path, problem: String) -> Error {
+    Error::Syntax { path: path.into(), problem }
+}
+
+fn child<'a, 'input>(node: Node<'a, 'input>, tag: &str) -> Option<Node<'a, 'input>> {
+    node.children().find(|child| child.has_tag_name(tag))
+}
+
+impl<'a, 'input> Tree<'a, 'input> {
+    fn read(robot: Node<'a, 'input>, path: &'a Path) -> Result<Self> {
+        let mut links = BTreeMap::new();
+        for node in robot.children().filter(|node| node.has_tag_name("link")) {
+            links.insert(attribute(path, node, "name")?, node);
+        }
+        let mut children: BTreeMap<&str, Vec<Written>> = BTreeMap::new();
+        let mut parents: BTreeMap<&str, &str> = BTreeMap::new();
+        for node in robot.children().filter(|node| node.has_tag_name("joint")) {
+            let name = attribute(path, node, "name")?;
+            let end = |tag: &str| -> Result<&'a str> {
+                let link = child(node, tag).and_then(|node| node.attribute("link"));
+                link.filter(|link| links.contains_key(link)).ok_or_else(|| {
+                    syntax(
+                        path,
+                        format!("joint `{name}`: its <{tag}> is no link of the file; needed: link=\"..\""),
+                    )
+                })
+            };
+            let (parent, child_link) = (end("parent")?, end("child")?);
+            if let Some(other) = parents.insert(child_link, parent) {
+                let problem =
+                    format!("link `{child_link}` hangs from `{other}` and `{parent}`; needed: one parent");
+                return Err(syntax(path, problem));
+            }
+            let motion = match node.attribute("type") {
+                Some("fixed") => Motion::Fixed,
+                Some("revolute" | "continuous") if child(node, "mimic").is_none() => Motion::Turning,
+                _ => Motion::Other,
+            };
+            children.entry(parent).or_default().push(Written { node, name, child: child_link, motion });
+        }
+        let roots: Vec<&str> = links.keys().copied().filter(|link| !parents.contains_key(link)).collect();
+        match roots[..] {
+            [root] => Ok(Self { path, links, children, root }),
+            _ => {
+                Err(syntax(path, format!("{} links have no parent {roots:?}; needed: one root", roots.len())))
+            }
+        }
+    }
+
+    fn joints_of(&self, link: &str) -> &[Written<'a, 'input>] {
+        self.children.get(link).map_or(&[], Vec::as_slice)
+    }
+
+    /// The joints from the root to the flange.
+    fn chain(&self, flange: Option<&str>) -> Result<Vec<&Written<'a, 'input>>> {
+        let mut chains = Vec::new();
+        self.collect_chains(self.root, &mut Vec::new(), &mut chains);
+        let turning =
+            |chain: &[&Written]| chain.iter().filter(|joint| joint.motion == Motion::Turning).count();
+        let end = |chain: &[&Written<'a, 'input>]| chain.last().map_or(self.root, |joint| joint.child);
+        if let Some(flange) = flange {
+            let chain = chains.into_iter().find(|chain| end(chain) == flange);
+            return chain.ok_or_else(|| {
+                syntax(
+                    self.path,
+                    format!("no link `{flange}` hangs from the root by turning and fixed joints"),
+                )
+            });
+        }
+        let most = chains.iter().map(|chain| turning(chain)).max().unwrap_or(0);
+        chains.retain(|chain| turning(chain) == most && self.is_outermost(end(chain)));
+        let usual = USUAL_FLANGES.iter().find_map(|name| {
+            chains.iter().position(|chain| end(chain).trim_start_matches(['/', '_']).ends_with(name))
+        });
+        match (usual, chains.len()) {
+            (Some(k), _) => Ok(chains.swap_remove(k)),
+            (None, 1) => Ok(chains.remove(0)),
+            _ => {
+                let ends: Vec<&str> = chains.iter().map(|chain| end(chain)).collect();
+                let problem =
+                    format!("the flange may be any of {ends:?}; needed: `flange = \"..\"` in [robot]");
+                Err(syntax(self.path, problem))
+            }
+        }
+    }
+
+    fn is_outermost(&self, link: &str) -> bool {
+        self.joints_of(link).iter().all(|joint| joint.motion == Motion::Other)
+    }
+
+    fn collect_chains<'t>(
+        &'t self,
+        link: &str,
+        before: &mut Vec<&'t Written<'a, 'input>>,
+        chains: &mut Vec<Vec<&'t Written<'a, 'input>>>,
+    ) {
+        chains.push(before.clone());
+        for joint in self.joints_of(link).iter().filter(|joint| joint.motion != Motion::Other) {
+            before.push(joint);
+            self.collect_chains(joint.child, before, chains);
+            before.pop();
+        }
+    }
+
+    /// The arm along a chain; whatever else hangs from it is fixed where it stands at zero.
+    fn assembled(&self, name: &str, chain: &[&Written]) -> Result<Arm> {
+        let mut arm = Arm {
+            name: name.into(),
+            base: Base { name: self.root.into(), body: Body::none(), capsules: Vec::new() },
+            links: Vec::new(),
+            last_from_flange: Frame::identity(),
+            flange: chain.last().map_or(self.root, |joint| joint.child).into(),
+            tool: Tool::none(),
+            gravity_m_s2: Vector3::new(0.0, 0.0, -GRAVITY_M_S2),
+            warnings: Vec::new(),
+        };
+        let mut carried = Carried { body: Body::none(), capsules: Vec::new(), notes: Vec::new() };
+        let mut link = self.root;
+        for joint in chain {
+            self.carry(link, arm.last_from_flange, Some(joint.child), &mut carried)?;
+            let here = arm.last_from_flange * origin(self.path, joint.node)?;
+            if joint.motion == Motion::Turning {
+                carried.hand_to(&mut arm, &here);
+                arm.links.push(self.moving_link(joint, here)?);
+                arm.last_from_flange = Frame::identity();
+            } else {
+                arm.last_from_flange = here;
+            }
+            link = joint.child;
+        }
+        self.carry(link, arm.last_from_flange, None, &mut carried)?;
+        let last_from_flange = arm.last_from_flange;
+        carried.hand_to(&mut arm, &last_from_flange);
+        arm.warnings = carried.notes;
+        if !(6..=7).contains(&arm.links.len()) {
+            let found =
+                format!("{} turning joints from `{}` to `{}`", arm.links.len(), self.root, arm.flange);
+            let owner = self.path.display().to_string();
+            return Err(Error::invalid(owner, "the arm", found, "six or seven"));
+        }
+        Ok(arm)
+    }
+
+    fn moving_link(&self, joint: &Written, parent_from_joint: Frame) -> Result<Link> {
+        let owner = format!("{}: joint `{}`", self.path.display(), joint.name);
+        let limit = child(joint.node, "limit");
+        let number = |name: &str| -> Result<f64> {
+            let text = limit
+                .and_then(|limit| limit.attribute(name))
+                .ok_or_else(|| Error::invalid(&owner, format!("limit {name}"), "missing", "a number"))?;
+            numbers::<1>(self.path, text).map(|[value]| value)
+        };
+        let endless = joint.node.attribute("type") == Some("continuous");
+        let range_rad =
+            if endless { [f64::NEG_INFINITY, f64::INFINITY] } else { [number("lower")?, number("upper")?] };
+        if range_rad[0] >= range_rad[1] {
+            let found = format!("from {} to {} rad", range_rad[0], range_rad[1]);
+            return Err(Error::invalid(owner, "its range", found, "the lower limit below the upper one"));
+        }
+        let (speed_rad_s, torque_n_m) = (number("velocity")?, number("effort")?);
+        for (what, value) in [("limit velocity", speed_rad_s), ("limit effort", torque_n_m)] {
+            crate::object::positive(&owner, what, value)?;
+        }
+        let axis = match child(joint.node, "axis").and_then(|node| node.attribute("xyz")) {
+            Some(text) => Vector3::from(numbers::<3>(self.path, text)?),
+            None => Vector3::x(),
+        };
+        let axis = UnitVector3::try_new(axis, f64::EPSILON)
+            .ok_or_else(|| Error::invalid(&owner, "its axis", "of no length", "a direction"))?;
+        let joint_name = joint.name.into();
+        let joint_limits = Joint {
+            name: joint_name,
+            parent_from_joint,
+            axis,
+            range_rad,
+            speed_rad_s,
+            torque_n_m,
+            armature_kg_m2: 0.0,
+        };
+        Ok(Link { name: joint.child.into(), joint: joint_limits, body: Body::none(), capsules: Vec::new() })
+    }
+
+    /// Adds a link and all that hangs from it, but for the branch to `onward`, to what a moving link carries.
+    fn carry(&self, link: &str, at: Frame, onward: Option<&str>, carried: &mut Carried) -> Result<()> {
+        let node = self.links[link];
+        carried.body = carried.body.joined(&inertial(self.path, node, link)?.seen_from(&at));
+        for collision in node.children().filter(|node| node.has_tag_name("collision")) {
+            let shape_at = at * origin(self.path, collision)?;
+            carried.capsules.extend(capsule(self.path, collision)?.map(|capsule| moved(&capsule, &shape_at)));
+        }
+        for joint in self.joints_of(link).iter().filter(|joint| Some(joint.child) != onward) {
+            if joint.motion != Motion::Fixed {
+                carried.notes.push(format!("joint `{}` is no part of the arm and stays at zero", joint.name));
+            }
+            self.carry(joint.child, at * origin(self.path, joint.node)?, None, carried)?;
+        }
+        Ok(())
+    }
+}
+
+/// What has been found to be fixed to the link at hand.
+struct Carried {
+    body: Body,
+    capsules: Vec<Capsule>,
+    notes: Vec<String>,
+}
+
+impl Carried {
+    /// Gives all to the arm's outermost moving link, or to its base, and starts anew; `next` is where that link ends.
+    fn hand_to(&mut self, arm: &mut Arm, next: &Frame) {
+        let body = std::mem::replace(&mut self.body, Body::none());
+        let mut capsules = std::mem::take(&mut self.capsules);
+        if capsules.is_empty() {
+            capsules = Arm::assumed_capsules(&body, next);
+        }
+        if let Some(link) = arm.links.last_mut() {
+            (link.body, link.capsules) = (body, capsules);
+        } else {
+            (arm.base.body, arm.base.capsules) = (body, capsules);
+        }
+    }
+}
+
+fn moved(capsule: &Capsule, frame: &Frame) -> Capsule {
+    let to = |point: &Vector3<f64>| frame.rotation * point + frame.translation.vector;
+    Capsule { from_m: to(&capsule.from_m), to_m: to(&capsule.to_m), radius_m: capsule.radius_m }
+}
+
+/// The capsule around a collision shape; a mesh has none here.
+fn capsule(path: &Path, collision: Node) -> Result<Option<Capsule>> {
+    let shape = child(collision, "geometry").and_then(|geometry| geometry.children().find(Node::is_element));
+    let Some(shape) = shape else { return Ok(None) };
+    let number = |name: &str| -> Result<f64> { Ok(numbers::<1>(path, attribute(path, shape, name)?)?[0]) };
+    let (half, radius_m) = match shape.tag_name().name() {
+        "sphere" => (Vector3::zeros(), number("radius")?),
+        // The caps reach past a cylinder's ends: rather too large than too small.
+        "cylinder" | "capsule" => (Vector3::z() * (number("length")? / 2.0), number("radius")?),
+        "box" => {
+            let size = Vector3::from(numbers::<3>(path, attribute(path, shape, "size")?)?);
+            let long = size.imax();
+            let mut across = size;
+            across[long] = 0.0;
+            (Vector3::ith(long, size[long] / 2.0), across.norm() / 2.0)
+        }
+        _ => return Ok(None),
+    };
+    Ok(Some(Capsule { from_m: -half, to_m: half, radius_m }))
+}
+
+fn inertial(path: &Path, link: Node, name: &str) -> Result<Body> {
+    let Some(node) = child(link, "inertial") else { return Ok(Body::none()) };
+    let part = |tag: &str| {
+        child(node, tag).ok_or_else(|| syntax(path, format!("link `{name}`: its <inertial> has no <{tag}>")))
+    };
+    let [mass_kg] = numbers(path, attribute(path, part("mass")?, "value")?)?;
+    let tensor = part("inertia")?;
+    let moment = |name: &str| -> Result<f64> { Ok(numbers::<1>(path, attribute(path, tensor, name)?)?[0]) };
+    let (xx, yy, zz) = (moment("ixx")?, moment("iyy")?, moment("izz")?);
+    let (xy, xz, yz) = (moment("ixy")?, moment("ixz")?, moment("iyz")?);
+    let inertia_kg_m2 = Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz);
+    let body = Body { mass_kg, com_m: Vector3::zeros(), inertia_kg_m2 };
+    Ok(body.seen_from(&origin(path, node)?))
+}
+
+fn origin(path: &Path, node: Node) -> Result<Frame> {
+    let Some(origin) = child(node, "origin") else { return Ok(Frame::identity()) };
+    let triple = |name: &str| origin.attribute(name).map_or(Ok([0.0; 3]), |text| numbers(path, text));
+    Ok(frame(triple("xyz")?, triple("rpy")?))
+}
+
+fn attribute<'a>(path: &Path, node: Node<'a, '_>, name: &str) -> Result<&'a str> {
+    node.attribute(name)
+        .ok_or_else(|| syntax(path, format!("<{}> has no `{name}`{}", node.tag_name().name(), line(node))))
+}
+
+fn line(node: Node) -> String {
+    format!(" (line {})", node.document().text_pos_at(node.range().start).row)
+}
+
+fn numbers<const N: usize>(path: &Path, text: &str) -> Result<[f64; N]> {
+    let parsed: Vec<f64> = text.split_whitespace().filter_map(|word| word.parse().ok()).collect();
+    let words = text.split_whitespace().count();
+    match <[f64; N]>::try_from(parsed) {
+        Ok(values) if words == N && values.iter().all(|value| value.is_finite()) => Ok(values),
+        _ => Err(syntax(path, format!("`{text}` where {N} numbers are needed"))),
+    }
+}
+
+impl Arm {
+    /// The arm as a URDF, its tool as a link after the flange; rotor inertias have no place in that format.
+    pub fn urdf(&self) -> String {
+        let mut text = format!("<?xml version=\"1.0\"?>\n<robot name=\"{}\">\n", self.name);
+        write_link(&mut text, &self.base.name, &self.base.body);
+        let mut parent = &self.base.name;
+        for (k, link) in self.links.iter().enumerate() {
+            write_link(&mut text, &link.name, &self.moving_body(k));
+            write_joint(&mut text, &link.joint, parent, &link.name);
+            parent = &link.name;
+        }
+        for (name, parent, frame) in [
+            (&self.flange, parent, &self.last_from_flange),
+            (&"tip".to_owned(), &self.flange, &Frame::from(self.tool_translation())),
+        ] {
+            let _ = write!(text, "  <link name=\"{name}\"/>\n  <joint name=\"{name}_fixed\" type=\"fixed\">");
+            let _ = writeln!(
+                text,
+                "<parent link=\"{parent}\"/><child link=\"{name}\"/>{}</joint>",
+                origin_text(frame)
+            );
+        }
+        text.push_str("</robot>\n");
+        text
+    }
+
+    fn tool_translation(&self) -> nalgebra::Translation3<f64> {
+        self.tool.offset_m.into()
+    }
+}
+
+fn origin_text(frame: &Frame) -> String {
+    let at = frame.translation.vector;
+    let [roll, pitch, yaw] = rpy_rad(&frame.rotation);
+    format!("<origin xyz=\"{} {} {}\" rpy=\"{roll} {pitch} {yaw}\"/>", at.x, at.y, at.z)
+}
+
+fn write_link(text: &mut String, name: &str, body: &Body) {
+    let _ = write!(text, "  <link name=\"{name}\">");
+    if body.mass_kg > 0.0 {
+        let at = body.com_m;
+        let i = &body.inertia_kg_m2;
+        let _ = write!(
+            text,
+            "<inertial><origin xyz=\"{} {} {}\"/><mass value=\"{}\"/><inertia ixx=\"{}\" ixy=\"{}\" ixz=\"{}\" \
+             iyy=\"{}\" iyz=\"{}\" izz=\"{}\"/></inertial>",
+            at.x,
+            at.y,
+            at.z,
+            body.mass_kg,
+            i[(0, 0)],
+            i[(0, 1)],
+            i[(0, 2)],
+            i[(1, 1)],
+            i[(1, 2)],
+            i[(2, 2)]
+        );
+    }
+    text.push_str("</link>\n");
+}
+
+fn write_joint(text: &mut String, joint: &Joint, parent: &str, link: &str) {
+    let [lower, upper] = joint.range_rad;
+    let (kind, range) = if lower.is_finite() {
+        ("revolute", format!("lower=\"{lower}\" upper=\"{upper}\" "))
+    } else {
+        ("continuous", String::new())
+    };
+    let _ = writeln!(
+        text,
+        "  <joint name=\"{}\" type=\"{kind}\"><parent link=\"{parent}\"/><child link=\"{link}\"/>{}\
+         <axis xyz=\"{} {} {}\"/><limit {range}effort=\"{}\" velocity=\"{}\"/></joint>",
+        joint.name,
+        origin_text(&joint.parent_from_joint),
+        joint.axis.x,
+        joint.axis.y,
+        joint.axis.z,
+        joint.torque_n_m,
+        joint.speed_rad_s
+    );
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,11 @@
+//! From the strike to the arm's joint path, checked against all limits.
+
+mod failure;
+mod joint_path;
+mod limit_monitor;
+pub(crate) mod limits;
+mod profile;
+mod recheck;
+pub(crate) mod safety;
+pub(crate) mod search;
+mod striker_path;
