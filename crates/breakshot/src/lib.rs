@@ -35,6 +35,7 @@ pub mod robot;
 pub mod scene;
 pub mod singulation;
 mod statistics;
+#[cfg(any(test, feature = "synthetic"))]
 pub mod synthetic;
 pub mod uncertain;
 pub mod verify;

@@ -1,6 +1,8 @@
 //! Is the camera where the cell says, and how would one see it?
 
-use super::{Camera, Capture, GreyImage};
+use super::Capture;
+use super::camera::Camera;
+use super::image::GreyImage;
 use crate::cell::Cell;
 use crate::error::{Error, Result};
 use crate::geometry::{Pixel, Point, Vec2};

@@ -1,7 +1,26 @@
 //! Grey levels between pixels, and pictures made smaller.
 
-use super::GreyImage;
 use crate::geometry::Pixel;
+
+/// A grey picture, row by row, 0 is black.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct GreyImage {
+    /// Width (px).
+    pub width: usize,
+    /// Height (px).
+    pub height: usize,
+    /// `width * height` grey levels.
+    pub pixels: Vec<u8>,
+}
+
+/// One picture and when it was shown.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Frame {
+    /// Presentation time (s); the clip's first frame is at 0.
+    pub time_s: f64,
+    /// The luma plane.
+    pub image: GreyImage,
+}
 
 impl GreyImage {
     /// The grey level of a pixel; `None` outside the picture.
@@ -25,7 +44,7 @@ impl GreyImage {
     }
 
     /// The picture at half its size, each pixel the mean of four; an odd last row or column is dropped.
-    pub(super) fn halved(&self) -> Self {
+    pub(crate) fn halved(&self) -> Self {
         let (width, height) = (self.width / 2, self.height / 2);
         let mut pixels = Vec::with_capacity(width * height);
         for rows in self.pixels.chunks_exact(2 * self.width).take(height) {
@@ -40,7 +59,7 @@ impl GreyImage {
     }
 
     /// The picture as a mirror shows it.
-    pub(super) fn mirrored(&self) -> Self {
+    pub(crate) fn mirrored(&self) -> Self {
         let rows = self.pixels.chunks_exact(self.width.max(1));
         Self { pixels: rows.flat_map(|row| row.iter().rev().copied()).collect(), ..*self }
     }

@@ -1,10 +1,10 @@
 //! The camera found in drawn pictures, against the camera that drew them.
 
-use super::synthetic::{Thing, View, picture};
 use super::{Camera, GreyImage, Lens, camera};
 use crate::cell::{CameraSpec, Cell, ReferencePoint, Striker, Tag, Transform, Workspace};
 use crate::geometry::{Pixel, Point, Pose};
 use crate::object::Shape;
+use crate::synthetic::film::{Thing, View, picture};
 use std::f64::consts::{FRAC_PI_2, PI};
 
 const SIZE: [usize; 2] = [1280, 720];

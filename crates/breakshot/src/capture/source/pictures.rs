@@ -1,8 +1,10 @@
 //! Single pictures and folders of them (PNG).
 
-use super::refusal::Refusal;
-use super::{MAX_FRAMES, Opened, check_size, kind, timeline};
-use crate::capture::{Frame, GreyImage};
+use super::error::Refusal;
+use super::limits::{MAX_FRAMES, check_size};
+use super::opened::Opened;
+use super::{sniff, timestamps};
+use crate::capture::image::{Frame, GreyImage};
 use crate::error::{Error, Result};
 use crate::files;
 use png::{BitDepth, ColorType, Decoder, Limits, Transformations};
@@ -34,7 +36,7 @@ pub(super) fn open_folder(path: &Path) -> Result<Opened> {
     let times_s = times_s(path, files.len())?;
     let size_px = size_px(&files[0])?;
     let frame_count = Some(files.len());
-    let warnings = timeline::warnings(&times_s, 0.0);
+    let warnings = timestamps::warnings(&times_s, 0.0);
     let frames = files.into_iter().zip(times_s).map(move |(file, time_s)| {
         let image = picture(&file)?;
         if [image.width, image.height] != size_px {
@@ -130,7 +132,7 @@ fn times_s(folder: &Path, count: usize) -> Result<Vec<f64>> {
             }
             if let Some(n) = (1..count).find(|&n| !(times_s[n - 1] < times_s[n] && times_s[n].is_finite())) {
                 let found = format!("time stamps that go back: {} s after {} s", times_s[n], times_s[n - 1]);
-                return Err(Error::video(&file, found, timeline::NEEDED_TIMES));
+                return Err(Error::video(&file, found, timestamps::NEEDED_TIMES));
             }
             Ok(times_s.iter().map(|time_s| time_s - times_s[0]).collect())
         }
@@ -153,7 +155,7 @@ fn decoder(path: &Path) -> Result<Decoder<BufReader<File>>> {
     let unreadable = |source| Error::Read { path: path.into(), source };
     let mut head = Vec::new();
     File::open(path).and_then(|file| file.take(8).read_to_end(&mut head)).map_err(unreadable)?;
-    if !kind::is_png(&head) {
+    if !sniff::is_png(&head) {
         return Err(Error::video(path, "a file that is no PNG", "a PNG picture"));
     }
     let file = File::open(path).map_err(unreadable)?;

@@ -2,8 +2,8 @@
 //!
 //! A film that was re-timed (30 to 60 frames a second) stands still every second frame; speeds read from it are wrong.
 
-use super::timeline;
-use crate::capture::Frame;
+use super::timestamps;
+use crate::capture::image::Frame;
 
 /// Pictures are compared block by block: this wide, and as high, of which every [`ROW_STEP`]th row is looked at.
 const BLOCK_PX: usize = 16;
@@ -55,7 +55,7 @@ impl Repeats {
     /// What the user should know, once all frames went by.
     pub(crate) fn warnings(&self) -> Vec<String> {
         let times_s: Vec<f64> = self.changes.iter().map(|(time_s, _)| *time_s).collect();
-        let odd = self.tick_s.map(|tick_s| timeline::warnings(&times_s, tick_s));
+        let odd = self.tick_s.map(|tick_s| timestamps::warnings(&times_s, tick_s));
         odd.unwrap_or_default().into_iter().chain(self.warning()).collect()
     }
 
@@ -131,7 +131,7 @@ fn difference(one: &[u8], other: &[u8]) -> u32 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::capture::GreyImage;
+    use crate::capture::image::GreyImage;
 
     /// A dark square at `x_px` on a grainy table.
     fn frame(n: usize, x_px: usize) -> Frame {

@@ -1,8 +1,9 @@
 //! The frames of a YUV4MPEG2 film: a line of text, then for each frame a line and its planes, luma first.
 
-use super::refusal::Refusal;
-use super::{MAX_FRAMES, Opened, check_size};
-use crate::capture::{Frame, GreyImage};
+use super::error::Refusal;
+use super::limits::{MAX_FRAMES, check_size};
+use super::opened::Opened;
+use crate::capture::image::{Frame, GreyImage};
 use crate::error::{Error, Result};
 use std::fs::File;
 use std::io::{BufRead, BufReader, Read, Seek, SeekFrom};

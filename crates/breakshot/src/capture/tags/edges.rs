@@ -6,26 +6,11 @@
 //! them does not move it either.
 
 use super::family;
-use crate::capture::GreyImage;
-use crate::capture::lens::Lens;
-use crate::capture::pose::Homography;
+use super::undistorted::Straight;
+use crate::capture::homography::Homography;
+use crate::capture::image::GreyImage;
 use crate::geometry::{Pixel, Point};
 use nalgebra::{SMatrix, SVector};
-
-/// The way from the picture to one in which straight lines are straight, and back.
-pub(super) struct Straight<'a> {
-    pub(super) lens: Option<&'a Lens>,
-}
-
-impl Straight<'_> {
-    fn straightened(&self, pixel: Pixel) -> Option<Pixel> {
-        self.lens.map_or(Some(pixel), |lens| lens.straightened(pixel))
-    }
-
-    pub(super) fn bent(&self, ideal: Pixel) -> Option<Pixel> {
-        self.lens.map_or(Some(ideal), |lens| lens.bent(ideal))
-    }
-}
 
 /// How many bits the band reaches inwards and outwards before the tag is read: past them the code and the table begin...
 const UNREAD_BITS: [f64; 2] = [0.85, 0.85];

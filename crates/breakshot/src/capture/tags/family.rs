@@ -1,9 +1,9 @@
 //! The tag family 36h11: 587 code words of six by six bits, any two of which, however turned, differ in 11 bits or
 //! more (Olson 2011, Wang and Olson 2016).
 
-use super::edges::Straight;
-use crate::capture::GreyImage;
-use crate::capture::pose::Homography;
+use super::undistorted::Straight;
+use crate::capture::homography::Homography;
+use crate::capture::image::GreyImage;
 use crate::geometry::{Pixel, Point};
 use nalgebra::{Matrix3, Vector3};
 
@@ -38,7 +38,7 @@ fn quarter_turned(code: u64) -> u64 {
 }
 
 /// Whether the bit in this row and column of the word is white.
-pub(in crate::capture) fn is_white(word: u64, row: usize, column: usize) -> bool {
+pub(crate) fn is_white(word: u64, row: usize, column: usize) -> bool {
     word >> (SIDE * SIDE - 1 - (row * SIDE + column)) & 1 == 1
 }
 
@@ -110,7 +110,7 @@ impl Plane {
 /// The pictures that the AprilTag project gives out are the same words turned by 180 degrees.
 #[rustfmt::skip]
 #[expect(clippy::unreadable_literal, reason = "36 bits of a picture, not a quantity")]
-pub(in crate::capture) const CODES: [u64; 587] = [
+pub(crate) const CODES: [u64; 587] = [
     0x21a146bab, 0x92d18fe9b, 0x7089014bb, 0x193979e27, 0x44153d3d7, 0x35cd5b8cf, 0xa10ba56a0, 0x2b874a608,
     0xb57fb8d44, 0x4e20b5a64, 0x61d897f2c, 0xab3469ffc, 0x594ca45c2, 0xfa1c2d2e2, 0x97c24b972, 0x75928624a,
     0x1caafe99a, 0x3236ddc16, 0x884e527d6, 0x5771a8c7e, 0xf52925b81, 0x2e59cc1a1, 0x7fa58ab31, 0xeb43384f9,

@@ -8,16 +8,22 @@ mod edges;
 mod family;
 mod quads;
 mod sheet;
+mod undistorted;
 
+use super::camera::UNSEEN;
+use super::image::GreyImage;
 use super::lens::Lens;
-use super::{GreyImage, camera::UNSEEN};
 use crate::cell::Tag;
 use crate::geometry::{Pixel, Point, Pose};
-use edges::{Step, Straight};
+use edges::Step;
+use undistorted::Straight;
 
 pub use sheet::tag_sheet;
 
-pub(super) use family::{CODES, is_white};
+#[cfg(any(test, feature = "synthetic"))]
+pub(crate) use family::is_white;
+
+pub(crate) use family::CODES;
 
 /// A tag in a picture.
 #[derive(Clone, Debug, PartialEq)]

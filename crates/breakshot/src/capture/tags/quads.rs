@@ -1,6 +1,6 @@
 //! Where are dark patches with four straight sides?
 
-use crate::capture::GreyImage;
+use crate::capture::image::GreyImage;
 use crate::geometry::Pixel;
 
 /// Side of a tile over which the darkest and the lightest grey are taken (px); a threshold sees three by three tiles,

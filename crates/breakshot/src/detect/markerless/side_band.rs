@@ -253,11 +253,11 @@ const SINGULAR: f64 = 1e-9;
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::capture::synthetic::{Thing, View, picture};
     use crate::capture::{Camera, GreyImage, Lens};
     use crate::cell::Transform;
     use crate::geometry::Pose;
     use crate::object::Shape;
+    use crate::synthetic::film::{Thing, View, picture};
 
     const HEIGHT_M: f64 = 0.04;
     const DISC: Shape = Shape::Disc { radius_m: 0.03 };

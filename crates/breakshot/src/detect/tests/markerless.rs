@@ -1,7 +1,7 @@
 //! Objects that wear no marker, on pictures drawn from known truth.
 
 use super::*;
-use crate::capture::synthetic::picture;
+use crate::synthetic::film::picture;
 
 fn bare(name: &str, shape: Shape) -> Object {
     Object { marker: None, ..object(name, shape, disc(0.01)) }

@@ -1,11 +1,11 @@
 //! The stage's laws, on pictures drawn from known truth.
 
 use super::*;
-use crate::capture::synthetic::{Thing, View, film};
 use crate::capture::{Footage, Lens};
 use crate::cell::{CameraSpec, Cell, Striker, Tag, Transform, Workspace};
 use crate::geometry::{Point, Pose, Vec2, wrapped_rad};
 use crate::object::{Marker, Shape};
+use crate::synthetic::film::{Thing, View, film};
 
 mod dot;
 mod markerless;

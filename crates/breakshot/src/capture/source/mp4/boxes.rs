@@ -1,6 +1,6 @@
 //! The boxes that an MP4 is made of (ISO/IEC 14496-12, 4.2): a size, a four-letter name, a payload.
 
-use super::refusal::Refusal;
+use crate::capture::source::error::Refusal;
 use std::fs::File;
 use std::io::{Read, Seek, SeekFrom};
 

@@ -1,7 +1,7 @@
 //! Frames decoded while the last ones are still looked at.
 
-use super::refusal::Refusal;
-use crate::capture::Frame;
+use super::error::Refusal;
+use crate::capture::image::Frame;
 use crate::error::Result;
 use std::path::PathBuf;
 use std::sync::mpsc::{Receiver, sync_channel};
@@ -51,7 +51,7 @@ impl Iterator for Ahead {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::capture::GreyImage;
+    use crate::capture::image::GreyImage;
 
     fn frame(time_s: f64) -> Frame {
         Frame { time_s, image: GreyImage { width: 1, height: 1, pixels: vec![0] } }

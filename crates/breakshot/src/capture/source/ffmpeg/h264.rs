@@ -3,8 +3,9 @@
 //! Its frames are those of the built-in decoder, bit for bit; the times are our own reading of the file.  Whatever
 //! `ffmpeg` complains about, the built-in decoder judges: it goes on from there.
 
-use super::{ahead::Ahead, movie};
-use crate::capture::Frame;
+use crate::capture::image::Frame;
+use crate::capture::source::mp4::reader;
+use crate::capture::source::prefetch::Ahead;
 use crate::error::{Error, Result};
 use std::fs::File;
 use std::path::{Path, PathBuf};
@@ -13,7 +14,7 @@ use std::path::{Path, PathBuf};
 const SAME_TIME_S: f64 = 1e-6;
 
 /// The frames of one film.
-pub(super) struct Handed {
+pub(crate) struct Handed {
     path: PathBuf,
     program: Box<dyn Iterator<Item = Result<Frame>> + Send>,
     times_s: Vec<f64>,
@@ -25,7 +26,7 @@ pub(super) struct Handed {
 
 impl Handed {
     /// The frames that `program` gives, which are due at these times.
-    pub(super) fn new(
+    pub(crate) fn new(
         path: &Path,
         program: Box<dyn Iterator<Item = Result<Frame>> + Send>,
         times_s: Vec<f64>,
@@ -38,7 +39,7 @@ impl Handed {
     fn taken_over(&self) -> Result<std::iter::Skip<Ahead>> {
         let file =
             File::open(&self.path).map_err(|source| Error::Read { path: self.path.clone(), source })?;
-        let frames = movie::own(&self.path, file).map_err(|refusal| refusal.of(&self.path))?;
+        let frames = reader::own(&self.path, file).map_err(|refusal| refusal.of(&self.path))?;
         Ok(frames.skip(self.shown))
     }
 }
@@ -75,8 +76,8 @@ impl Iterator for Handed {
 
 #[cfg(test)]
 mod tests {
-    use crate::capture::Frame;
-    use crate::capture::source::movie;
+    use crate::capture::image::Frame;
+    use crate::capture::source::open_mp4;
     use std::fs::File;
     use std::path::{Path, PathBuf};
 
@@ -87,7 +88,7 @@ mod tests {
     /// All frames, and what was said about the film in their stead.
     fn read(path: &Path, handed_from_px: Option<u64>) -> (Vec<Frame>, String) {
         let mut frames = Vec::new();
-        let opened = match movie::open(path, File::open(path).unwrap(), handed_from_px) {
+        let opened = match open_mp4(path, File::open(path).unwrap(), handed_from_px) {
             Ok(opened) => opened,
             Err(refusal) => return (frames, refusal.found),
         };

@@ -3,11 +3,12 @@
 //! Only the film's own track is read; whatever cameras put beside it is passed over.
 
 use super::boxes::{self, Boxes, Bytes, text};
-use super::check_size;
 use super::orientation::Orientation;
-use super::refusal::Refusal;
 use super::samples::{self, Sample};
 use super::timeline::Edit;
+use crate::capture::source::error::Refusal;
+use crate::capture::source::h264::parameters::Coding;
+use crate::capture::source::limits::check_size;
 use std::fs::File;
 
 type Result<T> = std::result::Result<T, Refusal>;
@@ -27,15 +28,6 @@ pub(super) struct Track {
     pub coding: Coding,
     /// What the user should know.
     pub warnings: Vec<String>,
-}
-
-/// The decoder's configuration (`avcC`).
-#[derive(Debug, Default)]
-pub(super) struct Coding {
-    /// How many bytes the length before each NAL unit takes.
-    pub length_bytes: usize,
-    /// Sequence and picture parameter sets.
-    pub parameter_sets: Vec<Vec<u8>>,
 }
 
 /// Reads the index of a file of `length` bytes and checks that all that it names is there.

@@ -1,6 +1,6 @@
 //! What is this file, by its first bytes?
 
-use super::refusal::Refusal;
+use super::error::Refusal;
 use crate::error::{Error, Result};
 use std::fs::File;
 use std::io::{Read, Seek, SeekFrom};

@@ -2,9 +2,9 @@
 //!
 //! All counts are checked against the bytes that back them before anything is allocated.
 
-use super::MAX_FRAMES;
 use super::boxes::{Boxes, Bytes};
-use super::refusal::Refusal;
+use crate::capture::source::error::Refusal;
+use crate::capture::source::limits::MAX_FRAMES;
 
 type Result<T> = std::result::Result<T, Refusal>;
 

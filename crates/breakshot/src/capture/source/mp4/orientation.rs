@@ -1,7 +1,7 @@
 //! How must the coded picture be turned to be seen upright?  (The matrix of ISO/IEC 14496-12, 8.3.2.)
 
-use super::refusal::Refusal;
-use crate::capture::GreyImage;
+use crate::capture::image::GreyImage;
+use crate::capture::source::error::Refusal;
 
 /// A turn by a multiple of a right angle, perhaps mirrored: a pixel (x, y) goes to (a x + c y, b x + d y).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -4,7 +4,7 @@
 //! average of what covers it, seen through a point spread, moved while the shutter is open, row by row under a
 //! rolling one, with noise from a seed.  Tests and tutorials measure against such pictures.
 
-use super::{Camera, Frame, GreyImage, tags};
+use crate::capture::{self, Camera, Frame, GreyImage};
 use crate::cell::Tag;
 use crate::geometry::{Pixel, Point, Pose, Vec2};
 use crate::object::{Object, Shape};
@@ -152,7 +152,7 @@ impl Thing {
                 if slices > 0 { vec![whole, top] } else { vec![top] }
             }
             Figure::Tag { id, size_m } => {
-                let word = tags::CODES.get(*id as usize).copied().unwrap_or_default();
+                let word = capture::CODES.get(*id as usize).copied().unwrap_or_default();
                 let bit = size_m / 8.0;
                 // A square of `side` bits whose upper left corner is this many bits right of and below the tag's.
                 let square = |column: f64, row: f64, side: f64| {
@@ -162,7 +162,7 @@ impl Thing {
                         &[(x, y), (x, y - s), (x + s, y - s), (x + s, y)].map(|(x, y)| Point::new(x, y)),
                     ))
                 };
-                let white = (0..36).filter(|k| tags::is_white(word, k / 6, k % 6));
+                let white = (0..36).filter(|k| capture::is_white(word, k / 6, k % 6));
                 let bits = white.map(|k| square((k % 6) as f64 + 1.0, (k / 6) as f64 + 1.0, 1.0)).collect();
                 [
                     (vec![square(-1.0, -1.0, 10.0)], self.side_grey),

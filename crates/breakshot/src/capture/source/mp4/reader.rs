@@ -1,45 +1,23 @@
 //! The frames of an MP4, in the order in which they are shown.
 
-use super::ahead::{Ahead, ahead};
-use super::h264::{Order, Stream};
-use super::handed::Handed;
-use super::mp4::{self, Track};
-use super::refusal::Refusal;
+use super::boxes;
+use super::orientation::Orientation;
 use super::samples::Sample;
-use super::timeline::{self, NEEDED_TIMES, Timeline};
-use super::{Opened, boxes, ffmpeg, orientation::Orientation};
-use crate::capture::{Frame, GreyImage};
+use super::timeline::{self, Timeline};
+use super::track::{self, Track};
+use crate::capture::image::{Frame, GreyImage};
+use crate::capture::source::error::Refusal;
+use crate::capture::source::h264::decoder::{Order, Stream};
+use crate::capture::source::opened::Opened;
+use crate::capture::source::prefetch::{Ahead, ahead};
+use crate::capture::source::timestamps::{self, NEEDED_TIMES};
 use crate::error::Result;
 use std::collections::BTreeMap;
 use std::fs::File;
 use std::path::{Path, PathBuf};
 
-/// Opens an MP4 and checks all that can be checked without decoding more than its first picture.
-///
-/// A film about which there is nothing to say, and whose frames together have at least so many pixels, is handed to
-/// `ffmpeg`, if that is installed.
-pub(super) fn open(
-    path: &Path,
-    file: File,
-    handed_from_px: Option<u64>,
-) -> std::result::Result<Opened, Refusal> {
-    let (opened, mut movie) = Movie::of(path, file)?;
-    let pixels =
-        movie.timeline.times_s.len() as u64 * opened.size_px.map(|side| side as u64).iter().product::<u64>();
-    if handed_from_px.is_some_and(|least| pixels >= least)
-        && opened.warnings.is_empty()
-        && let Ok(program) = ffmpeg::open(path, &Refusal::damaged("an MP4 or MOV film"))
-    {
-        let handed = Handed::new(path, program.frames, movie.timeline.times_s, opened.size_px);
-        return Ok(Opened { frames: Box::new(handed), ..opened });
-    }
-    // What the decoder cannot do shows in the first picture.
-    movie.decode_next()?;
-    Ok(Opened { frames: Box::new(ahead(path.into(), movie)), ..opened })
-}
-
 /// A film's frames by the built-in decoder.
-pub(super) fn own(path: &Path, file: File) -> std::result::Result<Ahead, Refusal> {
+pub(crate) fn own(path: &Path, file: File) -> std::result::Result<Ahead, Refusal> {
     Ok(ahead(path.into(), Movie::of(path, file)?.1))
 }
 
@@ -59,11 +37,11 @@ fn without_leading(
 }
 
 /// A film that is being decoded.
-struct Movie {
+pub(crate) struct Movie {
     path: PathBuf,
     file: File,
     samples: Vec<Sample>,
-    timeline: Timeline,
+    pub(crate) timeline: Timeline,
     orientation: Orientation,
     stream: Stream,
     coded: Vec<u8>,
@@ -76,9 +54,9 @@ struct Movie {
 }
 
 impl Movie {
-    fn of(path: &Path, mut file: File) -> std::result::Result<(Opened, Self), Refusal> {
+    pub(crate) fn of(path: &Path, mut file: File) -> std::result::Result<(Opened, Self), Refusal> {
         let length = file.metadata().map_err(|e| Refusal::damaged(format!("unreadable ({e})")))?.len();
-        let mut track = mp4::read(&mut file, length)?;
+        let mut track = track::read(&mut file, length)?;
         let Some(&first) = track.samples.first() else {
             return Err(Refusal::unfit("a film of 0 frames", "at least one frame"));
         };
@@ -91,7 +69,7 @@ impl Movie {
         } else {
             without_leading(&ticks, &track, &mut warnings)?
         };
-        warnings.extend(timeline::warnings(&timeline.times_s, 1.0 / f64::from(track.timescale)));
+        warnings.extend(timestamps::warnings(&timeline.times_s, 1.0 / f64::from(track.timescale)));
         let opened = Opened {
             size_px: Orientation::size(stream.size_px()?, track.orientation),
             frame_count: Some(timeline.times_s.len()),
@@ -131,7 +109,7 @@ impl Movie {
         Ok(Some(Frame { time_s, image: self.orientation.upright(image) }))
     }
 
-    fn decode_next(&mut self) -> std::result::Result<(), Refusal> {
+    pub(crate) fn decode_next(&mut self) -> std::result::Result<(), Refusal> {
         let number = self.decoded;
         let (Some(&sample), Some(&place)) = (self.samples.get(number), self.timeline.places.get(number))
         else {

@@ -1,10 +1,10 @@
 //! Do the tags (or points, or the scale) of the cell tell where the camera is, and which of them contradict?
 
-use super::camera::{Projection, TagFit};
+use super::camera::{Camera, Projection, TagFit};
+use super::image::GreyImage;
 use super::lens::{self, Lens, middle_px};
 use super::pose::{self, Fit, Sighting, Unknown};
 use super::tags::{self, SeenTag};
-use super::{Camera, GreyImage};
 use crate::cell::{CameraSpec, Cell, ReferencePoint, Tag, Workspace};
 use crate::error::{Error, Result};
 use crate::geometry::{Pixel, Point};

@@ -3,10 +3,12 @@
 //! The decoder behind it is exact for progressive 8-bit 4:2:0.  What it could mistake, or what could make it ask for
 //! memory without limit, is read from the headers first and refused by name.
 
-use super::guard::without_panic;
-use super::mp4::Coding;
-use super::refusal::Refusal;
-use crate::capture::GreyImage;
+use super::bitstream::{Bits, unescaped, units};
+use super::catch_panic::without_panic;
+use super::parameters::Coding;
+use crate::capture::image::GreyImage;
+use crate::capture::source::error::Refusal;
+use crate::capture::source::limits::check_size;
 use rusty_h264_decoder::{DecodeError, Decoder, Pps, Sps};
 use std::collections::BTreeMap;
 
@@ -21,20 +23,20 @@ const HEADER_BYTES: usize = 64;
 const MAX_CODED: (usize, usize) = (4, 1 << 20);
 
 /// One decoded picture and its place in the stream's own order.
-pub(super) struct Picture {
+pub(crate) struct Picture {
     pub image: GreyImage,
     pub order: Order,
 }
 
 /// The stream's own order of showing: pictures up to an instant refresh (IDR) come before it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub(super) struct Order {
+pub(crate) struct Order {
     period: u32,
     count: i32,
 }
 
 /// A film's decoder.
-pub(super) struct Stream {
+pub(crate) struct Stream {
     decoder: Decoder,
     length_bytes: usize,
     sequences: BTreeMap<u32, Sps>,
@@ -42,12 +44,12 @@ pub(super) struct Stream {
     coded: Vec<u8>,
     period: u32,
     /// Whether the first picture is an instant refresh: nothing in the film refers to what was before it.
-    pub(super) begins_anew: bool,
+    pub(crate) begins_anew: bool,
 }
 
 impl Stream {
     /// A decoder with the film's parameter sets, which its first picture may add to.
-    pub(super) fn new(coding: &Coding, first_sample: &[u8]) -> Result<Self> {
+    pub(crate) fn new(coding: &Coding, first_sample: &[u8]) -> Result<Self> {
         let mut stream = Self {
             decoder: Decoder::new(),
             length_bytes: coding.length_bytes,
@@ -66,7 +68,7 @@ impl Stream {
     }
 
     /// The pictures' size (px).
-    pub(super) fn size_px(&self) -> Result<[usize; 2]> {
+    pub(crate) fn size_px(&self) -> Result<[usize; 2]> {
         let sps = self.sequences.values().next();
         let sps = sps.ok_or_else(|| Refusal::damaged("H.264 without its parameters (SPS)"))?;
         Ok([sps.display_width(), sps.display_height()])
@@ -79,7 +81,7 @@ impl Stream {
             self.read_parameters(unit)?;
         }
         let [width, height] = self.size_px()?;
-        super::check_size(width as u64, height as u64)?;
+        check_size(width as u64, height as u64)?;
         let slice = units.iter().find(|unit| matches!(unit[0] & 0x1f, 1 | 5));
         let slice = slice.ok_or_else(|| Refusal::damaged("a first frame without a picture"))?;
         if self.slice(slice)?.kind != SliceKind::Intra {
@@ -90,7 +92,7 @@ impl Stream {
     }
 
     /// The next picture, in decoding order.
-    pub(super) fn picture(&mut self, sample: &[u8]) -> Result<Picture> {
+    pub(crate) fn picture(&mut self, sample: &[u8]) -> Result<Picture> {
         let [width, height] = self.size_px()?;
         if sample.len() > MAX_CODED.0 * width * height + MAX_CODED.1 {
             return Err(Refusal::damaged(format!("{} bytes for {width} x {height} px", sample.len())));
@@ -171,7 +173,7 @@ impl Stream {
     }
 
     fn keep_sequence(&mut self, sps: Sps) -> Result<()> {
-        super::check_size(sps.display_width() as u64, sps.display_height() as u64)?;
+        check_size(sps.display_width() as u64, sps.display_height() as u64)?;
         if sps.max_num_ref_frames > MAX_REFERENCES {
             return Err(Refusal::damaged(format!("{} reference pictures", sps.max_num_ref_frames)));
         }
@@ -257,78 +259,6 @@ enum SliceKind {
     Intra,
 }
 
-/// The NAL units of a sample: each has its length before it (ISO/IEC 14496-15).
-fn units(sample: &[u8], length_bytes: usize) -> Result<Vec<&[u8]>> {
-    let mut units = Vec::new();
-    let mut rest = sample;
-    while let Some((length, behind)) = rest.split_at_checked(length_bytes) {
-        let length = length.iter().fold(0, |length, &byte| (length << 8) | usize::from(byte));
-        let Some((unit, behind)) = behind.split_at_checked(length) else {
-            return Err(Refusal::damaged("a part that is longer than its frame"));
-        };
-        rest = behind;
-        match unit.first() {
-            None => {}
-            Some(head) if head & 0x80 != 0 => return Err(Refusal::damaged("a forbidden bit")),
-            Some(_) => units.push(unit),
-        }
-    }
-    if rest.is_empty() { Ok(units) } else { Err(Refusal::damaged("bytes left over behind its parts")) }
-}
-
-/// At most `limit` bytes without the emulation prevention bytes (7.4.1).
-fn unescaped(escaped: &[u8], limit: usize) -> Vec<u8> {
-    let mut bytes = Vec::with_capacity(escaped.len().min(limit));
-    let mut zeros = 0;
-    for &byte in escaped {
-        if bytes.len() == limit {
-            break;
-        }
-        if zeros >= 2 && byte == 3 {
-            zeros = 0;
-            continue;
-        }
-        zeros = if byte == 0 { zeros + 1 } else { 0 };
-        bytes.push(byte);
-    }
-    bytes
-}
-
-/// Bits and Exp-Golomb numbers (9.1).
-struct Bits<'a> {
-    bytes: &'a [u8],
-    at: usize,
-}
-
-impl Bits<'_> {
-    fn bit(&mut self) -> Result<bool> {
-        let byte =
-            self.bytes.get(self.at / 8).ok_or_else(|| Refusal::damaged("a slice header that breaks off"))?;
-        let bit = byte >> (7 - self.at % 8) & 1;
-        self.at += 1;
-        Ok(bit == 1)
-    }
-
-    fn skip(&mut self, count: u32) -> Result<()> {
-        (0..count).try_for_each(|_| self.bit().map(drop))
-    }
-
-    fn golomb(&mut self) -> Result<u32> {
-        let mut zeros = 0;
-        while !self.bit()? {
-            zeros += 1;
-        }
-        if zeros > 31 {
-            return Err(Refusal::damaged("a damaged slice header"));
-        }
-        let mut number = 1_u32;
-        for _ in 0..zeros {
-            number = number << 1 | u32::from(self.bit()?);
-        }
-        Ok(number - 1)
-    }
-}
-
 /// Coding tools that the decoder knows and does not have; any other complaint of its is about damaged bytes.
 const FOREIGN_TOOLS: [&str; 7] = [
     "non-4:2:0 chroma",
@@ -355,28 +285,8 @@ fn refusal(error: &DecodeError) -> Refusal {
 
 #[cfg(test)]
 mod tests {
+    use super::super::bitstream::tests::Writer;
     use super::*;
-
-    /// Writes bits and Exp-Golomb numbers, as [`Bits`] reads them.
-    #[derive(Default)]
-    struct Writer(Vec<bool>);
-
-    impl Writer {
-        fn bits(mut self, value: u32, count: u32) -> Self {
-            self.0.extend((0..count).rev().map(|k| value >> k & 1 == 1));
-            self
-        }
-
-        fn golomb(self, number: u32) -> Self {
-            let length = (number + 1).ilog2();
-            self.bits(0, length).bits(number + 1, length + 1)
-        }
-
-        fn bytes(mut self) -> Vec<u8> {
-            self.0.resize(self.0.len().div_ceil(8) * 8, false);
-            self.0.chunks(8).map(|bits| bits.iter().fold(0, |byte, &bit| byte << 1 | u8::from(bit))).collect()
-        }
-    }
 
     /// A baseline sequence of so many blocks and reference pictures.
     fn sequence(width_blocks: u32, height_blocks: u32, references: u32) -> Vec<u8> {
@@ -392,23 +302,6 @@ mod tests {
     }
 
     #[test]
-    fn numbers_are_read_as_they_are_written() {
-        let bytes = Writer::default().golomb(0).golomb(1).golomb(6).golomb(70_000).bits(1, 1).bytes();
-        let mut bits = Bits { bytes: &bytes, at: 0 };
-        let read: Vec<u32> = (0..4).map(|_| bits.golomb().unwrap()).collect();
-        assert_eq!(read, [0, 1, 6, 70_000]);
-        assert!(bits.bit().unwrap());
-        assert!(Bits { bytes: &[0; 9], at: 0 }.golomb().is_err(), "72 zeros are no number");
-        assert!(Bits { bytes: &[], at: 0 }.bit().is_err());
-    }
-
-    #[test]
-    fn escaped_bytes_are_restored() {
-        assert_eq!(unescaped(&[1, 0, 0, 3, 1, 0, 0, 3, 0, 0, 3], 99), [1, 0, 0, 1, 0, 0, 0, 0]);
-        assert_eq!(unescaped(&[9; 20], 4), [9; 4]);
-    }
-
-    #[test]
     fn a_header_that_asks_for_too_much_is_refused_before_memory_is() {
         let said = |parameters| opened(parameters).err().unwrap().found;
         // 1250 x 1250 blocks are 20,000 x 20,000 px; the second size is below the decoder's own limit.
@@ -421,13 +314,5 @@ mod tests {
         assert!(said(sequence(4, 3, 900)).contains("900 reference pictures"));
         // What is left to miss is the first picture.
         assert!(said(sequence(4, 3, 1)).contains("without a picture"), "said: {}", said(sequence(4, 3, 1)));
-    }
-
-    #[test]
-    fn parts_longer_than_their_frame_are_damage() {
-        assert_eq!(units(&[0, 2, 0x65, 1, 0, 1, 0x06], 2).unwrap(), [&[0x65, 1][..], &[0x06]]);
-        assert!(units(&[0, 3, 0x65, 1], 2).is_err());
-        assert!(units(&[0, 1, 0x65, 0], 2).is_err());
-        assert!(units(&[0, 1, 0xe5], 2).is_err());
     }
 }

@@ -1,6 +1,6 @@
 //! Grey pictures as text that a page or a drawing can hold.
 
-use super::GreyImage;
+use super::image::GreyImage;
 
 impl GreyImage {
     /// The picture as a `data:` URL of a PNG; `None` for a picture without pixels.

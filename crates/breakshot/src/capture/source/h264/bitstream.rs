@@ -1,0 +1,128 @@
+//! The bits of a coded picture: NAL units, emulation prevention, Exp-Golomb numbers.
+
+use crate::capture::source::error::Refusal;
+
+type Result<T> = std::result::Result<T, Refusal>;
+
+/// The NAL units of a sample: each has its length before it (ISO/IEC 14496-15).
+pub(super) fn units(sample: &[u8], length_bytes: usize) -> Result<Vec<&[u8]>> {
+    let mut units = Vec::new();
+    let mut rest = sample;
+    while let Some((length, behind)) = rest.split_at_checked(length_bytes) {
+        let length = length.iter().fold(0, |length, &byte| (length << 8) | usize::from(byte));
+        let Some((unit, behind)) = behind.split_at_checked(length) else {
+            return Err(Refusal::damaged("a part that is longer than its frame"));
+        };
+        rest = behind;
+        match unit.first() {
+            None => {}
+            Some(head) if head & 0x80 != 0 => return Err(Refusal::damaged("a forbidden bit")),
+            Some(_) => units.push(unit),
+        }
+    }
+    if rest.is_empty() { Ok(units) } else { Err(Refusal::damaged("bytes left over behind its parts")) }
+}
+
+/// At most `limit` bytes without the emulation prevention bytes (7.4.1).
+pub(super) fn unescaped(escaped: &[u8], limit: usize) -> Vec<u8> {
+    let mut bytes = Vec::with_capacity(escaped.len().min(limit));
+    let mut zeros = 0;
+    for &byte in escaped {
+        if bytes.len() == limit {
+            break;
+        }
+        if zeros >= 2 && byte == 3 {
+            zeros = 0;
+            continue;
+        }
+        zeros = if byte == 0 { zeros + 1 } else { 0 };
+        bytes.push(byte);
+    }
+    bytes
+}
+
+/// Bits and Exp-Golomb numbers (9.1).
+pub(super) struct Bits<'a> {
+    pub(super) bytes: &'a [u8],
+    pub(super) at: usize,
+}
+
+impl Bits<'_> {
+    pub(super) fn bit(&mut self) -> Result<bool> {
+        let byte =
+            self.bytes.get(self.at / 8).ok_or_else(|| Refusal::damaged("a slice header that breaks off"))?;
+        let bit = byte >> (7 - self.at % 8) & 1;
+        self.at += 1;
+        Ok(bit == 1)
+    }
+
+    pub(super) fn skip(&mut self, count: u32) -> Result<()> {
+        (0..count).try_for_each(|_| self.bit().map(drop))
+    }
+
+    pub(super) fn golomb(&mut self) -> Result<u32> {
+        let mut zeros = 0;
+        while !self.bit()? {
+            zeros += 1;
+        }
+        if zeros > 31 {
+            return Err(Refusal::damaged("a damaged slice header"));
+        }
+        let mut number = 1_u32;
+        for _ in 0..zeros {
+            number = number << 1 | u32::from(self.bit()?);
+        }
+        Ok(number - 1)
+    }
+}
+
+#[cfg(test)]
+pub(super) mod tests {
+    use super::*;
+
+    /// Writes bits and Exp-Golomb numbers, as [`Bits`] reads them.
+    #[derive(Default)]
+    pub(crate) struct Writer(Vec<bool>);
+
+    impl Writer {
+        pub(crate) fn bits(mut self, value: u32, count: u32) -> Self {
+            self.0.extend((0..count).rev().map(|k| value >> k & 1 == 1));
+            self
+        }
+
+        pub(crate) fn golomb(self, number: u32) -> Self {
+            let length = (number + 1).ilog2();
+            self.bits(0, length).bits(number + 1, length + 1)
+        }
+
+        pub(crate) fn bytes(mut self) -> Vec<u8> {
+            self.0.resize(self.0.len().div_ceil(8) * 8, false);
+            self.0.chunks(8).map(|bits| bits.iter().fold(0, |byte, &bit| byte << 1 | u8::from(bit))).collect()
+        }
+    }
+
+    #[test]
+    fn numbers_are_read_as_they_are_written() {
+        let bytes = Writer::default().golomb(0).golomb(1).golomb(6).golomb(70_000).bits(1, 1).bytes();
+        let mut bits = Bits { bytes: &bytes, at: 0 };
+        let read: Vec<u32> = (0..4).map(|_| bits.golomb().unwrap()).collect();
+        assert_eq!(read, [0, 1, 6, 70_000]);
+        assert!(bits.bit().unwrap());
+        assert!(Bits { bytes: &[0; 9], at: 0 }.golomb().is_err(), "72 zeros are no number");
+        assert!(Bits { bytes: &[], at: 0 }.bit().is_err());
+    }
+
+    #[test]
+    fn escaped_bytes_are_restored() {
+        assert_eq!(unescaped(&[1, 0, 0, 3, 1, 0, 0, 3, 0, 0, 3], 99), [1, 0, 0, 1, 0, 0, 0, 0]);
+        assert_eq!(unescaped(&[9; 20], 4), [9; 4]);
+    }
+
+    #[test]
+    fn parts_longer_than_their_frame_are_damage() {
+        assert_eq!(units(&[0, 2, 0x65, 1, 0, 1, 0x06], 2).unwrap(), [&[0x65, 1][..], &[0x06]]);
+        assert!(units(&[0, 3, 0x65, 1], 2).is_err());
+        assert!(units(&[0, 1, 0x65, 0], 2).is_err());
+        assert!(units(&[0, 1, 0xe5], 2).is_err());
+    }
+}
