@@ -11,6 +11,7 @@
 //! | [`plan`] | which strike singulates it? | [`Plan`] |
 //! | [`robot`] | how does the arm carry it out? | [`Command`](robot::Command) |
 //! | [`verify`] | did it happen as predicted? | [`Report`](verify::Report) |
+//! | [`report`] | how are the results shown to a person? | a page, figures, drawn frames |
 //!
 //! The files beside the folders are the vocabulary all stages share.  Everything is SI and radians; the table frame
 //! is the default.
@@ -31,6 +32,7 @@ pub mod outline;
 pub mod physics;
 pub mod plan;
 pub mod properties;
+pub mod report;
 pub mod robot;
 pub mod scene;
 pub mod singulation;

@@ -5,14 +5,16 @@
 use std::path::{Path, PathBuf};
 
 /// The stages in the order in which data flows, and of each the output types that other stages may use.
-const STAGES: [(&str, &[&str]); 7] = [
+const STAGES: [(&str, &[&str]); 8] = [
     ("capture", &["Capture", "Footage", "Camera", "Frame", "GreyImage"]),
     ("detect", &["Tracks", "Track", "Sample"]),
     ("estimate", &["Estimation", "ClipFit", "BodyFit", "Impact", "Measured", "ClipTracks", "ClipValue"]),
     ("physics", &["*"]),
     ("plan", &["Plan", "Outcome", "Prediction", "Iteration", "Contact", "Method"]),
     ("robot", &["Command"]),
-    ("verify", &["Report"]),
+    ("verify", &["Report", "GoalCheck", "Seen", "Spread"]),
+    // A door: no stage uses it.
+    ("report", &[]),
 ];
 const LONGEST_FILE_LINES: usize = 600;
 

@@ -9,8 +9,9 @@ use breakshot::detect::{self, Layout, Tracks};
 use breakshot::estimate::{self, ClipTracks, Estimation};
 use breakshot::physics::{self, Trajectory};
 use breakshot::plan::{self, Plan};
+use breakshot::report::{self, Filmed, Motion, Simulated, Story};
 use breakshot::scene::{Scene, Strike};
-use breakshot::verify::{self, Filmed, Motion, Observed, Report, Simulated, Story};
+use breakshot::verify::{self, Observed, Report};
 use breakshot::{Error, Result, capture, files};
 use std::path::Path;
 
@@ -157,7 +158,7 @@ fn write(folder: &Path, results: &Results) -> Result<()> {
         pictures: pictures.as_ref().map(|[first, last]| [first, last]),
     }];
     let simulation = results.plan.strike.as_ref().zip(results.planned);
-    let page = verify::html(&Story {
+    let page = report::html(&Story {
         title: "Breakshot: from strike videos to a strike",
         objects: &results.campaign.objects,
         motion: shown.map(|clip| Motion { tracks: &clip.tracks, fit }),

@@ -5,7 +5,7 @@ use crate::args::DetectArgs;
 use crate::{Outcome, console};
 use breakshot::capture::Footage;
 use breakshot::detect::{Layout, Tracks};
-use breakshot::verify::{self, Overlay};
+use breakshot::report::{self, Overlay};
 use breakshot::{Error, Result, detect, files};
 use std::fmt::Write;
 use std::path::Path;
@@ -37,7 +37,7 @@ pub(crate) fn run(args: &DetectArgs) -> Result<Outcome> {
         files::write_json(&args.output, &tracks)?;
     }
     if let Some(plot) = &args.plot {
-        files::write_whole(plot, verify::motion(&tracks)?.as_bytes())?;
+        files::write_whole(plot, report::motion(&tracks)?.as_bytes())?;
     }
     let mut written = vec![args.output.clone()];
     written.extend(args.plot.clone());

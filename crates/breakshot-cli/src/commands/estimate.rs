@@ -9,7 +9,7 @@ use breakshot::estimate::{self, Advice, AdviceOptions, ClipTracks, Shot};
 use breakshot::object::Object;
 use breakshot::properties::Properties;
 use breakshot::uncertain::Estimate;
-use breakshot::{Error, Result, files, verify};
+use breakshot::{Error, Result, files, report};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -87,7 +87,7 @@ fn advice(
 
 /// Figs. 7, 8, 9 and Table 1; what the data do not support is said.
 fn write_figures(folder: &Path, properties: &Properties, objects: &[Object]) -> Result<()> {
-    let published = verify::published(properties, &estimate::clip_values(properties)?, objects)?;
+    let published = report::published(properties, &estimate::clip_values(properties)?, objects)?;
     std::fs::create_dir_all(folder).map_err(|source| Error::Write { path: folder.into(), source })?;
     for (name, text) in &published.files {
         files::write_whole(&folder.join(name), text.as_bytes())?;

@@ -1,7 +1,7 @@
 //! The film with its tracks drawn on it, coded by `ffmpeg` if it is installed, else as pictures.
 
 use breakshot::capture::{Footage, Frame};
-use breakshot::verify::Overlay;
+use breakshot::report::Overlay;
 use breakshot::{Error, Result, files};
 use std::io::Write;
 use std::path::{Path, PathBuf};

@@ -6,7 +6,7 @@ use crate::{Outcome, console};
 use breakshot::plan::{self, Plan};
 use breakshot::properties::Properties;
 use breakshot::scene::Strike;
-use breakshot::{Result, files, verify};
+use breakshot::{Result, files, report};
 
 /// Plans and writes the plan.
 pub(crate) fn run(args: &PlanArgs) -> Result<Outcome> {
@@ -23,7 +23,7 @@ pub(crate) fn run(args: &PlanArgs) -> Result<Outcome> {
     }
     files::write_json(&args.output, &plan)?;
     if let Some(figure) = &args.figure {
-        files::write_whole(figure, verify::planned(&plan).as_bytes())?;
+        files::write_whole(figure, report::planned(&plan).as_bytes())?;
     }
     if args.json {
         console::print_json(&plan)?;

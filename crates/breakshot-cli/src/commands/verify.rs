@@ -7,8 +7,9 @@ use breakshot::capture::{Decoder, Footage, GreyImage};
 use breakshot::detect::{self, Layout};
 use breakshot::estimate::{self, ClipTracks};
 use breakshot::plan::Plan;
+use breakshot::report::{self, Filmed, Story};
 use breakshot::scene::Scene;
-use breakshot::verify::{self, Filmed, Observed, Report, Story};
+use breakshot::verify::{self, Observed, Report};
 use breakshot::{Error, Result, files, physics};
 use std::path::Path;
 
@@ -37,7 +38,7 @@ pub(crate) fn run(args: &VerifyArgs) -> Result<Outcome> {
         report: &report,
         pictures: pictures.as_ref().map(|[first, last]| [first, last]),
     }];
-    let page = verify::html(&Story {
+    let page = report::html(&Story {
         title: "Real against virtual",
         objects: &scene.objects,
         plan: plan.as_ref(),

@@ -1,30 +1,17 @@
 //! Did it happen as predicted?
 //!
-//! Section 6 of the paper: pairwise distances after the strike, filmed beside simulated (Fig. 17), and a report with
-//! pictures for people.
+//! Section 6 of the paper: pairwise distances after the strike, filmed beside simulated (Fig. 17).
 //!
 //! The prediction starts from where the scene says that the objects lie, as the plan did; the film's first frames tell
 //! how far that was from the truth, and a warning says so where it matters.
 
 mod compare;
-mod figures;
-mod html;
 mod observed;
-mod overlay;
-mod published;
 
-pub use html::{Filmed, Motion, Simulated, Story};
 pub use observed::{Observed, Seen};
-pub use overlay::{Overlay, Picture};
-pub use published::Published;
 
-use crate::detect::Tracks;
-use crate::error::{Error, Result};
-use crate::estimate::ClipValue;
+use crate::error::Result;
 use crate::geometry::Pose;
-use crate::object::Object;
-use crate::plan::Plan;
-use crate::properties::Properties;
 use crate::scene::Scene;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -144,36 +131,6 @@ pub struct GoalCheck {
 /// An object of the scene that was not predicted or not filmed.
 pub fn comparison(scene: &Scene, predicted: &BTreeMap<String, Pose>, observed: &Observed) -> Result<Report> {
     compare::report(scene, predicted, observed)
-}
-
-/// A self-contained page that tells, in plain words and pictures, whatever the story holds.
-pub fn html(story: &Story) -> String {
-    html::page(story)
-}
-
-/// The paper's Figs. 7, 8, 9 and Table 1 of these properties as files: drawings (SVG) and their numbers (CSV).
-///
-/// `clips` are the values of the single clips, for the small dots; masses that someone weighed give the errors.
-///
-/// # Errors
-/// Properties that hold nothing to draw.
-pub fn published(properties: &Properties, clips: &[ClipValue], objects: &[Object]) -> Result<Published> {
-    published::published(properties, clips, objects)
-}
-
-/// The paper's Fig. 6 of one clip as an SVG that stands alone: distance from the first place, speed, and acceleration
-/// along the motion, over time.
-///
-/// # Errors
-/// Tracks without a sample.
-pub fn motion(tracks: &Tracks) -> Result<String> {
-    published::motion(tracks)
-        .ok_or_else(|| Error::invalid(&tracks.video, "tracks", "not one sample", "an object that was seen"))
-}
-
-/// A plan as an SVG that stands alone: the pile, the strike, and where the objects are expected and may come to rest.
-pub fn planned(plan: &Plan) -> String {
-    published::plan(plan)
 }
 
 impl Report {

@@ -2,12 +2,12 @@
 
 use super::Filmed;
 use super::simulated::{lays, simulated_pile};
-use super::words::{
+use super::text::{
     HALF_WIDTH_PX, HALF_WORKSPACE_FACTOR, figure, figure_pair, mm, mm_or_dash, numbers, sentence, table,
     verdict,
 };
 use crate::geometry::{Point, Pose};
-use crate::verify::figures::{BarPair, Layer, Palette, Pile, View, bars, escaped, photo, pile};
+use crate::report::figures::{BarPair, Layer, Palette, Pile, View, bars, escaped, photo, pile};
 use crate::verify::{GoalCheck, Report, Seen, Spread};
 use std::collections::BTreeMap;
 

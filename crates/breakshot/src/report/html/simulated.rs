@@ -1,13 +1,13 @@
 //! What the simulation says that a strike does.
 
 use super::Simulated;
-use super::words::{figure, mm, numbers, table};
+use super::text::{figure, mm, numbers, table};
 use crate::geometry::{Point, Pose, Vec2};
 use crate::physics::{Event, Trajectory};
-use crate::scene::{Scene, Strike};
-use crate::verify::figures::{
+use crate::report::figures::{
     Lay, Layer, Mark, PANEL_PX, Palette, Panel, Pile, Series, Stroke, View, WIDTH_PX, lines, pile,
 };
+use crate::scene::{Scene, Strike};
 use std::collections::BTreeMap;
 
 /// A workspace up to so many times as wide as what happens in it is shown as a whole.

@@ -14,7 +14,7 @@ pub(super) struct Axis {
 
 /// How values turn into pixels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(in crate::verify) enum Scale {
+pub(in crate::report) enum Scale {
     /// Equal steps are equal ways.
     Linear,
     /// Equal factors are equal ways.

@@ -1,12 +1,12 @@
 //! Friction, restitution and mass ratios (Figs. 7 to 9, Table 1).
 
 use super::Story;
-use super::words::{figure, numbers, table};
+use super::text::{figure, numbers, table};
 use crate::estimate::ClipFit;
 use crate::object::{self, Object, kind, pair_key};
 use crate::properties::Properties;
+use crate::report::figures::{IntervalRow, Intervals, Palette, Scale, escaped, intervals};
 use crate::uncertain::Estimate;
-use crate::verify::figures::{IntervalRow, Intervals, Palette, Scale, escaped, intervals};
 use std::collections::BTreeMap;
 
 pub(super) fn chapter(story: &Story, properties: &Properties, palette: &Palette) -> Option<String> {

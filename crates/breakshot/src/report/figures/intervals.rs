@@ -7,7 +7,7 @@ use super::svg::{Anchor, Svg};
 use crate::uncertain::Estimate;
 
 /// One estimate.
-pub(in crate::verify) struct IntervalRow {
+pub(in crate::report) struct IntervalRow {
     /// What it is the estimate of.
     pub name: String,
     /// The class that sets its colour.
@@ -21,7 +21,7 @@ pub(in crate::verify) struct IntervalRow {
 }
 
 /// How to draw them.
-pub(in crate::verify) struct Intervals<'a> {
+pub(in crate::report) struct Intervals<'a> {
     /// The quantity and its unit.
     pub label: &'a str,
     /// The axis.
@@ -40,7 +40,7 @@ const VALUE_PX: f64 = 158.0;
 const SPREAD_PX: f64 = 12.0;
 
 /// One row for each estimate: interval, mean, the clips' values, and the numbers at the right.
-pub(in crate::verify) fn intervals(rows: &[IntervalRow], how: &Intervals, label: &str) -> String {
+pub(in crate::report) fn intervals(rows: &[IntervalRow], how: &Intervals, label: &str) -> String {
     let names_px = rows.iter().map(|row| width_px(&row.name)).fold(24.0, f64::max);
     let (left_px, right_px) = (names_px + 14.0, WIDTH_PX - VALUE_PX);
     let bottom_px = TOP_PX + rows.len() as f64 * ROW_PX;

@@ -6,7 +6,7 @@ use super::labels::width_px;
 use super::svg::{Anchor, Svg};
 
 /// A distance in the real and in the virtual world.
-pub(in crate::verify) struct BarPair {
+pub(in crate::report) struct BarPair {
     /// The two objects.
     pub name: String,
     /// As filmed.
@@ -23,7 +23,7 @@ const DIFFERENCE_PX: f64 = 96.0;
 const VALUE_PX: f64 = 48.0;
 
 /// One row for each pair, with the values at the bars' ends, the difference at the right and the wanted least distance.
-pub(in crate::verify) fn bars(
+pub(in crate::report) fn bars(
     rows: &[BarPair],
     x_label: &str,
     least: Option<(f64, &str)>,

@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 /// A drawing that grows.
-pub(in crate::verify) struct Svg {
+pub(in crate::report) struct Svg {
     width_px: f64,
     height_px: f64,
     body: String,
@@ -11,23 +11,23 @@ pub(in crate::verify) struct Svg {
 
 /// Which point of a text its position means.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(in crate::verify) enum Anchor {
+pub(in crate::report) enum Anchor {
     Start,
     Middle,
     End,
 }
 
 impl Svg {
-    pub(in crate::verify) fn new(width_px: f64, height_px: f64) -> Self {
+    pub(in crate::report) fn new(width_px: f64, height_px: f64) -> Self {
         Self { width_px, height_px, body: String::new() }
     }
 
-    pub(in crate::verify) fn line(&mut self, class: &str, from: [f64; 2], to: [f64; 2]) {
+    pub(in crate::report) fn line(&mut self, class: &str, from: [f64; 2], to: [f64; 2]) {
         let (x1, y1, x2, y2) = (number(from[0]), number(from[1]), number(to[0]), number(to[1]));
         self.element(&format!(r#"<line class="{class}" x1="{x1}" y1="{y1}" x2="{x2}" y2="{y2}"/>"#));
     }
 
-    pub(in crate::verify) fn rect(&mut self, class: &str, corner: [f64; 2], size: [f64; 2]) {
+    pub(in crate::report) fn rect(&mut self, class: &str, corner: [f64; 2], size: [f64; 2]) {
         let (x, y) = (number(corner[0]), number(corner[1]));
         let (width, height) = (number(size[0].max(0.0)), number(size[1].max(0.0)));
         self.element(&format!(
@@ -36,14 +36,14 @@ impl Svg {
     }
 
     /// A circle that tells `hint` when pointed at.
-    pub(in crate::verify) fn circle(&mut self, class: &str, center: [f64; 2], radius_px: f64, hint: &str) {
+    pub(in crate::report) fn circle(&mut self, class: &str, center: [f64; 2], radius_px: f64, hint: &str) {
         let (x, y, r) = (number(center[0]), number(center[1]), number(radius_px));
         let hint = if hint.is_empty() { String::new() } else { format!("<title>{}</title>", escaped(hint)) };
         self.element(&format!(r#"<circle class="{class}" cx="{x}" cy="{y}" r="{r}">{hint}</circle>"#));
     }
 
     /// A line through points, closed or not.
-    pub(in crate::verify) fn path(&mut self, class: &str, points: &[[f64; 2]], closed: bool) {
+    pub(in crate::report) fn path(&mut self, class: &str, points: &[[f64; 2]], closed: bool) {
         let mut d = String::new();
         for (k, [x, y]) in points.iter().enumerate() {
             let command = if k == 0 { 'M' } else { 'L' };
@@ -55,7 +55,7 @@ impl Svg {
         self.element(&format!(r#"<path class="{class}" d="{d}"/>"#));
     }
 
-    pub(in crate::verify) fn text(&mut self, class: &str, at: [f64; 2], anchor: Anchor, text: &str) {
+    pub(in crate::report) fn text(&mut self, class: &str, at: [f64; 2], anchor: Anchor, text: &str) {
         let anchor = match anchor {
             Anchor::Start => "start",
             Anchor::Middle => "middle",
@@ -68,7 +68,7 @@ impl Svg {
     }
 
     /// A text that runs upwards, for the axis on the left.
-    pub(in crate::verify) fn text_upwards(&mut self, class: &str, at: [f64; 2], text: &str) {
+    pub(in crate::report) fn text_upwards(&mut self, class: &str, at: [f64; 2], text: &str) {
         let (x, y, text) = (number(at[0]), number(at[1]), escaped(text));
         self.element(&format!(
             r#"<text class="{class}" transform="translate({x} {y}) rotate(-90)" text-anchor="middle">{text}</text>"#
@@ -76,12 +76,12 @@ impl Svg {
     }
 
     /// Everything until [`Svg::end_window`] is cut off outside this area.
-    pub(in crate::verify) fn begin_window(&mut self, width_px: f64, height_px: f64) {
+    pub(in crate::report) fn begin_window(&mut self, width_px: f64, height_px: f64) {
         let (width, height) = (number(width_px), number(height_px));
         self.element(&format!(r#"<svg x="0" y="0" width="{width}" height="{height}">"#));
     }
 
-    pub(in crate::verify) fn end_window(&mut self) {
+    pub(in crate::report) fn end_window(&mut self) {
         self.element("</svg>");
     }
 
@@ -91,7 +91,7 @@ impl Svg {
     }
 
     /// The whole drawing; `label` tells those who cannot see it what it shows.
-    pub(in crate::verify) fn finish(self, label: &str) -> String {
+    pub(in crate::report) fn finish(self, label: &str) -> String {
         let (width, height, label) = (number(self.width_px), number(self.height_px), escaped(label));
         format!(
             "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {width} {height}\" width=\"{width}\" \
@@ -109,7 +109,7 @@ pub(super) fn number(value: f64) -> String {
 }
 
 /// Text with the characters that mean something to XML taken out.
-pub(in crate::verify) fn escaped(text: &str) -> String {
+pub(in crate::report) fn escaped(text: &str) -> String {
     let mut out = String::with_capacity(text.len());
     for c in text.chars() {
         match c {

@@ -1,11 +1,11 @@
 //! One clip's motion (Fig. 6): what the film shows as dots, what was fitted as lines.
 
 use super::Motion;
-use super::words::figure;
+use super::text::figure;
 use crate::detect::{Sample, Track};
 use crate::estimate::{BodyFit, ClipFit};
 use crate::geometry::Vec2;
-use crate::verify::figures::{Mark, PANEL_PX, Palette, Panel, Series, Stroke, escaped, lines};
+use crate::report::figures::{Mark, PANEL_PX, Palette, Panel, Series, Stroke, escaped, lines};
 
 /// Below this an object has no direction of motion that noise would not change (m/s).
 const MOVING_M_S: f64 = 0.03;
@@ -18,7 +18,7 @@ const FIT_STEP_S: f64 = 1e-3;
 type Row = (f64, [Option<f64>; 3]);
 
 /// The three panels of Fig. 6; none for tracks without a sample.
-pub(in crate::verify) fn drawing(motion: &Motion, palette: &Palette) -> Option<String> {
+pub(in crate::report) fn drawing(motion: &Motion, palette: &Palette) -> Option<String> {
     let tracks: Vec<&Track> = motion.tracks.tracks.iter().filter(|t| !t.samples.is_empty()).collect();
     if tracks.is_empty() {
         return None;

@@ -11,9 +11,8 @@ pub(super) mod planned;
 mod simulated;
 #[cfg(test)]
 mod tests;
-mod words;
+mod text;
 
-use super::Report;
 use super::figures::{Palette, escaped};
 use crate::capture::GreyImage;
 use crate::detect::Tracks;
@@ -23,6 +22,7 @@ use crate::physics::Trajectory;
 use crate::plan::Plan;
 use crate::properties::Properties;
 use crate::scene::{Scene, Strike};
+use crate::verify::Report;
 
 /// What there is to tell; whatever is missing is left out.
 #[derive(Clone, Copy, Debug, Default)]

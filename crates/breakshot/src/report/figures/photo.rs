@@ -7,7 +7,7 @@ use crate::capture::GreyImage;
 const MOST_WIDTH_PX: usize = 960;
 
 /// A picture of the film as an `img` element that needs no file; nothing for a picture without pixels.
-pub(in crate::verify) fn photo(image: &GreyImage, label: &str) -> String {
+pub(in crate::report) fn photo(image: &GreyImage, label: &str) -> String {
     let small = image.shrunk(image.width.div_ceil(MOST_WIDTH_PX).max(1));
     let (GreyImage { width, height, .. }, label) = (&small, escaped(label));
     let img =

@@ -1,6 +1,6 @@
 //! Numbers and pieces of the page, in words.
 
-use crate::verify::figures::escaped;
+use crate::report::figures::escaped;
 
 /// Two drawings fit beside each other (px).
 pub(super) const HALF_WIDTH_PX: f64 = 418.0;

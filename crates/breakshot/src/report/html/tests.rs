@@ -6,9 +6,10 @@ use crate::detect::{Sample, Track};
 use crate::geometry::{Point, Pose};
 use crate::object::{Marker, Shape};
 use crate::plan::{Iteration, Method, Outcome, Prediction};
+use crate::report::html;
 use crate::scene::{Goal, KeepOut, Placed, Wall};
 use crate::uncertain::Estimate;
-use crate::verify::{Observed, comparison, html};
+use crate::verify::{Observed, comparison};
 use std::collections::BTreeMap;
 
 fn object(name: &str, shape: Shape, mass_kg: Option<f64>) -> Object {

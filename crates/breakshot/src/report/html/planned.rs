@@ -1,9 +1,9 @@
 //! The strike for a pile, and how it was found.
 
 use super::simulated::{lays, simulated_pile};
-use super::words::{HALF_WIDTH_PX, HALF_WORKSPACE_FACTOR, figure, figure_pair, mm, sentence, table, verdict};
+use super::text::{HALF_WIDTH_PX, HALF_WORKSPACE_FACTOR, figure, figure_pair, mm, sentence, table, verdict};
 use crate::plan::{Contact, Iteration, Outcome, Plan};
-use crate::verify::figures::{
+use crate::report::figures::{
     Bound, LOW_PANEL_PX, Lay, Layer, Palette, Panel, Pile, Series, Stroke, View, WIDTH_PX, escaped, lines,
     pile,
 };
@@ -59,7 +59,7 @@ fn drawings(plan: &Plan, palette: &Palette) -> String {
 }
 
 /// Everything in one picture: the pile, the strike, where the objects are expected and where else they may come to rest.
-pub(in crate::verify) fn drawing(plan: &Plan) -> String {
+pub(in crate::report) fn drawing(plan: &Plan) -> String {
     let scene = &plan.scene;
     let palette = Palette::new(scene.placed.iter().map(|p| p.object.as_str()));
     let here = scene.placed.iter().map(|p| (p.object.as_str(), p.pose()));

@@ -8,7 +8,7 @@ use crate::scene::{Scene, Strike};
 
 /// How an object is drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(in crate::verify) enum Layer {
+pub(in crate::report) enum Layer {
     /// Where it lay: a pale outline.
     Before,
     /// Where it lies: filled.
@@ -31,7 +31,7 @@ impl Layer {
 }
 
 /// One object in the drawing.
-pub(in crate::verify) struct Lay<'a> {
+pub(in crate::report) struct Lay<'a> {
     /// Its name.
     pub name: &'a str,
     /// The class that sets its colour.
@@ -45,7 +45,7 @@ pub(in crate::verify) struct Lay<'a> {
 }
 
 /// What is drawn.
-pub(in crate::verify) struct Pile<'a> {
+pub(in crate::report) struct Pile<'a> {
     /// The table, its walls and keep-out areas, the striker.
     pub scene: &'a Scene,
     /// The objects, the first ones below.
@@ -58,7 +58,7 @@ pub(in crate::verify) struct Pile<'a> {
 
 /// The part of the table that is shown.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(in crate::verify) struct View {
+pub(in crate::report) struct View {
     min: Point,
     max: Point,
 }
@@ -78,7 +78,7 @@ impl View {
 
     /// Holds everything that happens in these drawings, and their whole workspace if that is at most
     /// `workspace_factor` times as wide.
-    pub(in crate::verify) fn of(piles: &[&Pile], workspace_factor: f64) -> Self {
+    pub(in crate::report) fn of(piles: &[&Pile], workspace_factor: f64) -> Self {
         let mut view = Self::NOTHING;
         for pile in piles {
             view.hold_lays(&pile.lays);
@@ -103,7 +103,7 @@ impl View {
     }
 
     /// Holds the objects only.
-    pub(in crate::verify) fn close(pile: &Pile) -> Self {
+    pub(in crate::report) fn close(pile: &Pile) -> Self {
         let mut view = Self::NOTHING;
         view.hold_lays(&pile.lays);
         view.grown()
@@ -175,7 +175,7 @@ impl Canvas {
 }
 
 /// The table from above, `width_px` wide.
-pub(in crate::verify) fn pile(pile: &Pile, view: View, width_px: f64, label: &str) -> String {
+pub(in crate::report) fn pile(pile: &Pile, view: View, width_px: f64, label: &str) -> String {
     let size = view.max - view.min;
     let px_per_m = width_px / size.x;
     let height_px = size.y * px_per_m;

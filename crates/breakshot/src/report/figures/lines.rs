@@ -6,7 +6,7 @@ use super::labels::{Labels, width_px};
 use super::svg::{Anchor, Svg};
 
 /// One curve.
-pub(in crate::verify) struct Series {
+pub(in crate::report) struct Series {
     /// Its name in the legend; series of the same name share one entry.
     pub name: String,
     /// The class that sets its colour.
@@ -19,7 +19,7 @@ pub(in crate::verify) struct Series {
 
 /// How a curve is drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(in crate::verify) enum Stroke {
+pub(in crate::report) enum Stroke {
     /// A line.
     Line,
     /// A dot for every point.
@@ -29,7 +29,7 @@ pub(in crate::verify) enum Stroke {
 }
 
 /// A level that a curve should reach or stay below.
-pub(in crate::verify) struct Bound {
+pub(in crate::report) struct Bound {
     /// The level.
     pub value: f64,
     /// What it is.
@@ -37,7 +37,7 @@ pub(in crate::verify) struct Bound {
 }
 
 /// An instant that all panels share, such as an impact.
-pub(in crate::verify) struct Mark {
+pub(in crate::report) struct Mark {
     /// When.
     pub x: f64,
     /// What happened.
@@ -45,7 +45,7 @@ pub(in crate::verify) struct Mark {
 }
 
 /// One quantity.
-pub(in crate::verify) struct Panel {
+pub(in crate::report) struct Panel {
     /// The quantity and its unit.
     pub label: String,
     /// Its curves.
@@ -57,9 +57,9 @@ pub(in crate::verify) struct Panel {
 }
 
 /// The height of a panel that shows detail (px).
-pub(in crate::verify) const PANEL_PX: f64 = 150.0;
+pub(in crate::report) const PANEL_PX: f64 = 150.0;
 /// The height of a panel that shows a trend (px).
-pub(in crate::verify) const LOW_PANEL_PX: f64 = 92.0;
+pub(in crate::report) const LOW_PANEL_PX: f64 = 92.0;
 const BETWEEN_PX: f64 = 16.0;
 const LEFT_PX: f64 = 62.0;
 const RIGHT_PX: f64 = 14.0;
@@ -72,7 +72,7 @@ const DOT_PX: f64 = 2.2;
 const MARK_LINES: usize = 4;
 
 /// The panels below each other, with one horizontal axis, a legend on top and the marks through all of them.
-pub(in crate::verify) fn lines(x_label: &str, panels: &[Panel], marks: &[Mark], label: &str) -> String {
+pub(in crate::report) fn lines(x_label: &str, panels: &[Panel], marks: &[Mark], label: &str) -> String {
     let legend = legend_rows(panels);
     let all = |index: usize| {
         panels.iter().flat_map(|p| &p.series).flat_map(move |s| &s.points).map(move |p| p[index])

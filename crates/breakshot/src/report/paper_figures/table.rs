@@ -1,8 +1,8 @@
 //! Table 1: the mass ratio of every pair beside the weighed one.
 
 use super::{Source, error_percent, spaced, style};
+use crate::report::figures::{Anchor, Svg, WIDTH_PX};
 use crate::uncertain::Estimate;
-use crate::verify::figures::{Anchor, Svg, WIDTH_PX};
 use std::fmt::Write;
 
 const ROW_PX: f64 = 22.0;
