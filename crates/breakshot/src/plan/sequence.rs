@@ -1,7 +1,9 @@
 //! Strike after strike: plan, carry out, look, plan again.
 
-use super::possible::{by_name, possible_worlds};
-use super::{Options, Plan, plan};
+use super::options::Options;
+use super::plan;
+use super::result::Plan;
+use super::robust::scenarios::{by_name, possible_worlds};
 use crate::error::Result;
 use crate::geometry::Pose;
 use crate::outline::Outline;

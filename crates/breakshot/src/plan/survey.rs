@@ -1,13 +1,14 @@
 //! What are strikes from all around worth?  A map of a scene, and what a model that shall propose strikes can learn from.
 
-use super::judge::{Judge, Verdict};
-use super::possible::possible_worlds;
-use super::proposal::{Aim, Range};
-use super::robust::{Candidate, expected_singulated, part, reachable, verdicts};
-use super::{Options, Result, Scene};
+use super::options::{Aim, Options};
+use super::robust::evaluate::{expected_singulated, part, verdicts};
+use super::robust::goal_margin::{Judge, Verdict};
+use super::robust::scenarios::possible_worlds;
+use super::robust::strike_grid::{Candidate, Range, reachable};
+use crate::error::Result;
 use crate::physics::{self, World};
 use crate::properties::Properties;
-use crate::scene::Strike;
+use crate::scene::{Scene, Strike};
 
 /// A strike, and what becomes of the goal after it.
 #[derive(Clone, Debug, PartialEq)]

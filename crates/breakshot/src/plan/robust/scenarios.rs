@@ -5,11 +5,12 @@
 //! strike to strike, and how objects that touch share an impact, which nobody measured.  All candidates are judged on
 //! the same samples (common random numbers), and leaving one source out keeps the draws of all others.
 
-use super::Options;
 use crate::error::Result;
 use crate::geometry::{Pose, Vec2};
 use crate::outline::Outline;
 use crate::physics::{self, Compliance, ContactForce, Stiffness, Touching, World};
+use crate::plan::options::{Options, Scatter};
+use crate::plan::result::Source;
 use crate::properties::{ContactFriction, Properties};
 use crate::scene::{Scene, Strike};
 use crate::uncertain::Estimate;
@@ -18,67 +19,10 @@ use rand::{RngExt, SeedableRng};
 use rand_distr::StandardNormal;
 use rand_pcg::Pcg64Mcg;
 use rayon::prelude::*;
-use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
-/// How well the pile is seen and how well an arm does what it is told: one standard deviation each.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Scatter {
-    /// Of an object's place, along each axis (m).
-    pub position_m: f64,
-    /// Of an object's yaw (rad).
-    pub yaw_rad: f64,
-    /// Of the strike's speed, relative.
-    pub speed: f64,
-    /// Of the strike's heading (rad).
-    pub heading_rad: f64,
-}
-
-impl Default for Scatter {
-    /// A camera that sees a millimetre and a degree, an arm that keeps two parts in a hundred and a degree: what a strike has to bear to
-    /// be called reliable.
-    fn default() -> Self {
-        Self { position_m: 1e-3, yaw_rad: 0.0175, speed: 0.02, heading_rad: 0.0175 }
-    }
-}
-
-/// Where doubt comes from.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Source {
-    /// Where the objects lie.
-    Poses,
-    /// The strike's speed and heading.
-    Strike,
-    /// Friction against the table.
-    Friction,
-    /// Restitution of all pairs, the striker included.
-    Restitution,
-    /// Mass ratios.
-    Masses,
-    /// Contact friction, and how touching objects share an impact.
-    Contacts,
-}
-
-impl Source {
-    pub(super) const ALL: [Self; 6] =
-        [Self::Poses, Self::Strike, Self::Friction, Self::Restitution, Self::Masses, Self::Contacts];
-
-    /// What it is, in words.
-    pub fn words(self) -> &'static str {
-        match self {
-            Self::Poses => "where the objects lie",
-            Self::Strike => "the strike's speed and heading",
-            Self::Friction => "friction on the table",
-            Self::Restitution => "restitution",
-            Self::Masses => "mass ratios",
-            Self::Contacts => "contact friction, and how touching objects share an impact",
-        }
-    }
-}
-
 /// One world that may be, and how the arm strikes in it.
-pub(super) struct Possible {
+pub(crate) struct Possible {
     pub world: World,
     speed_factor: f64,
     turn_rad: f64,
@@ -86,7 +30,7 @@ pub(super) struct Possible {
 
 impl Possible {
     /// What the arm does when it is told this strike.
-    pub(super) fn executed(&self, strike: &Strike) -> Strike {
+    pub(crate) fn executed(&self, strike: &Strike) -> Strike {
         Strike {
             heading_rad: strike.heading_rad + self.turn_rad,
             speed_m_s: strike.speed_m_s * self.speed_factor,
@@ -96,7 +40,7 @@ impl Possible {
 }
 
 /// Draws worlds around the mean one, always the same ones for the same seed; `known` is taken to be exactly as estimated.
-pub(super) fn possible_worlds(
+pub(crate) fn possible_worlds(
     (scene, properties, mean): (&Scene, &Properties, &World),
     options: &Options,
     (seed, count): (u64, usize),
@@ -293,6 +237,6 @@ const STEP_APART_M: f64 = 1e-4;
 const MOST_STEPS_APART: usize = 100;
 
 /// The poses in which the objects lie, by name.
-pub(super) fn by_name(world: &World, poses: &[Pose]) -> BTreeMap<String, Pose> {
+pub(crate) fn by_name(world: &World, poses: &[Pose]) -> BTreeMap<String, Pose> {
     world.names().iter().cloned().zip(poses.iter().copied()).collect()
 }

@@ -5,37 +5,27 @@
 //! striker's swept area, from behind its start to the contact, keeps clear of every other object, and as far as it
 //! runs on keeps clear of walls and keep-out areas.  What happens to other objects after the impact is physics.
 
-use super::Options;
 use crate::error::Result;
 use crate::geometry::{Point, Pose, Vec2, wrapped_rad};
 use crate::object::Shape;
-use crate::outline::Outline;
 use crate::physics::GRAVITY_M_S2;
+use crate::plan::approach::{Surroundings, TOUCH_M, rounded, rounded_strike};
+use crate::plan::options::Options;
 use crate::properties::Properties;
 use crate::scene::{Placed, Scene, Strike};
 use std::collections::BTreeSet;
 
-/// How far the striker runs before it touches the object, the longest free way first: 70 mm is enough to reach 1 m/s
-/// at 7 m/s2.
-const LEAD_INS_M: [f64; 4] = [0.07, 0.05, 0.035, 0.02];
-/// It draws back so far past its start.
-const DRAW_BACK_M: f64 = 0.02;
-/// Poses are known to some tenths of a millimetre and an arm's path to about one: what is nearer may be hit.
-const CLEARANCE_M: f64 = 0.003;
 /// After the contact the striker runs on at least so far, or an error of the pose would make it miss.
 const LEAST_FOLLOW_THROUGH_M: f64 = 0.005;
 /// And at most so far: the paper's strike ends at the impact.
-pub(super) const MOST_FOLLOW_THROUGH_M: f64 = 0.02;
+pub(crate) const MOST_FOLLOW_THROUGH_M: f64 = 0.02;
 /// The part of the stroke to the catch-up that the striker runs on: before it meets the object again, with a margin.
 const CATCH_UP_PART: f64 = 0.5;
 /// Headings around a disc.
 const HEADINGS: u32 = 72;
-/// Touching within this is a contact and no overlap (m).
-const TOUCH_M: f64 = 1e-6;
-
 /// One central strike, apart from its speed.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Candidate {
+pub(crate) struct Candidate {
     /// The object it is meant for.
     pub object: String,
     /// Its direction (rad).
@@ -58,7 +48,7 @@ pub(super) struct Candidate {
 
 /// An object that no heading reaches, and what is in the way.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Blocked {
+pub(crate) struct Blocked {
     /// The object.
     pub object: String,
     /// Names of objects, `a wall`, and so on.
@@ -80,7 +70,7 @@ impl std::fmt::Display for Blocked {
 ///
 /// # Errors
 /// A property of the object that was never measured.
-pub(super) fn candidates(
+pub(crate) fn candidates(
     scene: &Scene,
     properties: &Properties,
     options: &Options,
@@ -130,7 +120,7 @@ pub(super) fn candidates(
 
 impl Candidate {
     /// Orders the better strike before the other.
-    pub(super) fn better_first(one: &Self, other: &Self) -> std::cmp::Ordering {
+    pub(crate) fn better_first(one: &Self, other: &Self) -> std::cmp::Ordering {
         other
             .impulse
             .total_cmp(&one.impulse)
@@ -143,22 +133,22 @@ impl Candidate {
     /// How far the striker, had it no end, would run from the impact until it meets the sliding object again (m).
     ///
     /// The object leaves at (1 + e) v and is caught up at t = 2 e v / (mu g) (Eq. 27 and 28 with 25 corrected).
-    pub(super) fn catch_up_m(&self, speed_m_s: f64) -> f64 {
+    pub(crate) fn catch_up_m(&self, speed_m_s: f64) -> f64 {
         2.0 * self.restitution * speed_m_s * speed_m_s / self.deceleration_m_s2
     }
 
     /// How far the striker runs on after the contact (m).
-    pub(super) fn follow_through_m(&self, speed_m_s: f64) -> f64 {
+    pub(crate) fn follow_through_m(&self, speed_m_s: f64) -> f64 {
         (CATCH_UP_PART * self.catch_up_m(speed_m_s)).clamp(LEAST_FOLLOW_THROUGH_M, MOST_FOLLOW_THROUGH_M)
     }
 
     /// The speed at which the object, were it alone, would slide so far (m/s, Eq. 25 and 30).
-    pub(super) fn speed_for_slide_m_s(&self, distance_m: f64) -> f64 {
+    pub(crate) fn speed_for_slide_m_s(&self, distance_m: f64) -> f64 {
         (2.0 * self.deceleration_m_s2 * distance_m).sqrt() / (1.0 + self.restitution)
     }
 
     /// The strike at that speed.
-    pub(super) fn strike(&self, speed_m_s: f64) -> Strike {
+    pub(crate) fn strike(&self, speed_m_s: f64) -> Strike {
         let start_m = self.contact_m - Vec2::from_heading(self.heading_rad) * self.lead_in_m;
         rounded_strike(Strike {
             object: Some(self.object.clone()),
@@ -168,23 +158,6 @@ impl Candidate {
             travel_m: self.lead_in_m + self.follow_through_m(speed_m_s),
         })
     }
-}
-
-/// A strike with its numbers rounded to what an arm can tell apart.
-pub(super) fn rounded_strike(strike: Strike) -> Strike {
-    Strike {
-        start_m: Point::new(rounded(strike.start_m.x, 1e-6), rounded(strike.start_m.y, 1e-6)),
-        heading_rad: rounded(strike.heading_rad, 1e-6),
-        speed_m_s: rounded(strike.speed_m_s, 1e-4),
-        travel_m: rounded(strike.travel_m, 1e-5),
-        ..strike
-    }
-}
-
-/// To a multiple of a power of ten, such that it prints short.
-fn rounded(value: f64, step: f64) -> f64 {
-    let steps_per_unit = (1.0 / step).round();
-    (value * steps_per_unit).round() / steps_per_unit
 }
 
 /// Eq. 8 with the object at rest and free: (1 + e) / (1/m + 1/M) at unit speed; with an infinite M Eq. 24.
@@ -251,80 +224,4 @@ fn striker_center(striker: &Shape, touch: Point, heading_rad: f64) -> Point {
     // The point of its front that is nearest to its middle line.
     let aside_m = if low > high { 0.0 } else { 0f64.clamp(low, high) };
     touch - Vec2::new(reach_m, aside_m).rotated(heading_rad)
-}
-
-/// What may be in the striker's way.
-pub(super) struct Surroundings<'a> {
-    scene: &'a Scene,
-    target: Outline,
-    others: Vec<(&'a str, Outline)>,
-    walls: Vec<Outline>,
-    keep_out: Vec<Outline>,
-}
-
-impl<'a> Surroundings<'a> {
-    pub(super) fn new(scene: &'a Scene, target: &Placed) -> Result<Self> {
-        let outline = |placed: &Placed| Ok(Outline::new(&scene.object(&placed.object)?.shape, placed.pose()));
-        let others = scene.placed.iter().filter(|p| p.object != target.object);
-        Ok(Self {
-            scene,
-            target: outline(target)?,
-            others: others.map(|p| Ok((p.object.as_str(), outline(p)?))).collect::<Result<_>>()?,
-            walls: scene.walls.iter().map(|w| Outline::segment(w.from_m, w.to_m)).collect(),
-            keep_out: scene.keep_out.iter().map(|k| Outline::polygon(&k.points_m)).collect(),
-        })
-    }
-
-    /// The longest lead-in for which the way is free, or what is in the way of the shortest.
-    ///
-    /// The way goes on past the contact; there only walls, keep-out areas and the table's edge count.
-    pub(super) fn free_lead_in_m(
-        &self,
-        (contact_m, heading_rad): (Point, f64),
-        follow_through_m: f64,
-    ) -> std::result::Result<f64, String> {
-        let mut obstacle = String::new();
-        for lead_in_m in LEAD_INS_M {
-            match self.obstacle((contact_m, heading_rad), lead_in_m, follow_through_m) {
-                None => return Ok(lead_in_m),
-                Some(found) => obstacle = found,
-            }
-        }
-        Err(obstacle)
-    }
-
-    fn obstacle(
-        &self,
-        (contact_m, heading_rad): (Point, f64),
-        lead_in_m: f64,
-        follow_through_m: f64,
-    ) -> Option<String> {
-        let striker = &self.scene.cell.striker.shape;
-        let along = Vec2::from_heading(heading_rad);
-        let at = |position| Pose { position, yaw_rad: heading_rad };
-        let behind = contact_m - along * (lead_in_m + DRAW_BACK_M);
-        let end = contact_m + along * follow_through_m;
-        if let Some(table) = &self.scene.cell.table {
-            let top = Outline::polygon(&table.outline_m);
-            if [behind, end].into_iter().any(|place| !top.contains(place)) {
-                return Some("the table's edge".into());
-            }
-        }
-        if Outline::new(striker, at(contact_m)).gap_m(&self.target) < -TOUCH_M
-            || Outline::new(striker, at(contact_m - along * lead_in_m)).gap_m(&self.target) < CLEARANCE_M
-        {
-            return Some("its own outline".into());
-        }
-        let approach = Outline::swept(striker, at(behind), contact_m - behind);
-        let touched = |outline: &Outline| approach.gap_m(outline) < CLEARANCE_M;
-        if let Some((name, _)) = self.others.iter().find(|(_, outline)| touched(outline)) {
-            return Some((*name).to_owned());
-        }
-        let whole = Outline::swept(striker, at(behind), end - behind);
-        let touched = |outline: &Outline| whole.gap_m(outline) < CLEARANCE_M;
-        if self.walls.iter().any(touched) {
-            return Some("a wall".into());
-        }
-        self.keep_out.iter().any(touched).then(|| "a keep-out area".into())
-    }
 }

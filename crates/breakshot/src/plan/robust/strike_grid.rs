@@ -4,27 +4,15 @@
 //! passes the object's centroid), the speed, and the follow-through.  A proposal is a function from a scene to such aims;
 //! [`everywhere`] is the one that knows nothing.  Rules iii to vi of the paper's section 5 are four of its points, not limits.
 
-use super::candidate::{Surroundings, rounded_strike};
 use crate::error::Result;
 use crate::geometry::{Point, Pose, Vec2, wrapped_rad};
 use crate::outline::Outline;
+use crate::plan::approach::{Surroundings, rounded_strike};
+use crate::plan::options::{Aim, Options};
 use crate::scene::{Placed, Scene, Strike};
+use rayon::prelude::*;
+use std::collections::BTreeSet;
 use std::f64::consts::TAU;
-
-/// What a strike aims at, apart from where it starts.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Aim {
-    /// The object to touch first: its index in the scene's `placed`.
-    pub object: usize,
-    /// The direction (rad).
-    pub heading_rad: f64,
-    /// How far to the left of the object's centroid the striker's centre passes (m).
-    pub offset_m: f64,
-    /// The speed (m/s).
-    pub speed_m_s: f64,
-    /// How far the striker runs on after it touched the object (m).
-    pub follow_through_m: f64,
-}
 
 /// Headings around every object.
 const HEADINGS: u32 = 24;
@@ -44,12 +32,12 @@ const PACES: [(f64, f64); 10] = [
     (0.2, 0.1),
 ];
 /// No strike runs on farther than this (m).
-pub(super) const MOST_FOLLOW_THROUGH_M: f64 = 0.15;
+pub(crate) const MOST_FOLLOW_THROUGH_M: f64 = 0.15;
 /// A shorter follow-through would make an error of the pose a miss (m).
-pub(super) const LEAST_FOLLOW_THROUGH_M: f64 = 0.005;
+pub(crate) const LEAST_FOLLOW_THROUGH_M: f64 = 0.005;
 
 /// Every object from all around, centrally and not, at many speeds: lines first, each with all paces.
-pub(super) fn everywhere(scene: &Scene, range: &Range) -> Vec<Vec<Aim>> {
+pub(crate) fn everywhere(scene: &Scene, range: &Range) -> Vec<Vec<Aim>> {
     let mut order: Vec<usize> = (0..scene.placed.len()).collect();
     order.sort_by(|&i, &k| scene.placed[i].object.cmp(&scene.placed[k].object));
     let mut lines = Vec::new();
@@ -80,7 +68,7 @@ fn heading_to_others(scene: &Scene, object: usize) -> f64 {
 }
 
 /// What the striker can do to the objects of a scene.
-pub(super) struct Range<'a> {
+pub(crate) struct Range<'a> {
     scene: &'a Scene,
     surroundings: Vec<Surroundings<'a>>,
     pub slowest_m_s: f64,
@@ -88,7 +76,7 @@ pub(super) struct Range<'a> {
 }
 
 impl<'a> Range<'a> {
-    pub(super) fn new(scene: &'a Scene) -> Result<Self> {
+    pub(crate) fn new(scene: &'a Scene) -> Result<Self> {
         let [slowest_m_s, fastest_m_s] = scene.cell.striker.speed_range_m_s;
         let surroundings =
             scene.placed.iter().map(|placed| Surroundings::new(scene, placed)).collect::<Result<_>>()?;
@@ -96,7 +84,7 @@ impl<'a> Range<'a> {
     }
 
     /// The greatest offset to one side (the sign of `side`) at which striker and object still meet (m).
-    pub(super) fn reach_m(&self, object: usize, heading_rad: f64, side: f64) -> f64 {
+    pub(crate) fn reach_m(&self, object: usize, heading_rad: f64, side: f64) -> f64 {
         let placed = &self.scene.placed[object];
         let left = Vec2::from_heading(heading_rad).perpendicular() * if side < 0.0 { -1.0 } else { 1.0 };
         let shape = self.scene.object(&placed.object).map(|o| &o.shape);
@@ -109,7 +97,7 @@ impl<'a> Range<'a> {
     ///
     /// # Errors
     /// What is in the way.
-    pub(super) fn strike(&self, aim: &Aim) -> std::result::Result<Strike, String> {
+    pub(crate) fn strike(&self, aim: &Aim) -> std::result::Result<Strike, String> {
         let placed = &self.scene.placed[aim.object];
         let contact_m = self.contact_m(placed, aim).ok_or("the line passes the object")?;
         let line = (contact_m, aim.heading_rad);
@@ -152,3 +140,56 @@ impl<'a> Range<'a> {
 const CLOSE_M: f64 = 1e-7;
 /// A line that only just meets the object converges slowly.
 const MOST_STEPS: usize = 200;
+
+/// An aim and the strike it asks for.
+#[derive(Clone, Debug)]
+pub(crate) struct Candidate {
+    pub aim: Aim,
+    pub strike: Strike,
+    /// What it is worth in the worlds it was judged in so far, added up.
+    pub worth: f64,
+}
+
+/// All strikes that an aim leads to, thinned evenly to so many lines, and what is in the way of the others.
+pub(crate) fn reachable(
+    scene: &Scene,
+    range: &Range,
+    (options, most_lines): (&Options, usize),
+) -> (Vec<Candidate>, BTreeSet<String>) {
+    let mut lines = options.proposals.map_or_else(Vec::new, |proposed| {
+        proposed(scene)
+            .into_iter()
+            .filter(|aim| aim.object < scene.placed.len())
+            .map(|aim| vec![aim])
+            .collect()
+    });
+    lines.extend(everywhere(scene, range));
+    let tried: Vec<std::result::Result<Vec<Candidate>, String>> = lines
+        .into_par_iter()
+        .map(|paces| {
+            let candidate = |aim: Aim| range.strike(&aim).map(|strike| Candidate { aim, strike, worth: 0.0 });
+            let slow: Vec<_> = paces.into_iter().map(candidate).collect();
+            let free: Vec<_> = slow.iter().filter_map(|c| c.as_ref().ok().cloned()).collect();
+            match slow.into_iter().find_map(std::result::Result::err) {
+                Some(obstacle) if free.is_empty() => Err(obstacle),
+                _ => Ok(free),
+            }
+        })
+        .collect();
+    let blocked = tried.iter().filter_map(|t| t.as_ref().err().cloned()).collect();
+    let mut free: Vec<Vec<Candidate>> = tried.into_iter().filter_map(std::result::Result::ok).collect();
+    free.retain(|line| line.iter().any(|c| reached_by_arm(c, options)));
+    let step = free.len().div_ceil(most_lines).max(1);
+    (free.into_iter().step_by(step).flatten().collect(), blocked)
+}
+
+/// Whether the arm has any mass there; without an arm, always.
+fn reached_by_arm(candidate: &Candidate, options: &Options) -> bool {
+    let end = |strike: &Strike| {
+        let along = crate::geometry::Vec2::from_heading(strike.heading_rad);
+        strike.start_m + along * (strike.travel_m - candidate.aim.follow_through_m)
+    };
+    options
+        .effective_mass_kg
+        .is_none_or(|mass| mass(end(&candidate.strike), candidate.strike.heading_rad) > 0.0)
+}

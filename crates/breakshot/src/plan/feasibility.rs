@@ -3,7 +3,7 @@
 use crate::scene::Scene;
 
 /// Why the goal cannot hold for these objects in this workspace; `None` if nothing speaks against it.
-pub(super) fn impossible(scene: &Scene) -> Option<String> {
+pub(crate) fn impossible(scene: &Scene) -> Option<String> {
     too_wide(scene).or_else(|| too_many(scene))
 }
 

@@ -12,11 +12,11 @@
 //! **When the response is not monotonic** (walls, objects that meet again) the feedback can miss the speeds that work.
 //! Then the striker's range is scanned, and of the speeds that fulfil the goal the middle of the longest run is taken.
 
-use super::candidate::Candidate;
-use super::{Contact, Iteration};
+use super::central_strikes::Candidate;
 use crate::error::Result;
 use crate::geometry::Pose;
 use crate::physics::{Simulator, World};
+use crate::plan::result::{Contact, Iteration};
 use crate::scene::Scene;
 use crate::singulation::{Area, Misplaced, Singulation, Violation};
 use std::collections::BTreeMap;
@@ -38,7 +38,7 @@ const FALLBACK_SCALE_M: f64 = 0.1;
 
 /// A simulated strike.
 #[derive(Clone, Debug)]
-pub(super) struct Trial {
+pub(crate) struct Trial {
     pub iteration: Iteration,
     pub final_poses: BTreeMap<String, Pose>,
     /// The conditions that do not hold, the worst first.
@@ -46,7 +46,7 @@ pub(super) struct Trial {
 }
 
 impl Trial {
-    pub(super) fn fulfilled(&self) -> bool {
+    pub(crate) fn fulfilled(&self) -> bool {
         self.violations.is_empty()
     }
 
@@ -59,7 +59,7 @@ impl Trial {
 }
 
 /// All strikes simulated so far.
-pub(super) struct Search<'a> {
+pub(crate) struct Search<'a> {
     scene: &'a Scene,
     world: &'a World,
     simulator: Simulator,
@@ -68,12 +68,12 @@ pub(super) struct Search<'a> {
 }
 
 impl<'a> Search<'a> {
-    pub(super) fn new(scene: &'a Scene, world: &'a World) -> Self {
+    pub(crate) fn new(scene: &'a Scene, world: &'a World) -> Self {
         Self { scene, world, simulator: Simulator::new(), iterations: Vec::new(), best: None }
     }
 
     /// A speed that fulfils the goal along this heading, by feedback, else by scan; the best trial is kept in any case.
-    pub(super) fn run(&mut self, candidate: &Candidate) -> Result<Option<Trial>> {
+    pub(crate) fn run(&mut self, candidate: &Candidate) -> Result<Option<Trial>> {
         match self.feedback(candidate)? {
             Some(trial) => Ok(Some(trial)),
             None => self.scan(candidate),

@@ -1,13 +1,13 @@
 //! Laws of accessible central strikes.
 
-use super::candidate::{Blocked, Candidate, candidates};
-use super::tests::{properties, scene};
-use super::*;
-use crate::geometry::Vec2;
+use super::{properties, scene};
+use crate::geometry::{Point, Vec2};
 use crate::object::Shape;
 use crate::outline::Outline;
 use crate::physics::GRAVITY_M_S2;
-use crate::scene::{KeepOut, Wall};
+use crate::plan::paper::{Blocked, Candidate, candidates};
+use crate::plan::*;
+use crate::scene::{KeepOut, Placed, Wall};
 use crate::uncertain::Estimate;
 use proptest::prelude::*;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};

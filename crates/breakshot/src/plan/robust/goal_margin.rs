@@ -14,7 +14,7 @@ use crate::singulation::Area;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// A scene's goal, ready to judge many outcomes.
-pub(super) struct Judge<'a> {
+pub(crate) struct Judge<'a> {
     scene: &'a Scene,
     shapes: Vec<&'a Shape>,
     table: Option<Outline>,
@@ -30,7 +30,7 @@ pub(super) struct Judge<'a> {
 
 /// The condition that is tightest.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub(super) enum Condition {
+pub(crate) enum Condition {
     /// Eq. 36 for a pair of objects.
     Close([usize; 2]),
     /// The least gap of a pair of objects.
@@ -51,7 +51,7 @@ pub(super) enum Condition {
 
 /// What an outcome is worth.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Verdict {
+pub(crate) struct Verdict {
     /// The slack of the tightest condition (m); negative if it does not hold.
     pub margin_m: f64,
     pub tightest: Condition,
@@ -61,15 +61,15 @@ pub(super) struct Verdict {
 
 impl Verdict {
     /// A rollout that came to no end, or a strike that could not start.
-    pub(super) const FAILED: Self = Self { margin_m: -1.0, tightest: Condition::Nothing, singulated: 0 };
+    pub(crate) const FAILED: Self = Self { margin_m: -1.0, tightest: Condition::Nothing, singulated: 0 };
 
-    pub(super) fn fulfilled(&self) -> bool {
+    pub(crate) fn fulfilled(&self) -> bool {
         self.margin_m >= 0.0
     }
 }
 
 impl<'a> Judge<'a> {
-    pub(super) fn new(scene: &'a Scene) -> Result<Self> {
+    pub(crate) fn new(scene: &'a Scene) -> Result<Self> {
         let (goal, placed) = (&scene.goal, &scene.placed);
         let shapes: Vec<&Shape> =
             placed.iter().map(|p| Ok(&scene.object(&p.object)?.shape)).collect::<Result<_>>()?;
@@ -92,17 +92,17 @@ impl<'a> Judge<'a> {
     }
 
     /// How many outcomes were judged so far.
-    pub(super) fn judged(&self) -> usize {
+    pub(crate) fn judged(&self) -> usize {
         self.judged.load(Ordering::Relaxed)
     }
 
     /// How many objects there are.
-    pub(super) fn count(&self) -> usize {
+    pub(crate) fn count(&self) -> usize {
         self.shapes.len()
     }
 
     /// Judges where the objects came to rest, in the scene's order.
-    pub(super) fn verdict(&self, outcome: &Outcome) -> Verdict {
+    pub(crate) fn verdict(&self, outcome: &Outcome) -> Verdict {
         self.judged.fetch_add(1, Ordering::Relaxed);
         if !outcome.complete {
             return Verdict::FAILED;

@@ -1,7 +1,8 @@
 //! Laws of strikes that follow each other.
 
-use super::tests::{properties, scene};
-use super::*;
+use super::{properties, scene};
+use crate::geometry::Point;
+use crate::plan::*;
 
 fn row() -> Scene {
     scene(&[("a", 0.0, 0.0, 0.0), ("c", 0.078, 0.002, 0.0)])

@@ -1,9 +1,14 @@
 //! The plan as a whole: promises kept, reasons given.
 
+mod central_strikes;
+mod robust;
+mod sequence;
+
 use super::*;
+use crate::geometry::Point;
 use crate::object::{Marker, Object, Shape};
 use crate::physics;
-use crate::scene::{Goal, Wall};
+use crate::scene::{Goal, Placed, Wall};
 use crate::uncertain::Estimate;
 
 /// Disc `a` (40 mm), triangle `b`, disc `c` (35 mm), square `d` (40 mm), disc `e` (30 mm) and a long triangle `t`.

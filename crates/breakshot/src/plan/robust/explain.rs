@@ -1,46 +1,19 @@
 //! Why may the strike fail, and which doubt costs most?
 
-use super::Options;
-use super::judge::{Condition, Judge, Verdict};
-use super::possible::{Source, possible_worlds};
-use super::robust::{part, verdicts};
+use super::evaluate::{part, verdicts};
+use super::goal_margin::{Condition, Judge, Verdict};
+use super::scenarios::possible_worlds;
 use crate::error::Result;
 use crate::physics::World;
+use crate::plan::options::Options;
+use crate::plan::result::{Doubt, Failure, Source};
 use crate::properties::Properties;
 use crate::scene::{Scene, Strike};
 use crate::singulation::Area;
-use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
-/// A clearly different strike that is nearly as good.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct RunnerUp {
-    /// The strike.
-    pub strike: Strike,
-    /// The part of the possible worlds in which it fulfils the goal.
-    pub success_probability: f64,
-}
-
-/// One way to fail.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Failure {
-    /// What happens, in words.
-    pub what: String,
-    /// In which part of the possible worlds it is the worst that happens.
-    pub part: f64,
-}
-
-/// What it would bring to know one thing exactly.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Doubt {
-    /// What is not known exactly.
-    pub source: Source,
-    /// By how much the success probability of this strike would grow.
-    pub gain: f64,
-}
-
 /// The conditions that fail, by how often each is the worst.
-pub(super) fn failures(scene: &Scene, verdicts: &[Verdict]) -> Vec<Failure> {
+pub(crate) fn failures(scene: &Scene, verdicts: &[Verdict]) -> Vec<Failure> {
     let mut counts: BTreeMap<Condition, usize> = BTreeMap::new();
     for verdict in verdicts.iter().filter(|v| !v.fulfilled()) {
         *counts.entry(verdict.tightest).or_default() += 1;
@@ -73,7 +46,7 @@ fn words(scene: &Scene, condition: Condition) -> String {
 }
 
 /// How the success probability would grow if one source of doubt after the other were known exactly, on the same draws.
-pub(super) fn doubts(
+pub(crate) fn doubts(
     known: (&Scene, &Properties, &World),
     options: &Options,
     (strike, judge): (&Strike, &Judge),

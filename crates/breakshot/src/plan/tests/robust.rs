@@ -1,12 +1,14 @@
 //! Laws of robust plans.
 
-use super::judge::Judge;
-use super::possible::{Source, possible_worlds};
-use super::robust::{Effort, part, robust, verdicts};
-use super::tests::{properties, scene};
-use super::*;
+use super::{properties, scene};
+use crate::geometry::Point;
 use crate::gripper::Gripper;
-use crate::physics::Simulator;
+use crate::physics::{self, Simulator, World};
+use crate::plan::robust::evaluate::{part, verdicts};
+use crate::plan::robust::goal_margin::{self as judge, Judge};
+use crate::plan::robust::scenarios::possible_worlds;
+use crate::plan::robust::{Effort, robust};
+use crate::plan::*;
 use crate::scene::Goal;
 use crate::uncertain::Estimate;
 use proptest::prelude::*;

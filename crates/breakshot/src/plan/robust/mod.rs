@@ -5,53 +5,33 @@
 //! others, which had no say in choosing it, in which the goal holds.  While searching, an outcome counts by how clearly it
 //! fulfils or misses the goal, so that the search feels a slope where no sample succeeds yet.
 
-use super::explain::{Doubt, Failure, RunnerUp, doubts, failures};
-use super::judge::{Judge, Verdict};
-use super::possible::{Possible, by_name, possible_worlds};
-use super::proposal::{Aim, LEAST_FOLLOW_THROUGH_M, MOST_FOLLOW_THROUGH_M, Range, everywhere};
-use super::{Contact, Iteration, Options, Outcome, Plan, Prediction};
+pub(crate) mod evaluate;
+mod explain;
+pub(crate) mod goal_margin;
+pub(crate) mod scenarios;
+pub(crate) mod strike_grid;
+
+use super::options::{Aim, Options};
+use super::result::{Contact, Iteration, Outcome, Plan, Prediction, Robustness, RunnerUp};
 use crate::error::Result;
 use crate::geometry::{Pose, wrapped_rad};
 use crate::physics::{self, GRAVITY_M_S2, Simulator, World};
 use crate::properties::Properties;
 use crate::scene::{Scene, Strike};
 use crate::singulation::Singulation;
+use evaluate::{expected_singulated, judged, part, standard_error, verdicts, weigh};
+use explain::{doubts, failures};
+use goal_margin::{Judge, Verdict};
 use rand::{RngExt, SeedableRng};
 use rand_distr::StandardNormal;
 use rand_pcg::Pcg64Mcg;
-use rayon::prelude::*;
-use serde::{Deserialize, Serialize};
-use std::collections::{BTreeMap, BTreeSet};
-
-/// How sure a robust plan is, and why (`plan.json`).
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Robustness {
-    /// The part of the possible worlds in which the strike fulfils the goal.
-    pub success_probability: f64,
-    /// One standard deviation of that part.
-    pub standard_error: f64,
-    /// On how many possible worlds it was judged.
-    pub samples: usize,
-    /// How many strikes were simulated and judged in all.
-    #[serde(default)]
-    pub rollouts: usize,
-    /// How many objects are singulated, on average.
-    pub expected_singulated: f64,
-    /// The best strike that is clearly another one.
-    pub runner_up: Option<RunnerUp>,
-    /// What goes wrong where it goes wrong, the most frequent first.
-    pub failures: Vec<Failure>,
-    /// What it would bring to know one thing exactly, the most first.
-    pub doubts: Vec<Doubt>,
-    /// Where each object comes to rest in each of the first possible worlds.
-    pub cloud: BTreeMap<String, Vec<Pose>>,
-    /// The seed of all draws.
-    pub seed: u64,
-}
+use scenarios::{Possible, by_name, possible_worlds};
+use std::collections::BTreeMap;
+use strike_grid::{Candidate, LEAST_FOLLOW_THROUGH_M, MOST_FOLLOW_THROUGH_M, Range, reachable};
 
 /// How much is tried and on how many possible worlds.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Effort {
+pub(crate) struct Effort {
     /// Lines judged at first, each at all paces; more are thinned evenly.
     pub lines: usize,
     /// How many candidates stay, and on how many worlds they are judged then.
@@ -66,7 +46,7 @@ pub(super) struct Effort {
 
 impl Effort {
     /// Fewer than thirty thousand rollouts.
-    pub(super) const FULL: Self = Self {
+    pub(crate) const FULL: Self = Self {
         lines: 160,
         rounds: [(1600, 1), (480, 4), (240, 16), (60, 48), (24, 96)],
         finalists: 6,
@@ -77,24 +57,11 @@ impl Effort {
 
 /// Fresh worlds whose outcomes are told one by one.
 const CLOUD: usize = 60;
-/// An outcome that misses or fulfils the goal by this much (m) is still half a question of luck.
-const SOFT_M: f64 = 0.008;
-/// What singulating all objects counts beside fulfilling the goal: it decides where nothing fulfils it.
-const SINGULATED_WEIGHT: f64 = 0.1;
 /// A strike that works less often than this is only the best effort.
 const LEAST_PROBABILITY: f64 = 0.5;
 
-/// An aim and the strike it asks for.
-#[derive(Clone, Debug)]
-pub(super) struct Candidate {
-    pub aim: Aim,
-    pub strike: Strike,
-    /// What it is worth in the worlds it was judged in so far, added up.
-    worth: f64,
-}
-
 /// Plans the strike that works most probably.
-pub(super) fn robust(
+pub(crate) fn robust(
     mut plan: Plan,
     properties: &Properties,
     options: &Options,
@@ -149,50 +116,6 @@ pub(super) fn robust(
 
 /// Tells fresh worlds' draws from those of the search.
 const FRESH_STREAM: u64 = 0x5EED_F4E5;
-
-/// All strikes that an aim leads to, thinned evenly to so many lines, and what is in the way of the others.
-pub(super) fn reachable(
-    scene: &Scene,
-    range: &Range,
-    (options, most_lines): (&Options, usize),
-) -> (Vec<Candidate>, BTreeSet<String>) {
-    let mut lines = options.proposals.map_or_else(Vec::new, |proposed| {
-        proposed(scene)
-            .into_iter()
-            .filter(|aim| aim.object < scene.placed.len())
-            .map(|aim| vec![aim])
-            .collect()
-    });
-    lines.extend(everywhere(scene, range));
-    let tried: Vec<std::result::Result<Vec<Candidate>, String>> = lines
-        .into_par_iter()
-        .map(|paces| {
-            let candidate = |aim: Aim| range.strike(&aim).map(|strike| Candidate { aim, strike, worth: 0.0 });
-            let slow: Vec<_> = paces.into_iter().map(candidate).collect();
-            let free: Vec<_> = slow.iter().filter_map(|c| c.as_ref().ok().cloned()).collect();
-            match slow.into_iter().find_map(std::result::Result::err) {
-                Some(obstacle) if free.is_empty() => Err(obstacle),
-                _ => Ok(free),
-            }
-        })
-        .collect();
-    let blocked = tried.iter().filter_map(|t| t.as_ref().err().cloned()).collect();
-    let mut free: Vec<Vec<Candidate>> = tried.into_iter().filter_map(std::result::Result::ok).collect();
-    free.retain(|line| line.iter().any(|c| reached_by_arm(c, options)));
-    let step = free.len().div_ceil(most_lines).max(1);
-    (free.into_iter().step_by(step).flatten().collect(), blocked)
-}
-
-/// Whether the arm has any mass there; without an arm, always.
-fn reached_by_arm(candidate: &Candidate, options: &Options) -> bool {
-    let end = |strike: &Strike| {
-        let along = crate::geometry::Vec2::from_heading(strike.heading_rad);
-        strike.start_m + along * (strike.travel_m - candidate.aim.follow_through_m)
-    };
-    options
-        .effective_mass_kg
-        .is_none_or(|mass| mass(end(&candidate.strike), candidate.strike.heading_rad) > 0.0)
-}
 
 /// Successive halving: the better part of the judged goes on to more worlds.
 fn halved(
@@ -279,73 +202,6 @@ fn varied(aim: &Aim, width: f64, range: &Range, rng: &mut Pcg64Mcg) -> Aim {
         follow_through_m: (aim.follow_through_m * (0.4 * normal()).exp())
             .clamp(LEAST_FOLLOW_THROUGH_M, MOST_FOLLOW_THROUGH_M),
     }
-}
-
-/// Judges every candidate on the same worlds, and adds up what it is worth there.
-fn weigh(field: &mut [Candidate], worlds: &[Possible], judge: &Judge) {
-    let all = judge.count() as f64;
-    field.par_iter_mut().for_each_init(Simulator::new, |simulator, candidate| {
-        for world in worlds {
-            candidate.worth += worth(&verdict(simulator, world, &candidate.strike, judge), all);
-        }
-    });
-}
-
-/// Between 0 and 1 for how clearly the goal is missed or fulfilled, a little more for every singulated object.
-fn worth(verdict: &Verdict, all: f64) -> f64 {
-    let clearly = 1.0 / (1.0 + (-verdict.margin_m / SOFT_M).exp());
-    clearly + SINGULATED_WEIGHT * verdict.singulated as f64 / all
-}
-
-/// What becomes of the goal if the arm is told this strike in this world.
-fn verdict(simulator: &mut Simulator, possible: &Possible, strike: &Strike, judge: &Judge) -> Verdict {
-    // A striker that starts inside something, by an error of the poses, has failed.
-    simulator
-        .run(&possible.world, &possible.executed(strike))
-        .map_or(Verdict::FAILED, |outcome| judge.verdict(&outcome))
-}
-
-/// What each candidate is worth in these worlds.
-fn judged(field: &[Candidate], worlds: &[Possible], judge: &Judge) -> Vec<(Candidate, f64)> {
-    let all = judge.count() as f64;
-    field
-        .iter()
-        .map(|candidate| {
-            let verdicts = verdicts(&candidate.strike, worlds, judge);
-            // What counts in the end is how often the goal holds; how clearly decides between equals.
-            let clearly = verdicts.iter().map(|v| worth(v, all)).sum::<f64>() / verdicts.len() as f64;
-            let worth = part(&verdicts, Verdict::fulfilled) + TIE_WEIGHT * clearly;
-            (candidate.clone(), worth)
-        })
-        .collect()
-}
-
-/// Small against the standard error of a success probability.
-const TIE_WEIGHT: f64 = 0.01;
-
-/// The verdicts on one strike in every world.
-pub(super) fn verdicts(strike: &Strike, worlds: &[Possible], judge: &Judge) -> Vec<Verdict> {
-    worlds
-        .par_iter()
-        .map_init(Simulator::new, |simulator, world| verdict(simulator, world, strike, judge))
-        .collect()
-}
-
-/// The part of the verdicts for which something holds.
-pub(super) fn part(verdicts: &[Verdict], holds: impl Fn(&Verdict) -> bool) -> f64 {
-    verdicts.iter().filter(|v| holds(v)).count() as f64 / verdicts.len() as f64
-}
-
-/// How many objects are singulated, on average.
-pub(super) fn expected_singulated(verdicts: &[Verdict]) -> f64 {
-    verdicts.iter().map(|v| v.singulated as f64).sum::<f64>() / verdicts.len() as f64
-}
-
-/// Of a part of `n` (Agresti and Coull: never zero, however clear the count).
-fn standard_error(part: f64, n: usize) -> f64 {
-    let n = n as f64 + 4.0;
-    let centred = (part * (n - 4.0) + 2.0) / n;
-    (centred * (1.0 - centred) / n).sqrt()
 }
 
 fn cloud(strike: &Strike, worlds: &[Possible]) -> BTreeMap<String, Vec<Pose>> {
