@@ -1,15 +1,17 @@
 //! Which marker belongs to which object when the clip begins?
 //!
-//! Marker size and shape, the object's own outline around it, and what the layout says each speak for or against a
-//! pair of object and marker; the best total decides.
+//! The size and shape of the marker, the visibility of the object's outline around it and the prior knowledge of the
+//! layout each contribute to the cost of a pair of object and candidate; the assignment of least total cost is
+//! chosen.
 
 use super::assignment::assignment;
 use super::candidates::{Candidate, OUTLINE_TOLERANCE};
 use super::marker::blob::Blob;
-use super::marker::dot::Pair;
+use super::marker::dot::{DiscAndDot, DotPrediction};
 use super::marker::target::Target;
-use super::markerless::edge_fit::Fit;
-use super::markerless::edge_visibility::Scene;
+use super::markerless;
+use super::markerless::edge_fit::{OutlineFit, SearchRange};
+use super::markerless::edge_visibility::OutlineView;
 use super::threshold::Level;
 use crate::capture::{Camera, GreyImage};
 use crate::geometry::{Pixel, Point, Pose, Vec2, wrapped_rad};
@@ -17,55 +19,61 @@ use crate::object::{Shape, kind};
 use crate::scene::Placed;
 use std::f64::consts::PI;
 
-/// What is known about which marker belongs to which object.
+/// What is known in advance about the positions of the objects in the first frame.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Layout {
-    /// Nothing: marker shapes and object outlines must tell.
+    /// Nothing: markers and outlines alone identify the objects.
     Unknown,
-    /// The struck object comes first along the strike, the others in their order behind it.
+    /// The objects are in the given order along the strike, the struck one first.
     AlongStrike {
-        /// The strike's direction (rad).
+        /// Direction of the strike (rad).
         heading_rad: f64,
-        /// Where the striker's centre starts, if known.
+        /// Start of the striker's centre, if known.
         start_m: Option<Point>,
     },
-    /// Each object lay here when the clip began.
+    /// The pose of each object when the clip begins.
     Placed(Vec<Placed>),
 }
 
-/// A target's marker and pose in the first picture.
+/// A target's marker and pose in the first frame.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Start {
     pub candidate: Candidate,
     pub pose: Pose,
 }
 
-/// One candidate as one target's marker.
+/// One candidate as the marker of one target.
 #[derive(Clone, Copy, Debug)]
 struct Match {
     pose: Pose,
-    /// How badly marker and outline fit: half a square of standard deviations.
+    /// Half of the sum of squared deviations of marker and outline (standard deviations).
     cost: f64,
-    /// The marker; what an outline would measure as, of an object without one.
+    /// The marker, or the silhouette of an object without one.
     blob: Blob,
-    /// The dot beside the candidate, if they are equal: another candidate, but the same marker.
-    twin: Option<Pixel>,
+    /// The other one of two equal dots, which is another candidate but the same marker.
+    other_dot: Option<Pixel>,
 }
 
-/// Cut by hand and measured by ruler, a marker's lengths are right within this part (one standard deviation).
+/// Standard deviation of a marker's lengths (ratio's logarithm): cut by hand and measured with a ruler.
 const LENGTH_STD: f64 = 0.05;
-/// What an outline that does not show at all costs: true ones show by half at least, false ones by a fifth, and the
-/// difference should weigh as much as a marker wrong by three standard deviations.
-const UNSEEN_OUTLINE: f64 = 15.0;
-/// Two answers whose costs differ by less (a visibility of a tenth) are a guess.
+/// Cost of an invisible outline: the visibility of the right outline is at least a half, of a wrong one about a
+/// fifth, and the difference should cost as much as a marker that deviates by three standard deviations.
+const INVISIBLE_OUTLINE_COST: f64 = 15.0;
+/// Two assignments whose costs differ by less (a visibility of one tenth) are ambiguous.
 const CLEAR_MARGIN: f64 = 1.5;
-/// A scene made by hand is right within this (m, one standard deviation).
+/// Standard deviation of the positions in a scene file made by hand (m).
 const PLACED_STD_M: f64 = 0.01;
-/// How far the struck object may lie beside the strike's line (m, one standard deviation), and the others.
-const BESIDE_STRUCK_STD_M: f64 = 0.03;
-const BESIDE_OTHERS_STD_M: f64 = 0.2;
+/// A distance of this many standard deviations from the scene file's position gives a warning.
+const MISPLACED_STDS: f64 = 3.0;
+/// Standard deviations of the distance from the line of the strike (m), of the struck object and of the others.
+const STRUCK_LATERAL_STD_M: f64 = 0.03;
+const OTHERS_LATERAL_STD_M: f64 = 0.2;
+/// Range of the search for an outline around its silhouette, which sides and shadow displace.
+const OUTLINE_SEARCH: SearchRange = SearchRange { radius_m: 0.015, angle_rad: 0.3 };
+/// An outline of which a smaller fraction is visible is not there.
+const LEAST_VISIBLE: f64 = 0.5;
 
-/// The best way to give every target a candidate, or nothing where some target finds none; with what to warn of.
+/// The assignment of candidates to targets of least cost, with `None` for a target without candidate, and warnings.
 pub(super) fn starts(
     image: &GreyImage,
     camera: &Camera,
@@ -73,41 +81,36 @@ pub(super) fn starts(
     candidates: &[Candidate],
     layout: &Layout,
 ) -> (Vec<Option<Start>>, Vec<String>) {
+    // Costs of all pairs by appearance
     let row = |target| {
-        let row = candidates.iter().map(|c| fit(image, camera, target, c, layout)).collect();
-        without_twins(row, candidates)
+        let row = candidates.iter().map(|c| matched(image, camera, target, c, layout)).collect();
+        with_merged_dots(row, candidates)
     };
     let matches: Vec<Vec<Option<Match>>> = targets.iter().map(row).collect();
-    let fits = costs(&matches, |_, m| m.cost);
-    let mut out_of_order = None;
-    let given = match layout {
-        Layout::Unknown => assignment(&fits),
+    let by_appearance = costs(&matches, |_, m| m.cost);
+
+    // Assignment by appearance and layout
+    let mut order_warning = None;
+    let assigned = match layout {
+        Layout::Unknown => assignment(&by_appearance),
         Layout::Placed(_) => {
-            assignment(&costs(&matches, |row, m| m.cost + misplaced(layout, &targets[row], m.pose)))
+            assignment(&costs(&matches, |row, m| m.cost + placement_cost(layout, &targets[row], m.pose)))
         }
         Layout::AlongStrike { heading_rad, start_m } => {
             let ahead = Vec2::from_heading(*heading_rad);
-            let way = |pose: Pose| pose.position - start_m.unwrap_or_default();
-            let beside = costs(&matches, |row, m| {
-                let std_m = if row == 0 { BESIDE_STRUCK_STD_M } else { BESIDE_OTHERS_STD_M };
-                let known = if start_m.is_some() { 1.0 } else { 0.0 };
-                let behind = start_m.is_some() && way(m.pose).dot(ahead) < 0.0;
-                if behind {
-                    f64::INFINITY
-                } else {
-                    m.cost + known * half_square(way(m.pose).cross(ahead) / std_m)
-                }
-            });
-            in_order(&beside, &matches, ahead).unwrap_or_else(|| {
-                out_of_order =
-                    Some("doubtful: the markers do not lie in the order given along the strike".to_string());
-                assignment(&beside)
+            let by_line = costs(&matches, |row, m| m.cost + line_cost(row, m.pose, *start_m, ahead));
+            ordered_assignment(&by_line, &matches, ahead).unwrap_or_else(|| {
+                let warning = "doubtful: the markers are not in the given order along the strike";
+                order_warning = Some(warning.to_string());
+                assignment(&by_line)
             })
         }
     };
-    let mut warnings = doubts(targets, &fits, &given, layout);
-    warnings.extend(out_of_order);
-    let starts: Vec<Option<Start>> = given
+    let mut warnings = ambiguities(targets, &by_appearance, &assigned, layout);
+    warnings.extend(order_warning);
+
+    // Poses
+    let starts: Vec<Option<Start>> = assigned
         .iter()
         .enumerate()
         .map(|(row, column)| {
@@ -116,14 +119,15 @@ pub(super) fn starts(
             Some(Start { candidate: Candidate { blob, ..candidates[column] }, pose })
         })
         .collect();
-    warnings.extend(moved(targets, &starts, layout));
+    warnings.extend(misplacements(targets, &starts, layout));
     (in_canonical_order(targets, starts, layout), warnings)
 }
 
-fn half_square(deviation: f64) -> f64 {
+fn half_squared(deviation: f64) -> f64 {
     deviation * deviation / 2.0
 }
 
+/// The matrix of costs; infinite for a pair that does not match.
 fn costs(matches: &[Vec<Option<Match>>], cost: impl Fn(usize, &Match) -> f64) -> Vec<Vec<f64>> {
     let row = |(k, row): (usize, &Vec<Option<Match>>)| {
         row.iter().map(|m| m.as_ref().map_or(f64::INFINITY, |m| cost(k, m))).collect()
@@ -131,13 +135,14 @@ fn costs(matches: &[Vec<Option<Match>>], cost: impl Fn(usize, &Match) -> f64) ->
     matches.iter().enumerate().map(row).collect()
 }
 
-/// Two equal dots are two candidates, but one marker: the better of its two matches stands in the first one's column.
-fn without_twins(mut row: Vec<Option<Match>>, candidates: &[Candidate]) -> Vec<Option<Match>> {
+/// The row of matches with two equal dots merged: they are two candidates but one marker, and the better match of the
+/// two moves to the column of the first one.
+fn with_merged_dots(mut row: Vec<Option<Match>>, candidates: &[Candidate]) -> Vec<Option<Match>> {
     for first in 0..row.len() {
-        let Some(Match { twin: Some(twin), cost, .. }) = row[first] else { continue };
+        let Some(Match { other_dot: Some(other_dot), cost, .. }) = row[first] else { continue };
         let reach_px = candidates[first].blob.area_px2.sqrt() / 2.0;
-        let is_twin = |c: &Candidate| c.blob.centroid.distance_px(twin) < reach_px;
-        if let Some(second) = candidates.iter().position(is_twin)
+        let is_other = |c: &Candidate| c.blob.centroid.distance_px(other_dot) < reach_px;
+        if let Some(second) = candidates.iter().position(is_other)
             && second > first
             && let Some(other) = row[second].take()
             && other.cost < cost
@@ -148,8 +153,8 @@ fn without_twins(mut row: Vec<Option<Match>>, candidates: &[Candidate]) -> Vec<O
     row
 }
 
-/// How well a candidate goes as the target's marker, and the pose it would give the object.
-fn fit(
+/// The candidate as the target's marker: its cost by appearance and the object's pose.
+fn matched(
     image: &GreyImage,
     camera: &Camera,
     target: &Target,
@@ -157,96 +162,104 @@ fn fit(
     layout: &Layout,
 ) -> Option<Match> {
     let blob = &candidate.blob;
-    let target = &target.clone().with_marker(blob);
+    let target = &target.clone().with_polarity_of(blob);
+    let view = OutlineView::of_target(image, camera, target);
     let mismatch = target.mismatch(camera, blob);
-    if target.markerless() {
+    if target.is_markerless() {
         return mismatch
-            .within(OUTLINE_TOLERANCE)
-            .then(|| laid(image, camera, target, candidate, layout))
+            .is_within(OUTLINE_TOLERANCE)
+            .then(|| matched_outline(&view, target, candidate, layout))
             .flatten();
     }
-    if !mismatch.tolerable() {
+    if !mismatch.is_tolerable() {
         return None;
     }
-    let object = target.object;
+
+    // The dot beside the marker
     let known_yaw_rad = placed(layout, target).map(|pose| pose.yaw_rad);
-    let pair = target.pair(image, camera, blob, (known_yaw_rad, [0.0, 0.0]));
+    let prediction = DotPrediction { yaw_rad: known_yaw_rad, blur_px: [0.0, 0.0] };
+    let pair = target.disc_and_dot(image, camera, blob, prediction);
     if target.feature.dot.is_some() && pair.is_none() {
         return None;
     }
     let disc = pair.map_or(*blob, |pair| pair.disc);
-    let pose = |yaw_rad: f64| target.pose(camera, disc.aim(), yaw_rad);
-    let yaws_rad: Vec<f64> = match pair.map(|pair| pair.yaw_rad).or(known_yaw_rad) {
-        Some(yaw_rad) => vec![yaw_rad],
-        None if target.tells_axis() => vec![pose(0.0).yaw_rad, wrapped_rad(pose(0.0).yaw_rad + PI)],
-        None if matches!(object.shape, Shape::Disc { .. }) && !target.off_centre() => vec![0.0],
-        None => Vec::new(),
-    };
-    let scene = Scene { image, camera, shape: &object.shape, height_m: object.height_m };
-    let (yaw_rad, visibility) = scene.best_yaw(pose, &yaws_rad);
-    let cost = half_square(mismatch.worst() / LENGTH_STD) + UNSEEN_OUTLINE * (1.0 - visibility);
     let equal = pair.filter(|_| target.feature.has_equal_dots());
-    let twin = equal.map(
-        |Pair { disc, dot, .. }| {
+    let other_dot = equal.map(
+        |DiscAndDot { disc, dot, .. }| {
             if disc.centroid == blob.centroid { dot.centroid } else { disc.centroid }
         },
     );
-    Some(Match { pose: pose(yaw_rad), cost, blob: disc, twin })
+
+    // The yaw: of those that the marker leaves open the one with the most visible outline
+    let pose = |yaw_rad: f64| target.pose(camera, disc.image_pose(), yaw_rad);
+    let yaws_rad: Vec<f64> = match pair.map(|pair| pair.yaw_rad).or(known_yaw_rad) {
+        Some(yaw_rad) => vec![yaw_rad],
+        None if target.has_axis() => vec![pose(0.0).yaw_rad, wrapped_rad(pose(0.0).yaw_rad + PI)],
+        None if matches!(target.object.shape, Shape::Disc { .. }) && !target.is_off_centre() => vec![0.0],
+        None => Vec::new(),
+    };
+    let (yaw_rad, visibility) = view.best_yaw(pose, &yaws_rad);
+    let cost = half_squared(mismatch.largest() / LENGTH_STD) + INVISIBLE_OUTLINE_COST * (1.0 - visibility);
+    Some(Match { pose: pose(yaw_rad), cost, blob: disc, other_dot })
 }
 
-/// How well an object's own outline lies near a candidate, and the pose it would have.
-fn laid(
-    image: &GreyImage,
-    camera: &Camera,
+/// The object's own outline fitted near a silhouette.
+fn matched_outline(
+    view: &OutlineView,
     target: &Target,
     candidate: &Candidate,
     layout: &Layout,
 ) -> Option<Match> {
-    let object = target.object;
-    let scene = Scene { image, camera, shape: &object.shape, height_m: object.height_m };
-    let place = camera.table_from_pixel(candidate.blob.centroid, object.height_m);
-    let rough = |yaw_rad: f64| Pose { position: place, yaw_rad };
+    let position = view.camera.table_from_pixel(candidate.blob.centroid, view.height_m);
+    let rough = |yaw_rad: f64| Pose { position, yaw_rad };
     let yaw_rad = match placed(layout, target) {
         Some(pose) => pose.yaw_rad,
-        None => scene.best_yaw(rough, &[]).0,
+        None => view.best_yaw(rough, &[]).0,
     };
-    let fit = scene.searched(rough(yaw_rad), (LAID_REACH_M, LAID_TURN_RAD), |_| true)?;
-    let cost = UNSEEN_OUTLINE * (1.0 - fit.shown);
-    (fit.shown > LEAST_SHOWN).then_some(Match {
-        pose: fit.pose,
-        cost,
-        blob: target.blob(camera, &fit),
-        twin: None,
-    })
+    let fit = view.searched(rough(yaw_rad), OUTLINE_SEARCH, |_| true)?;
+    let cost = INVISIBLE_OUTLINE_COST * (1.0 - fit.visible_fraction);
+    let blob = markerless::silhouette(target, view.camera, &fit);
+    (fit.visible_fraction > LEAST_VISIBLE).then_some(Match { pose: fit.pose, cost, blob, other_dot: None })
 }
 
-/// Sides and shadow move a blob from its object by less than this.
-const LAID_REACH_M: f64 = 0.015;
-const LAID_TURN_RAD: f64 = 0.3;
-/// An outline that shows less is not there.
-const LEAST_SHOWN: f64 = 0.5;
-
-/// Candidates for objects without markers whose places are known.
-pub(super) fn outlines_placed(camera: &Camera, targets: &[Target], layout: &Layout) -> Vec<Candidate> {
-    let known = targets.iter().filter(|t| t.markerless()).filter_map(|t| Some((t, placed(layout, t)?)));
+/// Candidates at the positions of the objects without markers that the layout gives.
+pub(super) fn placed_candidates(camera: &Camera, targets: &[Target], layout: &Layout) -> Vec<Candidate> {
+    let known = targets.iter().filter(|t| t.is_markerless()).filter_map(|t| Some((t, placed(layout, t)?)));
     let candidate = |(target, pose): (&Target, Pose)| {
-        let blob = target.blob(camera, &Fit { pose, shown: 1.0, std_px: 1.0 });
-        Candidate { blob, level: Level::Below(1) }
+        let fit = OutlineFit { pose, visible_fraction: 1.0, std_px: 1.0 };
+        Candidate { blob: markerless::silhouette(target, camera, &fit), level: Level::Below(1) }
     };
     known.map(candidate).collect()
 }
 
+/// The pose that the layout gives for a target.
 fn placed(layout: &Layout, target: &Target) -> Option<Pose> {
     let Layout::Placed(placed) = layout else { return None };
     placed.iter().find(|p| p.object == target.name).map(Placed::pose)
 }
 
-fn misplaced(layout: &Layout, target: &Target, pose: Pose) -> f64 {
-    placed(layout, target).map_or(0.0, |due| half_square(due.position.distance(pose.position) / PLACED_STD_M))
+/// Cost of the distance from the position that the layout gives.
+fn placement_cost(layout: &Layout, target: &Target, pose: Pose) -> f64 {
+    placed(layout, target)
+        .map_or(0.0, |given| half_squared(given.position.distance(pose.position) / PLACED_STD_M))
 }
 
-/// The cheapest way to give the rows columns that lie one behind the other along `ahead`, if there is any.
-fn in_order(costs: &[Vec<f64>], matches: &[Vec<Option<Match>>], ahead: Vec2) -> Option<Vec<Option<usize>>> {
+/// Cost of the distance from the line of the strike, if its start is known; infinite behind the start.
+fn line_cost(row: usize, pose: Pose, start_m: Option<Point>, ahead: Vec2) -> f64 {
+    let std_m = if row == 0 { STRUCK_LATERAL_STD_M } else { OTHERS_LATERAL_STD_M };
+    start_m.map_or(0.0, |start_m| {
+        let from_start = pose.position - start_m;
+        let behind = from_start.dot(ahead) < 0.0;
+        if behind { f64::INFINITY } else { half_squared(from_start.cross(ahead) / std_m) }
+    })
+}
+
+/// The assignment of least cost whose columns are in the order of the rows along `ahead`, if there is one.
+fn ordered_assignment(
+    costs: &[Vec<f64>],
+    matches: &[Vec<Option<Match>>],
+    ahead: Vec2,
+) -> Option<Vec<Option<usize>>> {
     let columns = costs.first().map_or(0, Vec::len);
     let along = |column: usize| {
         let pose = matches.iter().find_map(|row| row[column]).map(|m| m.pose.position.to_vec().dot(ahead));
@@ -254,7 +267,8 @@ fn in_order(costs: &[Vec<f64>], matches: &[Vec<Option<Match>>], ahead: Vec2) -> 
     };
     let mut order: Vec<usize> = (0..columns).collect();
     order.sort_by(|&a, &b| along(a).total_cmp(&along(b)));
-    // best[k]: total of the rows so far with their columns among the first k of the order, and which these are.
+    // Dynamic programming: best[k] is the least cost of the rows so far with columns among the first k of the order,
+    // and these columns.
     let mut best: Vec<(f64, Vec<usize>)> = vec![(0.0, Vec::new()); columns + 1];
     for row in costs {
         let mut next = vec![(f64::INFINITY, Vec::new()); columns + 1];
@@ -272,45 +286,55 @@ fn in_order(costs: &[Vec<f64>], matches: &[Vec<Option<Match>>], ahead: Vec2) -> 
     total.is_finite().then(|| columns.into_iter().map(Some).collect())
 }
 
-/// Pairs of objects that could as well be the other way round.
-fn doubts(targets: &[Target], fits: &[Vec<f64>], given: &[Option<usize>], layout: &Layout) -> Vec<String> {
-    let mut doubts = Vec::new();
+/// Warnings of pairs of objects that appearance does not distinguish, or that it would exchange.
+fn ambiguities(
+    targets: &[Target],
+    by_appearance: &[Vec<f64>],
+    assigned: &[Option<usize>],
+    layout: &Layout,
+) -> Vec<String> {
+    let mut warnings = Vec::new();
     for i in 0..targets.len() {
         for k in i + 1..targets.len() {
-            let (Some(at_i), Some(at_k)) = (given[i], given[k]) else { continue };
+            let (Some(at_i), Some(at_k)) = (assigned[i], assigned[k]) else { continue };
             if kind(targets[i].name) == kind(targets[k].name) {
                 continue;
             }
-            let swapped_costs_more = fits[i][at_k] + fits[k][at_i] - fits[i][at_i] - fits[k][at_k];
+            let costs = by_appearance;
+            let added_by_exchange = costs[i][at_k] + costs[k][at_i] - costs[i][at_i] - costs[k][at_k];
             let (one, other) = (targets[i].name, targets[k].name);
             if matches!(layout, Layout::Unknown) {
-                if swapped_costs_more < CLEAR_MARGIN {
-                    doubts.push(format!(
-                        "doubtful: `{one}` and `{other}` could as well be the other way round (markers and outlines fit almost alike)"
+                if added_by_exchange < CLEAR_MARGIN {
+                    warnings.push(format!(
+                        "doubtful: `{one}` and `{other}` may be exchanged: markers and outlines fit both assignments almost equally"
                     ));
                 }
-            } else if swapped_costs_more < -CLEAR_MARGIN {
-                doubts.push(format!(
-                    "doubtful: `{one}` and `{other}` seem swapped: markers and outlines fit better the other way round"
+            } else if added_by_exchange < -CLEAR_MARGIN {
+                warnings.push(format!(
+                    "doubtful: `{one}` and `{other}` seem swapped: markers and outlines fit better with the two exchanged"
                 ));
             }
         }
     }
-    doubts
+    warnings
 }
 
-/// Three standard deviations from where the scene says is worth a word.
-fn moved(targets: &[Target], starts: &[Option<Start>], layout: &Layout) -> Vec<String> {
-    let off = targets.iter().zip(starts).filter_map(|(target, start)| {
-        let off_m = placed(layout, target)?.position.distance(start.as_ref()?.pose.position);
-        (off_m > 3.0 * PLACED_STD_M).then(|| {
-            format!("doubtful: `{}` lies {:.0} mm from where the scene says", target.name, off_m * 1e3)
+/// Warnings of objects far from the position that the scene file gives.
+fn misplacements(targets: &[Target], starts: &[Option<Start>], layout: &Layout) -> Vec<String> {
+    let far = targets.iter().zip(starts).filter_map(|(target, start)| {
+        let distance_m = placed(layout, target)?.position.distance(start.as_ref()?.pose.position);
+        (distance_m > MISPLACED_STDS * PLACED_STD_M).then(|| {
+            format!(
+                "doubtful: `{}` is {:.0} mm from the position that the scene gives",
+                target.name,
+                distance_m * 1e3
+            )
         })
     });
-    off.collect()
+    far.collect()
 }
 
-/// Copies of one kind cannot be told apart: they are numbered from left to right, from below where that is equal.
+/// The starts with the copies of one kind, which look the same, numbered by increasing x, then by increasing y.
 fn in_canonical_order(
     targets: &[Target],
     mut starts: Vec<Option<Start>>,

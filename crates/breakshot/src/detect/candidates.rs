@@ -1,4 +1,8 @@
-//! What in a picture may be a marker?
+//! Which regions of an image may be markers or objects?
+//!
+//! All grey levels are tried, and a marker is a region that keeps its area and shape over several of them (compare
+//! the maximally stable extremal regions of Matas et al., 2002). It is measured at the level halfway between its own
+//! grey level and its background's.
 
 use super::label::{Component, Labeller, Window};
 use super::marker::blob::{self, Blob};
@@ -9,19 +13,27 @@ use crate::geometry::Pixel;
 use std::borrow::Cow;
 use std::ops::RangeInclusive;
 
-/// Something that may be a marker.
+/// A blob that may be a marker, and the level at which it was found.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Candidate {
     pub blob: Blob,
     pub level: Level,
 }
 
-/// At half the expected area or less, or at twice, a component is something else (or partly covered).
+/// A component of less than half or more than twice the expected area is not a marker (or is partly covered).
 const AREA_TOLERANCE: f64 = 2.0;
-/// Seen at the next level, the same marker lies within this part of its own size.
-const SAME_PLACE: f64 = 0.25;
+/// Regions of neighbouring levels are the same if the distance of their centroids over their size is below this.
+const SAME_REGION: f64 = 0.25;
+/// A component of fewer pixels has no shape.
+const LEAST_AREA_PX: f64 = 4.0;
+/// A component of this many pixels keeps its shape in a reduced image.
+const ENOUGH_PX: u64 = 150;
+/// Differences between objects and table that are tried (grey levels).
+const OUTLINE_LEVELS: [u8; 6] = [8, 12, 20, 32, 48, 72];
+/// Tolerance of an object's silhouette (logarithm of a ratio of lengths): its sides and its shadow enlarge it.
+pub(super) const OUTLINE_TOLERANCE: f64 = 0.6;
 
-/// What may be a marker of one of the targets, wherever it lies, the clearest first.
+/// All blobs of the image that may be the marker of a target, by decreasing contrast.
 pub(super) fn candidates(
     image: &GreyImage,
     camera: &Camera,
@@ -29,58 +41,66 @@ pub(super) fn candidates(
     threshold: Option<u8>,
     labeller: &mut Labeller,
 ) -> Vec<Candidate> {
+    // Stable regions
     let areas_px = component_areas_px(camera, targets);
-    let search = Search::new(image, areas_px);
-    let mut groups: Vec<Group> = Vec::new();
+    let search = SearchImage::new(image, areas_px);
+    let mut regions: Vec<StableRegion> = Vec::new();
     for (rank, level) in levels(threshold).enumerate() {
         let found =
-            labeller.components(&search.picture, Window::whole(&search.picture), level, &search.areas_px);
+            labeller.components(&search.reduced, Window::whole(&search.reduced), level, &search.areas_px);
         for component in found {
-            let plausible = |t: &Target| t.full_enough(component.area_px as f64, component.covariance_px2());
+            let plausible =
+                |t: &Target| t.has_similar_compactness(component.area_px as f64, component.covariance_px2());
             if targets.iter().any(plausible) {
-                gather(&mut groups, Sighting { rank, level, component: *component });
+                add(&mut regions, RegionAtLevel { rank, level, component: *component });
             }
         }
     }
-    let mut candidates: Vec<Candidate> = groups
+
+    // Measured at the middle one of the levels at which they were found
+    let mut candidates: Vec<Candidate> = regions
         .iter()
-        .filter(|group| group.sightings.len() > 1 || threshold.is_some())
-        .filter_map(|group| {
-            let Sighting { level, component, .. } = &group.sightings[group.sightings.len() / 2];
-            let whole = search.enlarged(component, *level, labeller)?;
-            candidate(image, &whole, *level)
+        .filter(|region| region.levels.len() > 1 || threshold.is_some())
+        .filter_map(|region| {
+            let RegionAtLevel { level, component, .. } = &region.levels[region.levels.len() / 2];
+            let component = search.in_full_resolution(component, *level, labeller)?;
+            let blob = blob::measured(image, &component, *level, [0.0, 0.0])?;
+            Some(Candidate { blob, level: blob.level() })
         })
-        .filter(|c| targets.iter().any(|t| t.mismatch(camera, &c.blob).tolerable()))
-        .filter(|c| !on_tag(camera, c.blob.centroid))
+        .filter(|c| targets.iter().any(|t| t.mismatch(camera, &c.blob).is_tolerable()))
+        .filter(|c| !is_on_tag(camera, c.blob.centroid))
         .collect();
+
+    // Of several at the same position the one with the highest contrast
     candidates.sort_by(|a, b| b.blob.contrast.abs().total_cmp(&a.blob.contrast.abs()));
     let mut kept: Vec<Candidate> = Vec::new();
     for c in candidates {
-        if kept.iter().all(|k| !same_place(k.blob.centroid, c.blob.centroid, c.blob.area_px2)) {
+        if kept.iter().all(|k| !is_same_position(k.blob.centroid, c.blob.centroid, c.blob.area_px2)) {
             kept.push(c);
         }
     }
     kept
 }
 
-/// What may be one of the targets without a marker in a picture from which the table was taken away.
-pub(super) fn outlines(
-    levelled: &GreyImage,
+/// All regions that may be a target without a marker, in an image from which the table was subtracted.
+pub(super) fn silhouettes(
+    subtracted: &GreyImage,
     camera: &Camera,
     targets: &[Target],
     labeller: &mut Labeller,
 ) -> Vec<Candidate> {
-    let targets: Vec<Target> = targets.iter().filter(|t| t.markerless()).cloned().collect();
+    let targets: Vec<Target> = targets.iter().filter(|t| t.is_markerless()).cloned().collect();
     let areas_px = component_areas_px(camera, &targets);
     let middle = u8::MAX / 2 + 1;
     let mut found: Vec<Candidate> = Vec::new();
-    for away in OUTLINE_LEVELS {
-        for level in [Level::Below(middle - away), Level::Above(middle + away)] {
-            for component in labeller.components(levelled, Window::whole(levelled), level, &areas_px) {
-                let blob = Blob::rough(component, f64::from(away));
-                let like = |t: &Target| t.mismatch(camera, &blob).within(OUTLINE_TOLERANCE);
-                let known = found.iter().any(|f| same_place(f.blob.centroid, blob.centroid, blob.area_px2));
-                if !known && targets.iter().any(like) && !on_tag(camera, blob.centroid) {
+    for difference in OUTLINE_LEVELS {
+        for level in [Level::Below(middle - difference), Level::Above(middle + difference)] {
+            for component in labeller.components(subtracted, Window::whole(subtracted), level, &areas_px) {
+                let blob = Blob::from_component(component, f64::from(difference));
+                let matches = |t: &Target| t.mismatch(camera, &blob).is_within(OUTLINE_TOLERANCE);
+                let known =
+                    found.iter().any(|f| is_same_position(f.blob.centroid, blob.centroid, blob.area_px2));
+                if !known && targets.iter().any(matches) && !is_on_tag(camera, blob.centroid) {
                     found.push(Candidate { blob, level });
                 }
             }
@@ -89,14 +109,9 @@ pub(super) fn outlines(
     found
 }
 
-/// An object stands out from the table by one of these (grey levels).
-const OUTLINE_LEVELS: [u8; 6] = [8, 12, 20, 32, 48, 72];
-/// A blob shows an object's sides and shadow as well, which make it larger.
-pub(super) const OUTLINE_TOLERANCE: f64 = 0.6;
-
-/// Areas of components that are worth a closer look (px).
+/// Range of the areas of components that may be one of the targets (px).
 pub(super) fn component_areas_px(camera: &Camera, targets: &[Target]) -> RangeInclusive<u64> {
-    let areas = targets.iter().map(|t| t.areas_px2(camera));
+    let areas = targets.iter().map(|t| t.projected_areas_px2(camera));
     let (least, most) = areas.fold((f64::INFINITY, 0.0_f64), |(least, most), areas| {
         (least.min(*areas.start()), most.max(*areas.end()))
     });
@@ -104,95 +119,91 @@ pub(super) fn component_areas_px(camera: &Camera, targets: &[Target]) -> RangeIn
     least as u64..=(most * AREA_TOLERANCE) as u64
 }
 
-/// Below this a component has no shape.
-const LEAST_AREA_PX: f64 = 4.0;
-
-struct Sighting {
+/// A component at one of the levels of a search.
+struct RegionAtLevel {
+    /// Number of the level in the order of the search.
     rank: usize,
     level: Level,
     component: Component,
 }
 
-/// The same marker at neighbouring levels.
-struct Group {
-    sightings: Vec<Sighting>,
+/// The same region at successive levels.
+struct StableRegion {
+    levels: Vec<RegionAtLevel>,
 }
 
-/// The marker measured at the level in the middle of those at which it is seen, then at its own.
-fn candidate(image: &GreyImage, component: &Component, level: Level) -> Option<Candidate> {
-    let blob = blob::measured(image, component, level, [0.0, 0.0])?;
-    Some(Candidate { blob, level: blob.level() })
+/// Adds a component to the region that contained it at one of the two levels before, or as a new region.
+fn add(regions: &mut Vec<StableRegion>, this: RegionAtLevel) {
+    let centroid = this.component.centroid();
+    let area = this.component.area_px as f64;
+    let same = |region: &&mut StableRegion| {
+        region.levels.last().is_some_and(|last| {
+            let same_side = last.level.is_dark() == this.level.is_dark();
+            let successive = last.rank + 2 >= this.rank && last.rank < this.rank;
+            same_side && successive && is_same_position(last.component.centroid(), centroid, area)
+        })
+    };
+    match regions.iter_mut().find(same) {
+        Some(region) => region.levels.push(this),
+        None => regions.push(StableRegion { levels: vec![this] }),
+    }
 }
 
-/// The picture in which markers are searched at every level: made smaller where even the smallest stays large.
-struct Search<'a> {
-    picture: Cow<'a, GreyImage>,
+/// The image in which all levels are searched: of reduced size where even the smallest marker has many pixels.
+struct SearchImage<'a> {
+    reduced: Cow<'a, GreyImage>,
+    /// Areas of markers in the reduced image (px).
     areas_px: RangeInclusive<u64>,
+    /// Reduction of width and height.
     factor: usize,
-    /// The picture as it is, and the areas that markers have in it (px).
-    image: &'a GreyImage,
-    whole_areas_px: RangeInclusive<u64>,
+    /// The image in full resolution, and the areas of markers in it (px).
+    full: &'a GreyImage,
+    full_areas_px: RangeInclusive<u64>,
 }
 
-/// A component of so many pixels keeps its shape.
-const PLENTY_PX: u64 = 150;
-
-impl<'a> Search<'a> {
-    fn new(image: &'a GreyImage, whole_areas_px: RangeInclusive<u64>) -> Self {
-        let factor = ((whole_areas_px.start() / PLENTY_PX).isqrt() as usize).max(1);
-        let part = (factor * factor) as u64;
-        let areas_px = whole_areas_px.start() / part..=whole_areas_px.end() / part;
-        let picture = if factor > 1 { Cow::Owned(image.shrunk(factor)) } else { Cow::Borrowed(image) };
-        Self { picture, areas_px, factor, image, whole_areas_px }
+impl<'a> SearchImage<'a> {
+    fn new(full: &'a GreyImage, full_areas_px: RangeInclusive<u64>) -> Self {
+        let factor = ((full_areas_px.start() / ENOUGH_PX).isqrt() as usize).max(1);
+        let area_factor = (factor * factor) as u64;
+        let areas_px = full_areas_px.start() / area_factor..=full_areas_px.end() / area_factor;
+        let reduced = if factor > 1 { Cow::Owned(full.shrunk(factor)) } else { Cow::Borrowed(full) };
+        Self { reduced, areas_px, factor, full, full_areas_px }
     }
 
-    /// The component of the picture itself that a component of the smaller one shows.
-    fn enlarged(&self, component: &Component, level: Level, labeller: &mut Labeller) -> Option<Component> {
+    /// The component of the full image that corresponds to one of the reduced image.
+    fn in_full_resolution(
+        &self,
+        component: &Component,
+        level: Level,
+        labeller: &mut Labeller,
+    ) -> Option<Component> {
         if self.factor == 1 {
             return Some(*component);
         }
-        let whole = |at: f64| (at + 0.5) * self.factor as f64 - 0.5;
+        let scaled = |at: f64| (at + 0.5) * self.factor as f64 - 0.5;
         let Pixel { x, y } = component.centroid();
-        let centroid = Pixel::new(whole(x), whole(y));
+        let centroid = Pixel::new(scaled(x), scaled(y));
         let span = |[first, last]: [u32; 2], size: usize| {
             let (first, last) = (first as usize, last as usize);
             [first.saturating_sub(1) * self.factor, ((last + 2) * self.factor).min(size)]
         };
-        let window =
-            Window { x: span(component.x, self.image.width), y: span(component.y, self.image.height) };
-        let found = labeller.components(self.image, window, level, &self.whole_areas_px).iter();
-        let off_px = |c: &Component| c.centroid().distance_px(centroid);
-        found.min_by(|a, b| off_px(a).total_cmp(&off_px(b))).copied()
+        let window = Window { x: span(component.x, self.full.width), y: span(component.y, self.full.height) };
+        let found = labeller.components(self.full, window, level, &self.full_areas_px).iter();
+        let distance_px = |c: &Component| c.centroid().distance_px(centroid);
+        found.min_by(|a, b| distance_px(a).total_cmp(&distance_px(b))).copied()
     }
 }
 
-fn gather(groups: &mut Vec<Group>, sighting: Sighting) {
-    let place = sighting.component.centroid();
-    let area = sighting.component.area_px as f64;
-    let same = |group: &&mut Group| {
-        group.sightings.last().is_some_and(|last| {
-            let same_side =
-                matches!(last.level, Level::Below(_)) == matches!(sighting.level, Level::Below(_));
-            let near = last.rank + 2 >= sighting.rank && last.rank < sighting.rank;
-            same_side && near && same_place(last.component.centroid(), place, area)
-        })
-    };
-    match groups.iter_mut().find(same) {
-        Some(group) => group.sightings.push(sighting),
-        None => groups.push(Group { sightings: vec![sighting] }),
-    }
+fn is_same_position(one: Pixel, other: Pixel, area_px2: f64) -> bool {
+    one.distance_px(other) < SAME_REGION * area_px2.sqrt()
 }
 
-fn same_place(one: Pixel, other: Pixel, area_px2: f64) -> bool {
-    one.distance_px(other) < SAME_PLACE * area_px2.sqrt()
-}
-
-/// Whether a place lies on a tag that was seen: the tags' cells are as black and as small as markers.
-fn on_tag(camera: &Camera, place: Pixel) -> bool {
+/// Whether a position is inside a detected tag, whose cells are as black and as small as markers.
+fn is_on_tag(camera: &Camera, position: Pixel) -> bool {
     camera.tags.iter().any(|tag| {
         let side = |k: usize| {
             let (p, q) = (tag.corners_px[k], tag.corners_px[(k + 1) % 4]);
-            (q.x - p.x) * (place.y - p.y) - (q.y - p.y) * (place.x - p.x)
+            (q.x - p.x) * (position.y - p.y) - (q.y - p.y) * (position.x - p.x)
         };
         let sides: [f64; 4] = std::array::from_fn(side);
         sides.iter().all(|&s| s >= 0.0) || sides.iter().all(|&s| s <= 0.0)

@@ -1,7 +1,8 @@
-//! How fast did each object move?  (Fig. 6 of the paper; for display: estimation fits the positions themselves.)
+//! What are the velocity and the acceleration of each object?  (Fig. 6 of the paper.)
 //!
-//! A parabola through a few neighbours gives velocity and acceleration.  Of the neighbours before, around and after a
-//! sample those count that lie on one parabola: so an impact stays between two samples and is not smeared over many.
+//! For display only: estimation fits the positions themselves. Both come from a parabola through a few neighbours of
+//! a sample. Of the windows before, around and after the sample the one with the best fit counts, so that an impact
+//! is not smoothed over several samples.
 
 use super::tracks::Sample;
 use crate::geometry::Vec2;
@@ -9,31 +10,38 @@ use crate::statistics::upper_median;
 use nalgebra::{Matrix3, Vector3};
 use std::ops::Range;
 
-/// Neighbours in a parabola: enough to average noise, few enough for short slides.
-const NEIGHBOURS: usize = 5;
-/// Samples further apart than this many usual intervals are not neighbours.
+/// Number of samples of a parabola: enough to average noise, few enough for short slides.
+const WINDOW: usize = 5;
+/// Number of samples between impacts in close succession.
+const SHORT_WINDOW: usize = 3;
+/// A gap is an interval of more than this many median intervals.
 const GAP: f64 = 2.5;
-/// A parabola that misses by more than this many standard deviations crosses an impact.
-const MISSED_STDS: f64 = 4.0;
+/// A parabola with larger residuals (standard deviations) crosses an impact.
+const IMPACT_STDS: f64 = 4.0;
+/// Displacement within a window from which an object moves (standard deviations of the position).
+const MOVING_STDS: f64 = 30.0;
+/// Ratio by which the best of three overlapping windows fits better by chance than a given one.
+const BEST_OF_THREE: f64 = 0.7;
 
-/// Fills velocity, yaw rate and acceleration of a track.
+/// Sets velocity, angular velocity and acceleration of all samples of a track.
 pub(super) fn fill(samples: &mut [Sample]) {
     let runs = runs(samples);
     for k in 0..samples.len() {
         let Some(run) = runs.iter().find(|run| run.contains(&k)) else { continue };
-        let windows = windows(run, k, NEIGHBOURS);
-        let best = best(samples, k, windows).filter(|best| best.missed_stds < MISSED_STDS);
-        let Some(motion) = best.or_else(|| smoothest(samples, k, run)) else { continue };
+        let windows = windows(run, k, WINDOW);
+        let best = best_fit(samples, k, windows).filter(|best| best.residual_stds < IMPACT_STDS);
+        let Some(derivatives) = best.or_else(|| smoothest(samples, k, run)) else { continue };
         let sample = &mut samples[k];
-        (sample.vx_m_s, sample.vy_m_s) = (Some(motion.velocity.x), Some(motion.velocity.y));
-        (sample.ax_m_s2, sample.ay_m_s2) = (Some(motion.acceleration.x), Some(motion.acceleration.y));
-        sample.yaw_rate_rad_s = motion.yaw_rate_rad_s;
+        (sample.vx_m_s, sample.vy_m_s) = (Some(derivatives.velocity.x), Some(derivatives.velocity.y));
+        (sample.ax_m_s2, sample.ay_m_s2) =
+            (Some(derivatives.acceleration.x), Some(derivatives.acceleration.y));
+        sample.yaw_rate_rad_s = derivatives.yaw_rate_rad_s;
     }
 }
 
-/// How far the samples of a moving object lie from smooth motion, in their own standard deviations: one number for
-/// each sample, about 1 where those are right.
-pub(super) fn unsteadiness(samples: &[Sample]) -> Vec<f64> {
+/// Residuals of the samples of a moving object from smooth motion, in their standard deviations: about 1 where these
+/// are right. One number per sample in motion.
+pub(super) fn residual_stds(samples: &[Sample]) -> Vec<f64> {
     let runs = runs(samples);
     let moving = |window: &Range<usize>| {
         let (first, last) = (&samples[window.start], &samples[window.end - 1]);
@@ -41,24 +49,21 @@ pub(super) fn unsteadiness(samples: &[Sample]) -> Vec<f64> {
     };
     let of_sample = |k: usize| {
         let run = runs.iter().find(|run| run.contains(&k))?;
-        Some(best(samples, k, windows(run, k, NEIGHBOURS).filter(moving))?.missed_stds / BEST_OF_THREE)
+        let best = best_fit(samples, k, windows(run, k, WINDOW).filter(moving))?;
+        Some(best.residual_stds / BEST_OF_THREE)
     };
     (0..samples.len()).filter_map(of_sample).collect()
 }
 
-/// An object that came this many standard deviations far within a window was in motion.
-const MOVING_STDS: f64 = 30.0;
-/// The best of three overlapping windows fits better than a chosen one, by chance alone, by this factor.
-const BEST_OF_THREE: f64 = 0.7;
-
-struct Motion {
+/// Derivatives at an instant, and the residuals of their parabola.
+struct Derivatives {
     velocity: Vec2,
     acceleration: Vec2,
     yaw_rate_rad_s: Option<f64>,
-    missed_stds: f64,
+    residual_stds: f64,
 }
 
-/// Stretches without a gap.
+/// Ranges of samples without a gap.
 fn runs(samples: &[Sample]) -> Vec<Range<usize>> {
     let intervals_s = samples.windows(2).map(|s| s[1].time_s - s[0].time_s);
     let usual_s = upper_median(intervals_s).unwrap_or(f64::INFINITY);
@@ -72,7 +77,8 @@ fn runs(samples: &[Sample]) -> Vec<Range<usize>> {
     runs
 }
 
-/// `length` samples of the run ending with, around and beginning with the `k`th, as far as there are.
+/// The windows of `length` samples of the run that end with, surround and begin with sample `k`, as far as they
+/// exist.
 fn windows(run: &Range<usize>, k: usize, length: usize) -> impl Iterator<Item = Range<usize>> + use<> {
     let run = run.clone();
     [length - 1, length / 2, 0].into_iter().filter_map(move |before| {
@@ -81,40 +87,44 @@ fn windows(run: &Range<usize>, k: usize, length: usize) -> impl Iterator<Item = 
     })
 }
 
-fn best(samples: &[Sample], k: usize, windows: impl Iterator<Item = Range<usize>>) -> Option<Motion> {
+fn best_fit(
+    samples: &[Sample],
+    k: usize,
+    windows: impl Iterator<Item = Range<usize>>,
+) -> Option<Derivatives> {
     windows
-        .filter_map(|window| motion(&samples[window], samples[k].time_s))
-        .min_by(|a, b| a.missed_stds.total_cmp(&b.missed_stds))
+        .filter_map(|window| derivatives(&samples[window], samples[k].time_s))
+        .min_by(|a, b| a.residual_stds.total_cmp(&b.residual_stds))
 }
 
-/// Between two impacts that are close together: the three samples with the least acceleration.
-fn smoothest(samples: &[Sample], k: usize, run: &Range<usize>) -> Option<Motion> {
-    windows(run, k, 3)
-        .filter_map(|window| motion(&samples[window], samples[k].time_s))
+/// Between two impacts in close succession: the three samples with the least acceleration.
+fn smoothest(samples: &[Sample], k: usize, run: &Range<usize>) -> Option<Derivatives> {
+    windows(run, k, SHORT_WINDOW)
+        .filter_map(|window| derivatives(&samples[window], samples[k].time_s))
         .min_by(|a, b| a.acceleration.length().total_cmp(&b.acceleration.length()))
 }
 
-/// The motion at an instant on the parabola through some samples.
-fn motion(samples: &[Sample], time_s: f64) -> Option<Motion> {
+/// Derivatives at an instant of the parabola through some samples.
+fn derivatives(samples: &[Sample], time_s: f64) -> Option<Derivatives> {
     let span_s = samples.last()?.time_s - samples.first()?.time_s;
     let times: Vec<f64> = samples.iter().map(|s| (s.time_s - time_s) / span_s).collect();
     let fit =
         |value: &dyn Fn(&Sample) -> f64| parabola(&times, &samples.iter().map(value).collect::<Vec<_>>());
-    let (x, off_x) = fit(&|s| s.x_m)?;
-    let (y, off_y) = fit(&|s| s.y_m)?;
+    let (x, squares_x) = fit(&|s| s.x_m)?;
+    let (y, squares_y) = fit(&|s| s.y_m)?;
     let yaws: Option<Vec<f64>> = samples.iter().map(|s| s.yaw_rad).collect();
     let yaw_rate_rad_s = yaws.and_then(|yaws| parabola(&times, &yaws)).map(|(yaw, _)| yaw[1] / span_s);
     let std_m = samples.iter().map(|s| s.std_m).fold(0.0, f64::max);
-    let spare = (2 * samples.len()).saturating_sub(6).max(1) as f64;
-    Some(Motion {
+    let degrees_of_freedom = (2 * samples.len()).saturating_sub(6).max(1) as f64;
+    Some(Derivatives {
         velocity: Vec2::new(x[1], y[1]) / span_s,
         acceleration: Vec2::new(x[2], y[2]) * (2.0 / (span_s * span_s)),
         yaw_rate_rad_s,
-        missed_stds: ((off_x + off_y) / spare).sqrt() / std_m,
+        residual_stds: ((squares_x + squares_y) / degrees_of_freedom).sqrt() / std_m,
     })
 }
 
-/// Least squares c0 + c1 t + c2 t2, and the sum of squares left.
+/// Least squares fit of c0 + c1 t + c2 t2, and the sum of squared residuals.
 fn parabola(times: &[f64], values: &[f64]) -> Option<(Vector3<f64>, f64)> {
     let middle = values.iter().sum::<f64>() / values.len() as f64;
     let (mut matrix, mut right) = (Matrix3::zeros(), Vector3::zeros());
@@ -125,9 +135,9 @@ fn parabola(times: &[f64], values: &[f64]) -> Option<(Vector3<f64>, f64)> {
     }
     let mut fit = matrix.try_inverse()? * right;
     fit[0] += middle;
-    let left =
+    let squares =
         times.iter().zip(values).map(|(&t, &v)| (v - fit[0] - t * (fit[1] + t * fit[2])).powi(2)).sum();
-    Some((fit, left))
+    Some((fit, squares))
 }
 
 #[cfg(test)]
@@ -152,11 +162,11 @@ mod tests {
 
     /// At rest, struck at 0.208 s, sliding to rest with 2.5 m/s2, at 60 frames a second.
     fn struck() -> Vec<Sample> {
-        let place = |t: f64| {
+        let position = |t: f64| {
             let t = (t - 0.208).clamp(0.0, 0.2);
             0.1 + 0.5 * t - 1.25 * t * t
         };
-        (0..40).map(|k| f64::from(k) / 60.0).map(|t| sample(t, place(t), -place(t))).collect()
+        (0..40).map(|k| f64::from(k) / 60.0).map(|t| sample(t, position(t), -position(t))).collect()
     }
 
     #[test]
@@ -164,15 +174,15 @@ mod tests {
         let mut samples = struck();
         fill(&mut samples);
         for s in &samples {
-            let due_m_s = if s.time_s < 0.208 { 0.0 } else { (0.5 - 2.5 * (s.time_s - 0.208)).max(0.0) };
-            let off_m_s = (s.vx_m_s.expect("a speed") - due_m_s).abs();
-            assert!(off_m_s < 0.011, "{} m/s at {} s, not {due_m_s}", s.vx_m_s.unwrap(), s.time_s);
-            assert!((s.yaw_rate_rad_s.expect("a rate") - 2.0).abs() < 1e-9);
+            let expected_m_s = if s.time_s < 0.208 { 0.0 } else { (0.5 - 2.5 * (s.time_s - 0.208)).max(0.0) };
+            let error_m_s = (s.vx_m_s.expect("a velocity") - expected_m_s).abs();
+            assert!(error_m_s < 0.011, "{} m/s at {} s, not {expected_m_s}", s.vx_m_s.unwrap(), s.time_s);
+            assert!((s.yaw_rate_rad_s.expect("an angular velocity") - 2.0).abs() < 1e-9);
         }
     }
 
     #[test]
-    fn a_sliding_body_decelerates_by_the_same_amount_all_the_way() {
+    fn a_sliding_body_has_the_same_deceleration_in_every_sample() {
         let mut samples = struck();
         fill(&mut samples);
         for s in samples.iter().filter(|s| (0.22..0.39).contains(&s.time_s)) {
@@ -182,13 +192,13 @@ mod tests {
     }
 
     #[test]
-    fn a_gap_is_not_bridged_and_lone_samples_have_no_speed() {
+    fn a_gap_is_not_bridged_and_single_samples_have_no_velocity() {
         let mut samples = struck();
         samples.drain(20..30);
-        let lone = samples.len() - 1;
-        samples[lone].time_s += 1.0;
+        let single = samples.len() - 1;
+        samples[single].time_s += 1.0;
         fill(&mut samples);
-        assert_eq!(samples[lone].vx_m_s, None);
+        assert_eq!(samples[single].vx_m_s, None);
         assert!(samples[19].vx_m_s.is_some() && samples[20].vx_m_s.is_some());
     }
 }

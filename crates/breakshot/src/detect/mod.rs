@@ -1,16 +1,18 @@
 //! Where was each object at each instant?
 //!
-//! Section 4 of the paper: every frame becomes a binary image, its 8-connected components become blobs with area and
-//! centroid, blobs of the markers' size become tracks that keep their object's identity through the whole clip.
+//! Section 4 of the paper: each frame becomes a binary image, its 8-connected components become blobs with area and
+//! centroid, and the blobs of markers become tracks, one per object through the whole clip.
 
 mod assignment;
 mod association;
 mod candidates;
 mod derivatives;
+mod first_frames;
+#[doc(hidden)]
 pub mod label;
 mod marker;
 mod markerless;
-mod opening;
+mod motion_blur;
 mod postprocess;
 #[cfg(test)]
 mod tests;
@@ -27,17 +29,18 @@ use crate::error::{Error, Result};
 use crate::object::{self, Object};
 use crate::scene::Placed;
 use association::Start;
+use first_frames::{first_frames, mean_image};
 use label::Labeller;
 use marker::target::Target;
 use markerless::background;
 use track::Tracker;
 
-/// How to look.
+/// Settings of the detection.
 #[derive(Clone, Copy, Default)]
 pub struct Options<'a> {
-    /// The grey level that separates marker from object, instead of each marker's own.
+    /// The grey level that separates markers from objects, instead of a level per marker.
     pub threshold: Option<u8>,
-    /// A picture of the empty table, which helps to find objects without markers.
+    /// An image of the empty table from the same camera; it improves the detection of objects without markers.
     pub table: Option<&'a GreyImage>,
     /// Called after each frame with the number of frames so far.
     pub on_frame: Option<&'a (dyn Fn(usize) + Sync)>,
@@ -52,7 +55,7 @@ impl std::fmt::Debug for Options<'_> {
 /// One track for each of `names`, from the first to the last frame.
 ///
 /// # Errors
-/// A film that breaks off, fewer markers than objects, markers that cannot be told apart.
+/// A film that cannot be decoded to its end, an unknown name, or fewer markers (or outlines) than objects.
 pub fn tracks(
     capture: Capture,
     objects: &[Object],
@@ -67,9 +70,7 @@ pub fn tracks(
     Ok(tracks)
 }
 
-/// What lies on the table in the film's first frames (or in a picture): one pose for each of `names`.
-///
-/// Also gives what is doubtful about it.
+/// The pose of each of `names` in the first frames of a film, or in a picture; and warnings.
 ///
 /// # Errors
 /// As [`tracks`].
@@ -81,8 +82,8 @@ pub fn placed(
 ) -> Result<(Vec<Placed>, Vec<String>)> {
     let Capture { mut footage, camera, .. } = capture;
     let clip = Clip { name: footage.name().to_string(), camera: &camera, targets: targets(objects, names)? };
-    let opening = opening::opening(&clip.name, &mut footage)?;
-    let (starts, warnings) = clip.starts(&opening, &Layout::Unknown, options)?;
+    let frames = first_frames(&clip.name, &mut footage)?;
+    let (starts, warnings) = clip.starts(&frames, &Layout::Unknown, options)?;
     let placed = clip.targets.iter().zip(&starts).map(|(target, start)| Placed {
         object: target.name.to_string(),
         position_m: start.pose.position,
@@ -95,12 +96,15 @@ fn targets<'a>(objects: &'a [Object], names: &'a [String]) -> Result<Vec<Target<
     names.iter().map(|name| Ok(Target::new(name, object::find(objects, name, "detect")?))).collect()
 }
 
-/// The tags of a camera that stands still are seen again within some hundredths of a pixel.
-const MOVED_PX: f64 = 0.5;
-/// How long to wait for markers that are covered when the clip begins (frames).
+/// Displacement of the tags between the first and the last frame from which the camera has moved (px): that of a
+/// fixed camera is some hundredths of a pixel.
+const CAMERA_MOVED_PX: f64 = 0.5;
+/// Number of frames within which all markers must become visible.
 const LATEST_START: usize = 30;
+/// Assumed interval between frames until there are two (s).
+const USUAL_INTERVAL_S: f64 = 1.0 / 60.0;
 
-/// A film, the camera that took it and what is looked for in it.
+/// A film, its camera and the objects to be found in it.
 struct Clip<'a> {
     name: String,
     camera: &'a Camera,
@@ -114,12 +118,13 @@ impl Clip<'_> {
         layout: &Layout,
         options: &Options,
     ) -> Result<Tracks> {
-        let mut opening = opening::opening(&self.name, frames)?;
+        // Initial poses
+        let mut opening = first_frames(&self.name, frames)?;
         let mut skipped = 0;
         let (starts, mut warnings) = loop {
             match self.starts(&opening, layout, options) {
                 Ok(found) => break found,
-                // A marker may be covered at first; if it never shows, the first frame's error stands.
+                // A marker may be covered in the first frames; the error of the last attempt is returned.
                 Err(error) => match frames.next() {
                     Some(frame) if skipped < LATEST_START => {
                         skipped += opening.len();
@@ -131,8 +136,11 @@ impl Clip<'_> {
         };
         if skipped > 0 {
             let from_s = opening[0].time_s;
-            warnings.push(format!("not all markers show before {from_s:.3} s: the tracks begin there"));
+            warnings
+                .push(format!("not all markers are visible before {from_s:.3} s: the tracks begin there"));
         }
+
+        // Frame by frame
         let interval_s = opening.get(1).map_or(USUAL_INTERVAL_S, |second| second.time_s - opening[0].time_s);
         let starts = self.targets.iter().cloned().zip(starts).collect();
         let mut tracker = Tracker::new(self.camera, starts, options.threshold, interval_s);
@@ -140,41 +148,39 @@ impl Clip<'_> {
         let mut last = None;
         for frame in opening.into_iter().map(Ok).chain(frames) {
             let frame = frame?;
-            tracker.follow(&frame);
+            tracker.track(&frame);
             last = Some(frame);
             done += 1;
             if let Some(on_frame) = options.on_frame {
                 on_frame(done);
             }
         }
-        warnings.extend(last.and_then(|frame| self.moved(&frame)));
-        Ok(self.reviewed(&tracker, warnings))
+        warnings.extend(last.and_then(|frame| self.camera_motion(&frame)));
+        Ok(self.postprocessed(&tracker, warnings))
     }
 
-    /// A word if the camera does not stand where it stood when the clip began.
-    fn moved(&self, last: &Frame) -> Option<String> {
-        let shift_px = self.camera.shift_px(&last.image).filter(|&shift_px| shift_px > MOVED_PX)?;
-        Some(format!("the camera moved by {shift_px:.1} px during the clip; needed: one that stands still"))
+    /// A warning if the camera moved between the first and the last frame.
+    fn camera_motion(&self, last: &Frame) -> Option<String> {
+        let shift_px = self.camera.shift_px(&last.image).filter(|&shift_px| shift_px > CAMERA_MOVED_PX)?;
+        Some(format!("the camera moved by {shift_px:.1} px during the clip; needed: a fixed camera"))
     }
 
-    fn reviewed(&self, tracker: &Tracker, mut warnings: Vec<String>) -> Tracks {
+    fn postprocessed(&self, tracker: &Tracker, mut warnings: Vec<String>) -> Tracks {
         let camera = self.camera;
         let exposure_s =
-            postprocess::exposure_s(camera, &tracker.followers).or(camera.exposure_s).unwrap_or(0.0);
-        let mut tracks: Vec<Track> = tracker
-            .followers
-            .iter()
-            .map(|follower| postprocess::track(camera, follower, exposure_s))
-            .collect();
+            motion_blur::exposure_s(camera, &tracker.states).or(camera.exposure_s).unwrap_or(0.0);
+        let mut tracks: Vec<Track> =
+            tracker.states.iter().map(|state| postprocess::track(camera, state, exposure_s)).collect();
         postprocess::scale_noise(&mut tracks);
         for track in &mut tracks {
             derivatives::fill(&mut track.samples);
         }
-        warnings
-            .extend(tracker.followers.iter().flat_map(|f| postprocess::gaps(camera, f, tracker.times_s())));
-        warnings.extend(self.targets.iter().filter(|t| t.off_centre() && !t.tells_yaw()).map(|t| {
-            let name = t.name;
-            format!("doubtful: the marker of `{name}` lies off its centroid and cannot tell how it turns: if it turns, its positions are wrong")
+        let gaps = |state| postprocess::gap_warnings(camera, state, tracker.times_s());
+        warnings.extend(tracker.states.iter().flat_map(gaps));
+        let undetermined = self.targets.iter().filter(|t| t.is_off_centre() && !t.has_observable_yaw());
+        warnings.extend(undetermined.map(|target| {
+            let name = target.name;
+            format!("doubtful: the marker of `{name}` is off its centroid and does not determine its yaw: if it rotates, its positions are wrong")
         }));
         Tracks {
             version: 1,
@@ -185,38 +191,47 @@ impl Clip<'_> {
         }
     }
 
-    /// Where every target is in the first frames.
+    /// The marker and the pose of every target in the mean of the first frames, and warnings.
     fn starts(
         &self,
         opening: &[Frame],
         layout: &Layout,
         options: &Options,
     ) -> Result<(Vec<Start>, Vec<String>)> {
-        let image = opening::mean(opening);
+        // Candidates
+        let image = mean_image(opening);
         let mut labeller = Labeller::default();
         let mut candidates =
             candidates::candidates(&image, self.camera, &self.targets, options.threshold, &mut labeller);
-        if self.targets.iter().any(Target::markerless) {
-            self.check_table(&image, options.table)?;
-            let levelled = background::levelled(&image, options.table);
-            candidates.extend(candidates::outlines(&levelled, self.camera, &self.targets, &mut labeller));
-            candidates.extend(association::outlines_placed(self.camera, &self.targets, layout));
+        if self.targets.iter().any(Target::is_markerless) {
+            self.check_size(&image, options.table)?;
+            let subtracted = background::subtracted(&image, options.table);
+            candidates.extend(candidates::silhouettes(
+                &subtracted,
+                self.camera,
+                &self.targets,
+                &mut labeller,
+            ));
+            candidates.extend(association::placed_candidates(self.camera, &self.targets, layout));
         }
+
+        // Assignment
         let (starts, warnings) = association::starts(&image, self.camera, &self.targets, &candidates, layout);
-        let lost: Vec<&str> = self
+        let missing: Vec<&str> = self
             .targets
             .iter()
             .zip(&starts)
             .filter(|(_, start)| start.is_none())
             .map(|(t, _)| t.name)
             .collect();
-        if lost.is_empty() {
+        if missing.is_empty() {
             return Ok((starts.into_iter().flatten().collect(), warnings));
         }
-        Err(self.too_few(&image, candidates.len(), &lost))
+        Err(self.too_few(&image, candidates.len(), &missing))
     }
 
-    fn check_table(&self, image: &GreyImage, table: Option<&GreyImage>) -> Result<()> {
+    /// An error unless the image of the empty table has the size of the film's frames.
+    fn check_size(&self, image: &GreyImage, table: Option<&GreyImage>) -> Result<()> {
         let size = |image: &GreyImage| format!("{} x {} px", image.width, image.height);
         match table {
             Some(table) if size(table) != size(image) => {
@@ -226,29 +241,26 @@ impl Clip<'_> {
         }
     }
 
-    fn too_few(&self, image: &GreyImage, candidates: usize, lost: &[&str]) -> Error {
+    fn too_few(&self, image: &GreyImage, candidates: usize, missing: &[&str]) -> Error {
         let (darkest, lightest) =
             image.pixels.iter().fold((u8::MAX, 0), |(low, high), &p| (low.min(p), high.max(p)));
         let sizes: Vec<String> = self
             .targets
             .iter()
-            .filter(|t| lost.contains(&t.name))
-            .map(|t| format!("`{}` ({:.0} px)", t.name, t.areas_px2(self.camera).end()))
+            .filter(|t| missing.contains(&t.name))
+            .map(|t| format!("`{}` ({:.0} px)", t.name, t.projected_areas_px2(self.camera).end()))
             .collect();
         Error::Markers {
             clip: self.name.clone(),
             found: format!(
-                "{candidates} blobs that may be markers in a picture of grey levels {darkest} to {lightest}, none left for {}",
+                "{candidates} blobs that may be markers in an image with grey levels {darkest} to {lightest}, and none of them for {}",
                 sizes.join(", ")
             ),
             needed: format!(
-                "{} markers (or outlines that stand out from the table), one for each of {}, of the shape and size that the objects' file gives",
+                "{} markers (or outlines with contrast to the table), one for each of {}, of the shape and size in the objects' file",
                 self.targets.len(),
                 self.targets.iter().map(|t| t.name).collect::<Vec<_>>().join(", ")
             ),
         }
     }
 }
-
-/// Until a second frame tells (s).
-const USUAL_INTERVAL_S: f64 = 1.0 / 60.0;

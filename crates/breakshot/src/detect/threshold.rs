@@ -1,37 +1,53 @@
-//! Which grey level separates a marker from its object?
+//! Which grey levels count as foreground?
 //!
-//! No single level need fit a whole picture: light falls off, objects differ, a marker may be the lighter of the two.
-//! So every level is tried, and a marker is what keeps its area and shape over many of them; the level halfway
-//! between it and its surroundings is its own.
+//! One threshold rarely fits a whole image: illumination is uneven, objects differ in brightness, and a marker may be
+//! lighter or darker than its object. The search for markers therefore tries all levels on both sides.
 
-/// Which grey levels are foreground.
+/// A threshold on the grey level and the side of it that is foreground.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Level {
-    /// All below this one.
+    /// All grey levels below this one.
     Below(u8),
-    /// All above this one.
+    /// All grey levels above this one.
     Above(u8),
 }
 
 impl Level {
-    /// Whether this grey level is foreground.
+    /// The threshold with dark foreground or with light foreground.
+    pub(super) const fn new(dark: bool, threshold: u8) -> Self {
+        if dark { Self::Below(threshold) } else { Self::Above(threshold) }
+    }
+
+    /// Whether a pixel of this grey level is foreground.
     #[must_use]
-    pub const fn holds(self, grey: u8) -> bool {
+    pub const fn is_foreground(self, grey: u8) -> bool {
         match self {
             Self::Below(threshold) => grey < threshold,
             Self::Above(threshold) => grey > threshold,
         }
     }
+
+    /// Whether the foreground is darker than the background.
+    pub(super) const fn is_dark(self) -> bool {
+        matches!(self, Self::Below(_))
+    }
 }
 
-/// Steps between the grey levels tried: a marker too faint to show at two of them is too faint to measure.
-const LEVEL_STEP: usize = 8;
+/// Step between the grey levels of a search. A marker that shows at fewer than two of them has too little contrast to
+/// be measured.
+pub(super) const SEARCH_STEP: usize = 8;
 
+/// All levels of a search from dark to light.
+pub(super) fn search_thresholds() -> impl Iterator<Item = u8> {
+    (SEARCH_STEP..256).step_by(SEARCH_STEP).map(|level| level as u8)
+}
+
+/// The given threshold, or else all levels of a search: first with dark, then with light foreground.
 pub(super) fn levels(threshold: Option<u8>) -> impl Iterator<Item = Level> {
-    let steps: Vec<u8> = match threshold {
+    let thresholds: Vec<u8> = match threshold {
         Some(level) => vec![level],
-        None => (LEVEL_STEP..256).step_by(LEVEL_STEP).map(|level| level as u8).collect(),
+        None => search_thresholds().collect(),
     };
-    let above = steps.clone();
-    steps.into_iter().map(Level::Below).chain(above.into_iter().map(Level::Above))
+    let dark = thresholds.clone();
+    dark.into_iter().map(Level::Below).chain(thresholds.into_iter().map(Level::Above))
 }

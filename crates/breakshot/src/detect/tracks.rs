@@ -3,18 +3,18 @@
 use crate::geometry::Point;
 use serde::{Deserialize, Serialize};
 
-/// Where every object of a clip was, frame by frame.
+/// The tracks of all objects of one clip: the output of this stage.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Tracks {
-    /// The file format's version.
+    /// Version of the file format.
     pub version: u32,
-    /// The film.
+    /// Name of the film.
     pub video: String,
-    /// How well the camera's pose explains the tags (px, root mean square).
+    /// Reprojection error of the camera's pose over all tag corners (px, root mean square).
     pub reprojection_rms_px: f64,
-    /// One track per object, in the order asked for.
+    /// One track per object, in the order of the names that were asked for.
     pub tracks: Vec<Track>,
-    /// What the user should know.
+    /// Problems and doubtful results, in words.
     #[serde(default)]
     pub warnings: Vec<String>,
 }
@@ -22,42 +22,43 @@ pub struct Tracks {
 /// One object through the clip.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Track {
-    /// The object; `a#2` for the second copy.
+    /// Name of the object; `a#2` for the second copy of `a`.
     pub object: String,
-    /// In order of time; frames in which the marker was not seen are missing.
+    /// Samples in the order of time; frames in which the object was not found have none.
     pub samples: Vec<Sample>,
 }
 
 /// One object in one frame.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Sample {
-    /// Presentation time (s).
+    /// Presentation time (s), corrected for the rolling shutter.
     pub time_s: f64,
-    /// The object's centroid on the table (m).
+    /// x of the object's centroid in the table frame (m).
     pub x_m: f64,
-    /// The object's centroid on the table (m).
+    /// y of the object's centroid in the table frame (m).
     pub y_m: f64,
-    /// How it is turned (rad, continuous over time); unknown where the marker cannot tell.
+    /// Yaw (rad, continuous over time); `None` where the marker does not determine it.
     pub yaw_rad: Option<f64>,
-    /// Velocity (m/s), for display: estimation fits positions.
+    /// x component of the velocity (m/s), for display: estimation fits the positions.
     pub vx_m_s: Option<f64>,
-    /// Velocity (m/s), for display.
+    /// y component of the velocity (m/s), for display.
     pub vy_m_s: Option<f64>,
-    /// Rate of turn (rad/s), for display.
+    /// Angular velocity (rad/s), for display.
     pub yaw_rate_rad_s: Option<f64>,
-    /// Acceleration (m/s2), for display.
+    /// x component of the acceleration (m/s2), for display.
     pub ax_m_s2: Option<f64>,
-    /// Acceleration (m/s2), for display.
+    /// y component of the acceleration (m/s2), for display.
     pub ay_m_s2: Option<f64>,
-    /// One standard deviation of the position's noise along each axis (m).
+    /// Standard deviation of the position along each axis (m).
     pub std_m: f64,
-    /// Whether something (the striker's arm, a shadow, another marker) may have spoilt the position.
+    /// Whether the position may be biased, by an occlusion (the striker's arm, another marker), a shadow or the
+    /// border of the image.
     #[serde(default)]
     pub doubtful: bool,
 }
 
 impl Sample {
-    /// The object's centroid.
+    /// The object's centroid in the table frame.
     pub fn position(&self) -> Point {
         Point::new(self.x_m, self.y_m)
     }

@@ -1,33 +1,33 @@
-//! How many pixels does a component have, where, and with which moments?
+//! What are the area, the bounding box and the moments of a component?
 
 use super::row_bits::Run;
 use crate::geometry::Pixel;
 
-/// Pixels that touch each other at a side or a corner.
+/// An 8-connected component of the foreground: pixels that touch each other at a side or a corner.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Component {
-    /// How many pixels.
+    /// Number of pixels.
     pub area_px: u64,
     /// First and last column.
     pub x: [u32; 2],
     /// First and last row.
     pub y: [u32; 2],
-    /// One of its pixels (column, row).
+    /// Column and row of one of its pixels.
     pub seed: [u32; 2],
-    /// Sums over the pixels of x and y.
+    /// Sums of x and y over the pixels.
     pub(super) first: [u64; 2],
-    /// Sums over the pixels of x x, x y and y y.
+    /// Sums of x x, x y and y y over the pixels.
     pub(super) second: [u64; 3],
 }
 
 impl Component {
-    /// The mean place of its pixels.
+    /// Mean position of its pixels.
     pub fn centroid(&self) -> Pixel {
         let n = self.area_px as f64;
         Pixel::new(self.first[0] as f64 / n, self.first[1] as f64 / n)
     }
 
-    /// Central second moments over the area, xx, xy and yy, pixels taken as points (px2).
+    /// Central second moments over the area, xx, xy and yy, with pixels as points (px2).
     pub fn covariance_px2(&self) -> [f64; 3] {
         let n = self.area_px as f64;
         let Pixel { x, y } = self.centroid();
@@ -35,6 +35,7 @@ impl Component {
         [xx - x * x, xy - x * y, yy - y * y]
     }
 
+    /// Adds a run of row `y`; rows must come in increasing order.
     pub(super) fn add_run(&mut self, y: u32, run: &Run) {
         let (start, end, row) = (u64::from(run.start), u64::from(run.end), u64::from(y));
         let n = end - start;
@@ -51,6 +52,7 @@ impl Component {
         self.second[2] += n * row * row;
     }
 
+    /// Adds all pixels of another component.
     pub(super) fn absorb(&mut self, other: &Self) {
         self.area_px += other.area_px;
         self.x = [self.x[0].min(other.x[0]), self.x[1].max(other.x[1])];

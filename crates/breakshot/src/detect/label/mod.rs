@@ -1,8 +1,8 @@
-//! Which pixels belong together?
+//! Which pixels form the components of the binary image?
 //!
-//! 8-connected components of the binary image (section 4 of the paper) in one pass: a row becomes bits, bits become
-//! runs, runs that touch are united, and areas, boxes and moments grow with them.  No binary image and no label image
-//! is ever written.
+//! 8-connected components (section 4 of the paper) in one pass over the image: each row becomes bits, the bits become
+//! runs, and touching runs of neighbouring rows are united, which accumulates areas, bounding boxes and moments.
+//! Neither a binary image nor a label image is stored.
 
 mod component;
 mod row_bits;
@@ -14,24 +14,24 @@ pub use component::Component;
 pub use window::Window;
 
 use crate::capture::GreyImage;
-use row_bits::{BLOCK, Bits, Run, in_company, runs};
+use row_bits::{RowBits, Run, WORD_PX, runs, with_neighbours};
 use std::ops::RangeInclusive;
-use union_find::Parts;
+use union_find::Forest;
 
-/// Finds components; keeps its memory from picture to picture.
+/// Finds components; keeps its buffers from image to image.
 #[derive(Debug, Default)]
 pub struct Labeller {
-    bits: [Bits; 3],
-    company: Vec<u64>,
-    filled: Vec<u32>,
-    above: Vec<Run>,
-    row: Vec<Run>,
-    parts: Parts,
+    rows: [RowBits; 3],
+    kept: Vec<u64>,
+    nonzero: Vec<u32>,
+    runs_above: Vec<Run>,
+    runs: Vec<Run>,
+    forest: Forest,
     found: Vec<Component>,
 }
 
 impl Labeller {
-    /// The components of a window whose area lies within `areas_px`, in the order in which their last rows come.
+    /// The components of a window whose area is in the range `areas_px`, in the order of their last rows.
     pub fn components(
         &mut self,
         image: &GreyImage,
@@ -40,44 +40,47 @@ impl Labeller {
         areas_px: &RangeInclusive<u64>,
     ) -> &[Component] {
         self.found.clear();
-        self.above.clear();
-        self.parts.clear();
+        self.runs_above.clear();
+        self.forest.clear();
         let [y0, y1] = window.y;
-        let words = (window.x[1] - window.x[0]).div_ceil(BLOCK);
+        let words = (window.x[1] - window.x[0]).div_ceil(WORD_PX);
         if words == 0 || y0 == y1 {
             return &self.found;
         }
-        self.bits.iter_mut().for_each(|bits| bits.clear(words));
+        self.rows.iter_mut().for_each(|row| row.resize(words));
         let pixels = |y: usize| &image.pixels[y * image.width..][window.x[0]..window.x[1]];
-        let lone_pixels_count = *areas_px.start() < 2;
-        let [previous, current, next] = &mut self.bits;
+        let single_pixels_count = *areas_px.start() < 2;
+        let [previous, current, next] = &mut self.rows;
         next.read(pixels(y0), level, true);
         for y in y0..y1 {
+            // The foreground of this row and of its two neighbours
             std::mem::swap(previous, current);
             std::mem::swap(current, next);
             if y + 1 < y1 {
                 next.read(pixels(y + 1), level, current.is_empty());
             } else {
-                next.empty();
+                next.clear();
             }
-            self.row.clear();
+            // Its runs
+            self.runs.clear();
             if !current.is_empty() {
-                let (words, which) = if lone_pixels_count {
+                let (words, range) = if single_pixels_count {
                     current.words()
                 } else {
-                    in_company([previous, current, next], &mut self.company)
+                    with_neighbours([previous, current, next], &mut self.kept)
                 };
-                let first_x = window.x[0] + which.start * BLOCK;
-                runs(words, first_x as u32, &mut self.filled, &mut self.row);
+                let first_x = window.x[0] + range.start * WORD_PX;
+                runs(words, first_x as u32, &mut self.nonzero, &mut self.runs);
             }
-            if !self.row.is_empty() || !self.above.is_empty() {
-                self.parts.join(y as u32, &self.above, &mut self.row);
-                self.parts.close(y as u32, &self.above, areas_px, &mut self.found);
-                self.parts.settle(&mut self.row);
-                std::mem::swap(&mut self.above, &mut self.row);
+            // Their components
+            if !self.runs.is_empty() || !self.runs_above.is_empty() {
+                self.forest.join(y as u32, &self.runs_above, &mut self.runs);
+                self.forest.complete(y as u32, &self.runs_above, areas_px, &mut self.found);
+                self.forest.relabel(&mut self.runs);
+                std::mem::swap(&mut self.runs_above, &mut self.runs);
             }
         }
-        self.parts.close(y1 as u32, &self.above, areas_px, &mut self.found);
+        self.forest.complete(y1 as u32, &self.runs_above, areas_px, &mut self.found);
         &self.found
     }
 }
@@ -89,43 +92,47 @@ mod tests {
     use rand::{RngExt, SeedableRng};
     use rand_pcg::Pcg64Mcg;
 
-    /// The readable law: flood from each pixel not yet seen, over all eight neighbours.
+    /// Reference implementation: flood fill from each unvisited pixel over its eight neighbours.
     fn flooded(
         image: &GreyImage,
         window: Window,
         level: Level,
         areas_px: &RangeInclusive<u64>,
     ) -> Vec<Component> {
-        let foreground = |x: usize, y: usize| level.holds(image.pixels[y * image.width + x]);
+        let foreground = |x: usize, y: usize| level.is_foreground(image.pixels[y * image.width + x]);
         let inside = |x: usize, y: usize| {
             (window.x[0]..window.x[1]).contains(&x) && (window.y[0]..window.y[1]).contains(&y)
         };
-        let mut seen = vec![false; image.pixels.len()];
+        let mut visited = vec![false; image.pixels.len()];
         let mut found = Vec::new();
         for y in window.y[0]..window.y[1] {
             for x in window.x[0]..window.x[1] {
-                let mut part = Component { x: [u32::MAX, 0], y: [u32::MAX, 0], ..Component::default() };
+                let mut component = Component { x: [u32::MAX, 0], y: [u32::MAX, 0], ..Component::default() };
                 let mut open = vec![(x, y)];
                 while let Some((x, y)) = open.pop() {
-                    if !inside(x, y) || seen[y * image.width + x] || !foreground(x, y) {
+                    if !inside(x, y) || visited[y * image.width + x] || !foreground(x, y) {
                         continue;
                     }
-                    seen[y * image.width + x] = true;
+                    visited[y * image.width + x] = true;
                     let (column, row) = (x as u32, y as u32);
-                    part.area_px += 1;
-                    part.x = [part.x[0].min(column), part.x[1].max(column)];
-                    part.y = [part.y[0].min(row), part.y[1].max(row)];
+                    component.area_px += 1;
+                    component.x = [component.x[0].min(column), component.x[1].max(column)];
+                    component.y = [component.y[0].min(row), component.y[1].max(row)];
                     let (x, y) = (x as u64, y as u64);
-                    part.first = [part.first[0] + x, part.first[1] + y];
-                    part.second = [part.second[0] + x * x, part.second[1] + x * y, part.second[2] + y * y];
+                    component.first = [component.first[0] + x, component.first[1] + y];
+                    component.second = [
+                        component.second[0] + x * x,
+                        component.second[1] + x * y,
+                        component.second[2] + y * y,
+                    ];
                     for (dx, dy) in [(0, 0), (1, 0), (2, 0), (0, 1), (2, 1), (0, 2), (1, 2), (2, 2)] {
                         if column + dx > 0 && row + dy > 0 {
                             open.push(((column + dx) as usize - 1, (row + dy) as usize - 1));
                         }
                     }
                 }
-                if part.area_px > 0 && areas_px.contains(&part.area_px) {
-                    found.push(part);
+                if component.area_px > 0 && areas_px.contains(&component.area_px) {
+                    found.push(component);
                 }
             }
         }
@@ -133,7 +140,7 @@ mod tests {
     }
 
     fn sorted(mut components: Vec<Component>) -> Vec<Component> {
-        // Any of its pixels may stand for a component.
+        // Any pixel of a component may be its seed.
         for c in &mut components {
             c.seed = [0, 0];
         }
@@ -162,8 +169,8 @@ mod tests {
             let darkness = [0.001, 0.02, 0.1, 0.3, 0.41, 0.5, 0.7, 0.97][seed as usize % 8];
             let image = random_image(width, height, darkness, 1 + seed as usize % 3, seed);
             let whole = Window::whole(&image);
-            let part = Window { x: [width / 5, width - width / 7], y: [height / 4, height] };
-            for window in [whole, part] {
+            let inner = Window { x: [width / 5, width - width / 7], y: [height / 4, height] };
+            for window in [whole, inner] {
                 for level in [
                     Level::Below(100),
                     Level::Above(100),
@@ -173,9 +180,9 @@ mod tests {
                 ] {
                     for areas_px in [1..=u64::MAX, 2..=u64::MAX, 3..=9] {
                         let found = sorted(labeller.components(&image, window, level, &areas_px).to_vec());
-                        let law = sorted(flooded(&image, window, level, &areas_px));
+                        let expected = sorted(flooded(&image, window, level, &areas_px));
                         assert_eq!(
-                            found, law,
+                            found, expected,
                             "{width} x {height} px, {level:?}, areas {areas_px:?}, seed {seed}"
                         );
                     }

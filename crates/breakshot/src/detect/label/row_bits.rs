@@ -1,19 +1,21 @@
 //! Which pixels of a row are foreground, one bit each, and which runs do they form?
 //!
-//! Grey levels are compared sixteen at a time; most of a picture shows nothing, and is only looked at for its darkest.
+//! Sixteen grey levels are compared at a time. Most of an image is background: a span is masked only if its extreme
+//! grey level is foreground.
 
 use crate::detect::threshold::Level;
 use std::ops::Range;
 use wide::u8x16;
 
-/// Pixels in a word of bits, and pixels compared at once.
-pub(super) const BLOCK: usize = 64;
+/// Pixels in a word of bits.
+pub(super) const WORD_PX: usize = u64::BITS as usize;
+/// Pixels compared at once.
 const LANES: usize = 16;
-/// Words whose darkest pixel is looked for first, and so many pixels.
+/// Words, and pixels, whose extreme grey level is tested before they are masked.
 const SPAN_WORDS: usize = 8;
-const SPAN: usize = SPAN_WORDS * BLOCK;
+const SPAN_PX: usize = SPAN_WORDS * WORD_PX;
 
-/// Foreground pixels side by side in one row, the end excluded.
+/// Adjacent foreground pixels of one row; `end` is excluded.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Run {
     pub start: u32,
@@ -21,123 +23,135 @@ pub(super) struct Run {
     pub label: u32,
 }
 
-/// A row's foreground, with an empty word at either end.
+/// The foreground of a row, with an empty word at either end.
 #[derive(Debug, Default)]
-pub(super) struct Bits {
-    here: Vec<u64>,
-    /// Whether the left or the right neighbour is foreground.
+pub(super) struct RowBits {
+    foreground: Vec<u64>,
+    /// Whether the left or the right neighbour of a pixel is foreground.
     beside: Vec<u64>,
-    /// The words outside of which nothing is.
+    /// The range of words outside of which no pixel is foreground.
     used: Range<usize>,
 }
 
-impl Bits {
-    /// An empty row of so many words.
-    pub(super) fn clear(&mut self, words: usize) {
-        for bits in [&mut self.here, &mut self.beside] {
+impl RowBits {
+    /// Makes it an empty row of the given number of words.
+    pub(super) fn resize(&mut self, words: usize) {
+        for bits in [&mut self.foreground, &mut self.beside] {
             bits.clear();
             bits.resize(words + 2, 0);
         }
         self.used = 0..0;
     }
 
-    /// Takes in a row of pixels.
+    /// Reads a row of pixels.
     ///
-    /// Below an empty row most are empty: the whole of it is looked at first.
+    /// A row below an empty one is usually empty too: with `below_empty` the extreme grey level of the whole row is
+    /// tested first.
     pub(super) fn read(&mut self, row: &[u8], level: Level, below_empty: bool) {
-        self.empty();
-        if below_empty && !level.shows(row) {
+        self.clear();
+        if below_empty && !level.has_foreground(row) {
             return;
         }
-        let words = self.here.len() - 2;
-        self.used = mask_row(row, level, &mut self.here[1..=words]);
-        let Range { start, end } = reached(&self.used, words);
-        let [left, here, right] = [0, 1, 2].map(|k| &self.here[start + k..end + k]);
+        let words = self.foreground.len() - 2;
+        self.used = mask_row(row, level, &mut self.foreground[1..=words]);
+        let Range { start, end } = widened(&self.used, words);
+        let [left, here, right] = [0, 1, 2].map(|k| &self.foreground[start + k..end + k]);
         let sides = left.iter().zip(right).map(|(left, right)| left >> 63 | right << 63);
         for (beside, (here, sides)) in self.beside[1..][start..end].iter_mut().zip(here.iter().zip(sides)) {
             *beside = here << 1 | here >> 1 | sides;
         }
     }
 
-    /// Leaves nothing in a row of as many words.
-    pub(super) fn empty(&mut self) {
+    /// Makes all pixels background; the number of words stays.
+    pub(super) fn clear(&mut self) {
         if !self.used.is_empty() {
-            let words = self.here.len() - 2;
-            self.here[1..][self.used.clone()].fill(0);
-            self.beside[1..][reached(&self.used, words)].fill(0);
+            let words = self.foreground.len() - 2;
+            self.foreground[1..][self.used.clone()].fill(0);
+            self.beside[1..][widened(&self.used, words)].fill(0);
             self.used = 0..0;
         }
     }
 
-    /// Whether nothing is foreground.
+    /// Whether no pixel is foreground.
     pub(super) fn is_empty(&self) -> bool {
         self.used.is_empty()
     }
 
-    /// The words that may hold foreground, and which these are.
+    /// The words that may contain foreground, and their range in the row.
     pub(super) fn words(&self) -> (&[u64], Range<usize>) {
-        (&self.here[1..][self.used.clone()], self.used.clone())
+        (&self.foreground[1..][self.used.clone()], self.used.clone())
     }
 }
 
-/// The pixels of the middle row that have at least one neighbour: lone ones are noise and cannot join anything.
+/// The pixels of the middle row that have a foreground neighbour: single pixels are noise and cannot join any
+/// component.
 ///
-/// As [`Bits::words`]; `company` is room to work in.
-pub(super) fn in_company<'a>(
-    [previous, current, next]: [&Bits; 3],
-    company: &'a mut Vec<u64>,
+/// The result is that of [`RowBits::words`]; `kept` is a buffer.
+pub(super) fn with_neighbours<'a>(
+    [previous, current, next]: [&RowBits; 3],
+    kept: &'a mut Vec<u64>,
 ) -> (&'a [u64], Range<usize>) {
     let used = current.used.clone();
-    company.clear();
-    let [above, beside_above, here, beside, below, beside_below] =
-        [&previous.here, &previous.beside, &current.here, &current.beside, &next.here, &next.beside]
-            .map(|bits| &bits[1..][used.clone()]);
-    company.extend(
+    kept.clear();
+    let [above, beside_above, here, beside, below, beside_below] = [
+        &previous.foreground,
+        &previous.beside,
+        &current.foreground,
+        &current.beside,
+        &next.foreground,
+        &next.beside,
+    ]
+    .map(|bits| &bits[1..][used.clone()]);
+    kept.extend(
         (0..used.len())
             .map(|k| here[k] & (beside[k] | above[k] | beside_above[k] | below[k] | beside_below[k])),
     );
-    (company, used)
+    (kept, used)
 }
 
-/// The words that hold neighbours of what these hold.
-fn reached(used: &Range<usize>, words: usize) -> Range<usize> {
+/// The range of words that contains the neighbours of all pixels of a range.
+fn widened(used: &Range<usize>, words: usize) -> Range<usize> {
     if used.is_empty() { 0..0 } else { used.start.saturating_sub(1)..(used.end + 1).min(words) }
 }
 
-/// One bit per pixel, into empty words: whether it is foreground.  Tells outside of which words nothing is.
+/// Writes one bit per pixel, set for foreground, into words that are zero; gives the range of words that may be
+/// nonzero.
 fn mask_row(row: &[u8], level: Level, masks: &mut [u64]) -> Range<usize> {
-    let Some(test) = Test::of(level) else { return 0..0 };
+    let Some(comparison) = Comparison::new(level) else { return 0..0 };
     let mut used = 0..0;
     let mut mask = |k: usize, span: &[u8]| {
-        let words = k * SPAN_WORDS..k * SPAN_WORDS + span.len().div_ceil(BLOCK);
-        test.mask(span, &mut masks[words.clone()]);
+        let words = k * SPAN_WORDS..k * SPAN_WORDS + span.len().div_ceil(WORD_PX);
+        comparison.mask(span, &mut masks[words.clone()]);
         used = if used.is_empty() { words } else { used.start..words.end };
     };
-    let (spans, rest) = row.as_chunks::<SPAN>();
+    let (spans, rest) = row.as_chunks::<SPAN_PX>();
     for (k, span) in spans.iter().enumerate() {
-        if level.shows(span) {
+        if level.has_foreground(span) {
             mask(k, span);
         }
     }
-    // Of a short end the row's last pixels are looked at: they are more, but of a fixed number.
+    // For a short rest the last full span of the row is tested: more pixels, but their number is a constant.
     if !rest.is_empty()
-        && row.last_chunk::<SPAN>().map_or_else(|| level.shows(rest), |last| level.shows(last))
+        && row
+            .last_chunk::<SPAN_PX>()
+            .map_or_else(|| level.has_foreground(rest), |last| level.has_foreground(last))
     {
         mask(spans.len(), rest);
     }
     used
 }
 
-/// Foreground is what lies at most at `last` once its bits are flipped by `flip`.
+/// The comparison with a level as one vector operation: foreground is a pixel that is at most `last` after its bits
+/// are flipped by `flip`.
 #[derive(Clone, Copy)]
-struct Test {
+struct Comparison {
     flip: u8x16,
     last: u8x16,
 }
 
-impl Test {
-    /// None for a level that no pixel passes.
-    fn of(level: Level) -> Option<Self> {
+impl Comparison {
+    /// `None` for a level at which no pixel is foreground.
+    fn new(level: Level) -> Option<Self> {
         let (flip, below) = match level {
             Level::Below(threshold) => (0, threshold),
             Level::Above(threshold) => (u8::MAX, u8::MAX - threshold),
@@ -147,34 +161,35 @@ impl Test {
     }
 
     #[inline]
-    fn passed(self, pixels: u8x16) -> u64 {
+    fn foreground(self, pixels: u8x16) -> u64 {
         u64::from(pixels.min(self.last).simd_eq(pixels).to_bitmask())
     }
 
-    /// A bit for each pixel.
+    /// Writes one bit per pixel.
     fn mask(self, span: &[u8], masks: &mut [u64]) {
-        let (blocks, rest) = span.as_chunks::<BLOCK>();
-        for (block, mask) in blocks.iter().zip(masks.iter_mut()) {
-            *mask = self.mask_block(block);
+        let (words, rest) = span.as_chunks::<WORD_PX>();
+        for (word, mask) in words.iter().zip(masks.iter_mut()) {
+            *mask = self.mask_word(word);
         }
         if !rest.is_empty() {
-            let mut block = [0; BLOCK];
-            block[..rest.len()].copy_from_slice(rest);
-            masks[blocks.len()] = self.mask_block(&block) & (u64::MAX >> (BLOCK - rest.len()));
+            let mut word = [0; WORD_PX];
+            word[..rest.len()].copy_from_slice(rest);
+            masks[words.len()] = self.mask_word(&word) & (u64::MAX >> (WORD_PX - rest.len()));
         }
     }
 
     #[inline]
-    fn mask_block(self, block: &[u8; BLOCK]) -> u64 {
-        let lanes = block.as_chunks::<LANES>().0.iter().enumerate();
-        lanes.fold(0, |mask, (k, &lanes)| mask | self.passed(u8x16::new(lanes) ^ self.flip) << (LANES * k))
+    fn mask_word(self, word: &[u8; WORD_PX]) -> u64 {
+        let lanes = word.as_chunks::<LANES>().0.iter().enumerate();
+        lanes
+            .fold(0, |mask, (k, &lanes)| mask | self.foreground(u8x16::new(lanes) ^ self.flip) << (LANES * k))
     }
 }
 
 impl Level {
-    /// Whether any pixel is foreground; of a fixed number of pixels a few instructions.
+    /// Whether any of the pixels is foreground; a few instructions if their number is a constant.
     #[inline]
-    fn shows(self, pixels: &[u8]) -> bool {
+    fn has_foreground(self, pixels: &[u8]) -> bool {
         match self {
             Self::Below(threshold) => pixels.iter().fold(u8::MAX, |least, &p| least.min(p)) < threshold,
             Self::Above(threshold) => pixels.iter().fold(0, |most: u8, &p| most.max(p)) > threshold,
@@ -182,16 +197,16 @@ impl Level {
     }
 }
 
-/// The runs of words of bits, the first of which begins in a column; `filled` is room to work in.
-pub(super) fn runs(words: &[u64], first_x: u32, filled: &mut Vec<u32>, row: &mut Vec<Run>) {
-    // Which words hold anything is noted without a branch, which in noise would be guessed wrong.
-    filled.resize(words.len() + 1, 0);
+/// Appends the runs of words of bits to `row`; the first bit is column `first_x`, and `nonzero` is a buffer.
+pub(super) fn runs(words: &[u64], first_x: u32, nonzero: &mut Vec<u32>, row: &mut Vec<Run>) {
+    // Nonzero words are collected without a branch: in a noisy image it would often be mispredicted.
+    nonzero.resize(words.len() + 1, 0);
     let mut count = 0;
     for (k, &word) in words.iter().enumerate() {
-        filled[count] = k as u32;
+        nonzero[count] = k as u32;
         count += usize::from(word != 0);
     }
-    for &k in &filled[..count] {
+    for &k in &nonzero[..count] {
         let base = first_x + k * u64::BITS;
         let mut rest = words[k as usize];
         while rest != 0 {
@@ -201,7 +216,7 @@ pub(super) fn runs(words: &[u64], first_x: u32, filled: &mut Vec<u32>, row: &mut
                 Some(last) if start == 0 && last.end == base => last.end = base + end,
                 _ => row.push(Run { start: base + start, end: base + end, label: 0 }),
             }
-            // Adding its lowest bit carries through the run.
+            // Adding the lowest bit of the run clears the run by carrying.
             rest &= rest.wrapping_add(1 << start);
         }
     }

@@ -1,24 +1,24 @@
-//! Which part of a picture is labelled?
+//! Which part of an image is labelled?
 
 use crate::capture::GreyImage;
 use crate::geometry::Pixel;
 
-/// A part of a picture, its last column and row excluded (px).
+/// A rectangle of pixels; its last column and row are excluded (px).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Window {
-    /// Columns.
+    /// First column, and the column after the last one.
     pub x: [usize; 2],
-    /// Rows.
+    /// First row, and the row after the last one.
     pub y: [usize; 2],
 }
 
 impl Window {
-    /// The whole picture.
+    /// The whole image.
     pub fn whole(image: &GreyImage) -> Self {
         Self { x: [0, image.width], y: [0, image.height] }
     }
 
-    /// All pixels whose centres are at most `reach_px` to the left, right, above or below of `centre`.
+    /// All pixels whose centres are within `reach_px` of `centre` in x and in y; a square, clipped to the image.
     pub fn around(centre: Pixel, reach_px: f64, image: &GreyImage) -> Self {
         let span = |at: f64, size: usize| {
             let clamp = |v: f64| v.clamp(0.0, size as f64) as usize;

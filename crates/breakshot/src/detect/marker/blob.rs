@@ -1,7 +1,8 @@
-//! Where exactly in the picture is a marker?
+//! Where exactly in the image is a marker?
 //!
-//! A component of the binary image says roughly where; the grey levels around it say to a hundredth of a pixel.  Every
-//! pixel counts by how far it is from the local background towards the marker's own grey.
+//! A component of the binary image gives the position roughly, the grey levels around it give it to a hundredth of a
+//! pixel: each pixel is weighted by the fraction of marker that it shows, from the local background (0) to the
+//! marker's own grey level (1).
 
 use super::super::label::Component;
 use super::super::threshold::Level;
@@ -10,43 +11,43 @@ use crate::capture::GreyImage;
 use crate::geometry::Pixel;
 use crate::moments::{Moments, principal_axes};
 
-/// A marker, or something like one, measured in the picture.
+/// A marker, or a region that resembles one, measured in the image.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(in crate::detect) struct Blob {
-    /// Its mean place, each pixel weighted by how much of the marker it shows.
+    /// Centroid of the weights.
     pub centroid: Pixel,
-    /// One standard deviation of the centroid's noise along each axis (px).
+    /// Standard deviation of the centroid along each axis due to noise (px).
     pub std_px: f64,
-    /// Its area (px2), parts of pixels counted as parts.
+    /// Sum of the weights (px2).
     pub area_px2: f64,
     /// Central second moments over the area: xx, xy, yy (px2).
     pub covariance_px2: [f64; 3],
-    /// The same without a dead band, so that it tells the lens and the noise too: to this one smear adds just its own
-    /// variance.
+    /// The same without a dead band of the weights, which includes the blur of the lens and noise. Motion blur adds
+    /// exactly its own variance to these moments.
     pub linear_covariance_px2: [f64; 3],
-    /// The grey level around it.
+    /// Grey level of the background at the centroid.
     pub background: f64,
-    /// How much darker than its surroundings it is; negative if lighter (grey levels).
+    /// Background minus marker (grey levels); negative for a light marker.
     pub contrast: f64,
-    /// Root mean square difference of its surroundings from a plane (grey levels): noise, and whatever else is there.
-    pub unevenness: f64,
-    /// Whether the picture's edge may cut it.
-    pub cut: bool,
+    /// Root mean square difference of the surroundings from a plane (grey levels): noise and structure.
+    pub background_rms: f64,
+    /// Whether the component touches the border of the image, which may cut it off.
+    pub at_border: bool,
 }
 
 impl Blob {
-    /// Where its picture has its centroid and its long axis.
-    pub(in crate::detect) fn aim(&self) -> Aim {
-        Aim { centroid: self.centroid, axis_rad: principal_axes(self.covariance_px2).2 }
+    /// Centroid and principal axis.
+    pub(in crate::detect) fn image_pose(&self) -> ImagePose {
+        ImagePose { centroid: self.centroid, axis_rad: principal_axes(self.covariance_px2).2 }
     }
 
-    /// The contrast as a part of the grey level around: the same in light and shade.
+    /// Contrast over background: independent of the illumination.
     pub(in crate::detect) fn relative_contrast(&self) -> f64 {
         self.contrast / self.background.max(1.0)
     }
 
-    /// What a component says by itself, tops and sides of any grey together.
-    pub(in crate::detect) fn rough(component: &Component, contrast: f64) -> Self {
+    /// A component as a blob: every pixel has the weight 1.
+    pub(in crate::detect) fn from_component(component: &Component, contrast: f64) -> Self {
         Self {
             centroid: component.centroid(),
             std_px: 1.0,
@@ -55,96 +56,101 @@ impl Blob {
             linear_covariance_px2: component.covariance_px2(),
             background: f64::from(u8::MAX) / 2.0,
             contrast,
-            unevenness: 0.0,
-            cut: false,
+            background_rms: 0.0,
+            at_border: false,
         }
     }
 
-    /// The level halfway between the marker and its surroundings.
+    /// The level halfway between the marker and its background.
     pub(in crate::detect) fn level(&self) -> Level {
         let middle = (self.background - self.contrast / 2.0).round().clamp(1.0, 254.0) as u8;
-        if self.contrast > 0.0 { Level::Below(middle) } else { Level::Above(middle) }
+        Level::new(self.contrast > 0.0, middle)
     }
 }
 
-/// Where a marker's picture has its centroid and its long axis.
+/// Centroid of a marker's image and direction of its principal axis (rad, y down).
 #[derive(Clone, Copy, Debug)]
-pub(in crate::detect) struct Aim {
+pub(in crate::detect) struct ImagePose {
     pub centroid: Pixel,
     pub axis_rad: f64,
 }
 
-/// Weights this close to background or marker count as such, so that noise far from the edge does not move the
-/// centroid; wider where the noise is a larger part of the contrast, but never half.
+/// Dead band of the weights: a fraction within this of 0 or 1 counts as 0 or 1, so that noise far from the edge does
+/// not move the centroid. It is wider where noise is a larger fraction of the contrast, but always less than half.
 const DEAD_BAND: f64 = 0.1;
 const WIDEST_DEAD_BAND: f64 = 0.35;
-/// Compression and quantisation leave an error that does not average out over a marker's edge (px).
+/// Compression and quantisation leave an error that does not average out along a marker's edge (px).
 const FLOOR_STD_PX: f64 = 0.01;
+/// A smaller contrast (grey levels) is not a marker: eight-bit video rounds by one level and compression adds a few.
+const LEAST_CONTRAST: f64 = 10.0;
 
-/// Measures what the component roughly shows; `blur_px` is how far it moved while the shutter was open, if known.
+/// The blob that a component roughly shows; `blur_px` is how far it moved during the exposure, if known.
 ///
-/// Nothing if there is no background around it to compare with, or no contrast.
+/// `None` without enough background around it or without contrast.
 pub(in crate::detect) fn measured(
     image: &GreyImage,
     component: &Component,
     level: Level,
     blur_px: [f64; 2],
 ) -> Option<Blob> {
+    // Foreground and background
     let patch = Patch::around(image, component, blur_px);
     let seed = patch.index(component.seed[0] as usize, component.seed[1] as usize);
-    let core = patch.connected(image, level, seed);
-    let away = patch.distances(&patch.smeared(&core, blur_px));
-    let plane = patch.background(image, &away)?;
-    let light_over_dark = match level {
-        Level::Below(_) => 1.0,
-        Level::Above(_) => -1.0,
-    };
-    let light = patch.light(&plane);
-    let depth = patch.depths(image, &light, light_over_dark);
-    let contrast =
-        plateau(depth.iter().zip(&core).filter(|&(_, &inside)| inside).map(|(&d, _)| d).collect())?;
-    let brightness = plane.at_place(component.centroid());
+    let foreground = patch.connected(image, level, seed);
+    let thirds = patch.distance_thirds(&patch.smeared(&foreground, blur_px));
+    let plane = patch.background(image, &thirds)?;
+    let sign = if level.is_dark() { 1.0 } else { -1.0 };
+    let background = patch.background_levels(&plane);
+    let depths = patch.depths(image, &background, sign);
+    let contrast = plateau(
+        depths.iter().zip(&foreground).filter(|&(_, &inside)| inside).map(|(&depth, _)| depth).collect(),
+    )?;
+    let brightness = plane.grey_at(component.centroid());
     if contrast < LEAST_CONTRAST || brightness <= 0.0 {
         return None;
     }
+
+    // Weights
     let dead = (2.0 * plane.scatter / contrast).clamp(DEAD_BAND, WIDEST_DEAD_BAND);
-    // Marker and surroundings share the light: where it is brighter, the contrast is larger in proportion.
-    let share = |(&depth, (&light, &away)): (&f64, (&f64, &u8))| {
-        if away <= THIRDS * RIM_PX { depth * brightness / (contrast * light.max(1.0)) } else { 0.0 }
+    // Marker and background have the same illumination: contrast is proportional to the background's grey level.
+    let fraction = |(&depth, (&background, &thirds)): (&f64, (&f64, &u8))| {
+        if thirds <= THIRDS * RIM_PX { depth * brightness / (contrast * background.max(1.0)) } else { 0.0 }
     };
-    let shares: Vec<f64> = depth.iter().zip(light.iter().zip(&away)).map(share).collect();
+    let fractions: Vec<f64> = depths.iter().zip(background.iter().zip(&thirds)).map(fraction).collect();
     let weights: Vec<f64> =
-        shares.iter().map(|share| ((share - dead) / (1.0 - 2.0 * dead)).clamp(0.0, 1.0)).collect();
+        fractions.iter().map(|fraction| ((fraction - dead) / (1.0 - 2.0 * dead)).clamp(0.0, 1.0)).collect();
+
+    // Moments and noise
     let Moments { area, centroid: [x, y], covariance } = patch.moments(&weights)?;
-    let partly: Vec<f64> = weights.iter().map(|&w| if 0.0 < w && w < 1.0 { 1.0 } else { 0.0 }).collect();
-    // Sum of the squared distances from the centroid, per axis, over the pixels whose noise counts.
-    let leverage_px2 = patch.moments(&partly).map_or(0.0, |partly| {
-        let [dx, dy] = [partly.centroid[0] - x, partly.centroid[1] - y];
-        partly.area * f64::midpoint(partly.covariance[0] + dx * dx, partly.covariance[2] + dy * dy)
+    let edge: Vec<f64> = weights.iter().map(|&w| if 0.0 < w && w < 1.0 { 1.0 } else { 0.0 }).collect();
+    // Sum of squared distances from the centroid, per axis, over the pixels whose noise changes their weight.
+    let leverage_px2 = patch.moments(&edge).map_or(0.0, |edge| {
+        let [dx, dy] = [edge.centroid[0] - x, edge.centroid[1] - y];
+        edge.area * f64::midpoint(edge.covariance[0] + dx * dx, edge.covariance[2] + dy * dy)
     });
-    let noise_of_weight = plane.scatter / (contrast * (1.0 - 2.0 * dead));
+    let weight_std = plane.scatter / (contrast * (1.0 - 2.0 * dead));
     let centroid = Pixel::new(x, y);
     Some(Blob {
         centroid,
-        std_px: (leverage_px2.sqrt() * noise_of_weight / area).max(FLOOR_STD_PX),
+        std_px: (leverage_px2.sqrt() * weight_std / area).max(FLOOR_STD_PX),
         area_px2: area,
         covariance_px2: covariance,
-        linear_covariance_px2: patch.moments(&shares).map_or(covariance, |linear| linear.covariance),
-        background: plane.at_place(centroid),
-        contrast: light_over_dark * contrast,
-        unevenness: plane.unevenness,
-        cut: component.x[0] == 0
-            || component.y[0] == 0
-            || component.x[1] as usize + 1 == image.width
-            || component.y[1] as usize + 1 == image.height,
+        linear_covariance_px2: patch.moments(&fractions).map_or(covariance, |linear| linear.covariance),
+        background: plane.grey_at(centroid),
+        contrast: sign * contrast,
+        background_rms: plane.rms,
+        at_border: touches_border(component, image),
     })
 }
 
-/// Fewer grey levels than this between marker and object are not a marker: eight-bit video alone rounds by one and
-/// compresses by a few.
-const LEAST_CONTRAST: f64 = 10.0;
+fn touches_border(component: &Component, image: &GreyImage) -> bool {
+    component.x[0] == 0
+        || component.y[0] == 0
+        || component.x[1] as usize + 1 == image.width
+        || component.y[1] as usize + 1 == image.height
+}
 
-/// The contrast of pixels that show nothing but marker: the middle of those near the deepest.
+/// The contrast of the pixels that show only marker: the median of the depths near the 90th percentile.
 fn plateau(all: Vec<f64>) -> Option<f64> {
     let step = (all.len() / ENOUGH_DEPTHS).max(1);
     let mut depths: Vec<f64> = all.into_iter().step_by(step).collect();
@@ -157,7 +163,7 @@ fn plateau(all: Vec<f64>) -> Option<f64> {
     Some(*depths.select_nth_unstable_by(usize::midpoint(first, n - 1), f64::total_cmp).1)
 }
 
-/// So many pixels spread over a marker tell its grey well within a level.
+/// This many pixels of a marker determine its grey level well within one level.
 const ENOUGH_DEPTHS: usize = 1000;
 
 #[cfg(test)]
@@ -168,11 +174,11 @@ mod tests {
     use rand_distr::{Distribution, Normal};
     use rand_pcg::Pcg64Mcg;
 
-    /// A disc or a light disc on a shaded ground, seen by a lens that smears a point over 0.7 px.
+    /// A dark or light disc on a backbackground with a gradient, with a lens blur of 0.7 px.
     struct Picture {
         centre: Pixel,
         radius_px: f64,
-        ground: f64,
+        background: f64,
         slope_per_px: f64,
         marker: f64,
         blur_px: [f64; 2],
@@ -189,19 +195,19 @@ mod tests {
                     let (x, y) = ((k % width) as f64, (k / width) as f64);
                     let coverage = (0..steps)
                         .map(|step| {
-                            let part =
+                            let fraction =
                                 if steps == 1 { 0.0 } else { f64::from(step) / f64::from(steps - 1) - 0.5 };
                             let (dx, dy) = (
-                                x - self.centre.x - part * self.blur_px[0],
-                                y - self.centre.y - part * self.blur_px[1],
+                                x - self.centre.x - fraction * self.blur_px[0],
+                                y - self.centre.y - fraction * self.blur_px[1],
                             );
-                            // A smooth edge of about the width that a lens of 0.7 px gives.
+                            // A logistic edge of about the width that a lens blur of 0.7 px gives.
                             1.0 / (1.0 + ((dx.hypot(dy) - self.radius_px) * 1.702 / 0.7).exp())
                         })
                         .sum::<f64>()
                         / f64::from(steps);
-                    let ground = self.ground + self.slope_per_px * (x + 0.5 * y);
-                    let shown = ground + (self.marker - ground) * coverage;
+                    let background = self.background + self.slope_per_px * (x + 0.5 * y);
+                    let shown = background + (self.marker - background) * coverage;
                     (shown + noise.sample(rng)).round().clamp(0.0, 255.0) as u8
                 })
                 .collect();
@@ -210,8 +216,9 @@ mod tests {
 
         fn measured(&self, rng: &mut Pcg64Mcg) -> Blob {
             let image = self.drawn(rng);
-            let middle = f64::midpoint(self.ground + self.slope_per_px * 100.0, self.marker) as u8;
-            let level = if self.marker < self.ground { Level::Below(middle) } else { Level::Above(middle) };
+            let middle = f64::midpoint(self.background + self.slope_per_px * 100.0, self.marker) as u8;
+            let level =
+                if self.marker < self.background { Level::Below(middle) } else { Level::Above(middle) };
             let mut labeller = Labeller::default();
             let found = labeller.components(&image, Window::whole(&image), level, &(20..=u64::MAX));
             let marker =
@@ -223,7 +230,7 @@ mod tests {
     const PLAIN: Picture = Picture {
         centre: Pixel::new(70.3, 60.6),
         radius_px: 22.0,
-        ground: 180.0,
+        background: 180.0,
         slope_per_px: 0.0,
         marker: 25.0,
         blur_px: [0.0, 0.0],
@@ -254,7 +261,7 @@ mod tests {
     }
 
     #[test]
-    fn motion_while_the_shutter_is_open_leaves_the_centroid_at_mid_exposure() {
+    fn the_centroid_of_a_moving_marker_is_its_position_at_mid_exposure() {
         for blur_px in [[5.0, 0.0], [20.0, 0.0], [12.0, -12.0]] {
             let error_px = rms_px(|centre| Picture { centre, slope_per_px: 0.1, blur_px, ..PLAIN });
             println!("blur {blur_px:?} px: rms {error_px:.4} px");
@@ -263,27 +270,30 @@ mod tests {
     }
 
     #[test]
-    fn a_light_marker_on_a_dark_object_is_measured_as_well() {
-        let error_px = rms_px(|centre| Picture { centre, ground: 60.0, marker: 210.0, ..PLAIN });
+    fn a_light_marker_on_a_dark_object_is_measured_to_a_hundredth_of_a_pixel() {
+        let error_px = rms_px(|centre| Picture { centre, background: 60.0, marker: 210.0, ..PLAIN });
         assert!(error_px < 0.01, "rms {error_px} px");
     }
 
     #[test]
-    fn dim_light_and_noise_cost_what_the_standard_deviation_says() {
-        let dim = Picture { ground: 70.0, marker: 20.0, noise: 4.0, radius_px: 12.0, ..PLAIN };
-        let said_px = dim.measured(&mut Pcg64Mcg::seed_from_u64(1)).std_px;
+    fn the_standard_deviation_predicts_the_error_in_dim_light_and_noise() {
+        let dim = Picture { background: 70.0, marker: 20.0, noise: 4.0, radius_px: 12.0, ..PLAIN };
+        let predicted_px = dim.measured(&mut Pcg64Mcg::seed_from_u64(1)).std_px;
         let error_px = rms_px(|centre| Picture { centre, ..dim });
-        assert!((0.5..2.0).contains(&(error_px / said_px)), "rms {error_px} px, said {said_px} px");
+        assert!(
+            (0.5..2.0).contains(&(error_px / predicted_px)),
+            "rms {error_px} px, predicted {predicted_px} px"
+        );
     }
 
     #[test]
-    fn area_and_moments_are_those_of_the_disc() {
+    fn area_and_moments_of_a_blob_are_those_of_the_disc() {
         let blob = PLAIN.measured(&mut Pcg64Mcg::seed_from_u64(3));
         let area_px2 = std::f64::consts::PI * 22.0 * 22.0;
         assert!((blob.area_px2 / area_px2 - 1.0).abs() < 0.01, "{} px2 of {area_px2}", blob.area_px2);
         let [xx, xy, yy] = blob.covariance_px2;
         assert!((xx / 121.0 - 1.0).abs() < 0.02 && (yy / 121.0 - 1.0).abs() < 0.02, "{xx} {yy} px2 of 121");
         assert!(xy.abs() < 1.0, "{xy} px2");
-        assert!((blob.contrast - 155.0).abs() < 2.0 && !blob.cut, "{blob:?}");
+        assert!((blob.contrast - 155.0).abs() < 2.0 && !blob.at_border, "{blob:?}");
     }
 }

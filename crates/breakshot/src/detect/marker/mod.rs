@@ -1,4 +1,4 @@
-//! What must an object's marker look like in the picture, and where exactly is it?
+//! What must an object's marker look like in the image, and where exactly is it?
 
 pub(super) mod blob;
 pub(super) mod dot;

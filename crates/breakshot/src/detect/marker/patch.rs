@@ -1,4 +1,4 @@
-//! What is marker and what is background in the part of a picture around a component?
+//! What is marker and what is background in the part of an image around a component?
 
 use super::super::label::{Component, Window};
 use super::super::threshold::Level;
@@ -7,44 +7,42 @@ use crate::geometry::Pixel;
 use crate::moments::Moments;
 use crate::statistics::{STD_OVER_MEDIAN_ABSOLUTE, upper_median};
 
-/// Beyond its threshold outline a marker fades over this far (px), whatever the lens: a point of light covers
-/// about two pixels in a sharp picture.
+/// Width of the rim around the thresholded outline in which a marker fades into the background (px), for any lens: a
+/// point source covers about two pixels in a sharp image.
 pub(super) const RIM_PX: u8 = 3;
-/// The local background is read in a band of this width around the rim (px).
+/// Width of the band around the rim in which the background is measured (px).
 const BAND_PX: u8 = 3;
-
 /// Distances are counted in thirds of a pixel.
 pub(super) const THIRDS: u8 = 3;
+/// Least number of pixels in the band for a fit of a plane.
+const LEAST_BAND_PX: usize = 8;
+/// Rounds of fitting and rejecting outliers, unless the fit stops changing before; more have no visible effect.
+const PLANE_ROUNDS: usize = 5;
+/// A grey level further than this from the plane (standard deviations) is not background.
+const OUTLIER_STDS: f64 = 3.0;
+/// Standard deviation of rounding to integer grey levels.
+const ROUNDING_STD: f64 = 0.29;
 
-/// The part of the picture around a component; everything in it is stored row by row.
+/// The part of the image around a component; masks and weights of its pixels are stored row by row.
 pub(super) struct Patch {
     window: Window,
     width: usize,
     height: usize,
 }
 
-fn grey(image: &GreyImage, x: usize, y: usize) -> f64 {
-    f64::from(image.pixels[y * image.width + x])
-}
-
-/// The local background: a plane of grey levels.
+/// The local background: a plane of grey levels over x and y.
 pub(super) struct Plane {
     origin: Pixel,
-    level: f64,
+    grey_at_origin: f64,
     slope: [f64; 2],
-    /// Robust standard deviation of the grey levels about it.
+    /// Robust standard deviation of the grey levels about the plane.
     pub scatter: f64,
-    /// Root mean square difference, outliers included.
-    pub unevenness: f64,
-}
-
-impl Plane {
-    pub(super) fn at_place(&self, place: Pixel) -> f64 {
-        self.level + self.slope[0] * (place.x - self.origin.x) + self.slope[1] * (place.y - self.origin.y)
-    }
+    /// Root mean square difference from the plane, with outliers.
+    pub rms: f64,
 }
 
 impl Patch {
+    /// The bounding box of the component with its rim, band and half of its motion blur around it.
     pub(super) fn around(image: &GreyImage, component: &Component, blur_px: [f64; 2]) -> Self {
         let pad = |blur: f64| (f64::from(RIM_PX + BAND_PX) + blur.abs() / 2.0).ceil() as usize;
         let span = |[first, last]: [u32; 2], pad: usize, size: usize| {
@@ -58,32 +56,32 @@ impl Patch {
         Self { window, width, height }
     }
 
-    /// The background's grey level at each pixel, were there no marker.
-    pub(super) fn light(&self, plane: &Plane) -> Vec<f64> {
+    /// The background's grey level at each pixel.
+    pub(super) fn background_levels(&self, plane: &Plane) -> Vec<f64> {
         let Window { x, y } = self.window;
         let along: Vec<f64> = (x[0]..x[1]).map(|x| plane.slope[0] * (x as f64 - plane.origin.x)).collect();
-        let mut light = Vec::with_capacity(self.width * self.height);
+        let mut levels = Vec::with_capacity(self.width * self.height);
         for y in y[0]..y[1] {
-            let level = plane.level + plane.slope[1] * (y as f64 - plane.origin.y);
-            light.extend(along.iter().map(|more| level + more));
+            let level = plane.grey_at_origin + plane.slope[1] * (y as f64 - plane.origin.y);
+            levels.extend(along.iter().map(|more| level + more));
         }
-        light
+        levels
     }
 
-    /// How far each pixel is from the background towards the marker's grey.
-    pub(super) fn depths(&self, image: &GreyImage, light: &[f64], light_over_dark: f64) -> Vec<f64> {
+    /// Background minus grey level of each pixel, times `sign`.
+    pub(super) fn depths(&self, image: &GreyImage, background: &[f64], sign: f64) -> Vec<f64> {
         let Window { x, y } = self.window;
-        let mut depths = Vec::with_capacity(light.len());
-        for (y, light) in (y[0]..y[1]).zip(light.chunks_exact(self.width)) {
+        let mut depths = Vec::with_capacity(background.len());
+        for (y, background) in (y[0]..y[1]).zip(background.chunks_exact(self.width)) {
             let pixels = &image.pixels[y * image.width..][x[0]..x[1]];
-            depths.extend(pixels.iter().zip(light).map(|(&p, l)| light_over_dark * (l - f64::from(p))));
+            depths.extend(pixels.iter().zip(background).map(|(&p, b)| sign * (b - f64::from(p))));
         }
         depths
     }
 
-    /// What the patch's pixels add up to, each counted by its weight; none without any.
+    /// Moments of the weights, in image coordinates (px); `None` if their sum is not positive.
     pub(super) fn moments(&self, weights: &[f64]) -> Option<Moments> {
-        // About the patch's own corner: far from the picture's origin the sums would lose digits.
+        // Relative to the patch's corner: far from the image's origin the sums would lose digits.
         let (mut area, mut first, mut second) = (0.0, [0.0; 2], [0.0; 3]);
         for (y, row) in weights.chunks_exact(self.width).enumerate() {
             let (mut sum, mut along, mut square) = (0.0, 0.0, 0.0);
@@ -109,13 +107,14 @@ impl Patch {
         })
     }
 
+    /// Index of an image's pixel in the patch.
     pub(super) fn index(&self, x: usize, y: usize) -> usize {
         (y - self.window.y[0]) * self.width + x - self.window.x[0]
     }
 
-    /// The foreground pixels that hang together with the seed.
+    /// Mask of the foreground that is 8-connected with the seed.
     ///
-    /// Runs of a row take over from the rows beside them, downwards and upwards by turns until nothing is added.
+    /// Runs join the mask if they touch it, in alternating passes down and up until no run joins.
     pub(super) fn connected(&self, image: &GreyImage, level: Level, seed: usize) -> Vec<bool> {
         let mut apart = self.runs(image, level);
         let mut connected = vec![false; self.width * self.height];
@@ -137,15 +136,15 @@ impl Patch {
         connected
     }
 
-    /// The runs of foreground, row by row: each from its first pixel to behind its last.
+    /// The runs of foreground, row by row, as indices of their first pixel and of the one after their last.
     fn runs(&self, image: &GreyImage, level: Level) -> Vec<[usize; 2]> {
         let Window { x, y } = self.window;
         let mut runs = Vec::new();
         for (k, row) in (y[0]..y[1]).map(|y| &image.pixels[y * image.width..][x[0]..x[1]]).enumerate() {
             let mut at = 0;
-            while let Some(ahead) = row[at..].iter().position(|&p| level.holds(p)) {
+            while let Some(ahead) = row[at..].iter().position(|&p| level.is_foreground(p)) {
                 let start = at + ahead;
-                let length = row[start..].iter().position(|&p| !level.holds(p));
+                let length = row[start..].iter().position(|&p| !level.is_foreground(p));
                 at = length.map_or(row.len(), |length| start + length);
                 runs.push([k * self.width + start, k * self.width + at]);
             }
@@ -153,7 +152,7 @@ impl Patch {
         runs
     }
 
-    /// Whether a run touches the mask, in its own row or beside it.
+    /// Whether a run touches the mask, in its own row or in a neighbouring one.
     fn touches(&self, mask: &[bool], start: usize, stop: usize) -> bool {
         let row = start / self.width * self.width;
         let reach = [start.max(row + 1) - 1, (stop + 1).min(row + self.width)];
@@ -164,14 +163,14 @@ impl Patch {
         })
     }
 
-    /// The mask drawn out to both sides by half the blur.
+    /// The mask extended by half of the motion blur to either side.
     pub(super) fn smeared(&self, mask: &[bool], [bx, by]: [f64; 2]) -> Vec<bool> {
         let steps = (bx.abs().max(by.abs()) / 2.0).ceil() as i32;
         let mut smeared = mask.to_vec();
         for step in -steps..=steps {
-            let part = f64::from(step) / f64::from(2 * steps).max(1.0);
-            let (dx, dy) = ((bx * part).round() as isize, (by * part).round() as isize);
-            // Where a shifted row begins to be inside, and where it is taken from.
+            let fraction = f64::from(step) / f64::from(2 * steps).max(1.0);
+            let (dx, dy) = ((bx * fraction).round() as isize, (by * fraction).round() as isize);
+            // First column of a shifted row inside the patch, and the column it comes from.
             let (to, from) = (dx.max(0) as usize, (-dx).max(0) as usize);
             for (y, row) in mask.chunks_exact(self.width).enumerate() {
                 let under = y.wrapping_add_signed(dy);
@@ -184,10 +183,11 @@ impl Patch {
         smeared
     }
 
-    /// How far each pixel is from the mask, in thirds of a pixel (chamfer 3-4 distance, right within 8 %).
-    pub(super) fn distances(&self, mask: &[bool]) -> Vec<u8> {
+    /// Distance of each pixel from the mask in thirds of a pixel (chamfer 3-4 distance, Borgefors 1986; within 8 %).
+    pub(super) fn distance_thirds(&self, mask: &[bool]) -> Vec<u8> {
         let mut thirds: Vec<u8> = mask.iter().map(|&inside| if inside { 0 } else { u8::MAX }).collect();
-        // The way forward looks left and up, the way back (the same on the reversed patch) right and down.
+        // The forward pass propagates from the left and from above; the backward pass is the same on the reversed
+        // patch.
         let mut above = vec![u8::MAX; self.width + 2];
         for _ in 0..2 {
             above.fill(u8::MAX);
@@ -208,34 +208,36 @@ impl Patch {
         thirds
     }
 
-    /// The plane through the band around the rim, whatever lies across part of it left out.
-    pub(super) fn background(&self, image: &GreyImage, away: &[u8]) -> Option<Plane> {
-        let mut band: Vec<(f64, f64, f64)> = Vec::new();
-        for (y, row) in (self.window.y[0]..).zip(away.chunks_exact(self.width)) {
-            for (x, away) in (self.window.x[0]..).zip(row) {
-                if (THIRDS * RIM_PX + 1..=THIRDS * (RIM_PX + BAND_PX)).contains(away) {
-                    band.push((x as f64, y as f64, grey(image, x, y)));
+    /// The plane through the grey levels of the band around the rim, fitted without outliers.
+    pub(super) fn background(&self, image: &GreyImage, thirds: &[u8]) -> Option<Plane> {
+        let mut band: Vec<BandPixel> = Vec::new();
+        for (y, row) in (self.window.y[0]..).zip(thirds.chunks_exact(self.width)) {
+            for (x, thirds) in (self.window.x[0]..).zip(row) {
+                if (THIRDS * RIM_PX + 1..=THIRDS * (RIM_PX + BAND_PX)).contains(thirds) {
+                    let grey = f64::from(image.pixels[y * image.width + x]);
+                    band.push(BandPixel { x: x as f64, y: y as f64, grey });
                 }
             }
         }
-        if band.len() < LEAST_BAND {
+        if band.len() < LEAST_BAND_PX {
             return None;
         }
         let n = band.len() as f64;
-        let mean = |f: fn(&(f64, f64, f64)) -> f64| band.iter().map(f).sum::<f64>() / n;
-        let origin = Pixel::new(mean(|p| p.0), mean(|p| p.1));
-        let level = upper_median(band.iter().map(|p| p.2))?;
-        let mut plane = Plane { origin, level, slope: [0.0, 0.0], scatter: 0.0, unevenness: 0.0 };
+        let mean = |f: fn(&BandPixel) -> f64| band.iter().map(f).sum::<f64>() / n;
+        let origin = Pixel::new(mean(|p| p.x), mean(|p| p.y));
+        let grey_at_origin = upper_median(band.iter().map(|p| p.grey))?;
+        let mut plane = Plane { origin, grey_at_origin, slope: [0.0, 0.0], scatter: 0.0, rms: 0.0 };
         for _ in 0..PLANE_ROUNDS {
-            let off: Vec<f64> = band.iter().map(|&(x, y, g)| g - plane.at_place(Pixel::new(x, y))).collect();
-            plane.scatter =
-                (STD_OVER_MEDIAN_ABSOLUTE * upper_median(off.iter().map(|r| r.abs()))?).max(ROUNDING_STD);
-            plane.unevenness = (off.iter().map(|r| r * r).sum::<f64>() / n).sqrt();
+            let residuals: Vec<f64> =
+                band.iter().map(|p| p.grey - plane.grey_at(Pixel::new(p.x, p.y))).collect();
+            let middle = upper_median(residuals.iter().map(|r| r.abs()))?;
+            plane.scatter = (STD_OVER_MEDIAN_ABSOLUTE * middle).max(ROUNDING_STD);
+            plane.rms = (residuals.iter().map(|r| r * r).sum::<f64>() / n).sqrt();
             let limit = OUTLIER_STDS * plane.scatter;
-            let near = band.iter().zip(&off).filter(|&(_, r)| r.abs() <= limit);
-            let before = (plane.origin, plane.level, plane.slope);
-            plane.fit(&near.map(|(&p, _)| p).collect::<Vec<_>>());
-            if before == (plane.origin, plane.level, plane.slope) {
+            let inliers = band.iter().zip(&residuals).filter(|&(_, r)| r.abs() <= limit);
+            let before = (plane.origin, plane.grey_at_origin, plane.slope);
+            plane.fit(&inliers.map(|(&p, _)| p).collect::<Vec<_>>());
+            if before == (plane.origin, plane.grey_at_origin, plane.slope) {
                 break;
             }
         }
@@ -243,32 +245,38 @@ impl Patch {
     }
 }
 
-/// A plane needs some pixels around it.
-const LEAST_BAND: usize = 8;
-/// Fits and rejections by turns, until nothing changes; more change nothing visible.
-const PLANE_ROUNDS: usize = 5;
-/// Standard deviations beyond which a grey level is something else than background.
-const OUTLIER_STDS: f64 = 3.0;
-/// The standard deviation of rounding to whole grey levels.
-const ROUNDING_STD: f64 = 0.29;
+/// A pixel of the band around a marker.
+#[derive(Clone, Copy)]
+struct BandPixel {
+    x: f64,
+    y: f64,
+    grey: f64,
+}
 
 impl Plane {
-    /// Least squares; the sums about the pixels' own mean keep the three equations apart.
-    fn fit(&mut self, pixels: &[(f64, f64, f64)]) {
+    /// Grey level of the plane at a position in the image.
+    pub(super) fn grey_at(&self, position: Pixel) -> f64 {
+        self.grey_at_origin
+            + self.slope[0] * (position.x - self.origin.x)
+            + self.slope[1] * (position.y - self.origin.y)
+    }
+
+    /// Fits it by least squares; sums about the mean of the pixels decouple the level from the slopes.
+    fn fit(&mut self, pixels: &[BandPixel]) {
         let n = pixels.len() as f64;
-        let sum = |f: &dyn Fn(&(f64, f64, f64)) -> f64| pixels.iter().map(f).sum::<f64>();
-        let (mx, my, mg) = (sum(&|p| p.0) / n, sum(&|p| p.1) / n, sum(&|p| p.2) / n);
+        let sum = |f: &dyn Fn(&BandPixel) -> f64| pixels.iter().map(f).sum::<f64>();
+        let (mx, my, mg) = (sum(&|p| p.x) / n, sum(&|p| p.y) / n, sum(&|p| p.grey) / n);
         let (xx, xy, yy) = (
-            sum(&|p| (p.0 - mx) * (p.0 - mx)),
-            sum(&|p| (p.0 - mx) * (p.1 - my)),
-            sum(&|p| (p.1 - my) * (p.1 - my)),
+            sum(&|p| (p.x - mx) * (p.x - mx)),
+            sum(&|p| (p.x - mx) * (p.y - my)),
+            sum(&|p| (p.y - my) * (p.y - my)),
         );
-        let (xg, yg) = (sum(&|p| (p.0 - mx) * p.2), sum(&|p| (p.1 - my) * p.2));
+        let (xg, yg) = (sum(&|p| (p.x - mx) * p.grey), sum(&|p| (p.y - my) * p.grey));
         let determinant = xx * yy - xy * xy;
-        if n < LEAST_BAND as f64 || determinant <= 0.0 {
+        if n < LEAST_BAND_PX as f64 || determinant <= 0.0 {
             return;
         }
         self.slope = [(yy * xg - xy * yg) / determinant, (xx * yg - xy * xg) / determinant];
-        (self.origin, self.level) = (Pixel::new(mx, my), mg);
+        (self.origin, self.grey_at_origin) = (Pixel::new(mx, my), mg);
     }
 }

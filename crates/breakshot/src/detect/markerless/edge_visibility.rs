@@ -1,73 +1,90 @@
-//! Does an object's outline show in the picture where it should be?
+//! How visible is an object's outline in the image at a given pose?
 //!
-//! Objects often wear the same marker; their own outlines tell them apart, and tell which way round they lie where
-//! the marker cannot.  An outline is there if the grey level steps from inside to outside along it.
+//! Objects often have equal markers: their own outlines distinguish them, and resolve the yaw that a symmetric marker
+//! leaves open. An outline is visible if the grey level steps between inside and outside along it.
 
 use crate::capture::{Camera, GreyImage};
+use crate::detect::marker::target::Target;
 use crate::geometry::{Pixel, Point, Pose, Vec2, wrapped_rad};
 use crate::object::Shape;
 use std::f64::consts::{PI, TAU};
 
-/// A place on an outline as the camera sees it, and the outward direction there.
+/// A point of an outline in the image.
 #[derive(Clone, Copy, Debug)]
 pub(in crate::detect) struct EdgePoint {
     pub at: Pixel,
+    /// Unit vector outward, in the image.
     pub outward: [f64; 2],
-    /// In the object's frame.
+    /// The point in the object's frame.
     pub body: Point,
-    /// Where the table's height is reached straight below this point.
+    /// The point of the table straight below it, in the image.
     pub foot: Pixel,
 }
 
-/// Places on an outline lie about this far apart (px): nearer ones would show the same pixels.
-pub(in crate::detect) const SPACING_PX: f64 = 2.0;
-/// A search looks at points this far apart (px).
+/// Distance between points of an outline (px): closer ones would share their pixels.
+pub(super) const SPACING_PX: f64 = 2.0;
+/// Distance between the points in a search (px).
 const ROUGH_SPACING_PX: f64 = 8.0;
-/// Inside and outside are read this far from the outline (px): past the lens' own smear.
+/// Distances from the outline at which inside and outside are read (px): beyond the blur of the lens.
 const READ_AT_PX: [f64; 2] = [1.5, 2.5];
-/// Steps of this many neighbours are averaged with their signs: an edge that runs along the outline adds up, one that
-/// crosses it and noise do not.
+/// Neighbours on either side whose signed steps are averaged: an edge along the outline adds up; crossing edges and
+/// noise cancel.
 const NEIGHBOURS: usize = 2;
-/// The measured outline may be this much too large or too small (px); the best fit counts.
+/// Offsets of the outline that are tried, because its measured size may be wrong (px); the most visible one counts.
 const OFFSETS_PX: [f64; 5] = [-2.0, -1.0, 0.0, 1.0, 2.0];
-/// A step of this many grey levels counts half; one of many more counts as one.
+/// A step of this many grey levels has the visibility 1/2; that of large steps approaches 1.
 const HALF_STEP: f64 = 8.0;
+/// Bounds of the first step of a search for the yaw (rad), and how many times the step is halved.
+const FINEST_STEP_RAD: f64 = 1e-3;
+const COARSEST_STEP_RAD: f64 = PI / 32.0;
+const HALVINGS: usize = 3;
 
-/// A picture, its camera, and an object's outline at the height of its top.
+/// An image, its camera, and an object's outline at the height of its top.
 #[derive(Clone, Copy)]
-pub(in crate::detect) struct Scene<'a> {
+pub(in crate::detect) struct OutlineView<'a> {
     pub image: &'a GreyImage,
     pub camera: &'a Camera,
     pub shape: &'a Shape,
     pub height_m: f64,
 }
 
-impl Scene<'_> {
-    /// How well the picture shows the outline at this pose: 0 not at all, 1 a strong edge all the way round.
-    pub(in crate::detect) fn visibility(&self, pose: Pose) -> f64 {
+/// An image and the factor by which its width and height are reduced.
+#[derive(Clone, Copy)]
+pub(super) struct ReducedImage<'a> {
+    pub image: &'a GreyImage,
+    pub factor: usize,
+}
+
+impl<'a> OutlineView<'a> {
+    /// A target's own outline, whether it has a marker or not.
+    pub(in crate::detect) fn of_target(
+        image: &'a GreyImage,
+        camera: &'a Camera,
+        target: &Target<'a>,
+    ) -> Self {
+        Self { image, camera, shape: &target.object.shape, height_m: target.object.height_m }
+    }
+
+    /// Visibility of the outline at a pose: 0 for none, 1 for a strong edge all around.
+    pub(super) fn visibility(&self, pose: Pose) -> f64 {
         let points = self.edge_points(pose);
-        OFFSETS_PX.iter().map(|&offset_px| strength(self.image, &points, offset_px)).fold(0.0, f64::max)
+        OFFSETS_PX.iter().map(|&offset_px| visibility(self.image, &points, offset_px)).fold(0.0, f64::max)
     }
 
-    /// The same from a few points of the outline, in the picture made this many times smaller.
-    pub(in crate::detect) fn rough_visibility(
-        &self,
-        (small, factor): (&GreyImage, usize),
-        pose: Pose,
-    ) -> f64 {
-        let factor = factor as f64;
+    /// The same from few points in a reduced image.
+    pub(super) fn rough_visibility(&self, reduced: ReducedImage, pose: Pose) -> f64 {
+        let factor = reduced.factor as f64;
         let mut points = self.edge_points_apart(pose, ROUGH_SPACING_PX * factor);
-        let shrunk = |at: f64| (at + 0.5) / factor - 0.5;
+        let scaled = |at: f64| (at + 0.5) / factor - 0.5;
         for point in &mut points {
-            point.at = Pixel::new(shrunk(point.at.x), shrunk(point.at.y));
+            point.at = Pixel::new(scaled(point.at.x), scaled(point.at.y));
         }
-        strength(small, &points, 0.0)
+        visibility(reduced.image, &points, 0.0)
     }
 
-    /// The yaw at which the outline shows best, and how well, where `pose` gives the pose for a yaw.
+    /// The yaw of highest visibility, and the visibility; `pose` gives the pose for a yaw.
     ///
-    /// `yaws_rad` are the directions the marker leaves open; none for a marker that tells nothing: then the whole turn
-    /// is searched.
+    /// `yaws_rad` are the yaws that the marker leaves open; if it is empty, all yaws are searched.
     pub(in crate::detect) fn best_yaw(&self, pose: impl Fn(f64) -> Pose, yaws_rad: &[f64]) -> (f64, f64) {
         let best_of = |yaws_rad: &mut dyn Iterator<Item = f64>| {
             let scored = yaws_rad.map(|yaw_rad| (yaw_rad, self.visibility(pose(yaw_rad))));
@@ -76,17 +93,17 @@ impl Scene<'_> {
         if !yaws_rad.is_empty() {
             return best_of(&mut yaws_rad.iter().copied());
         }
-        let turn_rad = match self.shape.rotation_symmetry_rad() {
+        let period_rad = match self.shape.rotation_symmetry_rad() {
             Some(0.0) => return best_of(&mut std::iter::once(0.0)),
-            Some(turn_rad) => turn_rad,
+            Some(period_rad) => period_rad,
             None => TAU,
         };
         // From steps of about a pixel at the outermost corner to a fraction of it.
         let at = self.camera.pixel_from_table(pose(0.0).position, self.height_m);
         let step_m = SPACING_PX * self.camera.scale_m_per_px(at, self.height_m);
         let mut step_rad = (step_m / self.shape.outer_radius_m()).clamp(FINEST_STEP_RAD, COARSEST_STEP_RAD);
-        let n = (turn_rad / step_rad).ceil() as usize;
-        let mut best = best_of(&mut (0..n).map(|k| k as f64 * turn_rad / n as f64));
+        let n = (period_rad / step_rad).ceil() as usize;
+        let mut best = best_of(&mut (0..n).map(|k| k as f64 * period_rad / n as f64));
         for _ in 0..HALVINGS {
             step_rad /= 2.0;
             let (middle, _) = best;
@@ -95,7 +112,8 @@ impl Scene<'_> {
         (wrapped_rad(best.0), best.1)
     }
 
-    pub(in crate::detect) fn edge_points(&self, pose: Pose) -> Vec<EdgePoint> {
+    /// Points of the outline at a pose, [`SPACING_PX`] apart; none where the camera does not see it.
+    pub(super) fn edge_points(&self, pose: Pose) -> Vec<EdgePoint> {
         self.edge_points_apart(pose, SPACING_PX)
     }
 
@@ -105,23 +123,19 @@ impl Scene<'_> {
         if !spacing_m.is_finite() {
             return Vec::new();
         }
-        let seen = |(body, outward): (Point, Vec2)| {
+        let projected = |(body, outward): (Point, Vec2)| {
             let (at, ahead) = (pixel(body), pixel(body + outward * spacing_m));
             let (dx, dy) = (ahead.x - at.x, ahead.y - at.y);
             let length = dx.hypot(dy);
             let foot = self.camera.pixel_from_table(pose.table_from_body(body), 0.0);
             (length > 0.0).then(|| EdgePoint { at, outward: [dx / length, dy / length], body, foot })
         };
-        rim(self.shape, spacing_m).into_iter().filter_map(seen).collect()
+        outline_points(self.shape, spacing_m).into_iter().filter_map(projected).collect()
     }
 }
 
-/// Bounds of the first steps through a whole turn (rad), and how often they are halved.
-const FINEST_STEP_RAD: f64 = 1e-3;
-const COARSEST_STEP_RAD: f64 = PI / 32.0;
-const HALVINGS: usize = 3;
-
-fn strength(image: &GreyImage, points: &[EdgePoint], offset_px: f64) -> f64 {
+/// Mean over the points of a saturating function of the step across the outline.
+fn visibility(image: &GreyImage, points: &[EdgePoint], offset_px: f64) -> f64 {
     if points.len() < 2 * NEIGHBOURS + 1 {
         return 0.0;
     }
@@ -135,33 +149,37 @@ fn strength(image: &GreyImage, points: &[EdgePoint], offset_px: f64) -> f64 {
 }
 
 impl EdgePoint {
-    /// Outside minus inside (grey levels); 0 past the picture's edge.
+    /// The position at a distance outward from the point (px).
+    pub(super) fn outward_by(&self, distance_px: f64) -> Pixel {
+        let [nx, ny] = self.outward;
+        Pixel::new(self.at.x + nx * distance_px, self.at.y + ny * distance_px)
+    }
+
+    /// Grey level outside minus inside; 0 beyond the border of the image.
     fn step(&self, image: &GreyImage, offset_px: f64) -> f64 {
-        let read = |way_px: f64| {
-            let [nx, ny] = self.outward;
-            image.grey_at(Pixel::new(self.at.x + nx * way_px, self.at.y + ny * way_px))
-        };
-        let pairs = READ_AT_PX.map(|way_px| Some(read(offset_px + way_px)? - read(offset_px - way_px)?));
-        let [Some(near), Some(far)] = pairs else { return 0.0 };
+        let read = |distance_px: f64| image.grey_at(self.outward_by(distance_px));
+        let steps = READ_AT_PX
+            .map(|distance_px| Some(read(offset_px + distance_px)? - read(offset_px - distance_px)?));
+        let [Some(near), Some(far)] = steps else { return 0.0 };
         f64::midpoint(near, far)
     }
 }
 
-/// Places on the outline in the body's frame, evenly spaced and clear of corners, with their outward normals.
-fn rim(shape: &Shape, spacing_m: f64) -> Vec<(Point, Vec2)> {
+/// Points of the outline in the object's frame, uniformly spaced and clear of corners, with their outward normals.
+fn outline_points(shape: &Shape, spacing_m: f64) -> Vec<(Point, Vec2)> {
     if let Shape::Disc { radius_m } = shape {
         let n = (TAU * radius_m / spacing_m).ceil().max(8.0);
         let normals = (0..n as usize).map(|k| Vec2::from_heading(k as f64 * TAU / n));
         return normals.map(|normal| (Point::ORIGIN + normal * *radius_m, normal)).collect();
     }
     let corners = shape.corners();
-    let mut rim = Vec::new();
+    let mut points = Vec::new();
     for (k, &from) in corners.iter().enumerate() {
         let side = corners[(k + 1) % corners.len()] - from;
         let length_m = side.length();
         let n = (length_m / spacing_m).floor().max(1.0);
         let normal = -side.perpendicular() / length_m;
-        rim.extend((0..n as usize).map(|j| (from + side * ((j as f64 + 0.5) / n), normal)));
+        points.extend((0..n as usize).map(|j| (from + side * ((j as f64 + 0.5) / n), normal)));
     }
-    rim
+    points
 }

@@ -1,7 +1,7 @@
 //! Where is an object without a marker in this frame?
 //!
-//! Its outline is laid onto the picture where sliding on would have brought it; where it does not show there, it was
-//! struck, and is looked for as far around as it can have come.
+//! Its outline is fitted to the edges at the predicted pose. If it is not visible there, the object was struck, and
+//! the outline is searched as far around as the object can have moved.
 
 pub(super) mod background;
 pub(super) mod edge_fit;
@@ -10,92 +10,88 @@ mod side_band;
 
 use super::marker::blob::Blob;
 use super::marker::target::Target;
-use super::track::Tracker;
-use super::track_state::Sight;
-use crate::capture::{Camera, Frame};
+use super::motion_blur::FrameView;
+use super::track_state::{Observation, TrackState};
+use crate::capture::Camera;
 use crate::geometry::{Pixel, Pose};
 use crate::moments::principal_axes;
-use edge_fit::Fit;
-use edge_visibility::Scene;
+use edge_fit::{OutlineFit, SearchRange};
+use edge_visibility::OutlineView;
 
-/// An outline is where it is due if it shows there this well, over its usual look.
-const AS_USUAL: f64 = 0.8;
-/// Less of it tells no place.
-const LEAST_SHOWN: f64 = 0.5;
-/// No struck object outruns this (m/s) in the frame in which it is struck.
+/// Least visibility over the usual one for an outline at its predicted pose.
+const USUAL_VISIBILITY: f64 = 0.8;
+/// Least visibility over the usual one for an outline found by a search.
+const LEAST_VISIBILITY: f64 = 0.5;
+/// Upper bound of an object's speed (m/s) in the frame in which it is struck.
 const FASTEST_M_S: f64 = 2.0;
-/// Nor spins faster (rad/s).
+/// Upper bound of its angular velocity (rad/s).
 const FASTEST_SPIN_RAD_S: f64 = 15.0;
-/// A search goes no further (m), however long an object was out of sight.
-const FURTHEST_M: f64 = 0.06;
+/// Largest radius of a search (m), however long an object was not observed.
+const LARGEST_RADIUS_M: f64 = 0.06;
+/// Largest rotation of a search (rad).
+const LARGEST_ROTATION_RAD: f64 = 1.0;
 
-impl Tracker<'_> {
-    /// The outline where it is due, if it shows there.
-    pub(super) fn laid(&self, frame: &Frame, k: usize, due: Pose) -> Option<Sight> {
-        let follower = &self.followers[k];
-        let blur_px = self.blur_px(follower, due, follower.velocity());
-        let fit = self.outline(frame, k).laid(due, blur_px)?;
-        let sight = self.seen(k, fit, blur_px);
-        (follower.contrast_ratio(&sight.blob) > AS_USUAL).then_some(sight)
-    }
-
-    /// The outline wherever it may be, clear of what was found already.
-    pub(super) fn laid_anywhere(
-        &self,
-        frame: &Frame,
-        k: usize,
-        due: Pose,
-        sights: &[Option<Sight>],
-    ) -> Option<Sight> {
-        let follower = &self.followers[k];
-        let unseen_s = follower.unseen_s(frame.time_s).unwrap_or(self.interval_s);
-        let reach_m = (FASTEST_M_S * unseen_s).min(FURTHEST_M);
-        let turn_rad = (FASTEST_SPIN_RAD_S * unseen_s).min(1.0);
-        let taken: Vec<Pose> = sights.iter().flatten().map(|s| s.pose).collect();
-        let apart_m = follower.target.object.shape.area_m2().sqrt() / 2.0;
-        let free = |pose: Pose| taken.iter().all(|t| t.position.distance(pose.position) > apart_m);
-        let scene = self.outline(frame, k);
-        let around = scene.searched(due, (reach_m, turn_rad), free);
-        let here = scene.laid(due, [0.0, 0.0]).filter(|fit| free(fit.pose));
-        let best = around.into_iter().chain(here).max_by(|a, b| a.shown.total_cmp(&b.shown))?;
-        // What moved there smeared on its way.
-        let came = follower.came(best.pose, frame.time_s).unwrap_or_default();
-        let blur_px = self.blur_px(follower, best.pose, came);
-        let again = scene.laid(best.pose, blur_px).filter(|fit| fit.shown > best.shown);
-        let sight = self.seen(k, again.unwrap_or(best), blur_px);
-        (follower.contrast_ratio(&sight.blob) > LEAST_SHOWN).then_some(sight)
-    }
-
-    fn outline<'f>(&'f self, frame: &'f Frame, k: usize) -> Scene<'f> {
-        let object = self.followers[k].target.object;
-        Scene { image: &frame.image, camera: self.camera, shape: &object.shape, height_m: object.height_m }
-    }
-
-    fn seen(&self, k: usize, fit: Fit, blur_px: [f64; 2]) -> Sight {
-        let blob = self.followers[k].target.blob(self.camera, &fit);
-        let blur_px = blur_px[0].hypot(blur_px[1]);
-        Sight { pose: fit.pose, blob, dot: None, blur_px, turn_known: true, strangeness: 0.0 }
-    }
+/// The outline at the predicted pose, if it is visible there.
+pub(super) fn observed_at(view: &FrameView, state: &TrackState, predicted: Pose) -> Option<Observation> {
+    let blur_px = view.blur_px(&state.target, predicted, state.velocity());
+    let outline = OutlineView::of_target(&view.frame.image, view.camera, &state.target);
+    let fit = outline.fitted(predicted, blur_px)?;
+    let observation = observation(view, state, &fit, blur_px);
+    (state.contrast_ratio(&observation.blob) > USUAL_VISIBILITY).then_some(observation)
 }
 
-impl Target<'_> {
-    /// What an outline laid onto the picture would measure as, were it a marker: its contrast is the part that shows.
-    pub(super) fn blob(&self, camera: &Camera, fit: &Fit) -> Blob {
-        let picture = self.picture(camera, fit.pose);
-        let reach_px = principal_axes(picture.covariance).0.sqrt() * 2.0;
-        let [width, height] = camera.size_px.map(|size| size as f64 - 1.0);
-        let inside = |at: f64, size: f64| at > reach_px && at < size - reach_px;
-        let [x, y] = picture.centroid;
-        Blob {
-            centroid: Pixel::new(x, y),
-            std_px: fit.std_px,
-            area_px2: picture.area,
-            covariance_px2: picture.covariance,
-            linear_covariance_px2: picture.covariance,
-            background: 1.0,
-            contrast: fit.shown,
-            unevenness: 0.0,
-            cut: !(inside(x, width) && inside(y, height)),
-        }
+/// The outline near the predicted pose, clear of all objects observed so far.
+pub(super) fn observed_near(
+    view: &FrameView,
+    state: &TrackState,
+    predicted: Pose,
+    observations: &[Option<Observation>],
+) -> Option<Observation> {
+    let time_s = view.frame.time_s;
+    let unobserved_s = state.unobserved_s(time_s).unwrap_or(view.interval_s);
+    let range = SearchRange {
+        radius_m: (FASTEST_M_S * unobserved_s).min(LARGEST_RADIUS_M),
+        angle_rad: (FASTEST_SPIN_RAD_S * unobserved_s).min(LARGEST_ROTATION_RAD),
+    };
+    let others: Vec<Pose> = observations.iter().flatten().map(|o| o.pose).collect();
+    let clearance_m = state.target.object.shape.area_m2().sqrt() / 2.0;
+    let free = |pose: Pose| others.iter().all(|other| other.position.distance(pose.position) > clearance_m);
+    let outline = OutlineView::of_target(&view.frame.image, view.camera, &state.target);
+    let around = outline.searched(predicted, range, free);
+    let here = outline.fitted(predicted, [0.0, 0.0]).filter(|fit| free(fit.pose));
+    let more_visible = |a: &OutlineFit, b: &OutlineFit| a.visible_fraction.total_cmp(&b.visible_fraction);
+    let best = around.into_iter().chain(here).max_by(more_visible)?;
+    // An object that moved to this pose is blurred by its motion.
+    let velocity = state.velocity_to(best.pose, time_s).unwrap_or_default();
+    let blur_px = view.blur_px(&state.target, best.pose, velocity);
+    let blurred =
+        outline.fitted(best.pose, blur_px).filter(|fit| fit.visible_fraction > best.visible_fraction);
+    let observation = observation(view, state, &blurred.unwrap_or(best), blur_px);
+    (state.contrast_ratio(&observation.blob) > LEAST_VISIBILITY).then_some(observation)
+}
+
+fn observation(view: &FrameView, state: &TrackState, fit: &OutlineFit, blur_px: [f64; 2]) -> Observation {
+    let blob = silhouette(&state.target, view.camera, fit);
+    let blur_px = blur_px[0].hypot(blur_px[1]);
+    Observation { pose: fit.pose, blob, dot: None, blur_px, yaw_known: true, appearance_cost: 0.0 }
+}
+
+/// A fitted outline in the form of a blob: its projection, with the visible fraction as contrast.
+pub(super) fn silhouette(target: &Target, camera: &Camera, fit: &OutlineFit) -> Blob {
+    let projection = target.projection(camera, fit.pose);
+    let reach_px = principal_axes(projection.covariance).0.sqrt() * 2.0;
+    let [width, height] = camera.size_px.map(|size| size as f64 - 1.0);
+    let inside = |at: f64, size: f64| at > reach_px && at < size - reach_px;
+    let [x, y] = projection.centroid;
+    Blob {
+        centroid: Pixel::new(x, y),
+        std_px: fit.std_px,
+        area_px2: projection.area,
+        covariance_px2: projection.covariance,
+        linear_covariance_px2: projection.covariance,
+        background: 1.0,
+        contrast: fit.visible_fraction,
+        background_rms: 0.0,
+        at_border: !(inside(x, width) && inside(y, height)),
     }
 }

@@ -1,10 +1,10 @@
-//! Objects whose disc marker has a smaller dot beside it, on drawn films.
+//! Objects whose disc marker has a dot beside it, in synthetic films.
 
 use super::*;
 use crate::object::Dot;
 use std::f64::consts::PI;
 
-/// A disc of radius 32 mm whose marker lies 4 mm off its middle, with a dot beside it.
+/// A disc of radius 32 mm with a marker 4 mm off its centre and a dot beside it.
 fn object_with_dot(name: &str, at_m: Point) -> Object {
     let dot = Dot { radius_m: 0.005, at_m };
     let marker =
@@ -17,10 +17,14 @@ fn drawn(object: &Object, (pose, velocity, rate): (Pose, Vec2, f64)) -> Vec<Thin
     things.map(|thing| thing.moving(velocity, rate)).collect()
 }
 
-/// Films two objects that slide and spin, and finds each in all frames, to 0.06 mm and 0.5 degrees.
+/// Asserts that two sliding and rotating objects are found in all frames, within 0.06 mm and 0.5 degrees.
 ///
-/// One of them may be seen half a turn off, but is so in every frame.
-fn assert_spins_are_seen(objects: &[Object; 2], yaw_rates_rad_s: [f64; 2], either_way: Option<usize>) {
+/// The yaw of object `half_turn_open` may be off by half a turn, the same in every frame.
+fn assert_spins_are_measured(
+    objects: &[Object; 2],
+    yaw_rates_rad_s: [f64; 2],
+    half_turn_open: Option<usize>,
+) {
     let view = view();
     let starts = [Pose::new(-0.14, -0.05, 2.5), Pose::new(0.02, 0.06, -1.9)];
     let velocities = [Vec2::new(0.7, 0.15), Vec2::new(0.3, -0.2)];
@@ -30,24 +34,24 @@ fn assert_spins_are_seen(objects: &[Object; 2], yaw_rates_rad_s: [f64; 2], eithe
     let tracks = found(&view, frames, objects, &Layout::Unknown).expect("tracks");
     for (k, track) in tracks.tracks.iter().enumerate() {
         assert_eq!(track.samples.len(), 30, "{:?}", tracks.warnings);
-        let off: Vec<f64> = track.samples.iter().map(|s| off_mm(s, motion(k, s.time_s).0)).collect();
+        let off: Vec<f64> = track.samples.iter().map(|s| error_mm(s, motion(k, s.time_s).0)).collect();
         let off_rad = |s: &Sample| wrapped_rad(s.yaw_rad.expect("a yaw") - motion(k, s.time_s).0.yaw_rad);
-        let half_turned_rad =
-            if either_way == Some(k) { (off_rad(&track.samples[0]) / PI).round() * PI } else { 0.0 };
-        let turned: Vec<f64> =
-            track.samples.iter().map(|s| wrapped_rad(off_rad(s) - half_turned_rad).to_degrees()).collect();
-        println!("{}: position rms {:.3} mm, yaw rms {:.3} deg", track.object, rms(&off), rms(&turned));
+        let half_turn_rad =
+            if half_turn_open == Some(k) { (off_rad(&track.samples[0]) / PI).round() * PI } else { 0.0 };
+        let off_deg: Vec<f64> =
+            track.samples.iter().map(|s| wrapped_rad(off_rad(s) - half_turn_rad).to_degrees()).collect();
+        println!("{}: position rms {:.3} mm, yaw rms {:.3} deg", track.object, rms(&off), rms(&off_deg));
         assert!(rms(&off) < 0.06, "position rms {} mm", rms(&off));
-        assert!(rms(&turned) < 0.5, "yaw rms {} deg", rms(&turned));
+        assert!(rms(&off_deg) < 0.5, "yaw rms {} deg", rms(&off_deg));
     }
 }
 
 #[test]
-fn a_dot_beside_a_disc_tells_how_round_objects_turn_and_which_way_round() {
-    // Nothing but the dots' distances tells these two apart.
+fn a_dot_beside_a_disc_determines_the_yaw() {
+    // Only the distances of the dots distinguish these two.
     let far = object_with_dot("a", Point::new(0.019, -0.004));
     let near = object_with_dot("c", Point::new(0.010, 0.011));
-    assert_spins_are_seen(&[far, near], [9.0, -14.0], None);
+    assert_spins_are_measured(&[far, near], [9.0, -14.0], None);
 }
 
 /// A disc of radius 32 mm with two equal dots.
@@ -58,19 +62,19 @@ fn object_with_two(name: &str, one: Point, other: Point) -> Object {
 }
 
 #[test]
-fn two_equal_dots_tell_the_angle_but_for_half_a_turn_and_never_flip() {
-    // Opposite each other, and off the middle: there the outline tells the way round.
+fn two_equal_dots_determine_the_yaw_modulo_half_a_turn_and_never_flip() {
+    // Symmetric about the centre, and asymmetric: then the outline resolves the half turn.
     let opposite = object_with_two("a", Point::new(-0.013, 0.0), Point::new(0.013, 0.0));
     let beside = object_with_two("c", Point::new(-0.004, 0.002), Point::new(0.014, 0.002));
-    assert_spins_are_seen(&[opposite, beside], [20.0, -14.0], Some(0));
+    assert_spins_are_measured(&[opposite, beside], [20.0, -14.0], Some(0));
 }
 
 #[test]
-fn equal_dots_of_equal_objects_are_never_mixed_up() {
+fn equal_dots_of_equal_objects_are_never_exchanged() {
     let view = view();
     let two = |name: &str| object_with_two(name, Point::new(-0.013, 0.0), Point::new(0.013, 0.0));
     let objects = [two("a"), two("b")];
-    // Side by side: the dots of both lie in a row, and one goes away.
+    // Side by side: the dots of both are in a row, and one object moves away.
     let motion = |k: usize, t: f64| {
         let velocity = Vec2::new(0.5 * k as f64, 0.0);
         if k == 0 {
@@ -79,7 +83,7 @@ fn equal_dots_of_equal_objects_are_never_mixed_up() {
             slid(Pose::new(0.01, 0.0, 0.1), velocity, 8.0, t)
         }
     };
-    // One dot of the one that lies still is covered for a while.
+    // One dot of the object at rest is covered for some frames.
     let covered = |t: f64| (0.3..0.4).contains(&t);
     let frames = film(&view, &times_s(30), |t| {
         let [mut still, moving] = [0, 1].map(|k| drawn(&objects[k], motion(k, t)));
@@ -90,11 +94,11 @@ fn equal_dots_of_equal_objects_are_never_mixed_up() {
     let first = usize::from(tracks.tracks[0].samples[0].x_m > -0.03);
     for (k, track) in [first, 1 - first].into_iter().enumerate() {
         let track = &tracks.tracks[track];
-        // What is left of the covered marker may be taken for nothing, but for nothing else.
+        // The rest of the covered marker may be missed, but must not be taken for another marker.
         let least = if k == 0 { 24 } else { 30 };
         assert!(track.samples.len() >= least, "{} of {least}: {:?}", track.samples.len(), tracks.warnings);
         for s in &track.samples {
-            let off = off_mm(s, motion(k, s.time_s).0);
+            let off = error_mm(s, motion(k, s.time_s).0);
             assert!(
                 off < 0.3 || k == 0 && covered(s.time_s) && s.doubtful,
                 "{} is {off} mm off at {} s",
@@ -113,7 +117,7 @@ fn equal_dots_of_equal_objects_are_never_mixed_up() {
 }
 
 #[test]
-fn while_the_dot_is_covered_the_angle_is_unknown_and_the_position_doubtful() {
+fn while_the_dot_is_covered_the_yaw_is_unknown_and_the_position_doubtful() {
     let view = view();
     let objects = [object_with_dot("a", Point::new(0.017, -0.004))];
     let motion = |t: f64| slid(Pose::new(-0.1, 0.0, 0.4), Vec2::new(0.4, 0.0), 3.0, t);
@@ -134,29 +138,30 @@ fn while_the_dot_is_covered_the_angle_is_unknown_and_the_position_doubtful() {
 }
 
 #[test]
-fn the_thickness_of_a_marker_moves_nothing_once_it_is_told() {
+fn a_specified_thickness_of_the_marker_causes_no_bias() {
     let view = View { noise: 1.0, ..view() };
     let thick = |thickness_m: f64| {
         let plain = object("a", bar(0.05, 0.05), bar(0.024, 0.012));
         Object { marker: plain.marker.map(|marker| Marker { thickness_m, ..marker }), ..plain }
     };
     let poses = [Pose::new(0.2, 0.1, 0.4), Pose::new(-0.2, -0.05, 1.2), Pose::new(0.0, 0.15, -0.3)];
-    let mean_off = |told: &Object| {
+    let mean_error_mm = |specified: &Object| {
         let mut sum = Vec2::ZERO;
         for pose in poses {
             let frames = film(&view, &times_s(5), |_| Thing::object(&thick(0.003), pose).to_vec());
-            let tracks = found(&view, frames, std::slice::from_ref(told), &Layout::Unknown).expect("tracks");
+            let tracks =
+                found(&view, frames, std::slice::from_ref(specified), &Layout::Unknown).expect("tracks");
             sum += tracks.tracks[0].samples[0].position() - pose.position;
         }
         sum.length() * 1e3 / poses.len() as f64
     };
-    let (told_mm, untold_mm) = (mean_off(&thick(0.003)), mean_off(&thick(0.0)));
-    println!("3 mm thick: {told_mm:.3} mm off, {untold_mm:.3} mm where it is not told");
-    assert!(told_mm < 0.05 && untold_mm > 0.1, "{told_mm} mm, {untold_mm} mm");
+    let (specified_mm, unspecified_mm) = (mean_error_mm(&thick(0.003)), mean_error_mm(&thick(0.0)));
+    println!("3 mm thick: {specified_mm:.3} mm off, {unspecified_mm:.3} mm without its thickness");
+    assert!(specified_mm < 0.05 && unspecified_mm > 0.1, "{specified_mm} mm, {unspecified_mm} mm");
 }
 
 #[test]
-fn the_rim_of_a_light_marker_lies_in_shade() {
+fn the_shaded_side_of_a_light_marker_causes_no_bias() {
     let view = View { noise: 1.0, ..view() };
     let plain = object("a", bar(0.05, 0.05), bar(0.024, 0.012));
     let marker = plain.marker.clone().map(|marker| Marker { thickness_m: 0.003, ..marker });
@@ -169,7 +174,7 @@ fn the_rim_of_a_light_marker_lies_in_shade() {
             vec![dark, Thing { grey: 230.0, side_grey: 60.0, ..marker }]
         });
         let tracks = found(&view, frames, std::slice::from_ref(&object), &Layout::Unknown).expect("tracks");
-        let off = off_mm(&tracks.tracks[0].samples[0], pose);
+        let off = error_mm(&tracks.tracks[0].samples[0], pose);
         assert!(off < 0.1, "{off} mm off at {pose:?}");
     }
 }

@@ -1,4 +1,4 @@
-//! Objects that wear no marker, on pictures drawn from known truth.
+//! Objects without markers, in synthetic films.
 
 use super::*;
 use crate::synthetic::film::picture;
@@ -20,12 +20,12 @@ fn corner() -> Shape {
 }
 
 #[test]
-fn outlines_are_followed_like_markers() {
+fn outlines_are_tracked_like_markers() {
     let view = view();
     let objects = [bare("a", disc(0.028)), bare("b", bar(0.06, 0.04)), bare("c", corner())];
     let starts = [Pose::new(-0.17, 0.08, 0.0), Pose::new(-0.1, -0.09, 0.4), Pose::new(0.03, 0.03, 2.0)];
-    let ways = [Vec2::new(0.7, 0.1), Vec2::new(0.6, 0.0), Vec2::new(0.3, -0.2)];
-    let motion = |k: usize, t: f64| slid(starts[k], ways[k], 3.0 * k as f64, t);
+    let velocities = [Vec2::new(0.7, 0.1), Vec2::new(0.6, 0.0), Vec2::new(0.3, -0.2)];
+    let motion = |k: usize, t: f64| slid(starts[k], velocities[k], 3.0 * k as f64, t);
     let frames = film(&view, &times_s(24), |t| {
         let thing = |k: usize| {
             let (pose, velocity, rate) = motion(k, t);
@@ -36,45 +36,47 @@ fn outlines_are_followed_like_markers() {
     let tracks = found(&view, frames, &objects, &Layout::Unknown).expect("tracks");
     for (k, track) in tracks.tracks.iter().enumerate() {
         assert_eq!(track.samples.len(), 24, "{}: {:?}", track.object, tracks.warnings);
-        let off: Vec<f64> = track.samples.iter().map(|s| off_mm(s, motion(k, s.time_s).0)).collect();
-        // What looks the same after half a turn may be told either way.
+        let off: Vec<f64> = track.samples.iter().map(|s| error_mm(s, motion(k, s.time_s).0)).collect();
+        // The rectangle determines its yaw modulo half a turn.
         let period = if k == 1 { 2.0 } else { 1.0 };
-        let turned = |s: &Sample| {
+        let yaw_error_deg = |s: &Sample| {
             let off_rad = s.yaw_rad.map_or(0.0, |yaw| yaw - motion(k, s.time_s).0.yaw_rad);
             (wrapped_rad(period * off_rad) / period).to_degrees()
         };
-        let off_deg: Vec<f64> = track.samples.iter().map(turned).collect();
+        let off_deg: Vec<f64> = track.samples.iter().map(yaw_error_deg).collect();
         println!("{}: position rms {:.3} mm, yaw rms {:.3} deg", track.object, rms(&off), rms(&off_deg));
-        assert_eq!(track.samples[0].yaw_rad.is_none(), k == 0, "a disc tells no angle, others do");
+        assert_eq!(track.samples[0].yaw_rad.is_none(), k == 0, "only the disc has no yaw");
         assert!(rms(&off) < 0.08, "{}: {:?} mm", track.object, off);
         assert!(rms(&off_deg) < 0.25, "{}: {:?} deg", track.object, off_deg);
     }
 }
 
 #[test]
-fn an_outline_told_too_large_lies_in_the_same_place() {
+fn an_outline_specified_too_large_causes_no_bias() {
     let view = view();
-    let (told, drawn) = (bare("a", disc(0.0283)), bare("a", disc(0.028)));
+    let (specified, drawn) = (bare("a", disc(0.0283)), bare("a", disc(0.028)));
     for pose in [Pose::new(-0.17, 0.08, 0.0), Pose::new(0.08, -0.06, 0.0)] {
         let frames = film(&view, &times_s(4), |_| vec![body(&drawn, pose, Vec2::ZERO, 0.0)]);
-        let tracks = found(&view, frames, std::slice::from_ref(&told), &Layout::Unknown).expect("tracks");
-        let off: Vec<f64> = tracks.tracks[0].samples.iter().map(|s| off_mm(s, pose)).collect();
-        println!("told 0.3 mm too large: {:.3} mm off", rms(&off));
+        let tracks =
+            found(&view, frames, std::slice::from_ref(&specified), &Layout::Unknown).expect("tracks");
+        let off: Vec<f64> = tracks.tracks[0].samples.iter().map(|s| error_mm(s, pose)).collect();
+        println!("0.3 mm too large: {:.3} mm off", rms(&off));
         assert!(off.len() == 4 && rms(&off) < 0.08, "{off:?} mm");
     }
 }
 
 #[test]
-fn outlines_that_touch_are_told_apart() {
+fn outlines_that_touch_are_distinguished() {
     let view = view();
     let objects = [bare("a", disc(0.028)), bare("b", bar(0.05, 0.04))];
-    // The disc comes to rest at the bar's side, and the bar goes on from there.
-    let touch_s = 0.25;
-    let disc_at = |t: f64| Pose::new(-0.1 + 0.6 * (t.min(touch_s) - 0.1).max(0.0), 0.0, 0.0);
-    let bar_at =
-        |t: f64| Pose::new(0.0435 + 0.5 * (t - touch_s).max(0.0), 0.0, 0.1 + 2.0 * (t - touch_s).max(0.0));
+    // The disc stops at the side of the bar, and the bar moves on.
+    let contact_s = 0.25;
+    let disc_at = |t: f64| Pose::new(-0.1 + 0.6 * (t.min(contact_s) - 0.1).max(0.0), 0.0, 0.0);
+    let bar_at = |t: f64| {
+        Pose::new(0.0435 + 0.5 * (t - contact_s).max(0.0), 0.0, 0.1 + 2.0 * (t - contact_s).max(0.0))
+    };
     let frames = film(&view, &times_s(26), |t| {
-        let (before, after) = (t > 0.1 && t < touch_s, t > touch_s);
+        let (before, after) = (t > 0.1 && t < contact_s, t > contact_s);
         let velocity = |moves: bool, speed_m_s: f64| Vec2::new(if moves { speed_m_s } else { 0.0 }, 0.0);
         vec![
             body(&objects[0], disc_at(t), velocity(before, 0.6), 0.0),
@@ -85,26 +87,26 @@ fn outlines_that_touch_are_told_apart() {
     for (track, truth) in tracks.tracks.iter().zip([&disc_at as &dyn Fn(f64) -> Pose, &bar_at]) {
         assert_eq!(track.samples.len(), 26, "{}: {:?}", track.object, tracks.warnings);
         for s in &track.samples {
-            let off = off_mm(s, truth(s.time_s));
+            let off = error_mm(s, truth(s.time_s));
             assert!(off < 0.4 || s.doubtful, "{} is {off} mm off at {} s", track.object, s.time_s);
         }
     }
 }
 
 #[test]
-fn an_object_as_grey_as_the_table_is_found_by_a_picture_of_the_empty_table() {
-    // A table with a broad dark stripe, on which the object would otherwise not stand out from its surroundings.
+fn an_object_as_grey_as_the_table_is_found_with_an_image_of_the_empty_table() {
+    // A table with a broad dark stripe, against which the object alone has no contrast.
     let view = view();
     let objects = [bare("a", disc(0.03))];
     let pose = Pose::new(-0.02, 0.01, 0.0);
-    let cloth = Thing::flat(bar(0.2, 0.5), Pose::new(-0.1, 0.0, 0.0), 0.0, 120.0);
-    let empty = picture(&view, std::slice::from_ref(&cloth));
-    let frames = film(&view, &times_s(3), |_| vec![cloth.clone(), body(&objects[0], pose, Vec2::ZERO, 0.0)]);
+    let stripe = Thing::flat(bar(0.2, 0.5), Pose::new(-0.1, 0.0, 0.0), 0.0, 120.0);
+    let empty = picture(&view, std::slice::from_ref(&stripe));
+    let frames = film(&view, &times_s(3), |_| vec![stripe.clone(), body(&objects[0], pose, Vec2::ZERO, 0.0)]);
     let names = ["a".to_string()];
     let clip =
         Clip { name: "drawn".into(), camera: &view.camera, targets: targets(&objects, &names).expect("one") };
     let options = Options { table: Some(&empty), ..Options::default() };
     let tracks = clip.tracks(&mut frames.into_iter().map(Ok), &Layout::Unknown, &options).expect("tracks");
-    let off: Vec<f64> = tracks.tracks[0].samples.iter().map(|s| off_mm(s, pose)).collect();
+    let off: Vec<f64> = tracks.tracks[0].samples.iter().map(|s| error_mm(s, pose)).collect();
     assert!(off.len() == 3 && rms(&off) < 0.15, "{off:?} mm");
 }

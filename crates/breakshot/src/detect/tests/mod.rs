@@ -1,4 +1,4 @@
-//! The stage's laws, on pictures drawn from known truth.
+//! Detection in synthetic images of known poses.
 
 use super::*;
 use crate::capture::{Footage, Lens};
@@ -45,18 +45,18 @@ fn found(view: &View, frames: Vec<Frame>, objects: &[Object], layout: &Layout) -
     clip.tracks(&mut frames.into_iter().map(Ok), layout, &Options::default())
 }
 
-/// Sliding from rest at 0.1 s on, slowing down by 2.5 m/s2.
+/// Pose, velocity and angular velocity of an object that is at rest until 0.1 s and then decelerates by 2.5 m/s2.
 fn slid(start: Pose, velocity: Vec2, yaw_rate_rad_s: f64, time_s: f64) -> (Pose, Vec2, f64) {
     let speed_m_s = velocity.length();
     let t = (time_s - 0.1).clamp(0.0, speed_m_s / 2.5);
-    let left = if time_s > 0.1 { 1.0 - 2.5 * t / speed_m_s } else { 0.0 };
-    let part = t * (1.0 - 1.25 * t / speed_m_s);
-    let position = start.position + velocity * part;
-    let pose = Pose { position, yaw_rad: start.yaw_rad + yaw_rate_rad_s * part };
-    (pose, velocity * left, yaw_rate_rad_s * left)
+    let remaining = if time_s > 0.1 { 1.0 - 2.5 * t / speed_m_s } else { 0.0 };
+    let path = t * (1.0 - 1.25 * t / speed_m_s);
+    let position = start.position + velocity * path;
+    let pose = Pose { position, yaw_rad: start.yaw_rad + yaw_rate_rad_s * path };
+    (pose, velocity * remaining, yaw_rate_rad_s * remaining)
 }
 
-fn off_mm(sample: &Sample, truth: Pose) -> f64 {
+fn error_mm(sample: &Sample, truth: Pose) -> f64 {
     sample.position().distance(truth.position) * 1e3
 }
 
@@ -65,7 +65,7 @@ fn rms(values: &[f64]) -> f64 {
 }
 
 #[test]
-fn a_sliding_turning_object_is_found_in_every_frame() {
+fn a_sliding_rotating_object_is_found_in_every_frame() {
     let view = view();
     let objects = [object("b", bar(0.06, 0.045), bar(0.024, 0.012))];
     let start = Pose::new(-0.12, -0.03, 2.2);
@@ -77,28 +77,28 @@ fn a_sliding_turning_object_is_found_in_every_frame() {
     let tracks = found(&view, frames, &objects, &Layout::Unknown).expect("tracks");
     let samples = &tracks.tracks[0].samples;
     assert_eq!(samples.len(), 30, "{:?}", tracks.warnings);
-    let off: Vec<f64> = samples.iter().map(|s| off_mm(s, motion(s.time_s).0)).collect();
-    // A rectangle looks the same after half a turn.
-    let turned = |s: &Sample| {
+    let off: Vec<f64> = samples.iter().map(|s| error_mm(s, motion(s.time_s).0)).collect();
+    // A rectangle determines its yaw modulo half a turn.
+    let yaw_error_deg = |s: &Sample| {
         let off_rad = wrapped_rad(2.0 * (s.yaw_rad.expect("a yaw") - motion(s.time_s).0.yaw_rad)) / 2.0;
         off_rad.to_degrees()
     };
-    let off_deg: Vec<f64> = samples.iter().map(turned).collect();
+    let off_deg: Vec<f64> = samples.iter().map(yaw_error_deg).collect();
     println!("position rms {:.3} mm, yaw rms {:.3} deg", rms(&off), rms(&off_deg));
     assert!(rms(&off) < 0.06, "position rms {} mm", rms(&off));
     assert!(rms(&off_deg) < 0.5, "yaw rms {} deg", rms(&off_deg));
-    assert!(samples.iter().all(|s| !s.doubtful), "nothing was in the way");
+    assert!(samples.iter().all(|s| !s.doubtful), "nothing covers the marker");
 }
 
 #[test]
-fn a_marker_covered_for_ten_frames_is_found_again_and_never_said_to_be_elsewhere() {
+fn a_marker_covered_for_ten_frames_is_found_again_without_wrong_positions_between() {
     let view = view();
     let objects = [object("a", disc(0.03), disc(0.011))];
     let motion = |t: f64| slid(Pose::new(-0.1, 0.0, 0.0), Vec2::new(0.5, 0.0), 0.0, t);
     let frames = film(&view, &times_s(32), |t| {
         let (pose, velocity, _) = motion(t);
         let mut things = Thing::object(&objects[0], pose).map(|thing| thing.moving(velocity, 0.0)).to_vec();
-        // A light grey shaft comes over the marker and goes with it for a while.
+        // A light grey disc covers the marker and moves with it for some frames.
         let beside_m = 0.25 * ((t - 0.22).abs() - 0.08).max(0.0) * 2.0;
         let shaft = Pose { position: pose.position + Vec2::new(0.0, beside_m), yaw_rad: 0.0 };
         things.push(Thing::flat(disc(0.016), shaft, 0.031, 165.0));
@@ -107,18 +107,23 @@ fn a_marker_covered_for_ten_frames_is_found_again_and_never_said_to_be_elsewhere
     let tracks = found(&view, frames, &objects, &Layout::Unknown).expect("tracks");
     let samples = &tracks.tracks[0].samples;
     for s in samples {
-        let off = off_mm(s, motion(s.time_s).0);
-        assert!(off < 0.3 || s.doubtful, "{off} mm off at {} s, and sure of it", s.time_s);
-        assert!(off < 3.0 * s.std_m * 1e3 + 0.3, "{off} mm off at {} s, said {} m", s.time_s, s.std_m);
+        let off = error_mm(s, motion(s.time_s).0);
+        assert!(off < 0.3 || s.doubtful, "{off} mm off at {} s, and not doubtful", s.time_s);
+        assert!(
+            off < 3.0 * s.std_m * 1e3 + 0.3,
+            "{off} mm off at {} s, with a standard deviation of {} m",
+            s.time_s,
+            s.std_m
+        );
     }
     assert!((18..=23).contains(&samples.len()), "{} of 32 samples", samples.len());
     let last = samples.last().expect("a sample");
-    assert!(off_mm(last, motion(last.time_s).0) < 0.1 && !last.doubtful, "{last:?}");
-    assert!(tracks.warnings.iter().any(|w| w.contains("not seen")), "{:?}", tracks.warnings);
+    assert!(error_mm(last, motion(last.time_s).0) < 0.1 && !last.doubtful, "{last:?}");
+    assert!(tracks.warnings.iter().any(|w| w.contains("not found")), "{:?}", tracks.warnings);
 }
 
 #[test]
-fn a_bar_smeared_askew_tells_its_angle() {
+fn motion_blur_oblique_to_a_bar_does_not_change_its_yaw() {
     let mut view = view();
     view.camera.exposure_s = Some(0.012);
     let objects = [object("b", bar(0.06, 0.045), bar(0.024, 0.012))];
@@ -128,23 +133,23 @@ fn a_bar_smeared_askew_tells_its_angle() {
         Thing::object(&objects[0], pose).map(|thing| thing.moving(velocity, rate)).to_vec()
     });
     let tracks = found(&view, frames, &objects, &Layout::Unknown).expect("tracks");
-    // One exposure holds the moment at which it starts.
+    // Without the exposure during which the motion starts.
     let free = tracks.tracks[0].samples.iter().filter(|s| (s.time_s - 0.1).abs() > 0.006);
     let off_deg: Vec<f64> = free
         .map(|s| wrapped_rad(2.0 * (s.yaw_rad.expect("a yaw") - motion(s.time_s).0.yaw_rad)) / 2.0)
         .map(f64::to_degrees)
         .collect();
-    println!("smeared by up to 11 px: yaw rms {:.3} deg", rms(&off_deg));
+    println!("blur of up to 11 px: yaw rms {:.3} deg", rms(&off_deg));
     assert!(off_deg.len() >= 29 && rms(&off_deg) < 0.5, "yaw rms {} deg: {off_deg:?}", rms(&off_deg));
 }
 
 #[test]
-fn what_is_dark_beside_a_covered_marker_is_not_taken_for_it() {
+fn a_dark_region_beside_a_covered_marker_is_not_taken_for_it() {
     let view = view();
     let objects = [object("a", bar(0.07, 0.05), bar(0.024, 0.012))];
     let motion = |t: f64| slid(Pose::new(-0.06, 0.0, 0.2), Vec2::new(0.4, 0.0), 2.0, t);
     let covered = |t: f64| (0.19..0.26).contains(&t);
-    // A strip of shade, longer than the marker and less dark, lies a hand's breadth beside where it comes to rest.
+    // A shadow, longer than the marker and less dark, near the object's final position.
     let strip = Thing::flat(bar(0.04, 0.0105), Pose::new(-0.02, 0.048, 0.3), 0.0, 75.0);
     let frames = film(&view, &times_s(40), |t| {
         let (pose, velocity, rate) = motion(t);
@@ -159,18 +164,18 @@ fn what_is_dark_beside_a_covered_marker_is_not_taken_for_it() {
     let samples = &tracks.tracks[0].samples;
     assert_eq!(samples.len(), 40 - 4, "{:?}", tracks.warnings);
     for s in samples {
-        let off = off_mm(s, motion(s.time_s).0);
+        let off = error_mm(s, motion(s.time_s).0);
         assert!(off < 0.3, "{off} mm off at {} s", s.time_s);
     }
 }
 
 #[test]
-fn equal_markers_that_pass_closely_keep_their_names() {
+fn objects_with_equal_markers_that_pass_closely_are_not_exchanged() {
     let view = view();
     let objects = [object("a", disc(0.018), disc(0.011)), object("c", disc(0.019), disc(0.011))];
     let starts = [Pose::new(-0.08, 0.0185, 0.0), Pose::new(0.08, -0.019, 0.0)];
-    let ways = [Vec2::new(0.9, 0.0), Vec2::new(-0.9, 0.0)];
-    let motion = |k: usize, t: f64| slid(starts[k], ways[k], 0.0, t);
+    let velocities = [Vec2::new(0.9, 0.0), Vec2::new(-0.9, 0.0)];
+    let motion = |k: usize, t: f64| slid(starts[k], velocities[k], 0.0, t);
     let frames = film(&view, &times_s(28), |t| {
         let thing = |k: usize| {
             let (pose, velocity, _) = motion(k, t);
@@ -185,13 +190,13 @@ fn equal_markers_that_pass_closely_keep_their_names() {
     for (k, track) in tracks.tracks.iter().enumerate() {
         assert_eq!(track.samples.len(), 28, "{:?}", tracks.warnings);
         for s in &track.samples {
-            let off = off_mm(s, motion(k, s.time_s).0);
+            let off = error_mm(s, motion(k, s.time_s).0);
             assert!(off < 0.3, "`{}` is {off} mm off at {} s", track.object, s.time_s);
         }
     }
 }
 
-/// Three discs that wear the same marker, and a triangle whose bar leaves half a turn open.
+/// Three discs with equal markers, and a triangle whose marker determines the yaw modulo half a turn.
 fn pile() -> ([Object; 4], [Pose; 4]) {
     let third = |k: f64| Point::ORIGIN + Vec2::from_heading(k * std::f64::consts::TAU / 3.0) * 0.04;
     let triangle = Shape::Polygon { points_m: vec![third(0.0), third(1.0), third(2.0)] };
@@ -210,34 +215,34 @@ fn pile() -> ([Object; 4], [Pose; 4]) {
     (objects, poses)
 }
 
-fn pictured(view: &View, objects: &[Object], poses: &[Pose], frames: u32) -> Vec<Frame> {
+fn still_frames(view: &View, objects: &[Object], poses: &[Pose], frames: u32) -> Vec<Frame> {
     let things: Vec<Thing> =
         objects.iter().zip(poses).flat_map(|(o, &pose)| Thing::object(o, pose)).collect();
     film(view, &times_s(frames), |_| things.clone())
 }
 
 #[test]
-fn outlines_tell_apart_what_markers_cannot() {
+fn outlines_distinguish_objects_with_equal_markers() {
     let view = view();
     let (objects, poses) = pile();
-    let frames = pictured(&view, &objects, &poses, 2);
+    let frames = still_frames(&view, &objects, &poses, 2);
     let tracks = found(&view, frames, &objects, &Layout::Unknown).expect("tracks");
     for (track, pose) in tracks.tracks.iter().zip(poses) {
-        let off = off_mm(&track.samples[0], pose);
+        let off = error_mm(&track.samples[0], pose);
         assert!(off < 0.1, "`{}` is {off} mm off; {:?}", track.object, tracks.warnings);
     }
     let third = std::f64::consts::TAU / 3.0;
     let off_rad = tracks.tracks[3].samples[0].yaw_rad.expect("a yaw") - poses[3].yaw_rad;
     let off_rad = off_rad - (off_rad / third).round() * third;
-    assert!(off_rad.abs() < 0.02, "the triangle is turned by {off_rad} rad");
+    assert!(off_rad.abs() < 0.02, "the yaw of the triangle is wrong by {off_rad} rad");
 }
 
 #[test]
-fn names_given_in_the_wrong_order_are_doubted() {
+fn names_in_the_wrong_order_give_a_warning() {
     let view = view();
     let (objects, poses) = pile();
     let (objects, poses) = (&objects[..2], &poses[..2]);
-    let frames = pictured(&view, objects, poses, 2);
+    let frames = still_frames(&view, objects, poses, 2);
     let along = |heading_rad: f64| Layout::AlongStrike { heading_rad, start_m: None };
     let right = found(&view, frames.clone(), objects, &along(std::f64::consts::PI)).expect("tracks");
     assert!(right.warnings.is_empty(), "{:?}", right.warnings);
@@ -246,7 +251,7 @@ fn names_given_in_the_wrong_order_are_doubted() {
 }
 
 #[test]
-fn light_markers_on_dark_objects_are_followed_too() {
+fn light_markers_on_dark_objects_are_tracked() {
     let view = View { table_grey: 90.0, ..view() };
     let objects = [object("a", disc(0.03), disc(0.011))];
     let pose = Pose::new(0.02, 0.01, 0.0);
@@ -254,22 +259,22 @@ fn light_markers_on_dark_objects_are_followed_too() {
     (body.grey, marker.grey) = (45.0, 190.0);
     let frames = film(&view, &times_s(3), |_| vec![body.clone(), marker.clone()]);
     let tracks = found(&view, frames, &objects, &Layout::Unknown).expect("tracks");
-    let off: Vec<f64> = tracks.tracks[0].samples.iter().map(|s| off_mm(s, pose)).collect();
+    let off: Vec<f64> = tracks.tracks[0].samples.iter().map(|s| error_mm(s, pose)).collect();
     assert!(off.len() == 3 && rms(&off) < 0.06, "{off:?} mm");
 }
 
 #[test]
-fn fewer_markers_than_objects_are_counted_in_the_error() {
+fn the_error_for_missing_markers_counts_the_candidates() {
     let view = view();
     let (objects, poses) = pile();
-    let frames = pictured(&view, &objects[..1], &poses[..1], 1);
+    let frames = still_frames(&view, &objects[..1], &poses[..1], 1);
     let error = found(&view, frames, &objects[..3], &Layout::Unknown).expect_err("two markers are missing");
     let message = error.to_string();
     assert!(message.contains("drawn: 1 blobs") && message.contains("3 markers"), "{message}");
 }
 
 #[test]
-fn pictures_without_contrast_and_films_without_frames_are_named() {
+fn the_error_for_an_image_without_contrast_names_its_grey_levels() {
     let view = view();
     let (objects, _) = pile();
     for grey in [0, 255] {
@@ -283,7 +288,7 @@ fn pictures_without_contrast_and_films_without_frames_are_named() {
 }
 
 #[test]
-fn an_object_that_leaves_the_picture_ends_its_track_with_a_word() {
+fn the_track_of_an_object_that_leaves_the_image_ends_with_a_warning() {
     let view = view();
     let objects = [object("a", disc(0.03), disc(0.011))];
     let motion = |t: f64| slid(Pose::new(0.2, 0.0, 0.0), Vec2::new(1.0, 0.0), 0.0, t);
@@ -294,22 +299,22 @@ fn an_object_that_leaves_the_picture_ends_its_track_with_a_word() {
     let tracks = found(&view, frames, &objects, &Layout::Unknown).expect("tracks");
     let samples = &tracks.tracks[0].samples;
     assert!((10..26).contains(&samples.len()), "{} of 26 samples", samples.len());
-    assert!(tracks.warnings.iter().any(|w| w.contains("left the picture")), "{:?}", tracks.warnings);
+    assert!(tracks.warnings.iter().any(|w| w.contains("left the image")), "{:?}", tracks.warnings);
     for s in samples {
-        let off = off_mm(s, motion(s.time_s).0);
-        assert!(off < 0.3 || s.doubtful, "{off} mm off at {} s, and sure of it", s.time_s);
+        let off = error_mm(s, motion(s.time_s).0);
+        assert!(off < 0.3 || s.doubtful, "{off} mm off at {} s, and not doubtful", s.time_s);
     }
 }
 
 #[test]
-fn what_slid_out_of_the_picture_is_not_found_in_its_middle() {
+fn an_object_that_left_the_image_is_not_found_inside_it() {
     let view = view();
     let objects = [object("a", disc(0.03), disc(0.011))];
     let motion = |t: f64| slid(Pose::new(0.2, 0.0, 0.0), Vec2::new(1.0, 0.0), 0.0, t);
     let frames = film(&view, &times_s(40), |t| {
         let (pose, velocity, _) = motion(t);
         let mut things = Thing::object(&objects[0], pose).map(|thing| thing.moving(velocity, 0.0)).to_vec();
-        // Later something else that looks like its marker comes into view: the striker's foot, a shadow.
+        // Later a region that looks like its marker appears: the striker, a shadow.
         if t > 0.4 {
             things.push(Thing::flat(disc(0.011), Pose::new(0.1, 0.05, 0.0), 0.03, 20.0));
         }
@@ -317,13 +322,13 @@ fn what_slid_out_of_the_picture_is_not_found_in_its_middle() {
     });
     let tracks = found(&view, frames, &objects, &Layout::Unknown).expect("tracks");
     for s in &tracks.tracks[0].samples {
-        let off = off_mm(s, motion(s.time_s).0);
+        let off = error_mm(s, motion(s.time_s).0);
         assert!(off < 20.0, "{off} mm off at {} s", s.time_s);
     }
 }
 
 #[test]
-fn a_camera_that_is_nudged_during_the_clip_is_named() {
+fn a_camera_that_moves_during_the_clip_gives_a_warning() {
     let view = view();
     let tags: Vec<Tag> = [(-0.2, -0.12), (0.2, -0.12), (0.2, 0.1), (-0.2, 0.1)]
         .into_iter()
@@ -346,40 +351,40 @@ fn a_camera_that_is_nudged_during_the_clip_is_named() {
         CameraSpec { focal_px: Some([700.0; 2]), center_px: Some([319.5, 199.5]), ..CameraSpec::default() };
     let from_above = Cell::from_above(1000.0, Workspace::centred([0.4, 0.2]), Striker::rod(0.01, [0.1, 1.0]));
     let cell = Cell { camera, tags: tags.clone(), scale_px_per_m: None, ..from_above };
-    let warnings = |nudge_m: f64| {
-        let mut nudged = view.clone();
-        let place = Transform { position_m: [0.01 + nudge_m, -0.1, 0.7], rpy_rad: [0.15, 0.02, 0.05] };
-        nudged.camera = Camera::new([640, 400], Lens::pinhole([640, 400], 700.0), place);
+    let warnings = |shift_m: f64| {
+        let mut shifted = view.clone();
+        let position = Transform { position_m: [0.01 + shift_m, -0.1, 0.7], rpy_rad: [0.15, 0.02, 0.05] };
+        shifted.camera = Camera::new([640, 400], Lens::pinhole([640, 400], 700.0), position);
         let mut frames = film(&view, &times_s(6), things);
-        frames.extend(film(&nudged, &times_s(12), things).into_iter().skip(6));
+        frames.extend(film(&shifted, &times_s(12), things).into_iter().skip(6));
         let capture = Capture::of(Footage::from_frames("drawn", frames), &cell).expect("tags");
         let names = ["a".to_string()];
         tracks(capture, &objects, &names, &Layout::Unknown, &Options::default()).expect("a track").warnings
     };
     assert!(warnings(0.0).is_empty(), "{:?}", warnings(0.0));
     // 3 mm at 0.7 m are 3 px.
-    let told = warnings(0.003).join("; ");
-    assert!(told.contains("the camera moved by 3"), "{told}");
+    let warning = warnings(0.003).join("; ");
+    assert!(warning.contains("the camera moved by 3"), "{warning}");
 }
 
 #[test]
-fn one_frame_gives_a_place_and_no_speed() {
+fn one_frame_gives_a_position_and_no_velocity() {
     let view = view();
     let objects = [object("a", disc(0.03), disc(0.011))];
     let pose = Pose::new(0.03, -0.02, 0.0);
     let tracks =
-        found(&view, pictured(&view, &objects, &[pose], 1), &objects, &Layout::Unknown).expect("tracks");
+        found(&view, still_frames(&view, &objects, &[pose], 1), &objects, &Layout::Unknown).expect("tracks");
     let samples = &tracks.tracks[0].samples;
-    assert!(samples.len() == 1 && off_mm(&samples[0], pose) < 0.1, "{samples:?}");
+    assert!(samples.len() == 1 && error_mm(&samples[0], pose) < 0.1, "{samples:?}");
     assert!(samples[0].vx_m_s.is_none() && samples[0].ax_m_s2.is_none(), "{samples:?}");
 }
 
 #[test]
-fn a_marker_of_another_size_is_no_marker() {
+fn a_marker_of_another_size_is_not_accepted() {
     let view = view();
     let (wanted, large) = (object("a", disc(0.05), disc(0.011)), object("a", disc(0.05), disc(0.03)));
     for pose in [Pose::default(), Pose::new(0.1, 0.05, 0.0)] {
-        let frames = pictured(&view, std::slice::from_ref(&large), &[pose], 2);
+        let frames = still_frames(&view, std::slice::from_ref(&large), &[pose], 2);
         let error = found(&view, frames, std::slice::from_ref(&wanted), &Layout::Unknown)
             .expect_err("nothing of that size");
         let message = error.to_string();
@@ -388,7 +393,7 @@ fn a_marker_of_another_size_is_no_marker() {
 }
 
 #[test]
-fn twenty_objects_that_slide_past_each_other_keep_their_names() {
+fn twenty_objects_that_slide_past_each_other_are_not_exchanged() {
     let view = view();
     let objects: Vec<Object> = (0..20).map(|k| object(&format!("o{k}"), disc(0.014), disc(0.007))).collect();
     let start = |k: usize| Pose::new((k % 5) as f64 * 0.09 - 0.18, (k / 5) as f64 * 0.06 - 0.10, 0.0);
@@ -411,18 +416,18 @@ fn twenty_objects_that_slide_past_each_other_keep_their_names() {
     for (k, track) in tracks.tracks.iter().enumerate() {
         assert_eq!(track.samples.len(), 12, "{}: {:?}", track.object, tracks.warnings);
         for s in &track.samples {
-            let off = off_mm(s, motion(k, s.time_s).0);
+            let off = error_mm(s, motion(k, s.time_s).0);
             assert!(off < 0.3, "{} is {off} mm off at {} s", track.object, s.time_s);
         }
     }
 }
 
 #[test]
-fn a_shadow_across_a_marker_makes_a_place_doubtful_not_wrong() {
+fn a_position_under_a_shadow_is_right_or_doubtful() {
     let view = view();
     let objects = [object("a", disc(0.03), disc(0.011))];
     let pose = Pose::new(0.02, 0.01, 0.0);
-    let mut frames = pictured(&view, &objects, &[pose], 14);
+    let mut frames = still_frames(&view, &objects, &[pose], 14);
     let edge = view.camera.pixel_from_table(pose.position, 0.03);
     for frame in &mut frames[6..10] {
         for (k, grey) in frame.image.pixels.iter_mut().enumerate() {
@@ -435,7 +440,7 @@ fn a_shadow_across_a_marker_makes_a_place_doubtful_not_wrong() {
     let samples = &tracks.tracks[0].samples;
     assert!(samples.len() >= 10, "{} of 14 samples", samples.len());
     for s in samples {
-        let off = off_mm(s, pose);
-        assert!(off < 0.2 || s.doubtful, "{off} mm off at {} s, and sure of it", s.time_s);
+        let off = error_mm(s, pose);
+        assert!(off < 0.2 || s.doubtful, "{off} mm off at {} s, and not doubtful", s.time_s);
     }
 }
