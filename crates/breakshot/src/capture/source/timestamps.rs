@@ -1,5 +1,7 @@
 //! Do the times of the frames grow evenly?
 
+use crate::statistics::upper_median;
+
 /// Steps that differ from the usual one by less are the usual step: clocks are rounded, cameras jitter.
 const STEP_TOLERANCE: f64 = 0.2;
 /// A rate is called variable when more than this share of the steps is unusual.
@@ -11,7 +13,7 @@ pub(crate) const NEEDED_TIMES: &str = "time stamps that grow from frame to frame
 /// What is odd about the times of the frames (s), which a clock of steps `tick_s` gave: gaps and a changing rate.
 pub(crate) fn warnings(times_s: &[f64], tick_s: f64) -> Vec<String> {
     let steps: Vec<f64> = times_s.windows(2).map(|pair| pair[1] - pair[0]).collect();
-    let Some(usual) = median(&steps) else {
+    let Some(usual) = upper_median(steps.iter().copied()) else {
         return Vec::new();
     };
     let tolerance = (STEP_TOLERANCE * usual).max(1.5 * tick_s);
@@ -46,12 +48,6 @@ pub(crate) fn warnings(times_s: &[f64], tick_s: f64) -> Vec<String> {
         ));
     }
     warnings
-}
-
-fn median(values: &[f64]) -> Option<f64> {
-    let mut sorted = values.to_vec();
-    sorted.sort_by(f64::total_cmp);
-    sorted.get(sorted.len() / 2).copied()
 }
 
 #[cfg(test)]

@@ -10,6 +10,7 @@ use super::undistorted::Straight;
 use crate::capture::homography::Homography;
 use crate::capture::image::GreyImage;
 use crate::geometry::{Pixel, Point};
+use crate::statistics::{STD_OVER_MEDIAN_ABSOLUTE, upper_median};
 use nalgebra::{SMatrix, SVector};
 
 /// How many bits the band reaches inwards and outwards before the tag is read: past them the code and the table begin...
@@ -276,8 +277,6 @@ const WEIGHING_STEPS: usize = 4;
 const TYPICAL_RESIDUALS: f64 = 3.0;
 /// No residual below a grey level, nor below this part of the step's height, is dirt: real steps have other shapes.
 const LEAST_RESIDUAL: (f64, f64) = (1.0, 0.04);
-/// The standard deviation of normal noise over its median size.
-const STD_OVER_MEDIAN: f64 = 1.4826;
 /// No step is narrower than a pixel's own width allows (px).
 const NARROWEST_PX: f64 = 0.35;
 /// By so many grey levels tables differ from margins.
@@ -308,9 +307,9 @@ impl Step {
             p[2] = p[2].clamp(NARROWEST_PX, most_px);
             p[4] = p[4].min(HIGHEST_STEP);
             if k < weighing {
-                let sizes = samples.iter().map(|s| step.linearised(s).0.abs()).collect();
+                let middle = upper_median(samples.iter().map(|s| step.linearised(s).0.abs()))?;
                 let least = LEAST_RESIDUAL.0.max(LEAST_RESIDUAL.1 * step.numbers[4]);
-                step.typical = (median(sizes) * STD_OVER_MEDIAN).max(least);
+                step.typical = (middle * STD_OVER_MEDIAN_ABSOLUTE).max(least);
             } else if change[0].abs() + change[1].abs() < STEP_SETTLED_PX {
                 break;
             }
@@ -428,8 +427,3 @@ type Normal = (SMatrix<f64, STEP_NUMBERS, STEP_NUMBERS>, SVector<f64, STEP_NUMBE
 
 /// Keeps the equations solvable where a number has no say, such as the width of a step between two pixels.
 const SINGULAR: f64 = 1e-9;
-
-fn median(mut values: Vec<f64>) -> f64 {
-    let middle = values.len() / 2;
-    *values.select_nth_unstable_by(middle, f64::total_cmp).1
-}
