@@ -1,56 +1,69 @@
-//! What the clips of a campaign told one by one, kept so that later clips can join them without the old films.
+//! The measurements of the single clips of a campaign, stored so that an estimate can be updated without the old
+//! films.
 
 use crate::cell::{CameraSpec, Cell, ReferencePoint, Striker, Tag};
 use crate::object::Object;
 use serde::{Deserialize, Serialize};
 
-/// What was filmed with, what was filmed, and what each clip told.
+/// The cell, the objects and the measurements of each clip.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Evidence {
-    /// The cell, as far as measurements depend on it.
+    /// The parts of the cell that measurements depend on.
     pub filmed_with: FilmedWith,
-    /// What a ruler told of the objects.
+    /// The objects as measured with a ruler.
     pub objects: Vec<Object>,
-    /// The clips, in the order in which they were given.
+    /// The clips in the order of the campaign.
     pub clips: Vec<ClipRecord>,
 }
 
-/// What one clip told.
+/// The measurements of one clip.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ClipRecord {
-    /// The clip's name.
+    /// Name of the clip.
     pub clip: String,
-    /// A number that another clip would only share if it were the same.
+    /// Hash of the clip's tracks, which identifies a clip whatever its name is.
     pub fingerprint: String,
-    /// Its objects, the struck one first; copies by their own names.
+    /// Names of its objects, the struck one first; copies as `a#2`.
     pub objects: Vec<String>,
-    /// What estimation needs to hear of it again.
-    pub told: serde_json::Value,
+    /// The clip's measurements, in the form that `estimate` defines.
+    #[serde(rename = "told")]
+    pub measurements: serde_json::Value,
+}
+
+/// A part of a cell that differs from that of an earlier one.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Difference {
+    /// Name of the part.
+    pub part: String,
+    /// The part now.
+    pub now: String,
+    /// The part of the earlier cell.
+    pub before: String,
 }
 
 /// The parts of a cell that measurements depend on.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct FilmedWith {
-    /// The camera; of a `camera_info` file only its name.
+    /// The camera; of the path of a `camera_info` file only the file name.
     pub camera: CameraSpec,
-    /// AprilTags lying on the table.
+    /// AprilTags on the table.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub tags: Vec<Tag>,
-    /// Points of the table whose pixels are known.
+    /// Points of the table with known pixels.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub points: Vec<ReferencePoint>,
-    /// The scale of a camera that looks straight down (px per m).
+    /// Scale of a camera that looks straight down (px per m).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub scale_px_per_m: Option<f64>,
-    /// What strikes.
+    /// The striker.
     pub striker: Striker,
 }
 
 impl FilmedWith {
-    /// Those parts of a cell.
+    /// The parts of the given cell.
     pub fn new(cell: &Cell) -> Self {
         let mut camera = cell.camera.clone();
         camera.camera_info = camera.camera_info.and_then(|path| path.file_name().map(Into::into));
@@ -63,32 +76,37 @@ impl FilmedWith {
         }
     }
 
-    /// The first part that differs from an earlier cell's, what it is and what it was; none if all are the same.
+    /// The first part that differs from that of an earlier cell; `None` if all are equal.
     ///
-    /// The striker's range of speeds may change: no measurement rests on it.
-    pub fn difference(&self, then: &Self) -> Option<(String, String, String)> {
-        let told = |what: &str, now: String, was: String| Some((what.to_owned(), now, was));
-        if self.camera != then.camera {
-            return told("camera", format!("{:?}", self.camera), format!("{:?}", then.camera));
+    /// The striker's range of speeds may change: no measurement depends on it.
+    pub fn difference(&self, earlier: &Self) -> Option<Difference> {
+        let difference =
+            |part: &str, now: String, before: String| Some(Difference { part: part.to_owned(), now, before });
+        if self.camera != earlier.camera {
+            return difference("camera", format!("{:?}", self.camera), format!("{:?}", earlier.camera));
         }
-        if self.tags.len() != then.tags.len() {
-            return told("tags", format!("{} tags", self.tags.len()), format!("{} tags", then.tags.len()));
+        if self.tags.len() != earlier.tags.len() {
+            return difference(
+                "tags",
+                format!("{} tags", self.tags.len()),
+                format!("{} tags", earlier.tags.len()),
+            );
         }
-        if let Some((now, was)) = self.tags.iter().zip(&then.tags).find(|(now, was)| now != was) {
-            return told(&format!("tag {}", now.id), format!("{now:?}"), format!("{was:?}"));
+        if let Some((now, before)) = self.tags.iter().zip(&earlier.tags).find(|(now, before)| now != before) {
+            return difference(&format!("tag {}", now.id), format!("{now:?}"), format!("{before:?}"));
         }
-        if self.points != then.points {
-            return told("points", format!("{:?}", self.points), format!("{:?}", then.points));
+        if self.points != earlier.points {
+            return difference("points", format!("{:?}", self.points), format!("{:?}", earlier.points));
         }
-        if self.scale_px_per_m != then.scale_px_per_m {
-            return told(
+        if self.scale_px_per_m != earlier.scale_px_per_m {
+            return difference(
                 "scale_px_per_m",
                 format!("{:?}", self.scale_px_per_m),
-                format!("{:?}", then.scale_px_per_m),
+                format!("{:?}", earlier.scale_px_per_m),
             );
         }
         let measured = |s: &Striker| (s.shape.clone(), s.height_m, s.retract_speed_m_s);
-        let (now, was) = (measured(&self.striker), measured(&then.striker));
-        if now == was { None } else { told("striker", format!("{now:?}"), format!("{was:?}")) }
+        let (now, before) = (measured(&self.striker), measured(&earlier.striker));
+        if now == before { None } else { difference("striker", format!("{now:?}"), format!("{before:?}")) }
     }
 }

@@ -22,7 +22,7 @@ pub mod cell;
 pub mod detect;
 pub mod error;
 pub mod estimate;
-pub mod evidence;
+mod evidence;
 pub mod files;
 pub mod geometry;
 pub mod gripper;

@@ -12,7 +12,7 @@ use crate::estimate::measure::contact_friction::Grazing;
 use crate::estimate::measure::friction::Drag;
 use crate::estimate::measure::quantity::Readings;
 use crate::estimate::{ClipTracks, Options};
-use crate::evidence::{ClipRecord, Evidence, FilmedWith};
+use crate::evidence::{ClipRecord, Difference, Evidence, FilmedWith};
 use crate::object::{self, Object, kind};
 use crate::properties::Properties;
 use serde::{Deserialize, Serialize};
@@ -73,15 +73,15 @@ impl Record {
 
     /// As the properties keep it.
     fn kept(&self, tracks: &ClipTracks) -> Result<ClipRecord> {
-        let told = serde_json::to_value(self)
+        let measurements = serde_json::to_value(self)
             .map_err(|e| Error::invalid(&self.name, "evidence", e, "numbers that can be written"))?;
         let (clip, objects) = (self.name.clone(), self.objects.clone());
-        Ok(ClipRecord { clip, fingerprint: fingerprint(tracks), objects, told })
+        Ok(ClipRecord { clip, fingerprint: fingerprint(tracks), objects, measurements })
     }
 
     pub(crate) fn from_kept(kept: &ClipRecord) -> Result<Self> {
         let owner = || format!("properties: evidence of `{}`", kept.clip);
-        let mut record: Self = serde_json::from_value(kept.told.clone()).map_err(|e| {
+        let mut record: Self = serde_json::from_value(kept.measurements.clone()).map_err(|e| {
             Error::invalid(owner(), "told", e, "what `breakshot estimate` of this version wrote")
         })?;
         if !record.readings.is_sound() {
@@ -157,9 +157,9 @@ pub(crate) fn check_basis<'a>(
         let needed = format!("`{}`, to which the masses of the properties refer", old.reference);
         return Err(Error::invalid("estimate", "reference", format!("`{asked}`"), needed));
     }
-    if let Some((what, now, then)) = FilmedWith::new(cell).difference(&evidence.filmed_with) {
-        let needed = format!("{then}, as for the clips of the properties");
-        return Err(Error::invalid("cell", what, now, needed));
+    if let Some(Difference { part, now, before }) = FilmedWith::new(cell).difference(&evidence.filmed_with) {
+        let needed = format!("{before}, as for the clips of the properties");
+        return Err(Error::invalid("cell", part, now, needed));
     }
     for object in objects {
         let Some(known) = evidence.objects.iter().find(|o| o.name == object.name) else { continue };

@@ -170,7 +170,7 @@ fn evidence_that_was_tampered_with_is_refused_without_a_panic() {
     ];
     for (key, value) in damaged {
         let mut old = whole.clone();
-        old.evidence.as_mut().expect("evidence").clips[1].told["readings"][key] = value;
+        old.evidence.as_mut().expect("evidence").clips[1].measurements["readings"][key] = value;
         let message =
             updated(&old, &clips(3..4), &cell(), &objects(), &options).expect_err("a refusal").to_string();
         assert!(message.contains("1.mp4"), "{key}: {message}");
