@@ -1,23 +1,22 @@
-//! What can be wrong with a file, a measurement or a request: every error names the thing, what was found
-//! and what is needed.
+//! Errors in files, measurements and requests. Every message names the thing, what was found and what is needed.
 
 use std::path::{Path, PathBuf};
 
-/// The library's result.
+/// Result of a fallible function of this library.
 pub type Result<T> = std::result::Result<T, Error>;
 
-/// What was wrong, in words a user can act on.
+/// An error with a message that a user can act on.
 ///
-/// All but [`Error::Write`] are the input's fault (exit code 2 of the program).
+/// All variants except [`Error::Write`] are errors of the input (exit code 2 of the program).
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
-    /// A file that cannot be opened or read at all.
+    /// A file that cannot be opened or read.
     #[error("{}: cannot be read ({source}); needed: a readable file", path.display())]
     Read {
         /// The file.
         path: PathBuf,
-        /// What the operating system said.
+        /// The operating system's error.
         source: std::io::Error,
     },
     /// A result that cannot be written.
@@ -25,30 +24,30 @@ pub enum Error {
     Write {
         /// The file.
         path: PathBuf,
-        /// What the operating system said.
+        /// The operating system's error.
         source: std::io::Error,
     },
-    /// TOML, JSON or YAML that does not parse, or does not hold what its kind of file must.
+    /// TOML, JSON or YAML that cannot be parsed, or without the required content.
     #[error("{}: {problem}", path.display())]
     Syntax {
         /// The file.
         path: PathBuf,
-        /// What the parser found, with line and column where it has them.
+        /// The parser's message, with line and column if known.
         problem: String,
     },
-    /// A key that no file of this kind has.
+    /// A key that does not exist in this kind of file.
     #[error("{}: unknown key `{key}`{at}; {hint}", path.display())]
     UnknownKey {
         /// The file.
         path: PathBuf,
-        /// The key as written.
+        /// The key in the file.
         key: String,
-        /// Where it stands, as ` (line 3)`, or empty.
+        /// Its location, as ` (line 3)`, or empty.
         at: String,
-        /// The nearest known key, or all of them.
+        /// The most similar known key, or all known keys.
         hint: String,
     },
-    /// A value outside what is physically or formally possible.
+    /// A value that is physically or formally impossible.
     #[error("{name}: {what} is {found}; needed: {needed}")]
     Invalid {
         /// The file, object or clip.
@@ -60,17 +59,17 @@ pub enum Error {
         /// What is needed.
         needed: String,
     },
-    /// A video or picture that is not what it claims, or that breaks off.
+    /// A video or picture that cannot be decoded, or not to its end.
     #[error("{}: {found}; needed: {needed}", path.display())]
     Video {
         /// The file.
         path: PathBuf,
         /// What was found in it.
         found: String,
-        /// What can be read.
+        /// What is needed.
         needed: String,
     },
-    /// The picture does not tell where the camera is.
+    /// The pose of the camera cannot be determined.
     #[error("{name}: {found}; needed: {needed}")]
     Camera {
         /// The picture, clip or cell file.
@@ -80,7 +79,7 @@ pub enum Error {
         /// What is needed.
         needed: String,
     },
-    /// Markers and objects that do not go together.
+    /// The markers of a clip do not correspond to its objects.
     #[error("{clip}: {found}; needed: {needed}")]
     Markers {
         /// The clip or picture.
@@ -90,30 +89,30 @@ pub enum Error {
         /// What is needed.
         needed: String,
     },
-    /// A track with too few samples to measure anything.
-    #[error("object `{object}`: its track has {samples} samples; needed: at least {needed}")]
+    /// A track with too few samples for a measurement.
+    #[error("object `{object}`: the track has {samples} samples; needed: at least {needed}")]
     TrackTooShort {
         /// The object.
         object: String,
-        /// Samples found.
+        /// Number of samples found.
         samples: usize,
-        /// Samples needed.
+        /// Number of samples needed.
         needed: usize,
     },
-    /// A property that no clip supports, asked for by a simulation or a plan.
-    #[error("`{name}`: its {quantity} was never measured; needed: {needed}")]
+    /// A property that a simulation or a plan requires and no clip measured.
+    #[error("`{name}`: no measurement of its {quantity}; needed: {needed}")]
     NotMeasured {
         /// The object or pair.
         name: String,
-        /// Which property.
+        /// The property.
         quantity: &'static str,
-        /// What to film, or to give.
+        /// Which clip or which value is needed.
         needed: String,
     },
 }
 
 impl Error {
-    /// A value that cannot be: `name: what is found; needed: needed`.
+    /// An [`Error::Invalid`] with the message `name: what is found; needed: needed`.
     pub fn invalid(
         name: impl Into<String>,
         what: impl Into<String>,
@@ -128,7 +127,7 @@ impl Error {
         }
     }
 
-    /// A video that cannot be used.
+    /// An [`Error::Video`] of the file at this path.
     pub fn video(path: &Path, found: impl Into<String>, needed: impl Into<String>) -> Self {
         Self::Video { path: path.to_path_buf(), found: found.into(), needed: needed.into() }
     }

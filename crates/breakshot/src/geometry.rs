@@ -1,78 +1,79 @@
 //! Points, vectors and poses on the table, pixels in the image.
 //!
-//! A [`Point`] is a place, a [`Vec2`] a difference: `Point - Point` is a `Vec2`, and `Point + Point` does not
-//! compile.  The table frame is right-handed: x right, y up, z out of the table; all lengths in metres.
+//! A [`Point`] is a position and a [`Vec2`] a difference of positions: `Point - Point` is a `Vec2`, and `Point +
+//! Point` does not compile. The table frame is right-handed: x right, y up, z out of the table. All lengths are in
+//! metres.
 
 use serde::{Deserialize, Serialize};
 use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
 
-/// A place on the table (m).
+/// A position in the table frame (m).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(from = "[f64; 2]", into = "[f64; 2]")]
 pub struct Point {
-    /// To the right (m).
+    /// x, to the right (m).
     pub x: f64,
-    /// Up, as the camera's user sees it (m).
+    /// y, up in the camera's image (m).
     pub y: f64,
 }
 
-/// A difference of places, a velocity, an impulse: anything that has a direction on the table (SI).
+/// A vector in the plane of the table, such as a displacement, a velocity or an impulse (SI units).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(from = "[f64; 2]", into = "[f64; 2]")]
 pub struct Vec2 {
-    /// To the right.
+    /// x component, to the right.
     pub x: f64,
-    /// Up.
+    /// y component, up.
     pub y: f64,
 }
 
-/// Where a body is, and how it is turned.
+/// Position and orientation of a body in the table frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(from = "[f64; 3]", into = "[f64; 3]")]
 pub struct Pose {
-    /// The centroid.
+    /// Position of the centroid.
     pub position: Point,
-    /// Counter-clockwise from the x axis (rad).
+    /// Rotation of the body's x axis from the table's, counter-clockwise (rad).
     pub yaw_rad: f64,
 }
 
-/// A place in the image (px): x right, y down, (0, 0) is the centre of the top left pixel.
+/// A position in the image (px): x right, y down; (0, 0) is the centre of the top left pixel.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(from = "[f64; 2]", into = "[f64; 2]")]
 pub struct Pixel {
-    /// To the right (px).
+    /// x, to the right (px).
     pub x: f64,
-    /// Down (px).
+    /// y, down (px).
     pub y: f64,
 }
 
 impl Point {
-    /// The table's origin.
+    /// The origin of the table frame.
     pub const ORIGIN: Self = Self { x: 0.0, y: 0.0 };
 
-    /// The place (x, y).
+    /// The point (x, y).
     pub const fn new(x: f64, y: f64) -> Self {
         Self { x, y }
     }
 
-    /// The way to this place from the origin.
+    /// The vector from the origin to this point.
     pub const fn to_vec(self) -> Vec2 {
         Vec2 { x: self.x, y: self.y }
     }
 
-    /// How far apart two places are (m).
+    /// Distance between two points (m).
     pub fn distance(self, other: Self) -> f64 {
         (self - other).length()
     }
 
-    /// Whether both coordinates are numbers.
+    /// Whether both coordinates are finite.
     pub fn is_finite(self) -> bool {
         self.x.is_finite() && self.y.is_finite()
     }
 }
 
 impl Vec2 {
-    /// No difference.
+    /// The zero vector.
     pub const ZERO: Self = Self { x: 0.0, y: 0.0 };
 
     /// The vector (x, y).
@@ -80,12 +81,12 @@ impl Vec2 {
         Self { x, y }
     }
 
-    /// The unit vector that points along `heading_rad`.
+    /// The unit vector in the direction `heading_rad`.
     pub fn from_heading(heading_rad: f64) -> Self {
         Self { x: heading_rad.cos(), y: heading_rad.sin() }
     }
 
-    /// The direction (rad), counter-clockwise from x.
+    /// Direction of the vector, counter-clockwise from the x axis (rad, in (-pi, pi]).
     pub fn heading_rad(self) -> f64 {
         self.y.atan2(self.x)
     }
@@ -95,56 +96,56 @@ impl Vec2 {
         self.x * other.x + self.y * other.y
     }
 
-    /// The z component of the vector product: positive if `other` lies to the left.
+    /// The z component of the vector product: positive if `other` points to the left of this vector.
     pub fn cross(self, other: Self) -> f64 {
         self.x * other.y - self.y * other.x
     }
 
-    /// Its length.
+    /// Length of the vector.
     pub fn length(self) -> f64 {
         self.x.hypot(self.y)
     }
 
-    /// Its length squared.
+    /// Squared length of the vector.
     pub fn length_squared(self) -> f64 {
         self.dot(self)
     }
 
-    /// Turned by +90 degrees.
+    /// The vector rotated by +90 degrees.
     pub const fn perpendicular(self) -> Self {
         Self { x: -self.y, y: self.x }
     }
 
-    /// The unit vector along it, or `None` for a vector of no length.
+    /// The unit vector in the same direction; `None` for the zero vector.
     pub fn direction(self) -> Option<Self> {
         let length = self.length();
         (length > 0.0).then(|| self / length)
     }
 
-    /// Turned counter-clockwise by `angle_rad`.
+    /// The vector rotated counter-clockwise by `angle_rad`.
     pub fn rotated(self, angle_rad: f64) -> Self {
         let (sin, cos) = angle_rad.sin_cos();
         Self { x: cos * self.x - sin * self.y, y: sin * self.x + cos * self.y }
     }
 
-    /// Whether both components are numbers.
+    /// Whether both components are finite.
     pub fn is_finite(self) -> bool {
         self.x.is_finite() && self.y.is_finite()
     }
 }
 
 impl Pose {
-    /// The pose at (x, y), turned by `yaw_rad`.
+    /// The pose at (x, y) with the orientation `yaw_rad`.
     pub const fn new(x: f64, y: f64, yaw_rad: f64) -> Self {
         Self { position: Point::new(x, y), yaw_rad }
     }
 
-    /// Where a point of the body, given in the body's own frame, lies on the table.
+    /// A point of the body frame in the table frame.
     pub fn table_from_body(self, body: Point) -> Point {
         self.position + body.to_vec().rotated(self.yaw_rad)
     }
 
-    /// Where a point of the table lies in the body's own frame.
+    /// A point of the table frame in the body frame.
     pub fn body_from_table(self, table: Point) -> Point {
         Point::ORIGIN + (table - self.position).rotated(-self.yaw_rad)
     }
@@ -156,19 +157,19 @@ impl Pixel {
         Self { x, y }
     }
 
-    /// How far apart two pixels are (px).
+    /// Distance between two pixels (px).
     pub fn distance_px(self, other: Self) -> f64 {
         (self.x - other.x).hypot(self.y - other.y)
     }
 }
 
-/// An angle brought into (-pi, pi].
+/// The angle modulo a full turn, in [-pi, pi] (rad).
 pub fn wrapped_rad(angle_rad: f64) -> f64 {
     let turns = (angle_rad / std::f64::consts::TAU).round();
     angle_rad - turns * std::f64::consts::TAU
 }
 
-/// An axis' angle brought into (-pi/2, pi/2].
+/// The angle of an axis, modulo half a turn, in (-pi/2, pi/2] (rad).
 pub(crate) fn half_turn_wrapped_rad(angle_rad: f64) -> f64 {
     let half_turns = (angle_rad / std::f64::consts::PI).round();
     let wrapped = angle_rad - half_turns * std::f64::consts::PI;
@@ -214,21 +215,21 @@ impl Sub for Point {
 
 impl Add<Vec2> for Point {
     type Output = Self;
-    fn add(self, way: Vec2) -> Self {
-        Self::new(self.x + way.x, self.y + way.y)
+    fn add(self, displacement: Vec2) -> Self {
+        Self::new(self.x + displacement.x, self.y + displacement.y)
     }
 }
 
 impl Sub<Vec2> for Point {
     type Output = Self;
-    fn sub(self, way: Vec2) -> Self {
-        Self::new(self.x - way.x, self.y - way.y)
+    fn sub(self, displacement: Vec2) -> Self {
+        Self::new(self.x - displacement.x, self.y - displacement.y)
     }
 }
 
 impl AddAssign<Vec2> for Point {
-    fn add_assign(&mut self, way: Vec2) {
-        *self = *self + way;
+    fn add_assign(&mut self, displacement: Vec2) {
+        *self = *self + displacement;
     }
 }
 
@@ -292,14 +293,14 @@ mod tests {
     use std::f64::consts::PI;
 
     #[test]
-    fn a_body_point_taken_to_the_table_and_back_is_the_same_point() {
+    fn transforming_a_point_to_the_table_frame_and_back_gives_the_same_point() {
         let pose = Pose::new(0.3, -0.2, 2.1);
         let body = Point::new(0.04, -0.01);
         assert!(pose.body_from_table(pose.table_from_body(body)).distance(body) < 1e-15);
     }
 
     #[test]
-    fn a_wrapped_angle_points_the_same_way() {
+    fn a_wrapped_angle_has_the_same_direction() {
         for k in -20..20 {
             let angle_rad = f64::from(k) * 0.7;
             let wrapped = wrapped_rad(angle_rad);

@@ -1,32 +1,32 @@
-//! What a ruler can tell about the objects: outline, height, marker.
+//! What is measured on the objects with a ruler: outline, height and marker.
 
 use crate::error::{Error, Result};
 use crate::geometry::{Point, Vec2};
 use serde::{Deserialize, Serialize};
 
-/// An outline seen from above, in the object's own frame; its origin is the centroid.
+/// The outline of an object from above, in the object's frame, whose origin is the centroid.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum Shape {
     /// A disc.
     Disc {
-        /// Its radius (m).
+        /// Radius (m).
         radius_m: f64,
     },
-    /// A rectangle, its sides along x and y.
+    /// A rectangle with sides parallel to x and y.
     Rectangle {
         /// Full side lengths along x and y (m).
         size_m: [f64; 2],
     },
-    /// A simple polygon, counter-clockwise; may be concave.
+    /// A simple polygon with counter-clockwise corners, convex or concave.
     Polygon {
-        /// The corner points (m).
+        /// Corner points (m).
         points_m: Vec<Point>,
     },
 }
 
 impl Shape {
-    /// The corner points, counter-clockwise; none for a disc.
+    /// The corner points in counter-clockwise order; empty for a disc.
     pub fn corners(&self) -> Vec<Point> {
         match self {
             Self::Disc { .. } => Vec::new(),
@@ -37,7 +37,7 @@ impl Shape {
         }
     }
 
-    /// The area (m2).
+    /// Area (m2).
     pub fn area_m2(&self) -> f64 {
         match self {
             Self::Disc { radius_m } => std::f64::consts::PI * radius_m * radius_m,
@@ -46,7 +46,7 @@ impl Shape {
         }
     }
 
-    /// The radius of the smallest circle about the centroid that holds the outline (m).
+    /// Radius of the smallest circle about the centroid that contains the outline (m).
     pub fn outer_radius_m(&self) -> f64 {
         match self {
             Self::Disc { radius_m } => *radius_m,
@@ -54,7 +54,8 @@ impl Shape {
         }
     }
 
-    /// The radius of gyration of a uniform plate about its centroid (m): moment of inertia = mass x square of it.
+    /// Radius of gyration of a uniform plate about its centroid (m): the moment of inertia is the mass times its
+    /// square.
     pub fn radius_of_gyration_m(&self) -> f64 {
         match self {
             Self::Disc { radius_m } => radius_m / std::f64::consts::SQRT_2,
@@ -63,7 +64,7 @@ impl Shape {
         }
     }
 
-    /// How far the outline reaches from the centroid along a direction given in the object's frame (m).
+    /// Support function: largest projection of the outline onto a unit vector in the object's frame (m).
     pub fn reach_m(&self, direction: Vec2) -> f64 {
         match self {
             Self::Disc { radius_m } => *radius_m,
@@ -71,9 +72,9 @@ impl Shape {
         }
     }
 
-    /// Whether turning it by some angle below pi about its centroid gives the same outline, and that angle (rad).
+    /// The smallest rotation about the centroid that maps the outline onto itself (rad).
     ///
-    /// A disc gives 0: every angle does.  `None`: only a full turn does.
+    /// 0 for a disc, which any rotation maps onto itself; `None` if only a full rotation does.
     pub fn rotation_symmetry_rad(&self) -> Option<f64> {
         let corners = self.corners();
         if corners.is_empty() {
@@ -85,19 +86,19 @@ impl Shape {
             let angle = (corners[step].to_vec().heading_rad() - corners[0].to_vec().heading_rad())
                 .rem_euclid(std::f64::consts::TAU);
             let same = (0..n).all(|k| {
-                let turned = corners[k].to_vec().rotated(angle);
-                (turned - corners[(k + step) % n].to_vec()).length() < tolerance
+                let rotated = corners[k].to_vec().rotated(angle);
+                (rotated - corners[(k + step) % n].to_vec()).length() < tolerance
             });
             same.then_some(angle)
         })
     }
 
-    /// An error that names `owner` unless the shape can exist; a polygon is moved to have its centroid at the origin.
+    /// Checks the shape and moves a polygon so that its centroid is the origin.
     ///
-    /// Gives how far the origin had to be moved (m), zero when it was right.
+    /// Returns the displacement of the origin (m), zero if it was at the centroid. Errors name `owner`.
     ///
     /// # Errors
-    /// Lengths that are not positive numbers, polygons that are clockwise, self-crossing or without area.
+    /// A length that is not a positive number; a polygon that is clockwise, self-crossing or without area.
     pub fn check_and_centre(&mut self, owner: &str) -> Result<Vec2> {
         match self {
             Self::Disc { radius_m } => positive(owner, "radius_m", *radius_m)?,
@@ -120,57 +121,56 @@ impl Shape {
     }
 }
 
-/// Corner points agree under a symmetry if they differ by less than this part of the outer radius: drawn by
-/// hand in millimetres, a regular polygon is regular to about 1 %.
+/// Largest distance of corresponding corners under a symmetry, as a fraction of the outer radius: a regular polygon
+/// specified in whole millimetres is regular within about 1 %.
 const SYMMETRY_TOLERANCE: f64 = 0.01;
-/// Below a tenth of a millimetre the origin of a polygon counts as its centroid: a ruler reads no finer.
+/// Largest distance of a polygon's origin from its centroid that is left as it is (m): the resolution of a ruler.
 const CENTROID_TOLERANCE_M: f64 = 1e-4;
 
 /// A marker on top of an object, darker or lighter than the surface around it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Marker {
-    /// Its outline.
+    /// Outline of the marker.
     pub shape: Shape,
-    /// Its centre in the object's frame (m).
+    /// Position of its centre in the object's frame (m).
     #[serde(default)]
     pub at_m: Point,
-    /// A dot beside a disc, smaller or equal, which tells how the object is turned.
+    /// A dot beside a disc, of smaller or equal radius, which determines the yaw.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub dot: Option<Dot>,
-    /// How far it rises above the object's top (m): from the side its rim shows as well.
+    /// Thickness above the object's top (m): from an oblique direction the marker's side is visible too.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub thickness_m: f64,
 }
 
-#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde hands over references")]
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde passes references")]
 fn is_zero(value: &f64) -> bool {
     *value == 0.0
 }
 
-/// A round dot of its marker's colour.
+/// A round dot of the same colour as its marker.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Dot {
-    /// Its radius (m).
+    /// Radius (m).
     pub radius_m: f64,
-    /// Its centre in the object's frame (m).
+    /// Position of its centre in the object's frame (m).
     pub at_m: Point,
 }
 
-/// A dot that is smaller than its disc is at most this part as wide: nearer to each other, which is which could be
-/// mistaken.
+/// Largest radius of a smaller dot over that of its disc: with more similar radii the two could be exchanged.
 const LARGEST_DOT: f64 = 0.7;
-/// Radii that differ by less are meant to be equal (m).
+/// Radii that differ by less are equal (m).
 const EQUAL_M: f64 = 1e-9;
 
 impl Marker {
-    /// A flat marker in the middle of an object, without a dot.
+    /// A marker of zero thickness at the object's centroid, without a dot.
     pub fn centred(shape: Shape) -> Self {
         Self { shape, at_m: Point::ORIGIN, dot: None, thickness_m: 0.0 }
     }
 
-    /// Whether its dot is as wide as its disc: nothing of the marker itself then tells which is which.
+    /// Whether dot and disc have the same radius, so that the marker has a symmetry of half a turn.
     pub fn has_equal_dots(&self) -> bool {
         match (&self.shape, self.dot) {
             (Shape::Disc { radius_m }, Some(dot)) => (dot.radius_m - radius_m).abs() < EQUAL_M,
@@ -178,7 +178,7 @@ impl Marker {
         }
     }
 
-    /// An error unless the marker can exist; `shift` is how far the object's origin was moved.
+    /// Checks the marker; `shift` is the displacement of the object's origin.
     fn check(&mut self, owner: &str, shift: Vec2) -> Result<()> {
         let equal = self.has_equal_dots();
         self.at_m = self.at_m - shift;
@@ -221,35 +221,35 @@ impl Marker {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Object {
-    /// Its name, without `/`, `,` and `#`.
+    /// Name of the kind, without `/`, `,` and `#`.
     pub name: String,
-    /// Its outline from above; the origin is the centroid.
+    /// Outline from above; the origin is the centroid.
     pub shape: Shape,
-    /// How high its top is above the table (m); marker and outline are there.
+    /// Height of the top above the table (m), where marker and outline are.
     pub height_m: f64,
-    /// The marker on top; an object without one is seen by its own outline.
+    /// Marker on top; an object without a marker is detected by its own outline.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub marker: Option<Marker>,
-    /// What a scale said (kg); estimation never uses it.
+    /// Weighed mass (kg); estimation does not use it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub mass_kg: Option<f64>,
 }
 
-/// The kind of an object on the table: `a#2`, the second copy, is an `a`.
+/// The kind of an object on the table: that of `a#2`, the second copy, is `a`.
 pub fn kind(name: &str) -> &str {
     name.split('#').next().unwrap_or(name)
 }
 
-/// The key of a pair of objects in the properties: kinds in alphabetical order, `a/b`.
+/// The key of a pair of objects in the properties: the kinds in alphabetical order, `a/b`.
 pub fn pair_key(one: &str, other: &str) -> String {
     let (one, other) = (kind(one), kind(other));
     if one <= other { format!("{one}/{other}") } else { format!("{other}/{one}") }
 }
 
-/// The object of that kind.
+/// The object of the given name's kind; `asked_by` names the caller in the error.
 ///
 /// # Errors
-/// No such object, with the names there are.
+/// An unknown kind; the error lists the known ones.
 pub fn find<'a>(objects: &'a [Object], name: &str, asked_by: &str) -> Result<&'a Object> {
     objects.iter().find(|o| o.name == kind(name)).ok_or_else(|| {
         let known: Vec<_> = objects.iter().map(|o| o.name.as_str()).collect();
@@ -258,16 +258,16 @@ pub fn find<'a>(objects: &'a [Object], name: &str, asked_by: &str) -> Result<&'a
 }
 
 impl Object {
-    /// What is looked for in pictures: the marker, or the outline where there is none.
+    /// The feature that is detected in images: the marker, or the outline of an object without one.
     pub fn feature(&self) -> Marker {
         let outline = || Marker::centred(self.shape.clone());
         self.marker.clone().unwrap_or_else(outline)
     }
 
-    /// An error that names the object unless it can exist; gives a note if the polygon's origin had to be moved.
+    /// Checks the object and moves its origin to the centroid; returns a note if it was moved.
     ///
     /// # Errors
-    /// See [`Shape::check_and_centre`]; also names with reserved characters, heights and masses not above zero.
+    /// See [`Shape::check_and_centre`]; also a name with reserved characters, and a height or mass that is not positive.
     pub fn check(&mut self) -> Result<Option<String>> {
         let owner = format!("object `{}`", self.name);
         check_name(&self.name)?;
@@ -302,10 +302,10 @@ fn check_name(name: &str) -> Result<()> {
     Ok(())
 }
 
-/// An error unless `value` is a positive number.
+/// Checks that a value is a positive number.
 ///
 /// # Errors
-/// NaN, infinity, zero or less.
+/// NaN, infinity, zero or a negative number.
 pub fn positive(owner: &str, what: &str, value: f64) -> Result<()> {
     if value.is_finite() && value > 0.0 {
         return Ok(());
@@ -313,7 +313,7 @@ pub fn positive(owner: &str, what: &str, value: f64) -> Result<()> {
     Err(Error::invalid(owner, what, value, "a positive number"))
 }
 
-/// An error unless the value is a number that is not negative, in this unit.
+/// Checks that a value is a non-negative number, in the given unit.
 pub(crate) fn zero_or_more(owner: &str, what: &str, value: f64, unit: &str) -> Result<()> {
     if value.is_finite() && value >= 0.0 {
         return Ok(());
@@ -352,10 +352,10 @@ fn check_polygon(owner: &str, points: &[Point]) -> Result<()> {
     Ok(())
 }
 
-/// A square millimetre hundredth: nothing this small is struck.
+/// Least area of an outline: a hundredth of a square millimetre.
 const SMALLEST_AREA_M2: f64 = 1e-8;
 
-/// The first two edges that meet other than at a shared corner.
+/// The first two edges that touch or cross other than at a shared corner.
 fn crossing_edges(points: &[Point]) -> Option<(usize, usize)> {
     let n = points.len();
     let edge = |i: usize| (points[i], points[(i + 1) % n]);
@@ -364,7 +364,7 @@ fn crossing_edges(points: &[Point]) -> Option<(usize, usize)> {
             let neighbours = k == i + 1 || (i == 0 && k == n - 1);
             let (p, q) = (edge(i), edge(k));
             if neighbours {
-                // Neighbours share a corner; they cross only by folding back onto each other.
+                // Neighbours share a corner: they overlap only if one folds back onto the other.
                 let (one, other) = if k == i + 1 { (p.0 - p.1, q.1 - q.0) } else { (q.0 - q.1, p.1 - p.0) };
                 if one.cross(other) == 0.0 && one.dot(other) > 0.0 {
                     return Some((i, k));
@@ -392,18 +392,18 @@ fn edges(points: &[Point]) -> impl Iterator<Item = (Vec2, Vec2)> + '_ {
     (0..points.len()).map(|i| (points[i].to_vec(), points[(i + 1) % points.len()].to_vec()))
 }
 
-/// The area inside a simple polygon (m2), negative if its corners run clockwise.
+/// Signed area of a simple polygon (m2), negative if its corners are clockwise.
 pub fn polygon_area_m2(points: &[Point]) -> f64 {
     edges(points).map(|(p, q)| p.cross(q)).sum::<f64>() / 2.0
 }
 
-/// The centroid of the area inside a simple polygon.
+/// Centroid of the area of a simple polygon.
 pub fn polygon_centroid(points: &[Point]) -> Point {
     let sum = edges(points).fold(Vec2::ZERO, |sum, (p, q)| sum + (p + q) * p.cross(q));
     Point::ORIGIN + sum / (6.0 * polygon_area_m2(points))
 }
 
-/// The radius of gyration of the area inside a simple polygon, about the origin (Green's theorem).
+/// Radius of gyration of the area of a simple polygon about the origin (m, Green's theorem).
 fn polygon_radius_of_gyration_m(points: &[Point]) -> f64 {
     let polar = edges(points).map(|(p, q)| p.cross(q) * (p.dot(p) + p.dot(q) + q.dot(q))).sum::<f64>() / 12.0;
     (polar / polygon_area_m2(points)).sqrt()
@@ -426,7 +426,7 @@ mod tests {
     }
 
     #[test]
-    fn the_origin_moves_to_the_centroid() {
+    fn the_origin_of_a_polygon_moves_to_its_centroid() {
         let mut shape = polygon(&[[0.0, 0.0], [0.06, 0.0], [0.0, 0.03]]);
         let shift = shape.check_and_centre("object `t`").expect("a triangle");
         assert!((shift - Vec2::new(0.02, 0.01)).length() < 1e-12, "{shift:?}");
@@ -434,7 +434,7 @@ mod tests {
     }
 
     #[test]
-    fn impossible_outlines_are_refused_by_name() {
+    fn invalid_outlines_are_rejected_by_name() {
         for (mut shape, word) in [
             (polygon(&[[0.0, 0.0], [0.1, 0.1], [0.1, 0.0], [0.0, 0.1]]), "self-crossing"),
             (polygon(&[[0.0, 0.0], [0.0, 0.1], [0.1, 0.0]]), "clockwise"),
@@ -443,13 +443,13 @@ mod tests {
             (Shape::Disc { radius_m: -0.01 }, "-0.01"),
             (Shape::Rectangle { size_m: [0.1, f64::NAN] }, "NaN"),
         ] {
-            let message = shape.check_and_centre("object `x`").expect_err("must be refused").to_string();
+            let message = shape.check_and_centre("object `x`").expect_err("must be rejected").to_string();
             assert!(message.contains("object `x`") && message.contains(word), "{message}");
         }
     }
 
     #[test]
-    fn markers_that_cannot_be_are_refused() {
+    fn invalid_markers_are_rejected_by_name() {
         let marker = |text: &str| {
             let shape = Shape::Disc { radius_m: 0.04 };
             let marker = toml::from_str(text).expect("a marker");
@@ -473,13 +473,13 @@ mod tests {
                 "no disc",
             ),
         ] {
-            let said = marker(&text).expect_err("must be refused");
-            assert!(said.contains("object `a`") && said.contains(word), "{said}");
+            let message = marker(&text).expect_err("must be rejected");
+            assert!(message.contains("object `a`") && message.contains(word), "{message}");
         }
     }
 
     #[test]
-    fn symmetry_knows_squares_from_triangles_from_discs() {
+    fn the_symmetry_of_a_square_is_a_quarter_turn_and_of_a_triangle_a_third() {
         let square = Shape::Rectangle { size_m: [0.04, 0.04] };
         assert!(
             (square.rotation_symmetry_rad().expect("a square") - std::f64::consts::FRAC_PI_2).abs() < 1e-9

@@ -1,17 +1,17 @@
-//! Outlines lying on the table: what they cover, and how far apart they are.
+//! Outlines of shapes on the table: which points they contain, and how large the gap between two of them is.
 //!
-//! An [`Outline`] is a core (a point, a segment, a polygon) thickened by a radius.  A disc, a wall, a polygon and the
-//! area that a moving disc sweeps are all of this form, so one distance serves them all.
+//! An [`Outline`] is the Minkowski sum of a core (a point, a segment or a polygon) and a disc. A disc, a wall, a
+//! polygon and the area swept by a moving disc have this form, so one distance function is enough.
 
 use crate::geometry::{Point, Pose, Vec2};
 use crate::object::Shape;
 
-/// A shape placed on the table.
+/// The area of a shape on the table.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Outline {
     /// The core: one point, the two ends of a segment, or the corners of a simple polygon.
     core: Vec<Point>,
-    /// By how much the core is thickened (m).
+    /// Radius of the disc that is added to the core (m).
     radius_m: f64,
 }
 
@@ -34,40 +34,39 @@ impl Outline {
         Self { core: vec![from, to], radius_m }
     }
 
-    /// The area inside a simple polygon.
+    /// The area of a simple polygon.
     pub fn polygon(points: &[Point]) -> Self {
         Self { core: points.to_vec(), radius_m: 0.0 }
     }
 
-    /// The area that a convex shape covers while it moves from a pose by `way` without turning.
-    pub fn swept(shape: &Shape, from: Pose, way: Vec2) -> Self {
+    /// The area that a convex shape sweeps in a translation by `path` from a pose.
+    pub fn swept(shape: &Shape, from: Pose, path: Vec2) -> Self {
         if let Shape::Disc { radius_m } = shape {
-            return Self { core: vec![from.position, from.position + way], radius_m: *radius_m };
+            return Self { core: vec![from.position, from.position + path], radius_m: *radius_m };
         }
         let mut points = placed(shape, from);
         points.extend_from_within(..);
         let half = points.len() / 2;
         for point in &mut points[half..] {
-            *point += way;
+            *point += path;
         }
         Self { core: convex_hull(points), radius_m: 0.0 }
     }
 
-    /// Whether a point lies inside.
+    /// Whether a point is inside.
     pub fn contains(&self, point: Point) -> bool {
         let inside = self.core.len() > 2 && winds_around(&self.core, point);
-        inside || self.edges().any(|edge| point_to_segment_m(point, edge) < self.radius_m)
+        inside || self.edges().any(|edge| edge.distance_m(point) < self.radius_m)
     }
 
-    /// The free space between two outlines (m); negative if they overlap, then not a measure of how far.
+    /// Smallest distance between two outlines (m); negative if they overlap, but then not the depth of penetration.
     pub fn gap_m(&self, other: &Self) -> f64 {
         self.core_distance_m(other) - self.radius_m - other.radius_m
     }
 
-    /// How far a point is from the border, inside or outside (m).
+    /// Distance of a point from the border, inside or outside (m).
     pub fn border_distance_m(&self, point: Point) -> f64 {
-        let from_core_m =
-            self.edges().map(|edge| point_to_segment_m(point, edge)).fold(f64::INFINITY, f64::min);
+        let from_core_m = self.edges().map(|edge| edge.distance_m(point)).fold(f64::INFINITY, f64::min);
         (from_core_m - self.radius_m).abs()
     }
 
@@ -75,19 +74,19 @@ impl Outline {
         let covers =
             |outer: &Self, inner: &Self| outer.core.len() > 2 && winds_around(&outer.core, inner.core[0]);
         if covers(self, other) || covers(other, self) {
-            // A polygon of zero radius would else only touch what it holds.
+            // Negative also for polygons of zero radius.
             return -f64::MIN_POSITIVE;
         }
         self.edges()
-            .flat_map(|mine| other.edges().map(move |yours| segments_apart_m(mine, yours)))
+            .flat_map(|mine| other.edges().map(move |yours| mine.gap_m(yours)))
             .fold(f64::INFINITY, f64::min)
     }
 
-    /// The core's edges; a point is an edge of no length.
-    fn edges(&self) -> impl Iterator<Item = (Point, Point)> + '_ {
+    /// The edges of the core; a point is an edge of zero length.
+    fn edges(&self) -> impl Iterator<Item = Segment> + '_ {
         let n = self.core.len();
         let count = if n > 2 { n } else { 1 };
-        (0..count).map(move |k| (self.core[k], self.core[(k + 1) % n]))
+        (0..count).map(move |k| Segment { from: self.core[k], to: self.core[(k + 1) % n] })
     }
 }
 
@@ -95,34 +94,51 @@ fn placed(shape: &Shape, pose: Pose) -> Vec<Point> {
     shape.corners().into_iter().map(|corner| pose.table_from_body(corner)).collect()
 }
 
-/// How far a point is from a segment (m).
-pub fn point_to_segment_m(point: Point, (from, to): (Point, Point)) -> f64 {
-    let along = to - from;
-    let length_squared = along.length_squared();
-    let t =
-        if length_squared > 0.0 { ((point - from).dot(along) / length_squared).clamp(0.0, 1.0) } else { 0.0 };
-    point.distance(from + along * t)
+/// A straight segment between two points.
+#[derive(Clone, Copy)]
+struct Segment {
+    from: Point,
+    to: Point,
 }
 
-fn segments_apart_m(one: (Point, Point), other: (Point, Point)) -> f64 {
-    let side = |(from, to): (Point, Point), p: Point| (to - from).cross(p - from);
-    let crossing =
-        side(one, other.0) * side(one, other.1) < 0.0 && side(other, one.0) * side(other, one.1) < 0.0;
-    if crossing {
-        // Outlines without a radius overlap then; they do not just touch.
-        return -f64::MIN_POSITIVE;
+impl Segment {
+    /// Distance of a point (m).
+    fn distance_m(self, point: Point) -> f64 {
+        let along = self.to - self.from;
+        let length_squared = along.length_squared();
+        let t = if length_squared > 0.0 {
+            ((point - self.from).dot(along) / length_squared).clamp(0.0, 1.0)
+        } else {
+            0.0
+        };
+        point.distance(self.from + along * t)
     }
-    [
-        point_to_segment_m(one.0, other),
-        point_to_segment_m(one.1, other),
-        point_to_segment_m(other.0, one),
-        point_to_segment_m(other.1, one),
-    ]
-    .into_iter()
-    .fold(f64::INFINITY, f64::min)
+
+    /// Positive for a point on the left.
+    fn side(self, point: Point) -> f64 {
+        (self.to - self.from).cross(point - self.from)
+    }
+
+    /// Distance of two segments (m); negative if they cross.
+    fn gap_m(self, other: Self) -> f64 {
+        let crossing = self.side(other.from) * self.side(other.to) < 0.0
+            && other.side(self.from) * other.side(self.to) < 0.0;
+        if crossing {
+            // Negative, so that outlines without a radius overlap.
+            return -f64::MIN_POSITIVE;
+        }
+        [
+            other.distance_m(self.from),
+            other.distance_m(self.to),
+            self.distance_m(other.from),
+            self.distance_m(other.to),
+        ]
+        .into_iter()
+        .fold(f64::INFINITY, f64::min)
+    }
 }
 
-/// Whether a closed polygon winds around a point (crossings of the ray to the right).
+/// Whether a point is inside a closed polygon (even-odd rule on the ray to the right).
 fn winds_around(corners: &[Point], point: Point) -> bool {
     let n = corners.len();
     let crossings = (0..n).filter(|&k| {
@@ -133,7 +149,7 @@ fn winds_around(corners: &[Point], point: Point) -> bool {
     crossings.count() % 2 == 1
 }
 
-/// The convex hull, counter-clockwise (monotone chain).
+/// The convex hull, counter-clockwise (monotone chain, Andrew 1979).
 fn convex_hull(mut points: Vec<Point>) -> Vec<Point> {
     points.sort_by(|p, q| p.x.total_cmp(&q.x).then(p.y.total_cmp(&q.y)));
     let half = |points: &mut dyn Iterator<Item = Point>| {
@@ -171,31 +187,31 @@ mod tests {
     }
 
     #[test]
-    fn a_square_on_its_corner_is_nearer_by_half_a_diagonal() {
+    fn the_gap_of_a_rotated_square_is_measured_from_its_corner() {
         let square = Shape::Rectangle { size_m: [0.04, 0.04] };
-        let turned = Outline::new(&square, Pose::new(0.0, 0.0, FRAC_PI_4));
-        let gap_m = turned.gap_m(&disc(0.01, 0.1, 0.0));
+        let rotated = Outline::new(&square, Pose::new(0.0, 0.0, FRAC_PI_4));
+        let gap_m = rotated.gap_m(&disc(0.01, 0.1, 0.0));
         assert!((gap_m - (0.09 - 0.02 * 2f64.sqrt())).abs() < 1e-15, "{gap_m} m");
     }
 
     #[test]
-    fn a_corner_that_pokes_into_a_side_is_an_overlap_and_one_that_touches_it_is_none() {
+    fn a_corner_that_penetrates_a_side_overlaps_and_a_side_in_front_of_it_does_not() {
         let square = Shape::Rectangle { size_m: [0.04, 0.04] };
-        let lying = Outline::new(&square, Pose::new(0.0, 0.0, 0.0));
+        let square_at_rest = Outline::new(&square, Pose::new(0.0, 0.0, 0.0));
         let touching_m = 0.02 + 0.02 * 2f64.sqrt();
         for k in 0..8 {
-            let turn_rad = FRAC_PI_4 * f64::from(k);
-            let poking = Outline::new(&square, Pose::new(touching_m - 1e-4, 0.0, turn_rad));
+            let yaw_rad = FRAC_PI_4 * f64::from(k);
+            let penetrating = Outline::new(&square, Pose::new(touching_m - 1e-4, 0.0, yaw_rad));
             let is_on_corner = k % 2 == 1;
-            assert_eq!(lying.gap_m(&poking) < 0.0, is_on_corner, "turned by {turn_rad} rad");
-            assert_eq!(poking.gap_m(&lying) < 0.0, is_on_corner, "turned by {turn_rad} rad");
+            assert_eq!(square_at_rest.gap_m(&penetrating) < 0.0, is_on_corner, "at a yaw of {yaw_rad} rad");
+            assert_eq!(penetrating.gap_m(&square_at_rest) < 0.0, is_on_corner, "at a yaw of {yaw_rad} rad");
         }
         let beside = Outline::new(&square, Pose::new(touching_m + 1e-9, 0.0, FRAC_PI_4));
-        assert!(lying.gap_m(&beside) > 0.0);
+        assert!(square_at_rest.gap_m(&beside) > 0.0);
     }
 
     #[test]
-    fn overlapping_outlines_have_a_negative_gap_even_when_one_holds_the_other() {
+    fn overlapping_outlines_have_a_negative_gap_even_if_one_contains_the_other() {
         let square = |size_m: f64| {
             Outline::new(&Shape::Rectangle { size_m: [size_m, size_m] }, Pose::new(0.0, 0.0, 0.0))
         };
@@ -210,7 +226,7 @@ mod tests {
     }
 
     #[test]
-    fn the_swept_area_touches_what_stands_beside_the_way_and_ends_with_it() {
+    fn the_swept_area_has_the_width_of_the_shape_and_ends_with_the_path() {
         for shape in [Shape::Disc { radius_m: 0.02 }, Shape::Rectangle { size_m: [0.04, 0.04] }] {
             let swept = Outline::swept(&shape, Pose::new(0.0, 0.0, 0.0), Vec2::new(0.2, 0.0));
             let beside_m = swept.gap_m(&disc(0.01, 0.1, 0.05));
@@ -224,7 +240,7 @@ mod tests {
     }
 
     #[test]
-    fn a_hull_drops_the_points_inside() {
+    fn a_convex_hull_omits_interior_points() {
         let points =
             [[0.0, 0.0], [1.0, 0.0], [0.5, 0.5], [1.0, 1.0], [0.0, 1.0], [0.5, 0.0]].map(Point::from);
         assert_eq!(convex_hull(points.to_vec()).len(), 4);

@@ -1,38 +1,38 @@
-//! A number that knows how sure it is.
+//! Estimates of quantities with their uncertainty.
 
 use serde::{Deserialize, Serialize};
 
-/// A measured quantity: its mean, how much it varies from clip to clip, and how well the mean is known.
+/// A measured quantity: mean, variation between clips and uncertainty of the mean.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Estimate {
-    /// The best single value.
+    /// Mean value.
     pub mean: f64,
-    /// The spread from clip to clip (one standard deviation); unknown from a single clip.
+    /// Standard deviation between clips; `None` for a single clip.
     pub std: Option<f64>,
-    /// One standard deviation of the mean itself.
+    /// Standard deviation of the mean.
     pub standard_error: f64,
-    /// Holds the true mean with 95 % probability; Student's t where few clips speak.
+    /// 95 % confidence interval of the mean, by Student's t where there are few clips.
     pub interval_95: [f64; 2],
-    /// How many clips speak for it.
+    /// Number of clips that contribute a measurement.
     pub n: usize,
 }
 
 impl Estimate {
-    /// A value known exactly, such as the reference object's mass ratio.
+    /// A value without uncertainty, such as the mass ratio of the reference object.
     pub const fn exact(value: f64) -> Self {
         Self { mean: value, std: Some(0.0), standard_error: 0.0, interval_95: [value, value], n: 0 }
     }
 
-    /// A value that nobody measured: no clip speaks for it, and it may be anything from 0 to 1.
+    /// An assumed value of a quantity without measurements, with a uniform distribution from 0 to 1.
     pub const fn assumed(value: f64) -> Self {
         Self { mean: value, std: None, standard_error: UNIFORM_STD, interval_95: [0.0, 1.0], n: 0 }
     }
 
-    /// The mean of repeated values, each as good as the others.
+    /// The mean of repeated values of equal accuracy; `None` without values.
     ///
-    /// One value alone has no spread: then `single_standard_error`, known from elsewhere (the noise of the
-    /// track), stands for its uncertainty.  No values give `None`.
+    /// A single value has no standard deviation: `single_standard_error`, from another source such as the noise of
+    /// the track, is the uncertainty of its mean.
     pub fn from_repeats(values: &[f64], single_standard_error: f64) -> Option<Self> {
         let n = values.len();
         if n == 0 {
@@ -62,15 +62,15 @@ impl Estimate {
     }
 }
 
-/// The standard deviation of a number that is anywhere from 0 to 1 with equal probability: 1/sqrt(12).
+/// Standard deviation of the uniform distribution from 0 to 1: 1/sqrt(12).
 const UNIFORM_STD: f64 = 0.288_675_134_594_813;
 
-/// The two-sided 95 % quantile of the normal distribution.
+/// Two-sided 95 % quantile of the normal distribution.
 const Z_95: f64 = 1.959_963_984_540_054;
 
-/// The two-sided 95 % quantile of Student's t with `degrees` degrees of freedom.
+/// Two-sided 95 % quantile of Student's t distribution with `degrees` degrees of freedom.
 ///
-/// Exact values up to 10, beyond that the Cornish-Fisher expansion (error below 1e-4).
+/// Tabulated up to 10, above that the Cornish-Fisher expansion (error below 1e-4).
 pub fn student_t_95(degrees: usize) -> f64 {
     const EXACT: [f64; 10] = [
         12.706_204_736,
@@ -102,14 +102,14 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_t_quantile_agrees_with_the_tables() {
+    fn the_t_quantile_agrees_with_published_tables() {
         for (degrees, expected) in [(4, 2.776_445), (15, 2.131_450), (30, 2.042_272), (120, 1.979_930)] {
             assert!((student_t_95(degrees) - expected).abs() < 1e-4, "{degrees}: {}", student_t_95(degrees));
         }
     }
 
     #[test]
-    fn repeats_give_the_textbook_mean_and_spread() {
+    fn repeated_values_give_their_mean_standard_deviation_and_interval() {
         let estimate = Estimate::from_repeats(&[1.0, 2.0, 3.0], 0.0).expect("three values");
         assert_eq!((estimate.mean, estimate.std, estimate.n), (2.0, Some(1.0), 3));
         assert!((estimate.standard_error - 1.0 / 3f64.sqrt()).abs() < 1e-15);
