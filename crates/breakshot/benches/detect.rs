@@ -1,4 +1,4 @@
-//! Seeing: a frame to components, a film to tracks.  `cargo bench -p breakshot --bench detect`
+//! Speed of detection: from a frame to components and from a film to tracks. `cargo bench -p breakshot --bench detect`
 
 use breakshot::campaign::Campaign;
 use breakshot::capture::{Decoder, GreyImage};
@@ -15,11 +15,11 @@ fn main() {
     divan::main();
 }
 
-/// Between markers and table.
+/// A grey level between those of markers and table.
 const LEVEL: Level = Level::Below(110);
 
-/// Eight dark discs on a light, grainy table; this share of all pixels is black.
-fn frame([width, height]: [usize; 2], salt: f64) -> GreyImage {
+/// Eight dark discs on a light, noisy table; this fraction of all pixels is black.
+fn frame([width, height]: [usize; 2], black_fraction: f64) -> GreyImage {
     let mut rng = Pcg64Mcg::seed_from_u64(1);
     let scale = width as f64 / 3840.0;
     let mut pixel = |at: usize| {
@@ -29,14 +29,14 @@ fn frame([width, height]: [usize; 2], salt: f64) -> GreyImage {
             (x - 400.3 - 420.0 * k).hypot(y - 300.7 - 210.0 * k) < 40.0
         };
         let grey: u8 = if (0..8).any(on_disc) { 17 } else { 177 };
-        if rng.random_bool(salt) { 0 } else { grey + rng.random_range(0..16) }
+        if rng.random_bool(black_fraction) { 0 } else { grey + rng.random_range(0..16) }
     };
     GreyImage { width, height, pixels: (0..width * height).map(&mut pixel).collect() }
 }
 
-/// Areas, boxes, first and second moments of all components of at least two pixels.
-fn label(bencher: Bencher, size_px: [usize; 2], salt: f64) {
-    let image = frame(size_px, salt);
+/// Areas, bounding boxes, first and second moments of all components of at least two pixels.
+fn label(bencher: Bencher, size_px: [usize; 2], black_fraction: f64) {
+    let image = frame(size_px, black_fraction);
     let mut labeller = Labeller::default();
     bencher.counter(BytesCount::from(image.pixels.len())).bench_local(|| {
         labeller.components(black_box(&image), Window::whole(&image), LEVEL, &(2..=u64::MAX)).len()
@@ -44,8 +44,8 @@ fn label(bencher: Bencher, size_px: [usize; 2], salt: f64) {
 }
 
 #[divan::bench(args = [0.0, 0.01, 0.02])]
-fn label_4k(bencher: Bencher, salt: f64) {
-    label(bencher, [3840, 2160], salt);
+fn label_4k(bencher: Bencher, black_fraction: f64) {
+    label(bencher, [3840, 2160], black_fraction);
 }
 
 #[divan::bench]
@@ -53,7 +53,7 @@ fn label_540p(bencher: Bencher) {
     label(bencher, [960, 540], 0.0);
 }
 
-/// What labelling cannot be faster than.
+/// Reading all pixels: a lower bound of the time for labelling.
 #[divan::bench]
 fn read_4k(bencher: Bencher) {
     let image = frame([3840, 2160], 0.0);
@@ -67,7 +67,7 @@ fn demo() -> Campaign {
     load_campaign(&file).expect("the demo's campaign").value
 }
 
-/// One film of the demo, by the built-in decoder.
+/// One film of the demo with the built-in decoder.
 #[divan::bench(sample_count = 10, sample_size = 1)]
 fn film_to_tracks(bencher: Bencher) {
     let campaign = demo();

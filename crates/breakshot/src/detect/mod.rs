@@ -54,6 +54,30 @@ impl std::fmt::Debug for Options<'_> {
 
 /// One track for each of `names`, from the first to the last frame.
 ///
+/// ```
+/// use breakshot::capture::{Capture, Footage, GreyImage, camera};
+/// use breakshot::cell::{Cell, Striker, Workspace};
+/// use breakshot::detect::{Layout, Options, tracks};
+/// use breakshot::geometry::Pose;
+/// use breakshot::object::{Marker, Object, Shape};
+/// use breakshot::synthetic::film::{Thing, View, film};
+///
+/// // A puck with a black marker, drawn as a camera above the table sees it, 10 mm further in the second frame.
+/// let cell = Cell::from_above(1000.0, Workspace::centred([0.3, 0.2]), Striker::rod(0.01, [0.1, 1.0]));
+/// let marker = Some(Marker::centred(Shape::Disc { radius_m: 0.01 }));
+/// let shape = Shape::Disc { radius_m: 0.03 };
+/// let puck = Object { name: "puck".into(), shape, height_m: 0.02, marker, mass_kg: None };
+/// let blank = GreyImage { width: 640, height: 400, pixels: vec![0; 640 * 400] };
+/// let view = View::new(camera("drawn", &[&blank], &cell)?);
+/// let frames = film(&view, &[0.00, 0.02], |t| Thing::object(&puck, Pose::new(0.05 + 0.5 * t, 0.03, 0.0)).to_vec());
+///
+/// let capture = Capture::of(Footage::from_frames("drawn", frames), &cell)?;
+/// let found = tracks(capture, &[puck], &["puck".into()], &Layout::Unknown, &Options::default())?;
+/// let x_mm = 1e3 * found.tracks[0].samples[1].x_m;
+/// assert!((x_mm - 60.0).abs() < 0.1, "x = {x_mm} mm, drawn at 60 mm");
+/// # Ok::<(), breakshot::Error>(())
+/// ```
+///
 /// # Errors
 /// A film that cannot be decoded to its end, an unknown name, or fewer markers (or outlines) than objects.
 pub fn tracks(
