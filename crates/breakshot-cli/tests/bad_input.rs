@@ -1,4 +1,4 @@
-//! Wrong input ends with exit code 2 (or 3) and one message that names the thing, what was found and what is needed.
+//! Invalid input ends with exit code 2 (or 3) and one message that names the item, the value found and the value needed.
 
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 
@@ -14,7 +14,7 @@ fn breakshot(folder: &Path, args: &[&str]) -> Output {
     Command::new(env!("CARGO_BIN_EXE_breakshot")).current_dir(folder).args(args).output().unwrap()
 }
 
-/// A folder with the example's cell, objects and one film.
+/// A folder with the cell, the objects and one film of the example.
 fn workbench() -> tempfile::TempDir {
     let folder = tempfile::tempdir().unwrap();
     for file in ["cell.toml", "objects.toml", "single_a_3.mp4"] {
@@ -23,20 +23,20 @@ fn workbench() -> tempfile::TempDir {
     folder
 }
 
-/// Asserts that the command was refused with one error line that has all `words`, and wrote nothing.
+/// Asserts that the command fails with exit code 2 and one error line that contains all `words`, and writes nothing.
 fn assert_refused(folder: &Path, args: &[&str], words: &[&str]) {
     let output = breakshot(folder, args);
     let message = String::from_utf8_lossy(&output.stderr).into_owned();
     assert_eq!(output.status.code(), Some(2), "{args:?}: {message}");
     let errors: Vec<&str> = message.lines().filter(|line| line.starts_with("error: ")).collect();
-    assert_eq!(errors.len(), 1, "one error line is wanted: {message}");
+    assert_eq!(errors.len(), 1, "expected one error line: {message}");
     assert!(!message.contains("panicked"), "{message}");
     for word in words {
         assert!(errors[0].contains(word), "`{word}` is not in: {}", errors[0]);
     }
     assert!(
         !folder.join("out.csv").exists() && !folder.join("out.json").exists(),
-        "half a result was written"
+        "an incomplete result was written"
     );
 }
 
@@ -56,21 +56,21 @@ fn detect<'a>(film: &'a str, names: &'a str) -> Vec<&'a str> {
 }
 
 #[test]
-fn a_text_file_named_mp4_is_no_film() {
+fn a_text_file_named_mp4_is_refused() {
     let folder = workbench();
     fs::write(folder.path().join("notes.mp4"), "this is a shopping list\n".repeat(40)).unwrap();
     assert_refused(folder.path(), &detect("notes.mp4", "a"), &["notes.mp4", "needed"]);
 }
 
 #[test]
-fn an_empty_film_is_named() {
+fn an_empty_film_is_refused_by_name() {
     let folder = workbench();
     fs::write(folder.path().join("empty.mp4"), "").unwrap();
     assert_refused(folder.path(), &detect("empty.mp4", "a"), &["empty.mp4", "needed"]);
 }
 
 #[test]
-fn a_truncated_film_is_not_a_shorter_film() {
+fn a_truncated_film_is_refused() {
     let folder = workbench();
     let whole = fs::read(demo("single_a_3.mp4")).unwrap();
     for keep_percent in [10, 50, 90] {
@@ -80,7 +80,7 @@ fn a_truncated_film_is_not_a_shorter_film() {
 }
 
 #[test]
-fn a_film_without_tags_says_which_tags_were_looked_for() {
+fn the_error_for_a_film_without_tags_names_the_tags() {
     let folder = workbench();
     let mut film = b"YUV4MPEG2 W1920 H1080 F60:1 Ip C420\n".to_vec();
     for _ in 0..3 {
@@ -92,19 +92,19 @@ fn a_film_without_tags_says_which_tags_were_looked_for() {
 }
 
 #[test]
-fn fewer_markers_than_objects_are_counted() {
+fn fewer_markers_than_objects_are_refused() {
     let folder = workbench();
     assert_refused(folder.path(), &detect("single_a_3.mp4", "a,c"), &["single_a_3.mp4", "needed"]);
 }
 
 #[test]
-fn an_object_that_the_file_does_not_hold_is_named() {
+fn an_unknown_object_is_refused_by_name() {
     let folder = workbench();
     assert_refused(folder.path(), &detect("single_a_3.mp4", "zebra"), &["zebra", "a, c, e"]);
 }
 
 #[test]
-fn a_missing_film_is_named() {
+fn a_missing_film_is_refused_by_name() {
     let folder = workbench();
     assert_refused(folder.path(), &detect("nowhere.mp4", "a"), &["nowhere.mp4"]);
 }
@@ -120,7 +120,7 @@ fn assert_file_refused(file: &str, (from, to): (&str, &str), words: &[&str]) {
 }
 
 #[test]
-fn an_unknown_key_names_its_nearest_known_one() {
+fn the_error_for_an_unknown_key_names_the_nearest_known_key() {
     assert_file_refused(
         "cell.toml",
         ("focal_px", "focal_pix"),
@@ -135,7 +135,7 @@ fn an_unknown_key_names_its_nearest_known_one() {
 }
 
 #[test]
-fn impossible_outlines_and_sizes_name_their_object() {
+fn invalid_outlines_and_sizes_are_refused_with_the_name_of_the_object() {
     let crossed = "{ polygon = { points_m = [[0, 0], [0.05, 0.05], [0.05, 0], [0, 0.05]] } }";
     assert_file_refused(
         "objects.toml",
@@ -158,7 +158,7 @@ fn impossible_outlines_and_sizes_name_their_object() {
 }
 
 #[test]
-fn a_campaign_that_names_a_missing_file_is_refused_before_any_work() {
+fn a_campaign_with_a_missing_file_is_refused_before_any_film_is_read() {
     let folder = workbench();
     let campaign = "cell = \"cell.toml\"\nobjects = \"objects.toml\"\n[[clips]]\nvideo = \"gone.mp4\"\nobjects = [\"a\"]\n\
         strike = { speed_m_s = 0.4, heading_rad = 0.0, start_m = [-0.3, 0.0], travel_m = 0.07 }\n";
@@ -170,7 +170,7 @@ fn a_campaign_that_names_a_missing_file_is_refused_before_any_work() {
 }
 
 #[test]
-fn a_pair_that_was_never_filmed_is_named() {
+fn a_pair_without_a_measured_restitution_is_refused_by_name() {
     let folder = workbench();
     for file in ["pile.scene.toml", "pile.strike.json"] {
         fs::copy(demo(file), folder.path().join(file)).unwrap();
@@ -209,7 +209,7 @@ fn a_pair_that_was_never_filmed_is_named() {
 }
 
 #[test]
-fn a_film_that_needs_ffmpeg_says_so_where_it_is_not_installed() {
+fn a_film_that_needs_ffmpeg_is_refused_with_a_hint_where_it_is_not_installed() {
     let folder = workbench();
     let film = Path::new(env!("CARGO_MANIFEST_DIR")).join("../breakshot/tests/data/footage/h265.mp4");
     fs::copy(film, folder.path().join("phone.mp4")).unwrap();

@@ -1,4 +1,4 @@
-//! The program from outside: exit codes, files, the same bytes for any number of threads.
+//! The program as a process: exit codes, files, the same bytes for any number of threads.
 
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 
@@ -20,7 +20,7 @@ fn breakshot(folder: &Path, args: &[&str], threads: usize) -> Output {
         .unwrap()
 }
 
-/// Runs a command that must succeed; gives what it printed.
+/// Runs a command that must succeed and returns its standard output.
 fn ran(folder: &Path, args: &[&str]) -> String {
     let output = breakshot(folder, args, 2);
     let message = String::from_utf8_lossy(&output.stderr).into_owned();
@@ -37,32 +37,32 @@ fn json(path: &Path) -> Value {
 }
 
 #[test]
-fn the_demo_writes_every_stage_and_its_commands_run_on_its_files() {
+fn the_demo_writes_the_output_of_every_stage_and_the_commands_run_on_its_files() {
     let folder = tempfile::tempdir().unwrap();
     let printed = ran(folder.path(), &["demo", "-o", "demo"]);
     assert!(printed.contains("report.html"), "{printed}");
     let demo = folder.path().join("demo");
     let page = fs::read_to_string(demo.join("report.html")).unwrap();
-    // The letters of an encoded picture may spell anything.
+    // The data of embedded images may contain any letters.
     let words: String = page
         .split("base64,")
         .enumerate()
         .map(|(k, part)| if k == 0 { part } else { part.split_once('"').map_or("", |(_, rest)| rest) })
         .collect();
-    assert!(words.contains("<svg") && words.contains("Real against virtual"), "pictures and chapters");
+    assert!(words.contains("<svg") && words.contains("Filmed against simulated"), "figures and chapters");
     for bad in ["NaN", "<script", "http://", "https://"] {
         let at = words.replace("http://www.w3.org", "").find(bad);
-        assert!(at.is_none(), "`{bad}` stands in the page");
+        assert!(at.is_none(), "`{bad}` is in the page");
     }
 
-    // Weighed masses never enter an estimate, so they judge it.
+    // The weighed masses are not used in the estimation; they are the reference.
     let properties = json(&demo.join("properties.json"));
     for (object, ratio) in [("c", 112.0 / 143.0), ("e", 61.0 / 143.0)] {
-        let learned = properties["mass_ratio"][object]["mean"].as_f64().unwrap();
-        assert!((learned / ratio - 1.0).abs() < 0.03, "mass of {object}: {learned}, weighed {ratio}");
+        let estimated = properties["mass_ratio"][object]["mean"].as_f64().unwrap();
+        assert!((estimated / ratio - 1.0).abs() < 0.03, "mass of {object}: {estimated}, weighed {ratio}");
     }
 
-    // What the plan promises, the simulation of its strike gives to the last bit.
+    // The simulation of the planned strike reproduces the prediction of the plan exactly.
     let plan = json(&demo.join("plan.json"));
     let inputs = ["pile.scene.toml", "--properties", "properties.json", "--strike"];
     ran(&demo, &[&["simulate"], inputs.as_slice(), &["plan.json", "-o", "again.json"]].concat());
@@ -90,32 +90,35 @@ fn the_same_clips_give_the_same_bytes_on_one_and_on_three_threads() {
         assert!(matches!(output.status.code(), Some(0 | 3)), "{}", String::from_utf8_lossy(&output.stderr));
         fs::read(folder.path().join("p.json")).unwrap()
     });
-    assert!(properties[0] == properties[1], "the number of threads changed the answer");
+    assert!(properties[0] == properties[1], "the number of threads changed the result");
 }
 
 #[test]
-fn looking_at_the_pile_finds_what_the_scene_says() {
+fn look_finds_the_objects_at_the_poses_of_the_scene() {
     let folder = tempfile::tempdir().unwrap();
     let file = |name: &str| fixtures().join(name).display().to_string();
     let (cell, objects, film) = (file("cell.toml"), file("objects.toml"), file("pile.mp4"));
     let args = ["look", &cell, &objects, &film, "--objects", "e,a,c", "-o", "scene.toml", "--json"];
-    let seen: Value = serde_json::from_str(&ran(folder.path(), &args)).unwrap();
-    let said = fs::read_to_string(fixtures().join("pile.scene.toml")).unwrap();
-    for placed in seen["placed"].as_array().unwrap() {
+    let observed: Value = serde_json::from_str(&ran(folder.path(), &args)).unwrap();
+    let scene = fs::read_to_string(fixtures().join("pile.scene.toml")).unwrap();
+    for placed in observed["placed"].as_array().unwrap() {
         let name = placed["object"].as_str().unwrap();
-        let entry = said.split("[[placed]]").find(|e| e.contains(&format!("\"{name}\""))).unwrap();
+        let entry = scene.split("[[placed]]").find(|e| e.contains(&format!("\"{name}\""))).unwrap();
         let numbers = entry.split('[').nth(1).unwrap().split(']').next().unwrap();
         for (k, number) in numbers.split(',').enumerate() {
-            let (said_m, seen_m) =
+            let (expected_m, observed_m) =
                 (number.trim().parse::<f64>().unwrap(), placed["position_m"][k].as_f64().unwrap());
-            assert!((said_m - seen_m).abs() < 5e-4, "{name}: seen at {seen_m} m, said at {said_m} m");
+            assert!(
+                (expected_m - observed_m).abs() < 5e-4,
+                "{name}: observed {observed_m} m, in the scene {expected_m} m"
+            );
         }
     }
     assert!(fs::read_to_string(folder.path().join("scene.toml")).unwrap().contains("[[placed]]"));
 }
 
 #[test]
-fn the_tracks_are_a_table_with_the_promised_columns() {
+fn the_tracks_are_a_table_with_the_documented_columns() {
     let folder = tempfile::tempdir().unwrap();
     let file = |name: &str| fixtures().join(name).display().to_string();
     let (cell, objects, film) = (file("cell.toml"), file("objects.toml"), file("pair_a_c_3.mp4"));
@@ -141,7 +144,7 @@ fn templates_can_be_read_and_are_never_overwritten() {
     for file in ["cell.toml", "objects.toml", "campaign.toml", "scene.toml", "FILMING.md"] {
         assert!(cell.join(file).exists(), "{file} is missing");
     }
-    // The templates are valid: what is missing is only what the user films.
+    // The templates are valid; only the films are missing.
     let output = breakshot(&cell, &["estimate", "campaign.toml", "-o", "p.json"], 1);
     let message = String::from_utf8_lossy(&output.stderr).into_owned();
     assert_eq!(output.status.code(), Some(2), "{message}");
@@ -150,11 +153,11 @@ fn templates_can_be_read_and_are_never_overwritten() {
 }
 
 #[test]
-fn every_command_helps_with_an_example() {
+fn the_help_of_every_command_has_an_example() {
     let folder = tempfile::tempdir().unwrap();
     let help = ran(folder.path(), &["--help"]);
     let commands = help.split("Commands:").nth(1).unwrap().split("\n\n").next().unwrap();
-    // A line that goes on the one above is indented further.
+    // A continuation line is indented further.
     let names = commands.lines().filter_map(|line| line.strip_prefix("  ")?.split(' ').next());
     for name in names.filter(|name| !name.is_empty() && *name != "help") {
         let help = ran(folder.path(), &[name, "--help"]);

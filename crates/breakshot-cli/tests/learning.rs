@@ -1,4 +1,4 @@
-//! Adding clips, drawing figures and asking for advice at the process boundary.
+//! Updates with new clips, figures and proposed clips, at the process boundary.
 
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 
@@ -11,7 +11,7 @@ fn breakshot(folder: &Path, args: &[&str]) -> Output {
     Command::new(env!("CARGO_BIN_EXE_breakshot")).current_dir(folder).args(args).output().unwrap()
 }
 
-/// The example's files, and campaigns `first.toml` (one film) and `second.toml` (another one).
+/// Files of the example, and the campaigns `first.toml` (one film) and `second.toml` (another one).
 fn workbench() -> tempfile::TempDir {
     let folder = tempfile::tempdir().unwrap();
     let demo = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fixtures/demo");
@@ -36,15 +36,15 @@ fn refused(folder: &Path, args: &[&str], words: &[&str]) {
     let message = String::from_utf8_lossy(&output.stderr).into_owned();
     assert_eq!(output.status.code(), Some(2), "{args:?}: {message}");
     let errors: Vec<&str> = message.lines().filter(|line| line.starts_with("error: ")).collect();
-    assert_eq!(errors.len(), 1, "one error line is wanted: {message}");
+    assert_eq!(errors.len(), 1, "expected one error line: {message}");
     for word in words {
         assert!(errors[0].contains(word), "`{word}` is not in: {}", errors[0]);
     }
-    assert!(!folder.join("out.json").exists(), "half a result was written");
+    assert!(!folder.join("out.json").exists(), "an incomplete result was written");
 }
 
 #[test]
-fn clips_join_an_estimate_figures_are_drawn_and_advice_is_given() {
+fn an_update_adds_clips_draws_figures_and_proposes_clips() {
     let folder = workbench();
     let at = folder.path();
     let output = breakshot(at, &["estimate", "first.toml", "-o", "old.json", "--figures", "figures"]);
@@ -69,7 +69,7 @@ fn clips_join_an_estimate_figures_are_drawn_and_advice_is_given() {
 }
 
 #[test]
-fn what_cannot_be_added_is_named_before_any_film_is_read() {
+fn an_impossible_update_is_refused_before_any_film_is_read() {
     let folder = workbench();
     let at = folder.path();
     let output = breakshot(at, &["estimate", "first.toml", "-o", "old.json"]);
@@ -103,7 +103,7 @@ fn what_cannot_be_added_is_named_before_any_film_is_read() {
 }
 
 #[test]
-fn advice_for_nothing_and_without_a_number_is_refused() {
+fn invalid_numbers_of_proposed_clips_are_refused() {
     let folder = workbench();
     for args in [
         &["estimate", "first.toml", "-o", "out.json", "--advise", "0"][..],

@@ -1,11 +1,11 @@
-//! `breakshot run` and `breakshot plan --strikes` as a user runs them, on two discs that touch.
+//! `breakshot run` and `breakshot plan --strikes` as processes, on two touching discs.
 
 use serde_json::Value;
 use std::fs;
 use std::path::Path;
 use std::process::{Command, Output};
 
-/// The folder with a pile and what is known about it.
+/// A folder with a pile and its properties.
 fn folder() -> tempfile::TempDir {
     let folder = tempfile::tempdir().expect("a folder");
     let write = |name: &str, text: &str| fs::write(folder.path().join(name), text).expect("a file");
@@ -18,8 +18,8 @@ fn folder() -> tempfile::TempDir {
     };
     write("objects.toml", &(disc("a") + &disc("b")));
     write("scene.toml", &scene("", 0.0605));
-    write("seen_alike.toml", &scene("../", 0.0605));
-    write("seen_apart.toml", &scene("../", 0.2));
+    write("observed_unchanged.toml", &scene("../", 0.0605));
+    write("observed_apart.toml", &scene("../", 0.2));
     let one = r#"{ "mean": 0.5, "std": 0.01, "standard_error": 0.01, "interval_95": [0.4, 0.6], "n": 5 }"#;
     let known = |names: &[&str]| {
         let entries: Vec<String> = names.iter().map(|name| format!("\"{name}\": {one}")).collect();
@@ -53,7 +53,7 @@ fn json(file: &Path) -> Value {
     serde_json::from_str(&fs::read_to_string(file).expect("a file")).expect("JSON")
 }
 
-fn said(output: &Output) -> String {
+fn stderr(output: &Output) -> String {
     String::from_utf8_lossy(&output.stderr).into_owned()
 }
 
@@ -61,7 +61,7 @@ fn said(output: &Output) -> String {
 fn a_pile_on_a_simulated_table_is_struck_until_it_is_singulated() {
     let folder = folder();
     let output = run(folder.path(), &["run", "--method", "paper", "-o", "out"]);
-    assert_eq!(output.status.code(), Some(0), "{}", said(&output));
+    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
     let ended = json(&folder.path().join("out/run.json"));
     assert_eq!(ended["singulated"], true, "{ended}");
     let strikes = ended["strikes"].as_array().expect("a list").len();
@@ -72,17 +72,17 @@ fn a_pile_on_a_simulated_table_is_struck_until_it_is_singulated() {
 }
 
 #[test]
-fn the_users_programs_strike_and_look() {
+fn the_programs_of_the_user_execute_and_observe() {
     let folder = folder();
     let flags = ["run", "--method", "paper", "--execute", "test -s {plan}", "-o", "out", "--look"];
-    let output = run(folder.path(), &[&flags[..], &["cp seen_apart.toml {scene}"]].concat());
-    assert_eq!(output.status.code(), Some(0), "{}", said(&output));
+    let output = run(folder.path(), &[&flags[..], &["cp observed_apart.toml {scene}"]].concat());
+    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
     let ended = json(&folder.path().join("out/run.json"));
     assert_eq!(ended["strikes"].as_array().map(Vec::len), Some(1), "{ended}");
     assert_eq!(ended["placed"][1]["position_m"][0], 0.2, "{ended}");
-    // Nothing moves: three strikes, and no success is claimed.
-    let output = run(folder.path(), &[&flags[..], &["cp seen_alike.toml {scene}"]].concat());
-    assert_eq!(output.status.code(), Some(3), "{}", said(&output));
+    // The observed poses never change: three strikes without success.
+    let output = run(folder.path(), &[&flags[..], &["cp observed_unchanged.toml {scene}"]].concat());
+    assert_eq!(output.status.code(), Some(3), "{}", stderr(&output));
     let ended = json(&folder.path().join("out/run.json"));
     assert_eq!(
         (ended["singulated"].as_bool(), ended["strikes"].as_array().map(Vec::len)),
@@ -91,17 +91,21 @@ fn the_users_programs_strike_and_look() {
 }
 
 #[test]
-fn a_program_that_fails_ends_the_run_by_name() {
+fn a_program_that_fails_ends_the_run_with_its_name() {
     let folder = folder();
     for (execute, word) in [("false", "`false`"), ("no_such_program {plan}", "`no_such_program`")] {
         let flags = ["run", "--method", "paper", "--execute", execute, "--look", "true", "-o", "out"];
         let output = run(folder.path(), &flags);
         assert_eq!(output.status.code(), Some(2));
-        assert!(said(&output).contains(word) && said(&output).contains("--execute"), "{}", said(&output));
+        assert!(
+            stderr(&output).contains(word) && stderr(&output).contains("--execute"),
+            "{}",
+            stderr(&output)
+        );
     }
     let output = run(folder.path(), &["run", "--execute", "true", "-o", "out"]);
     assert_eq!(output.status.code(), Some(2));
-    assert!(said(&output).contains("--look"), "{}", said(&output));
+    assert!(stderr(&output).contains("--look"), "{}", stderr(&output));
 }
 
 #[test]
@@ -109,9 +113,9 @@ fn more_strikes_are_planned_ahead_and_drawn() {
     let folder = folder();
     let flags = ["plan", "--method", "paper", "--strikes", "3", "--figure", "plan.svg", "-o", "plan.json"];
     let output = run(folder.path(), &flags);
-    assert_eq!(output.status.code(), Some(0), "{}", said(&output));
+    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
     let plan = json(&folder.path().join("plan.json"));
-    // The first strike is expected to do, so that none follows.
+    // The first strike is expected to reach the goal, so that none follows.
     assert_eq!((plan["outcome"].as_str(), plan.get("then")), (Some("found"), None));
     let drawing = fs::read_to_string(folder.path().join("plan.svg")).expect("a drawing");
     assert!(drawing.starts_with("<svg") && drawing.trim_end().ends_with("</svg>"));

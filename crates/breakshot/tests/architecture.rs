@@ -12,7 +12,7 @@ const STAGES: [(&str, &[&str]); 8] = [
     ("physics", &["*"]),
     ("plan", &["Plan", "Outcome", "Prediction", "Iteration", "Contact", "Method"]),
     ("robot", &["Command"]),
-    ("verify", &["Report", "GoalCheck", "Seen", "Spread"]),
+    ("verify", &["Report", "GoalCheck", "ObservedPose", "DistanceErrors"]),
     // A door: no stage uses it.
     ("report", &[]),
 ];

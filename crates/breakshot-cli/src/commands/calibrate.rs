@@ -1,11 +1,11 @@
-//! `breakshot calibrate`: where the camera stands.
+//! `breakshot calibrate`: the camera pose from the tags.
 
 use crate::args::CalibrateArgs;
 use crate::{Outcome, console};
 use breakshot::capture::{self, Calibration};
 use breakshot::{Result, files};
 
-/// Finds the camera, prints its pose and the tags' errors, and draws the fit.
+/// Calibrates the camera, prints its pose and the reprojection errors of the tags, and draws the fit.
 pub(crate) fn run(args: &CalibrateArgs) -> Result<Outcome> {
     let cell = files::load_cell(&args.cell)?;
     let calibration = capture::calibration(args.decoder.film(&args.film, &cell)?)?;
@@ -27,9 +27,9 @@ pub(crate) fn run(args: &CalibrateArgs) -> Result<Outcome> {
 fn print_summary(calibration: &Calibration) {
     if let (Some([x, y, z]), Some(tilt_rad)) = (calibration.position_m, calibration.tilt_rad) {
         let tilt_deg = tilt_rad.to_degrees();
-        println!("camera at ({x:.3}, {y:.3}, {z:.3}) m, looking down {tilt_deg:.1} deg off the vertical");
+        println!("camera at ({x:.3}, {y:.3}, {z:.3}) m, optical axis {tilt_deg:.1} deg from the vertical");
     }
-    println!("a pixel shows {:.3} mm of the table", calibration.pixel_size_m * 1e3);
+    println!("pixel size on the table: {:.3} mm", calibration.pixel_size_m * 1e3);
     let camera = &calibration.camera;
     println!("{:<6} {:>10} {:>10}", "tag", "error (px)", "error (mm)");
     for tag in &camera.tags {

@@ -1,21 +1,21 @@
-//! `breakshot demo`: the whole flow on films that come with the program.
+//! `breakshot demo`: all stages on films that are embedded in the program.
 
+use super::verify::TrackedStrike;
 use super::{estimate as estimate_command, plan as plan_command, verify as verify_command};
 use crate::args::DemoArgs;
 use crate::{Outcome, console};
 use breakshot::campaign::Campaign;
 use breakshot::capture::Decoder;
-use breakshot::detect::{self, Layout, Tracks};
 use breakshot::estimate::{self, ClipTracks, Estimation};
 use breakshot::physics::{self, Trajectory};
 use breakshot::plan::{self, Plan};
-use breakshot::report::{self, Filmed, Motion, Simulated, Story};
+use breakshot::report::{self, ClipMotion, FilmedStrike, Page, SimulatedStrike};
 use breakshot::scene::{Scene, Strike};
 use breakshot::verify::{self, Observed, Report};
 use breakshot::{Error, Result, capture, files};
 use std::path::Path;
 
-/// The clip whose motion the report shows.
+/// The clip whose motion the page shows.
 const SHOWN_CLIP: &str = "pair_a_c_3.mp4";
 
 macro_rules! example {
@@ -24,7 +24,7 @@ macro_rules! example {
     };
 }
 
-/// The example: twelve films of strikes, one of a strike on a pile, and the files that describe them.
+/// The example: twelve films of strikes, a film of a strike on a pile, and the files that describe them.
 const EXAMPLE: [(&str, &[u8]); 18] = example![
     "cell.toml",
     "objects.toml",
@@ -46,14 +46,14 @@ const EXAMPLE: [(&str, &[u8]); 18] = example![
     "pair_c_e_3.mp4",
 ];
 
-/// Unpacks the example, runs every stage on it and writes what each gives.
+/// Unpacks the example, runs all stages on it and writes their outputs.
 pub(crate) fn run(args: &DemoArgs) -> Result<Outcome> {
     let folder = &args.output;
     unpack(folder)?;
     let campaign = files::load_campaign(&folder.join("campaign.toml"))?.value;
     let scene = files::load_scene(&folder.join("pile.scene.toml"))?.value;
 
-    say(args, "Learning from 12 films how three objects slide and bounce ...");
+    say(args, "Estimating friction, restitution and mass ratios of three objects from 12 films ...");
     let (clips, unread) = estimate_command::tracked(&campaign, Decoder::Builtin)?;
     let estimation =
         estimate::estimation(&clips, &campaign.cell, &campaign.objects, &estimate::Options::default())?;
@@ -62,7 +62,7 @@ pub(crate) fn run(args: &DemoArgs) -> Result<Outcome> {
         estimate_command::print_tables(properties);
     }
 
-    say(args, "\nPlanning the strike that singulates a pile of them ...");
+    say(args, "\nPlanning the strike that singulates a pile of these objects ...");
     let plan = plan::plan(&scene, properties, &plan::Options::default())?;
     let simulate = |strike| physics::trajectory(&scene, properties, strike, &physics::Options::default());
     let planned = plan.strike.as_ref().map(simulate).transpose()?;
@@ -73,8 +73,10 @@ pub(crate) fn run(args: &DemoArgs) -> Result<Outcome> {
     say(args, "\nComparing a filmed strike on the same pile with its simulation ...");
     let strike = files::load_strike(&folder.join("pile.strike.json"))?;
     let simulated = simulate(&strike)?;
-    let tracks = pile_tracks(&scene, &folder.join("pile.mp4"))?;
-    let report = verify::comparison(&scene, &simulated.final_poses, &Observed::from_tracks(&tracks))?;
+    let film = capture::capture(&folder.join("pile.mp4"), &scene.cell)?;
+    let tracked = verify_command::tracked_strike(&scene, film)?;
+    let observed = Observed::from_tracks(&tracked.tracks);
+    let report = verify::comparison(&scene, &simulated.final_poses, &observed)?;
     if !args.json {
         verify_command::print_table(&report);
     }
@@ -86,20 +88,22 @@ pub(crate) fn run(args: &DemoArgs) -> Result<Outcome> {
         estimation: &estimation,
         plan: &plan,
         planned: planned.as_ref(),
-        filmed: (&strike, &tracks, &simulated, &report),
+        filmed: Filmed { strike: &strike, tracked: &tracked, simulated: &simulated, report: &report },
     };
     write(folder, &results)?;
     if args.json {
         console::print_json(properties)?;
     } else {
-        println!("\nThe report, with pictures: {}", folder.join("report.html").display());
-        println!("The films and all files are beside it: try the other commands on them.");
+        println!("\nReport: {}", folder.join("report.html").display());
+        println!(
+            "The films and all other files are in the same folder; the other commands can be run on them."
+        );
     }
     console::warn(&unread);
     Ok(Outcome::doubtful_if(!unread.is_empty()))
 }
 
-/// Everything the demo made.
+/// The outputs of all stages.
 struct Results<'a> {
     campaign: &'a Campaign,
     scene: &'a Scene,
@@ -107,9 +111,18 @@ struct Results<'a> {
     estimation: &'a Estimation,
     plan: &'a Plan,
     planned: Option<&'a Trajectory>,
-    filmed: (&'a Strike, &'a Tracks, &'a Trajectory, &'a Report),
+    filmed: Filmed<'a>,
 }
 
+/// The filmed strike on the pile.
+struct Filmed<'a> {
+    strike: &'a Strike,
+    tracked: &'a TrackedStrike,
+    simulated: &'a Trajectory,
+    report: &'a Report,
+}
+
+/// Prints the next step, unless the output is JSON.
 fn say(args: &DemoArgs, text: &str) {
     if !args.json {
         println!("{text}");
@@ -121,23 +134,16 @@ fn unpack(folder: &Path) -> Result<()> {
     EXAMPLE.iter().try_for_each(|(name, bytes)| files::write_whole(&folder.join(name), bytes))
 }
 
-fn pile_tracks(scene: &Scene, film: &Path) -> Result<Tracks> {
-    let names: Vec<String> = scene.placed.iter().map(|p| p.object.clone()).collect();
-    let layout = Layout::Placed(scene.placed.clone());
-    let film = capture::capture(film, &scene.cell)?;
-    detect::tracks(film, &scene.objects, &names, &layout, &detect::Options::default())
-}
-
-/// Writes every result beside the example's own files.
+/// Writes all results to the folder of the example's files.
 fn write(folder: &Path, results: &Results) -> Result<()> {
-    let (strike, tracks, simulated, report) = results.filmed;
+    let Filmed { strike, tracked, simulated, report } = results.filmed;
     let track_folder = folder.join("tracks");
     std::fs::create_dir_all(&track_folder)
         .map_err(|source| Error::Write { path: track_folder.clone(), source })?;
     for clip in results.clips {
         files::write_json(&track_folder.join(&clip.name).with_extension("json"), &clip.tracks)?;
     }
-    files::write_json(&track_folder.join("pile.json"), tracks)?;
+    files::write_json(&track_folder.join("pile.json"), &tracked.tracks)?;
     files::write_json(&folder.join("properties.json"), &results.estimation.properties)?;
     files::write_json(&folder.join("plan.json"), results.plan)?;
     if let Some(planned) = results.planned {
@@ -148,24 +154,23 @@ fn write(folder: &Path, results: &Results) -> Result<()> {
 
     let shown = results.clips.iter().find(|clip| clip.name == SHOWN_CLIP);
     let fit = results.estimation.clips.iter().find(|fit| fit.name == SHOWN_CLIP);
-    let pictures = verify_command::first_and_last(&folder.join("pile.mp4"), Decoder::Builtin)?;
-    let filmed = [Filmed {
+    let filmed = [FilmedStrike {
         scene: results.scene,
         strike,
-        tracks: Some(tracks),
+        tracks: Some(&tracked.tracks),
         trajectory: Some(simulated),
         report,
-        pictures: pictures.as_ref().map(|[first, last]| [first, last]),
+        frames: tracked.end_frames.as_ref().map(|[first, last]| [first, last]),
     }];
     let simulation = results.plan.strike.as_ref().zip(results.planned);
-    let page = report::html(&Story {
+    let page = report::html(&Page {
         title: "Breakshot: from strike videos to a strike",
         objects: &results.campaign.objects,
-        motion: shown.map(|clip| Motion { tracks: &clip.tracks, fit }),
+        motion: shown.map(|clip| ClipMotion { tracks: &clip.tracks, fit }),
         properties: Some(&results.estimation.properties),
         fits: &results.estimation.clips,
         plan: Some(results.plan),
-        simulated: simulation.map(|(strike, trajectory)| Simulated {
+        simulated: simulation.map(|(strike, trajectory)| SimulatedStrike {
             scene: results.scene,
             strike,
             trajectory,

@@ -1,16 +1,17 @@
-//! `breakshot detect`: the tracks of one clip.
+//! `breakshot detect`: tracks of the objects in one clip.
 
-use super::overlay;
+use super::frames::{FRAME_MEMORY_BYTES, FrameBuffer};
+use super::overlay_film;
 use crate::args::DetectArgs;
 use crate::{Outcome, console};
-use breakshot::capture::Footage;
+use breakshot::capture::{Footage, Frame};
 use breakshot::detect::{Layout, Tracks};
 use breakshot::report::{self, Overlay};
 use breakshot::{Error, Result, detect, files};
 use std::fmt::Write;
 use std::path::Path;
 
-/// Tracks the named objects and writes CSV or JSON.
+/// Tracks the named objects and writes the tracks as CSV or JSON, the plot and the overlay.
 pub(crate) fn run(args: &DetectArgs) -> Result<Outcome> {
     let is_csv = csv_wanted(&args.output)?;
     let cell = files::load_cell(&args.cell)?;
@@ -21,30 +22,41 @@ pub(crate) fn run(args: &DetectArgs) -> Result<Outcome> {
         (None, Some(heading_rad)) => Layout::AlongStrike { heading_rad, start_m: None },
         (None, None) => Layout::Unknown,
     };
-    let seen = args.decoder.film(&args.video, &cell)?;
-    let camera = seen.camera.clone();
-    let bar = console::progress(seen.footage.frame_count().unwrap_or(0), "frames");
+
+    // The frames for the overlay are kept while the film is tracked.
+    let mut film = args.decoder.film(&args.video, &cell)?;
+    let (camera, size_px) = (film.camera.clone(), film.footage.size_px());
+    let buffer = FrameBuffer::default();
+    if args.overlay.is_some() {
+        film.footage = buffer.keeping(film.footage, FRAME_MEMORY_BYTES);
+    }
+    let bar = console::progress(film.footage.frame_count().unwrap_or(0), "frames");
     let count = |frames: usize| bar.set_position(frames as u64);
     let table = args.decoder.table(args.table.as_deref())?;
     let options =
         detect::Options { threshold: args.threshold, table: table.as_ref(), on_frame: Some(&count) };
-    let tracks = detect::tracks(seen, &objects.value, &args.names, &layout, &options)?;
+    let tracks = detect::tracks(film, &objects.value, &args.names, &layout, &options)?;
     bar.finish_and_clear();
     console::warn(&tracks.warnings);
+
+    // Output files.
     if is_csv {
         files::write_whole(&args.output, csv(&tracks).as_bytes())?;
     } else {
         files::write_json(&args.output, &tracks)?;
     }
     if let Some(plot) = &args.plot {
-        files::write_whole(plot, report::motion(&tracks)?.as_bytes())?;
+        files::write_whole(plot, report::motion_figure(&tracks)?.as_bytes())?;
     }
     let mut written = vec![args.output.clone()];
     written.extend(args.plot.clone());
     if let Some(film) = &args.overlay {
         let overlay = Overlay { camera: &camera, tracks: &tracks, objects: &objects.value };
-        let frames = Footage::open_with(&args.video, args.decoder.into())?;
-        written.push(overlay::write(&overlay, frames, film)?);
+        let frames: Box<dyn Iterator<Item = Result<Frame>>> = match buffer.into_frames() {
+            Some(frames) => Box::new(frames.into_iter().map(Ok)),
+            None => Box::new(Footage::open_with(&args.video, args.decoder.into())?),
+        };
+        written.push(overlay_film::write(&overlay, overlay_film::Frames { frames, size_px }, film)?);
     }
     if args.json {
         console::print_json(&tracks)?;
@@ -59,18 +71,19 @@ pub(crate) fn run(args: &DetectArgs) -> Result<Outcome> {
     Ok(Outcome::doubtful_if(!tracks.warnings.is_empty()))
 }
 
+/// Whether the output is CSV, by the extension of its name.
 fn csv_wanted(output: &Path) -> Result<bool> {
     match output.extension().and_then(|e| e.to_str()) {
         Some("csv") => Ok(true),
         Some("json") => Ok(false),
         _ => {
             let name = output.display().to_string();
-            Err(Error::invalid(name, "the output", "of another kind", "a name that ends in .csv or .json"))
+            Err(Error::invalid(name, "the output", "another extension", "a name that ends in .csv or .json"))
         }
     }
 }
 
-/// One line a sample; a value that the marker cannot tell is empty.
+/// The tracks as CSV, one line for each sample; the field of a value that was not measured is empty.
 fn csv(tracks: &Tracks) -> String {
     let mut text =
         String::from("object,time_s,x_m,y_m,yaw_rad,vx_m_s,vy_m_s,yaw_rate_rad_s,ax_m_s2,ay_m_s2\n");

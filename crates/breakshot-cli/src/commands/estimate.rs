@@ -14,7 +14,7 @@ use rayon::prelude::*;
 use std::collections::BTreeMap;
 use std::path::Path;
 
-/// Tracks every clip, estimates, and writes the properties.
+/// Tracks all clips, estimates the properties and writes them.
 pub(crate) fn run(args: &EstimateArgs) -> Result<Outcome> {
     let old = args.update.as_deref().map(files::load_properties).transpose()?;
     let campaign = files::load_campaign(&args.campaign)?;
@@ -48,7 +48,7 @@ pub(crate) fn run(args: &EstimateArgs) -> Result<Outcome> {
         files::write_json(&advice_path, advice)?;
     }
     if args.json {
-        // Evidence is for later estimates; it stands in the file.
+        // The evidence is only needed for later updates: the file contains it, the printed result does not.
         properties.evidence = None;
         console::print_json(&Printed { properties: &properties, advice: advice.as_ref() })?;
     } else {
@@ -62,7 +62,7 @@ pub(crate) fn run(args: &EstimateArgs) -> Result<Outcome> {
     Ok(Outcome::doubtful_if(!properties.warnings.is_empty()))
 }
 
-/// What `--json` prints.
+/// The output of `--json`.
 #[derive(serde::Serialize)]
 struct Printed<'a> {
     #[serde(flatten)]
@@ -71,7 +71,7 @@ struct Printed<'a> {
     advice: Option<&'a Advice>,
 }
 
-/// What to film next, if asked for.
+/// The clips to film next, if they were requested.
 fn advice(
     args: &EstimateArgs,
     properties: &Properties,
@@ -85,46 +85,46 @@ fn advice(
     estimate::advice(properties, cell, objects, &options).map(Some)
 }
 
-/// Figs. 7, 8, 9 and Table 1; what the data do not support is said.
+/// Writes Figs. 7, 8, 9 and Table 1, and prints a note for each figure without data.
 fn write_figures(folder: &Path, properties: &Properties, objects: &[Object]) -> Result<()> {
-    let published = report::published(properties, &estimate::clip_values(properties)?, objects)?;
+    let figures = report::paper_figures(properties, &estimate::clip_values(properties)?, objects)?;
     std::fs::create_dir_all(folder).map_err(|source| Error::Write { path: folder.into(), source })?;
-    for (name, text) in &published.files {
-        files::write_whole(&folder.join(name), text.as_bytes())?;
+    for file in &figures.files {
+        files::write_whole(&folder.join(&file.name), file.text.as_bytes())?;
     }
-    let missing = published.missing.iter().map(|m| format!("not drawn: {m}"));
+    let missing = figures.missing.iter().map(|m| format!("not drawn: {m}"));
     console::note(&missing.collect::<Vec<_>>());
     Ok(())
 }
 
-/// What to film next, the most useful first.
+/// Prints the clips to film next, the most useful first.
 fn print_advice(advice: &Advice) {
     println!(
-        "\nWhat to film next: now an object comes to rest within {:.1} mm (one standard deviation, mean of {} strikes on piles)",
+        "\nClips to film next. Predicted final positions now: {:.1} mm (1 standard deviation, mean of {} simulated strikes on piles)",
         advice.spread_m * 1e3,
         advice.piles
     );
     println!(
-        "{:>3} {:<12} {:<12} {:>11} {:>11} {:>11}  tells most of",
+        "{:>3} {:<12} {:<12} {:>11} {:>11} {:>11}  most informative for",
         "", "strike", "into", "speed (m/s)", "offset (mm)", "then (mm)"
     );
     for (k, clip) in advice.clips.iter().enumerate() {
         let Shot { strike, into, speed_m_s, offset_m } = &clip.shot;
-        let tells: Vec<&str> = clip.tells.iter().take(2).map(|t| t.quantity.as_str()).collect();
+        let quantities: Vec<&str> = clip.tells.iter().take(2).map(|t| t.quantity.as_str()).collect();
         println!(
             "{:>3} {strike:<12} {:<12} {speed_m_s:>11.2} {:>11.1} {:>11.2}  {}",
             k + 1,
             into.as_deref().unwrap_or("-"),
             offset_m * 1e3,
             clip.spread_m * 1e3,
-            tells.join(", ")
+            quantities.join(", ")
         );
     }
 }
 
-/// The tracks of every clip that can be read, and a warning for every other one.
+/// The tracks of all readable clips, and a warning for each of the others.
 ///
-/// Clips run side by side; each is decoded frame by frame.
+/// Clips are processed in parallel; each is decoded frame by frame.
 pub(crate) fn tracked(campaign: &Campaign, decoder: Decoder) -> Result<(Vec<ClipTracks>, Vec<String>)> {
     let bar = console::progress(campaign.clips.len(), "clips");
     let results: Vec<Result<ClipTracks>> = campaign
@@ -152,7 +152,7 @@ pub(crate) fn tracked(campaign: &Campaign, decoder: Decoder) -> Result<(Vec<Clip
     Ok((clips, errors.iter().map(|e| format!("left out: {e}")).collect()))
 }
 
-/// One JSON file a clip.
+/// Writes one JSON file for each clip.
 fn write_tracks(folder: &Path, clips: &[ClipTracks]) -> Result<()> {
     std::fs::create_dir_all(folder).map_err(|source| Error::Write { path: folder.into(), source })?;
     clips.iter().try_for_each(|clip| {
@@ -161,7 +161,7 @@ fn write_tracks(folder: &Path, clips: &[ClipTracks]) -> Result<()> {
     })
 }
 
-/// The properties as short tables.
+/// Prints the properties as tables.
 pub(crate) fn print_tables(properties: &Properties) {
     let reference = format!("mass / mass of {}", properties.reference);
     let tables = [
@@ -179,10 +179,10 @@ fn print_table(title: &str, values: &BTreeMap<String, Estimate>) {
     if values.is_empty() {
         return;
     }
-    println!("{title:<20} {:>8} {:>8} {:>19} {:>4}", "mean", "spread", "95 % interval", "n");
+    println!("{title:<20} {:>8} {:>8} {:>19} {:>4}", "mean", "std", "95 % interval", "n");
     for (name, e) in values {
-        let spread = e.std.map_or("-".into(), |s| format!("{s:.4}"));
+        let std = e.std.map_or("-".into(), |s| format!("{s:.4}"));
         let interval = format!("{:.4} .. {:.4}", e.interval_95[0], e.interval_95[1]);
-        println!("  {name:<18} {:>8.4} {spread:>8} {interval:>19} {:>4}", e.mean, e.n);
+        println!("  {name:<18} {:>8.4} {std:>8} {interval:>19} {:>4}", e.mean, e.n);
     }
 }

@@ -1,13 +1,14 @@
-//! `breakshot export`: the same scene and strike for another simulator.
+//! `breakshot export`: the model of a scene and a strike for another simulator.
 
-use super::simulate;
+use super::simulate::{self, SimulationInputs};
 use crate::args::{ExportArgs, ModelName};
 use crate::{Outcome, console};
 use breakshot::{Result, files, physics};
 
-/// Writes the model and says what it approximates.
+/// Writes the model and prints its approximations.
 pub(crate) fn run(args: &ExportArgs) -> Result<Outcome> {
-    let (scene, properties, outcome) = simulate::world(&args.scene, &args.properties, &args.assumptions)?;
+    let SimulationInputs { scene, properties, outcome, .. } =
+        simulate::inputs(&args.scene, &args.properties, &args.assumptions)?;
     let strike = files::load_strike(&args.strike)?;
     let options = physics::Options::default();
     let model = match args.to {

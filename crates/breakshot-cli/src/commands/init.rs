@@ -1,10 +1,10 @@
-//! `breakshot init`: templates to start from.
+//! `breakshot init`: templates of the input files.
 
 use crate::Outcome;
 use crate::args::InitArgs;
 use breakshot::{Error, Result, files};
 
-/// Every template: its file name and its text.
+/// The file names and the texts of the templates.
 const TEMPLATES: [(&str, &str); 5] = [
     ("cell.toml", include_str!("../../templates/cell.toml")),
     ("objects.toml", include_str!("../../templates/objects.toml")),
@@ -13,7 +13,7 @@ const TEMPLATES: [(&str, &str); 5] = [
     ("FILMING.md", include_str!("../../../../docs/filming.md")),
 ];
 
-/// Writes the templates; a file that is already there is an error, and then nothing is written.
+/// Writes the templates; if one of the files already exists, this is an error and nothing is written.
 pub(crate) fn run(args: &InitArgs) -> Result<Outcome> {
     let folder = &args.folder;
     std::fs::create_dir_all(folder).map_err(|source| Error::Write { path: folder.clone(), source })?;
@@ -22,19 +22,19 @@ pub(crate) fn run(args: &InitArgs) -> Result<Outcome> {
         return Err(Error::invalid(
             path,
             "the file",
-            "already there",
-            "a folder without it: nothing was written",
+            "already exists",
+            "a folder without it; nothing was written",
         ));
     }
     for (name, text) in TEMPLATES {
         files::write_whole(&folder.join(name), text.as_bytes())?;
     }
     println!("Wrote to {}:", folder.display());
-    println!("  cell.toml      the camera, the tags, the striker: measure and fill in");
-    println!("  objects.toml   outlines, heights and markers of your objects");
-    println!("  campaign.toml  the list of your strike videos");
-    println!("  scene.toml     a pile and what you want; `breakshot look` can write it from a picture");
-    println!("  FILMING.md     one page on how to film");
+    println!("  cell.toml      camera, tags, workspace and striker: measure and fill in");
+    println!("  objects.toml   outlines, heights and markers of the objects");
+    println!("  campaign.toml  the list of strike videos");
+    println!("  scene.toml     a pile and the goal; `breakshot look` writes it from an image");
+    println!("  FILMING.md     how to film: camera, light, markers, clips");
     println!("Next: breakshot calibrate {}/cell.toml CLIP.mp4", folder.display());
     Ok(Outcome::Done)
 }

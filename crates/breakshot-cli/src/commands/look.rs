@@ -1,4 +1,4 @@
-//! `breakshot look`: what lies on the table now.
+//! `breakshot look`: locates the objects on the table.
 
 use crate::args::LookArgs;
 use crate::{Outcome, console};
@@ -8,15 +8,15 @@ use breakshot::scene::{Goal, Placed};
 use breakshot::{Error, Result, detect};
 use std::path::{Path, PathBuf};
 
-/// Finds every named object in the picture and writes the scene file.
+/// Locates all named objects in the image and writes the scene file.
 pub(crate) fn run(args: &LookArgs) -> Result<Outcome> {
     let cell = files::load_cell(&args.cell)?;
     let objects = files::load_objects(&args.objects)?;
     console::note(&objects.notes);
-    let seen = args.decoder.film(&args.film, &cell)?;
+    let film = args.decoder.film(&args.film, &cell)?;
     let table = args.decoder.table(args.table.as_deref())?;
     let options = detect::Options { threshold: args.threshold, table: table.as_ref(), on_frame: None };
-    let (placed, warnings) = detect::placed(seen, &objects.value, &args.names, &options)?;
+    let (placed, warnings) = detect::placed(film, &objects.value, &args.names, &options)?;
     console::warn(&warnings);
     let scene = SceneFile {
         version: 1,
@@ -39,7 +39,7 @@ pub(crate) fn run(args: &LookArgs) -> Result<Outcome> {
     Ok(Outcome::doubtful_if(!warnings.is_empty()))
 }
 
-/// To the micrometre and microradian: finer is noise, and nobody wants to read it.
+/// The pose rounded to 1 micrometre and 1 microradian, far below the measurement noise.
 fn rounded(placed: Placed) -> Placed {
     let round = |value: f64| (value * 1e6).round() / 1e6;
     Placed {
@@ -57,7 +57,7 @@ fn print_table(placed: &[Placed]) {
     }
 }
 
-/// When the picture was taken, as the file system remembers it (s since 1970).
+/// The modification time of the image file (s since 1970).
 fn taken_unix_s(film: &Path) -> Option<f64> {
     let modified = std::fs::metadata(film).and_then(|m| m.modified()).ok()?;
     let since = modified.duration_since(std::time::UNIX_EPOCH).ok()?;
@@ -69,7 +69,7 @@ fn toml_text(scene: &SceneFile) -> Result<String> {
         .map_err(|e| Error::Write { path: "scene.toml".into(), source: std::io::Error::other(e) })
 }
 
-/// How a file is called from the folder of another one: relative where both share a root.
+/// The path of `file` relative to the folder of `output`.
 fn from_folder_of(output: &Path, file: &Path) -> Result<PathBuf> {
     let absolute = |path: &Path| {
         std::path::absolute(path).map_err(|source| Error::Read { path: path.to_path_buf(), source })
@@ -87,7 +87,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_scene_names_its_files_from_its_own_folder() {
+    fn the_paths_in_a_scene_are_relative_to_its_folder() {
         let named = |output: &str, file: &str| from_folder_of(Path::new(output), Path::new(file)).unwrap();
         assert_eq!(named("scene.toml", "cell.toml"), Path::new("cell.toml"));
         assert_eq!(named("out/scene.toml", "in/cell.toml"), Path::new("../in/cell.toml"));

@@ -1,4 +1,4 @@
-//! One file a command.
+//! One file for each command, and what several commands share.
 
 pub(crate) mod calibrate;
 pub(crate) mod command;
@@ -6,9 +6,10 @@ pub(crate) mod demo;
 pub(crate) mod detect;
 pub(crate) mod estimate;
 pub(crate) mod export;
+mod frames;
 pub(crate) mod init;
 pub(crate) mod look;
-mod overlay;
+mod overlay_film;
 pub(crate) mod plan;
 pub(crate) mod run;
 pub(crate) mod simulate;

@@ -1,6 +1,6 @@
 //! `breakshot plan`: the strike that singulates a pile.
 
-use super::simulate;
+use super::simulate::{self, SimulationInputs};
 use crate::args::PlanArgs;
 use crate::{Outcome, console};
 use breakshot::plan::{self, Plan};
@@ -8,9 +8,10 @@ use breakshot::properties::Properties;
 use breakshot::scene::Strike;
 use breakshot::{Result, files, report};
 
-/// Plans and writes the plan.
+/// Plans the strike and writes the plan.
 pub(crate) fn run(args: &PlanArgs) -> Result<Outcome> {
-    let (scene, properties, outcome) = simulate::world(&args.scene, &args.properties, &args.assumptions)?;
+    let SimulationInputs { scene, properties, outcome, .. } =
+        simulate::inputs(&args.scene, &args.properties, &args.assumptions)?;
     let options = plan::Options {
         method: args.method.into(),
         scatter: args.scatter.scatter(),
@@ -23,7 +24,7 @@ pub(crate) fn run(args: &PlanArgs) -> Result<Outcome> {
     }
     files::write_json(&args.output, &plan)?;
     if let Some(figure) = &args.figure {
-        files::write_whole(figure, report::planned(&plan).as_bytes())?;
+        files::write_whole(figure, report::plan_figure(&plan).as_bytes())?;
     }
     if args.json {
         console::print_json(&plan)?;
@@ -39,7 +40,7 @@ pub(crate) fn run(args: &PlanArgs) -> Result<Outcome> {
     Ok(outcome.and(Outcome::doubtful_if(plan.outcome != plan::Outcome::Found)))
 }
 
-/// The strikes after the first, if each does exactly what is expected of it.
+/// The strikes after the first one, each planned for the expected outcome of the one before it.
 fn following(
     plan: &Plan,
     properties: &Properties,
@@ -53,7 +54,7 @@ fn following(
     Ok(ended.plans.into_iter().filter_map(|plan| plan.strike).collect())
 }
 
-/// What the plan is, in a few lines.
+/// Prints the outcome, the strike and the predicted distances.
 pub(crate) fn print_summary(plan: &Plan) {
     let word = match plan.outcome {
         plan::Outcome::Found => "found",
@@ -67,13 +68,13 @@ pub(crate) fn print_summary(plan: &Plan) {
     let distances = plan.prediction.as_ref().and_then(|p| p.min_distance_m.zip(p.mean_distance_m));
     if let Some((least_m, mean_m)) = distances {
         let (least, mean) = (least_m * 1e3, mean_m * 1e3);
-        println!("then the closest two centres are {least:.1} mm apart, all pairs {mean:.1} mm on average");
+        println!("predicted: least distance between centres {least:.1} mm, mean over all pairs {mean:.1} mm");
     }
 }
 
 fn print_strike(label: &str, strike: &Strike) {
     println!(
-        "{label}{} from ({:.1}, {:.1}) mm along {:.1} deg at {:.3} m/s for {:.0} mm",
+        "{label}{} from ({:.1}, {:.1}) mm, heading {:.1} deg, {:.3} m/s, travel {:.0} mm",
         strike.object.as_deref().unwrap_or("the pile"),
         strike.start_m.x * 1e3,
         strike.start_m.y * 1e3,

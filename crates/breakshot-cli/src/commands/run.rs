@@ -1,9 +1,10 @@
-//! `breakshot run`: plan, strike, look, plan again, until the pile is singulated.
+//! `breakshot run`: plans, executes and observes strikes until the pile is singulated.
 //!
-//! Without a robot, each strike meets one of the tables that may be: what is not known exactly is drawn.  With one, two programs
-//! of the user's stand for the cell: one carries a plan out, one looks.
+//! Without a robot, each strike is simulated with properties and poses drawn from their distributions.  With a robot, one
+//! program of the user executes a plan, and another one observes the table.
 
-use super::{plan, simulate};
+use super::plan;
+use super::simulate::{self, SimulationInputs};
 use crate::args::RunArgs;
 use crate::{Outcome, console};
 use breakshot::plan::{self as planning, Options, Plan, Sequence};
@@ -14,9 +15,10 @@ use serde::Serialize;
 use std::path::Path;
 use std::process::{Command, Stdio};
 
-/// Runs the loop and writes what came of it.
+/// Runs the loop and writes its result.
 pub(crate) fn run(args: &RunArgs) -> Result<Outcome> {
-    let (scene, mut properties, outcome) = simulate::world(&args.scene, &args.properties, &args.assumptions)?;
+    let SimulationInputs { scene, mut properties, outcome, .. } =
+        simulate::inputs(&args.scene, &args.properties, &args.assumptions)?;
     std::fs::create_dir_all(&args.output)
         .map_err(|source| Error::Write { path: args.output.clone(), source })?;
     let options = Options {
@@ -36,13 +38,13 @@ pub(crate) fn run(args: &RunArgs) -> Result<Outcome> {
         }
         match (&args.execute, &args.look) {
             (Some(execute), Some(look)) => {
-                run_program("--execute", execute, ("{plan}", &file))?;
-                let seen = args.output.join(format!("scene_{number}.toml"));
-                run_program("--look", look, ("{scene}", &seen))?;
+                UserProgram { flag: "--execute", command: execute, placeholder: "{plan}" }.run(&file)?;
+                let observed = args.output.join(format!("scene_{number}.toml"));
+                UserProgram { flag: "--look", command: look, placeholder: "{scene}" }.run(&observed)?;
                 *properties = files::load_properties(&args.properties)?;
-                let seen = files::load_scene(&seen)?;
-                console::note(&seen.notes);
-                Ok(seen_after(&plan.scene, seen.value))
+                let observed = files::load_scene(&observed)?;
+                console::note(&observed.notes);
+                Ok(with_observed_poses(&plan.scene, observed.value))
             }
             _ => planning::drawn(plan, properties, &options, args.table.wrapping_add(number)),
         }
@@ -61,17 +63,17 @@ pub(crate) fn run(args: &RunArgs) -> Result<Outcome> {
     Ok(outcome.and(Outcome::doubtful_if(!ended.singulated)))
 }
 
-/// What `run.json` holds.
+/// The contents of `run.json`.
 #[derive(Serialize)]
 struct Summary<'a> {
     version: u32,
     singulated: bool,
     reason: &'a str,
-    /// The strikes that were carried out.
+    /// The executed strikes.
     strikes: Vec<&'a Strike>,
-    /// How likely each was said to work, where the method can tell.
+    /// The predicted success probability of each strike; null for the paper's method.
     success_probabilities: Vec<Option<f64>>,
-    /// What lies where after the last one.
+    /// The poses after the last strike.
     placed: &'a [Placed],
 }
 
@@ -89,21 +91,36 @@ impl<'a> Summary<'a> {
     }
 }
 
-/// The places of what was seen, with the walls, areas and goal of the scene before.
-fn seen_after(before: &Scene, seen: Scene) -> Scene {
-    Scene { placed: seen.placed, observed_unix_s: seen.observed_unix_s, ..before.clone() }
+/// The scene before a strike with the poses that were observed after it.
+fn with_observed_poses(before: &Scene, observed: Scene) -> Scene {
+    Scene { placed: observed.placed, observed_unix_s: observed.observed_unix_s, ..before.clone() }
 }
 
-/// Runs a program of the user's; what it prints goes to stderr, for stdout is ours.
-fn run_program(flag: &str, command: &str, (holder, file): (&str, &Path)) -> Result<()> {
-    let mut words = command.split_whitespace().map(|word| word.replace(holder, &file.to_string_lossy()));
-    let program = words.next().unwrap_or_default();
-    let failed = |found: String| Error::invalid(flag, "the program", found, "a program that ends with 0");
-    let status = Command::new(&program)
-        .args(words)
-        .stdin(Stdio::null())
-        .stdout(std::io::stderr())
-        .status()
-        .map_err(|e| failed(format!("`{program}`, which cannot be started ({e})")))?;
-    if status.success() { Ok(()) } else { Err(failed(format!("`{program}`, which ended with {status}"))) }
+/// A program of the user, started without a shell.
+struct UserProgram<'a> {
+    /// The flag that names it.
+    flag: &'a str,
+    /// The program and its arguments, separated by spaces.
+    command: &'a str,
+    /// The text in the arguments that is replaced by the path of a file.
+    placeholder: &'a str,
+}
+
+impl UserProgram<'_> {
+    /// Runs the program and waits for its end; its standard output is redirected to stderr, because stdout is reserved
+    /// for the result of breakshot.
+    fn run(&self, file: &Path) -> Result<()> {
+        let file = file.to_string_lossy();
+        let mut words = self.command.split_whitespace().map(|word| word.replace(self.placeholder, &file));
+        let program = words.next().unwrap_or_default();
+        let failed =
+            |found: String| Error::invalid(self.flag, "the program", found, "a program that ends with 0");
+        let status = Command::new(&program)
+            .args(words)
+            .stdin(Stdio::null())
+            .stdout(std::io::stderr())
+            .status()
+            .map_err(|e| failed(format!("`{program}`, which cannot be started ({e})")))?;
+        if status.success() { Ok(()) } else { Err(failed(format!("`{program}`, which ended with {status}"))) }
+    }
 }

@@ -1,4 +1,4 @@
-//! `breakshot simulate`: what one strike does to a pile.
+//! `breakshot simulate`: the outcome of one strike on a pile.
 
 use crate::args::{Assumptions, SimulateArgs};
 use crate::{Outcome, console};
@@ -11,7 +11,8 @@ use std::path::Path;
 
 /// Simulates the strike and writes the trajectory.
 pub(crate) fn run(args: &SimulateArgs) -> Result<Outcome> {
-    let (scene, properties, outcome) = world(&args.scene, &args.properties, &args.assumptions)?;
+    let SimulationInputs { scene, properties, outcome, .. } =
+        inputs(&args.scene, &args.properties, &args.assumptions)?;
     let strike = files::load_strike(&args.strike)?;
     let trajectory = physics::trajectory(&scene, &properties, &strike, &physics::Options::default())?;
     console::warn(&trajectory.notes);
@@ -25,27 +26,36 @@ pub(crate) fn run(args: &SimulateArgs) -> Result<Outcome> {
     Ok(outcome)
 }
 
-/// The scene and the properties, with what the user lets stand in for pairs that were never filmed.
-pub(crate) fn world(
-    scene: &Path,
-    properties: &Path,
-    assumptions: &Assumptions,
-) -> Result<(Scene, Properties, Outcome)> {
+/// The files that simulations and plans need.
+pub(crate) struct SimulationInputs {
+    pub(crate) scene: Scene,
+    /// The properties with assumed values for unmeasured pairs.
+    pub(crate) properties: Properties,
+    /// The properties as they are in the file.
+    pub(crate) measured: Properties,
+    /// Doubtful if a value was assumed.
+    pub(crate) outcome: Outcome,
+}
+
+/// Loads the scene and the properties and adds the assumed restitution of pairs without a measured one.
+pub(crate) fn inputs(scene: &Path, properties: &Path, assumptions: &Assumptions) -> Result<SimulationInputs> {
     let scene = files::load_scene(scene)?;
     console::note(&scene.notes);
-    let mut properties = files::load_properties(properties)?;
+    let measured = files::load_properties(properties)?;
+    let mut properties = measured.clone();
     let mut assumed = Vec::new();
     if let Some(restitution) = assumptions.assume_restitution {
         let names: Vec<String> = scene.value.placed.iter().map(|p| p.object.clone()).collect();
         assumed = properties.assume_restitution(&names, restitution)?;
         for pair in &assumed {
-            eprintln!("warning: restitution of {pair} was never measured; assumed {restitution}");
+            eprintln!("warning: the restitution of {pair} was not measured; assumed {restitution}");
         }
     }
-    Ok((scene.value, properties, Outcome::doubtful_if(!assumed.is_empty())))
+    let outcome = Outcome::doubtful_if(!assumed.is_empty());
+    Ok(SimulationInputs { scene: scene.value, properties, measured, outcome })
 }
 
-/// What `--json` prints.
+/// The output of `--json`.
 #[derive(serde::Serialize)]
 struct Summary<'a> {
     #[serde(rename = "final")]

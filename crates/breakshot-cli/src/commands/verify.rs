@@ -1,13 +1,15 @@
-//! `breakshot verify`: a filmed strike beside its simulation.
+//! `breakshot verify`: compares a filmed strike with its simulation.
 
-use super::simulate;
+use super::frames::EndFrames;
+use super::simulate::{self, SimulationInputs};
 use crate::args::VerifyArgs;
 use crate::{Outcome, console};
-use breakshot::capture::{Decoder, Footage, GreyImage};
-use breakshot::detect::{self, Layout};
+use breakshot::capture::{Capture, GreyImage};
+use breakshot::detect::{self, Layout, Tracks};
 use breakshot::estimate::{self, ClipTracks};
 use breakshot::plan::Plan;
-use breakshot::report::{self, Filmed, Story};
+use breakshot::properties::Properties;
+use breakshot::report::{self, FilmedStrike, Page};
 use breakshot::scene::Scene;
 use breakshot::verify::{self, Observed, Report};
 use breakshot::{Error, Result, files, physics};
@@ -16,35 +18,34 @@ use std::path::Path;
 /// Tracks the film, simulates the strike, writes `report.html`, `report.json`, `distances.csv`, `tracks.json` and
 /// `trajectory.json`.
 pub(crate) fn run(args: &VerifyArgs) -> Result<Outcome> {
-    let (scene, properties, outcome) = simulate::world(&args.scene, &args.properties, &args.assumptions)?;
+    let inputs = simulate::inputs(&args.scene, &args.properties, &args.assumptions)?;
+    let SimulationInputs { scene, properties, .. } = &inputs;
     let strike = files::load_strike(&args.strike)?;
-    // A plan tells why as well; a file with just the strike does not.
+    // A plan file adds a chapter to the page; a file with only the strike does not.
     let plan: Option<Plan> = files::read_json(&args.strike).ok();
-    let trajectory = physics::trajectory(&scene, &properties, &strike, &physics::Options::default())?;
-    let names: Vec<String> = scene.placed.iter().map(|p| p.object.clone()).collect();
-    let film = args.decoder.film(&args.video, &scene.cell)?;
-    let layout = Layout::Placed(scene.placed.clone());
-    let tracks = detect::tracks(film, &scene.objects, &names, &layout, &detect::Options::default())?;
-    let report = verify::comparison(&scene, &trajectory.final_poses, &Observed::from_tracks(&tracks))?;
+    let trajectory = physics::trajectory(scene, properties, &strike, &physics::Options::default())?;
+    let TrackedStrike { tracks, end_frames } =
+        tracked_strike(scene, args.decoder.film(&args.video, &scene.cell)?)?;
+    let report = verify::comparison(scene, &trajectory.final_poses, &Observed::from_tracks(&tracks))?;
     console::warn(&trajectory.notes);
     console::warn(&report.warnings);
 
-    let pictures = first_and_last(&args.video, args.decoder.into())?;
-    let filmed = [Filmed {
-        scene: &scene,
+    // Output files.
+    let filmed = [FilmedStrike {
+        scene,
         strike: &strike,
         tracks: Some(&tracks),
         trajectory: Some(&trajectory),
         report: &report,
-        pictures: pictures.as_ref().map(|[first, last]| [first, last]),
+        frames: end_frames.as_ref().map(|[first, last]| [first, last]),
     }];
-    let page = report::html(&Story {
-        title: "Real against virtual",
+    let page = report::html(&Page {
+        title: "Filmed against simulated",
         objects: &scene.objects,
         plan: plan.as_ref(),
         filmed: &filmed,
         warnings: &report.warnings,
-        ..Story::default()
+        ..Page::default()
     });
     let folder = &args.output;
     std::fs::create_dir_all(folder).map_err(|source| Error::Write { path: folder.clone(), source })?;
@@ -53,15 +54,15 @@ pub(crate) fn run(args: &VerifyArgs) -> Result<Outcome> {
     files::write_json(&folder.join("report.json"), &report)?;
     files::write_whole(&folder.join("distances.csv"), report.csv().as_bytes())?;
     files::write_whole(&folder.join("report.html"), page.as_bytes())?;
-    let mut outcome = outcome;
+    let mut outcome = inputs.outcome;
     if let Some(path) = &args.update {
         let clip = ClipTracks {
             name: args.video.file_name().unwrap_or_default().to_string_lossy().into_owned(),
-            objects: names,
+            objects: scene.placed.iter().map(|p| p.object.clone()).collect(),
             strike: Some(strike.clone()),
             tracks: tracks.clone(),
         };
-        outcome = outcome.and(feed_back(args, path, &scene, clip)?);
+        outcome = outcome.and(update_properties(&inputs.measured, clip, scene, path)?);
     }
     if args.json {
         console::print_json(&report)?;
@@ -75,34 +76,42 @@ pub(crate) fn run(args: &VerifyArgs) -> Result<Outcome> {
     Ok(outcome.and(Outcome::doubtful_if(!report.warnings.is_empty())))
 }
 
-/// Adds what the film tells to the properties as measured, without what the user let stand in.
+/// Adds the measurements of the film to the measured properties, without assumed values, and writes the result.
 ///
-/// Only impacts that are single and clean count; what is left out of the film is told.
-fn feed_back(args: &VerifyArgs, path: &Path, scene: &Scene, clip: ClipTracks) -> Result<Outcome> {
-    let old = files::load_properties(&args.properties)?;
+/// Impacts that are not single and clean are left out, with a warning.
+fn update_properties(measured: &Properties, clip: ClipTracks, scene: &Scene, path: &Path) -> Result<Outcome> {
     let name = clip.name.clone();
     let options = estimate::Options::default();
-    let properties = estimate::updated(&old, &[clip], &scene.cell, &scene.objects, &options)?.properties;
+    let properties = estimate::updated(measured, &[clip], &scene.cell, &scene.objects, &options)?.properties;
     let of_film: Vec<String> = properties.warnings.iter().filter(|w| w.starts_with(&name)).cloned().collect();
     console::warn(&of_film);
     files::write_json(path, &properties)?;
     Ok(Outcome::doubtful_if(!of_film.is_empty()))
 }
 
-/// The film's first and last frame.
-pub(crate) fn first_and_last(film: &Path, decoder: Decoder) -> Result<Option<[GreyImage; 2]>> {
-    let mut frames = Footage::open_with(film, decoder)?;
-    let Some(first) = frames.next().transpose()? else { return Ok(None) };
-    let last = frames.last().transpose()?;
-    Ok(last.map(|last| [first.image, last.image]))
+/// The film of a strike after tracking.
+pub(crate) struct TrackedStrike {
+    pub(crate) tracks: Tracks,
+    /// The first and the last frame; none for a film of one frame.
+    pub(crate) end_frames: Option<[GreyImage; 2]>,
 }
 
-/// Pairwise distances side by side (Fig. 17).
+/// Tracks all objects of a scene in a film that starts with the objects at the poses of the scene.
+pub(crate) fn tracked_strike(scene: &Scene, mut film: Capture) -> Result<TrackedStrike> {
+    let names: Vec<String> = scene.placed.iter().map(|p| p.object.clone()).collect();
+    let layout = Layout::Placed(scene.placed.clone());
+    let ends = EndFrames::default();
+    film.footage = ends.keeping(film.footage);
+    let tracks = detect::tracks(film, &scene.objects, &names, &layout, &detect::Options::default())?;
+    Ok(TrackedStrike { tracks, end_frames: ends.into_images() })
+}
+
+/// Prints the pairwise distances (Fig. 17).
 pub(crate) fn print_table(report: &Report) {
-    println!("{:<12} {:>10} {:>14} {:>16}", "pair", "real (mm)", "virtual (mm)", "difference (mm)");
+    println!("{:<12} {:>12} {:>14} {:>16}", "pair", "filmed (mm)", "simulated (mm)", "difference (mm)");
     for pair in &report.pairs {
         println!(
-            "{:<12} {:>10.1} {:>14.1} {:>+16.1}",
+            "{:<12} {:>12.1} {:>14.1} {:>+16.1}",
             format!("{} - {}", pair.a, pair.b),
             pair.observed_m * 1e3,
             pair.predicted_m * 1e3,
@@ -110,6 +119,6 @@ pub(crate) fn print_table(report: &Report) {
         );
     }
     if let Some(all) = &report.summary.all {
-        println!("mean difference {:.1} mm, worst {:.1} mm", all.mean_m * 1e3, all.worst_m * 1e3);
+        println!("mean difference {:.1} mm, largest {:.1} mm", all.mean_m * 1e3, all.worst_m * 1e3);
     }
 }

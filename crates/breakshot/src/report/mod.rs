@@ -1,16 +1,17 @@
 //! How are the results shown to a person?
 //!
-//! Pages, figures and drawn frames of every stage's output.  A door: it may use what all stages give and computes no
-//! result of its own.
+//! An HTML page, figures (SVG with their numbers as CSV) and film frames with the tracks drawn on them.  This module
+//! is a door, not a stage: it may use the outputs of all stages and computes no result of its own.
 
 mod figures;
 mod html;
 mod overlay;
 mod paper_figures;
+mod weighed;
 
-pub use html::{Filmed, Motion, Simulated, Story};
-pub use overlay::{Overlay, Picture};
-pub use paper_figures::Published;
+pub use html::{ClipMotion, FilmedStrike, Page, SimulatedStrike};
+pub use overlay::{Overlay, RgbImage};
+pub use paper_figures::{FigureFile, PaperFigures};
 
 use crate::detect::Tracks;
 use crate::error::{Error, Result};
@@ -19,32 +20,52 @@ use crate::object::Object;
 use crate::plan::Plan;
 use crate::properties::Properties;
 
-/// A self-contained page that tells, in plain words and pictures, whatever the story holds.
-pub fn html(story: &Story) -> String {
-    html::page(story)
+/// A self-contained HTML page with a chapter for every result that `page` holds.
+///
+/// The page is well-formed XML without scripts and without references to other files.
+///
+/// ```
+/// use breakshot::properties::Properties;
+/// use breakshot::report::{Page, html};
+/// use breakshot::uncertain::Estimate;
+///
+/// let mut properties = Properties::default();
+/// properties.friction.insert("puck".into(), Estimate::exact(0.21));
+/// let page = html(&Page { title: "Three films", properties: Some(&properties), ..Page::default() });
+/// assert!(page.starts_with("<!DOCTYPE html>") && page.contains("<h1>Three films</h1>"));
+/// assert!(page.contains("0.21"), "the page shows the coefficient of friction (dimensionless)");
+/// ```
+pub fn html(page: &Page) -> String {
+    html::html(page)
 }
 
-/// The paper's Figs. 7, 8, 9 and Table 1 of these properties as files: drawings (SVG) and their numbers (CSV).
+/// Figs. 7, 8, 9 and Table 1 of the paper for these properties: drawings (SVG) and their numbers (CSV).
 ///
-/// `clips` are the values of the single clips, for the small dots; masses that someone weighed give the errors.
+/// `clips` are the values of the single clips, drawn as small dots.  The weighed masses of `objects` give the errors
+/// of the mass ratios.
 ///
 /// # Errors
-/// Properties that hold nothing to draw.
-pub fn published(properties: &Properties, clips: &[ClipValue], objects: &[Object]) -> Result<Published> {
-    paper_figures::published(properties, clips, objects)
+/// Properties without a friction, restitution or mass ratio.
+pub fn paper_figures(
+    properties: &Properties,
+    clips: &[ClipValue],
+    objects: &[Object],
+) -> Result<PaperFigures> {
+    paper_figures::paper_figures(properties, clips, objects)
 }
 
-/// The paper's Fig. 6 of one clip as an SVG that stands alone: distance from the first place, speed, and acceleration
+/// Fig. 6 of the paper for one clip as a standalone SVG: distance from the first position, speed, and acceleration
 /// along the motion, over time.
 ///
 /// # Errors
 /// Tracks without a sample.
-pub fn motion(tracks: &Tracks) -> Result<String> {
-    paper_figures::motion(tracks)
-        .ok_or_else(|| Error::invalid(&tracks.video, "tracks", "not one sample", "an object that was seen"))
+pub fn motion_figure(tracks: &Tracks) -> Result<String> {
+    paper_figures::motion(tracks).ok_or_else(|| {
+        Error::invalid(&tracks.video, "tracks", "no sample", "at least one sample of one object")
+    })
 }
 
-/// A plan as an SVG that stands alone: the pile, the strike, and where the objects are expected and may come to rest.
-pub fn planned(plan: &Plan) -> String {
+/// A plan as a standalone SVG: the pile, the strike, the expected and the possible final poses of the objects.
+pub fn plan_figure(plan: &Plan) -> String {
     paper_figures::plan(plan)
 }

@@ -1,6 +1,9 @@
-//! Distances, places and goals, predicted beside observed.
+//! The pairwise distances, the final positions and the goal: predicted values compared with observed ones.
 
-use super::{GoalCheck, Goals, ObjectDifference, Observed, PairDifference, Report, Seen, Spread, Summary};
+use super::observed::{Observed, ObservedPose};
+use super::report::{
+    DistanceErrors, GoalCheck, GoalChecks, ObjectDifference, PairDifference, Report, Summary,
+};
 use crate::error::{Error, Result};
 use crate::geometry::Pose;
 use crate::object::Shape;
@@ -9,8 +12,8 @@ use crate::singulation::Singulation;
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
 
-/// A scene that differs more than this from the film's first frames makes the prediction doubtful (m): at 1 mm pose
-/// error the final places of a pile differ by 8 mm in the median.
+/// A larger difference between the scene file and the first frames of the film causes a warning (m): an initial pose
+/// error of 1 mm changes the final positions of a pile by 8 mm in the median.
 const PLACEMENT_TOLERANCE_M: f64 = 1e-3;
 
 pub(super) fn report(
@@ -18,6 +21,7 @@ pub(super) fn report(
     predicted: &BTreeMap<String, Pose>,
     observed: &Observed,
 ) -> Result<Report> {
+    // Every object of the scene needs an observed and a predicted pose.
     let mut names: Vec<&str> = scene.placed.iter().map(|p| p.object.as_str()).collect();
     names.sort_unstable();
     for name in &names {
@@ -34,8 +38,11 @@ pub(super) fn report(
             return Err(Error::invalid(*name, "predicted pose", "none", "one for every object of the scene"));
         }
     }
-    let of_scene =
-        |(name, value): (&String, &Seen)| names.contains(&name.as_str()).then(|| (name.clone(), *value));
+
+    // Only the objects of the scene are compared; a film may show more.
+    let of_scene = |(name, pose): (&String, &ObservedPose)| {
+        names.contains(&name.as_str()).then(|| (name.clone(), *pose))
+    };
     let before: BTreeMap<_, _> = observed.before.iter().filter_map(of_scene).collect();
     let after: BTreeMap<_, _> = observed.after.iter().filter_map(of_scene).collect();
     let predicted: BTreeMap<_, _> = predicted
@@ -43,8 +50,11 @@ pub(super) fn report(
         .filter(|(name, _)| names.contains(&name.as_str()))
         .map(|(n, p)| (n.clone(), *p))
         .collect();
-    let filmed = after.iter().map(|(name, seen)| (name.as_str(), seen.position, seen.yaw_rad));
-    let (real, expected) = (Singulation::of_places(scene, filmed)?, Singulation::of(scene, &predicted)?);
+
+    // The same measures of both outcomes.
+    let filmed = after.iter().map(|(name, pose)| (name.as_str(), pose.position, pose.yaw_rad));
+    let real = Singulation::of_places(scene, filmed)?;
+    let expected = Singulation::of(scene, &predicted)?;
     let pairs = pair_differences(scene, &real, &expected)?;
     let objects = object_differences(scene, &before, &after, &predicted)?;
     let mut warnings = observed.warnings.clone();
@@ -53,7 +63,7 @@ pub(super) fn report(
         version: 1,
         video: observed.video.clone(),
         summary: summary(&pairs, &objects),
-        goal: Goals { observed: goal_check(scene, &real), predicted: goal_check(scene, &expected) },
+        goal: GoalChecks { observed: goal_check(scene, &real), predicted: goal_check(scene, &expected) },
         before,
         observed: after,
         predicted,
@@ -85,8 +95,8 @@ fn pair_differences(
 
 fn object_differences(
     scene: &Scene,
-    before: &BTreeMap<String, Seen>,
-    after: &BTreeMap<String, Seen>,
+    before: &BTreeMap<String, ObservedPose>,
+    after: &BTreeMap<String, ObservedPose>,
     predicted: &BTreeMap<String, Pose>,
 ) -> Result<Vec<ObjectDifference>> {
     let mut placed: Vec<_> = scene.placed.iter().collect();
@@ -96,7 +106,7 @@ fn object_differences(
         .map(|placed| {
             let name = &placed.object;
             let (before, after, predicted) = (before[name], after[name], predicted[name]);
-            // What the marker looks the same at, the film cannot tell apart.
+            // The film shows the yaw only modulo the rotation symmetry of the marker.
             let marker = scene.object(name)?.feature().shape.rotation_symmetry_rad();
             let yaw_error_rad = match (after.yaw_rad, marker.unwrap_or(TAU)) {
                 (Some(yaw_rad), period) if period > 0.0 => {
@@ -107,8 +117,8 @@ fn object_differences(
             Ok(ObjectDifference {
                 object: name.clone(),
                 placement_error_m: placed.position_m.distance(before.position),
-                observed_way_m: before.position.distance(after.position),
-                predicted_way_m: placed.position_m.distance(predicted.position),
+                observed_displacement_m: before.position.distance(after.position),
+                predicted_displacement_m: placed.position_m.distance(predicted.position),
                 position_error_m: predicted.position.distance(after.position),
                 yaw_error_rad,
             })
@@ -116,7 +126,7 @@ fn object_differences(
         .collect()
 }
 
-/// An angle brought to within half a period of zero.
+/// The angle plus a multiple of the period, within half a period of zero (rad).
 fn wrapped_into(angle_rad: f64, period_rad: f64) -> f64 {
     angle_rad - (angle_rad / period_rad).round() * period_rad
 }
@@ -124,22 +134,24 @@ fn wrapped_into(angle_rad: f64, period_rad: f64) -> f64 {
 fn summary(pairs: &[PairDifference], objects: &[ObjectDifference]) -> Summary {
     let errors: Vec<f64> = objects.iter().map(|o| o.position_error_m).collect();
     Summary {
-        all: spread(pairs.iter()),
-        discs: spread(pairs.iter().filter(|p| p.discs)),
-        general: spread(pairs.iter().filter(|p| !p.discs)),
+        all: distance_errors(pairs.iter()),
+        discs: distance_errors(pairs.iter().filter(|p| p.discs)),
+        general: distance_errors(pairs.iter().filter(|p| !p.discs)),
         mean_position_error_m: errors.iter().sum::<f64>() / errors.len().max(1) as f64,
         worst_position_error_m: errors.iter().copied().fold(0.0, f64::max),
     }
 }
 
-fn spread<'a>(pairs: impl Iterator<Item = &'a PairDifference>) -> Option<Spread> {
-    let (sizes, observed): (Vec<f64>, Vec<f64>) = pairs.map(|p| (p.difference_m.abs(), p.observed_m)).unzip();
-    let count = sizes.len();
+/// The errors of these pairs; none without a pair.
+fn distance_errors<'a>(pairs: impl Iterator<Item = &'a PairDifference>) -> Option<DistanceErrors> {
+    let (errors, observed): (Vec<f64>, Vec<f64>) =
+        pairs.map(|p| (p.difference_m.abs(), p.observed_m)).unzip();
+    let count = errors.len();
     (count > 0).then(|| {
         let mean = |values: &[f64]| values.iter().sum::<f64>() / count as f64;
-        let mean_m = mean(&sizes);
-        let worst_m = sizes.iter().copied().fold(0.0, f64::max);
-        Spread { pairs: count, mean_m, worst_m, relative: mean_m / mean(&observed) }
+        let mean_m = mean(&errors);
+        let worst_m = errors.iter().copied().fold(0.0, f64::max);
+        DistanceErrors { pairs: count, mean_m, worst_m, relative: mean_m / mean(&observed) }
     })
 }
 
@@ -156,7 +168,7 @@ fn goal_check(scene: &Scene, singulation: &Singulation) -> GoalCheck {
 fn placement_warnings(objects: &[ObjectDifference]) -> impl Iterator<Item = String> + '_ {
     objects.iter().filter(|o| o.placement_error_m > PLACEMENT_TOLERANCE_M).map(|o| {
         format!(
-            "{} lay {:.1} mm from where the scene says; the prediction starts from the scene",
+            "{} was {:.1} mm from its position in the scene file, from which the prediction starts",
             o.object,
             o.placement_error_m * 1e3
         )
@@ -166,6 +178,7 @@ fn placement_warnings(objects: &[ObjectDifference]) -> impl Iterator<Item = Stri
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::geometry::Point;
     use crate::verify::comparison;
     use std::f64::consts::PI;
 
@@ -189,12 +202,12 @@ mod tests {
     }
 
     fn observed(after: &[(&str, f64, f64, Option<f64>)]) -> Observed {
-        let seen = |x, y, yaw_rad| Seen { position: crate::geometry::Point::new(x, y), yaw_rad };
+        let pose = |x, y, yaw_rad| ObservedPose { position: Point::new(x, y), yaw_rad };
         let before = [("a", 0.0, 0.0), ("b", 0.0, 0.07), ("d", 0.072, 0.0)];
         Observed {
             video: "film.mp4".into(),
-            before: before.iter().map(|&(n, x, y)| (n.to_owned(), seen(x, y, None))).collect(),
-            after: after.iter().map(|&(n, x, y, yaw)| (n.to_owned(), seen(x, y, yaw))).collect(),
+            before: before.iter().map(|&(n, x, y)| (n.to_owned(), pose(x, y, None))).collect(),
+            after: after.iter().map(|&(n, x, y, yaw)| (n.to_owned(), pose(x, y, yaw))).collect(),
             warnings: Vec::new(),
         }
     }
@@ -205,9 +218,9 @@ mod tests {
     }
 
     #[test]
-    fn differences_are_predicted_less_observed() {
-        let seen = [("a", 0.1, 0.0, None), ("b", 0.0, 0.2, None), ("d", 0.19, 0.0, Some(0.2 + PI))];
-        let report = comparison(&scene(), &predicted(), &observed(&seen)).expect("a report");
+    fn differences_are_predicted_minus_observed() {
+        let after = [("a", 0.1, 0.0, None), ("b", 0.0, 0.2, None), ("d", 0.19, 0.0, Some(0.2 + PI))];
+        let report = comparison(&scene(), &predicted(), &observed(&after)).expect("a report");
         let [ab, ad, bd] = &report.pairs[..] else { panic!("{} pairs", report.pairs.len()) };
         assert_eq!((ab.a.as_str(), ab.b.as_str(), ab.discs), ("a", "b", true));
         assert!(ab.difference_m.abs() < 1e-15 && (ad.difference_m - 0.01).abs() < 1e-15, "{ad:?}");
@@ -216,16 +229,16 @@ mod tests {
             (report.summary.all.expect("pairs"), report.summary.discs.expect("a pair of discs"));
         assert!((all.worst_m - 0.01).abs() < 1e-12 && discs.worst_m < 1e-15, "{all:?} {discs:?}");
         assert!((report.summary.worst_position_error_m - 0.01).abs() < 1e-12);
-        // Half a turn of its marker cannot be seen: 0.3 rad predicted, 0.2 rad filmed.
+        // A bar marker looks the same after half a turn: 0.3 rad predicted, 0.2 rad observed.
         let yaw_rad = report.objects[2].yaw_error_rad.expect("a marker with a direction");
         assert!((yaw_rad - 0.1).abs() < 1e-12, "{yaw_rad} rad");
         assert_eq!(report.objects[0].yaw_error_rad, None);
     }
 
     #[test]
-    fn the_goal_is_judged_in_both_worlds() {
-        let seen = [("a", 0.1, 0.0, None), ("b", 0.0, 0.2, None), ("d", 0.16, 0.0, Some(0.3))];
-        let report = comparison(&scene(), &predicted(), &observed(&seen)).expect("a report");
+    fn the_goal_is_checked_on_the_observed_and_on_the_predicted_poses() {
+        let after = [("a", 0.1, 0.0, None), ("b", 0.0, 0.2, None), ("d", 0.16, 0.0, Some(0.3))];
+        let report = comparison(&scene(), &predicted(), &observed(&after)).expect("a report");
         assert!(report.goal.predicted.fulfilled && !report.goal.observed.fulfilled);
         assert_eq!(
             report.goal.observed.violations,
@@ -237,24 +250,24 @@ mod tests {
     }
 
     #[test]
-    fn a_scene_that_differs_from_the_film_is_told() {
-        let seen = [("a", 0.1, 0.0, None), ("b", 0.0, 0.2, None), ("d", 0.2, 0.0, None)];
-        let report = comparison(&scene(), &predicted(), &observed(&seen)).expect("a report");
-        let told = ["d lay 2.0 mm from where the scene says; the prediction starts from the scene"];
-        assert_eq!(report.warnings, told);
+    fn a_scene_that_differs_from_the_film_causes_a_warning() {
+        let after = [("a", 0.1, 0.0, None), ("b", 0.0, 0.2, None), ("d", 0.2, 0.0, None)];
+        let report = comparison(&scene(), &predicted(), &observed(&after)).expect("a report");
+        let warning = "d was 2.0 mm from its position in the scene file, from which the prediction starts";
+        assert_eq!(report.warnings, [warning]);
     }
 
     #[test]
-    fn an_object_nobody_filmed_is_an_error_with_its_name() {
+    fn an_object_without_a_track_is_an_error_that_names_it() {
         let error = comparison(&scene(), &predicted(), &observed(&[("a", 0.1, 0.0, None)]))
             .expect_err("b is missing");
         assert!(error.to_string().contains("film.mp4") && error.to_string().contains("`b`"), "{error}");
     }
 
     #[test]
-    fn the_table_has_one_line_a_pair() {
-        let seen = [("a", 0.1, 0.0, None), ("b", 0.0, 0.2, None), ("d", 0.19, 0.0, None)];
-        let csv = comparison(&scene(), &predicted(), &observed(&seen)).expect("a report").csv();
+    fn the_csv_has_one_line_for_each_pair() {
+        let after = [("a", 0.1, 0.0, None), ("b", 0.0, 0.2, None), ("d", 0.19, 0.0, None)];
+        let csv = comparison(&scene(), &predicted(), &observed(&after)).expect("a report").csv();
         assert_eq!(csv.lines().nth(2), Some("a,d,0.090000,0.100000,0.010000,general"));
         assert_eq!(csv.lines().count(), 4);
     }

@@ -1,34 +1,35 @@
-//! Axes with round numbers.
+//! Axes with round tick values.
 
-/// A range of values laid along a range of pixels.
+/// A mapping from a range of values to a range of pixels.
 #[derive(Clone, Debug)]
 pub(super) struct Axis {
     low: f64,
     high: f64,
     pixels: [f64; 2],
     scale: Scale,
-    /// The values that get a line and a number.
+    /// The values with a grid line and a number.
     pub(super) ticks: Vec<f64>,
     decimals: usize,
 }
 
-/// How values turn into pixels.
+/// The mapping from values to pixels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(in crate::report) enum Scale {
-    /// Equal steps are equal ways.
+    /// Equal differences have equal lengths.
     Linear,
-    /// Equal factors are equal ways.
+    /// Equal ratios have equal lengths.
     Logarithmic,
 }
 
 impl Axis {
-    /// An axis that holds all `values`, with about `count` ticks; values that are no numbers do not count.
+    /// An axis that covers all `values`, with about `count` ticks; values that are not finite (or not positive, on a
+    /// logarithmic axis) are ignored.
     pub(super) fn new(values: &[f64], pixels: [f64; 2], count: usize, scale: Scale) -> Self {
         let usable = |v: &f64| v.is_finite() && (scale == Scale::Linear || *v > 0.0);
         let values: Vec<f64> = values.iter().copied().filter(usable).collect();
         let low = values.iter().copied().fold(f64::INFINITY, f64::min);
         let high = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-        // What is counted gets no ticks between whole numbers.
+        // An axis of whole numbers has no ticks between them.
         let least_step = if values.iter().all(|v| v.fract() == 0.0) { 1.0 } else { 0.0 };
         match scale {
             _ if low > high => Self::linear([0.0, 1.0], 0.0, pixels, count),
@@ -38,7 +39,7 @@ impl Axis {
     }
 
     fn linear([low, high]: [f64; 2], least_step: f64, pixels: [f64; 2], count: usize) -> Self {
-        // A single value gets room on both sides.
+        // A single value needs a range around it.
         let room = match high.abs() {
             _ if high > low => 0.0,
             0.0 => 1.0,
@@ -58,7 +59,7 @@ impl Axis {
         let mut ticks: Vec<f64> = exponents
             .flat_map(|exponent| digits.iter().map(move |digit| digit * 10f64.powi(exponent)))
             .collect();
-        // From the last tick below all values to the first one above.
+        // Keep the range from the last tick below all values to the first one above.
         let start = ticks.iter().rposition(|&t| t <= low * (1.0 + ROUNDING)).unwrap_or(0);
         ticks.drain(..start);
         let end = ticks.iter().position(|&t| t >= high * (1.0 - ROUNDING)).unwrap_or(ticks.len() - 1);
@@ -73,16 +74,16 @@ impl Axis {
         }
     }
 
-    /// Where a value lies (px).
+    /// The coordinate of a value (px).
     pub(super) fn px(&self, value: f64) -> f64 {
-        let part = match self.scale {
+        let fraction = match self.scale {
             Scale::Linear => (value - self.low) / (self.high - self.low),
             Scale::Logarithmic => (value / self.low).ln() / (self.high / self.low).ln(),
         };
-        self.pixels[0] + part * (self.pixels[1] - self.pixels[0])
+        self.pixels[0] + fraction * (self.pixels[1] - self.pixels[0])
     }
 
-    /// A tick's number.
+    /// The text of a tick.
     pub(super) fn tick_text(&self, tick: f64) -> String {
         match self.scale {
             Scale::Linear => signed(&format!("{:.*}", self.decimals, tick + 0.0)),
@@ -91,12 +92,12 @@ impl Axis {
     }
 }
 
-/// Beyond this range a logarithmic axis shows powers of ten alone, or its numbers would run into each other.
+/// A logarithmic axis with a larger ratio of its ends has ticks at powers of ten only, so that their texts do not overlap.
 const MOST_RATIO_WITH_DIGITS: f64 = 3e3;
-/// Ends that lie on a tick within rounding get no further one.
+/// Relative tolerance for an end of the range that coincides with a tick.
 const ROUNDING: f64 = 1e-9;
 
-/// A minus sign as wide as a digit, not a hyphen; no minus before zero.
+/// The number with a typographic minus sign instead of a hyphen, and without a sign before zero.
 fn signed(number: &str) -> String {
     match number.strip_prefix('-') {
         Some(rest) if rest.chars().all(|c| matches!(c, '0' | '.')) => rest.into(),
@@ -105,7 +106,7 @@ fn signed(number: &str) -> String {
     }
 }
 
-/// The next of 1, 2, 5 times a power of ten.
+/// The smallest of 1, 2, 5 times a power of ten that is not below `step`.
 fn nice_step(step: f64) -> f64 {
     let power = 10f64.powf(step.log10().floor());
     let digit = [1.0, 2.0, 5.0].into_iter().find(|d| d * power >= step * (1.0 - ROUNDING)).unwrap_or(10.0);
@@ -122,7 +123,7 @@ mod tests {
     }
 
     #[test]
-    fn ticks_are_round_numbers_that_hold_the_values() {
+    fn ticks_are_round_numbers_that_enclose_the_values() {
         assert_eq!(texts(&[0.0, 0.93], Scale::Linear), ["0.0", "0.2", "0.4", "0.6", "0.8", "1.0"]);
         assert_eq!(
             texts(&[-113.0, 87.0], Scale::Linear),
@@ -132,7 +133,7 @@ mod tests {
     }
 
     #[test]
-    fn odd_values_still_give_an_axis() {
+    fn degenerate_values_still_give_an_axis() {
         for values in [&[][..], &[f64::NAN], &[3.0], &[0.0], &[0.0, f64::INFINITY], &[-1.0, -1.0], &[1e-300]]
         {
             for scale in [Scale::Linear, Scale::Logarithmic] {
@@ -143,7 +144,7 @@ mod tests {
     }
 
     #[test]
-    fn equal_factors_are_equal_ways_on_a_logarithmic_axis() {
+    fn equal_ratios_have_equal_lengths_on_a_logarithmic_axis() {
         let axis = Axis::new(&[0.1, 10.0], [0.0, 100.0], 5, Scale::Logarithmic);
         assert!((axis.px(1.0) - 50.0).abs() < 1e-9, "{} px", axis.px(1.0));
     }

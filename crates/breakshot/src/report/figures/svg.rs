@@ -1,15 +1,18 @@
-//! SVG, written element by element.
+//! An SVG document, written element by element.
 
 use std::fmt::Write;
 
-/// A drawing that grows.
+/// As wide as the text of the page: the width of a figure that fills it (px).
+pub(in crate::report) const WIDTH_PX: f64 = 856.0;
+
+/// An SVG document under construction.
 pub(in crate::report) struct Svg {
     width_px: f64,
     height_px: f64,
     body: String,
 }
 
-/// Which point of a text its position means.
+/// The point of a text that its position refers to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(in crate::report) enum Anchor {
     Start,
@@ -35,7 +38,7 @@ impl Svg {
         ));
     }
 
-    /// A circle that tells `hint` when pointed at.
+    /// A circle; `hint` is its tooltip.
     pub(in crate::report) fn circle(&mut self, class: &str, center: [f64; 2], radius_px: f64, hint: &str) {
         let (x, y, r) = (number(center[0]), number(center[1]), number(radius_px));
         let hint = if hint.is_empty() { String::new() } else { format!("<title>{}</title>", escaped(hint)) };
@@ -67,7 +70,7 @@ impl Svg {
         ));
     }
 
-    /// A text that runs upwards, for the axis on the left.
+    /// A text rotated to read upwards, for the label of a vertical axis.
     pub(in crate::report) fn text_upwards(&mut self, class: &str, at: [f64; 2], text: &str) {
         let (x, y, text) = (number(at[0]), number(at[1]), escaped(text));
         self.element(&format!(
@@ -75,7 +78,7 @@ impl Svg {
         ));
     }
 
-    /// Everything until [`Svg::end_window`] is cut off outside this area.
+    /// Clips all elements up to [`Svg::end_window`] to this area.
     pub(in crate::report) fn begin_window(&mut self, width_px: f64, height_px: f64) {
         let (width, height) = (number(width_px), number(height_px));
         self.element(&format!(r#"<svg x="0" y="0" width="{width}" height="{height}">"#));
@@ -90,7 +93,7 @@ impl Svg {
         self.body.push('\n');
     }
 
-    /// The whole drawing; `label` tells those who cannot see it what it shows.
+    /// The complete document; `label` is the description for screen readers.
     pub(in crate::report) fn finish(self, label: &str) -> String {
         let (width, height, label) = (number(self.width_px), number(self.height_px), escaped(label));
         format!(
@@ -101,14 +104,14 @@ impl Svg {
     }
 }
 
-/// A number as short as a hundredth of a pixel allows; what is no number is zero.
+/// A coordinate rounded to a hundredth of a pixel; zero if it is not finite.
 pub(super) fn number(value: f64) -> String {
     let rounded = if value.is_finite() { (value * 100.0).round() / 100.0 } else { 0.0 };
     // Minus zero prints as `-0`.
     format!("{}", rounded + 0.0)
 }
 
-/// Text with the characters that mean something to XML taken out.
+/// Text with the special characters of XML escaped.
 pub(in crate::report) fn escaped(text: &str) -> String {
     let mut out = String::with_capacity(text.len());
     for c in text.chars() {
@@ -117,7 +120,7 @@ pub(in crate::report) fn escaped(text: &str) -> String {
             '<' => out.push_str("&lt;"),
             '>' => out.push_str("&gt;"),
             '"' => out.push_str("&quot;"),
-            // Other control characters may not stand in XML at all.
+            // XML allows no other control characters.
             c if c.is_control() => out.push(' '),
             c => out.push(c),
         }
@@ -130,7 +133,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn numbers_are_short_and_always_numbers() {
+    fn coordinates_are_short_and_finite() {
         for (value, text) in [
             (1.0, "1"),
             (0.126, "0.13"),
@@ -144,7 +147,7 @@ mod tests {
     }
 
     #[test]
-    fn names_cannot_break_the_drawing() {
+    fn special_characters_of_xml_are_escaped() {
         assert_eq!(escaped("a<b & \"c\"\n"), "a&lt;b &amp; &quot;c&quot; ");
     }
 }

@@ -1,13 +1,14 @@
-//! The page as a whole: well-formed, complete, and honest about what is missing.
+//! Tests of the page as a whole: well-formed, complete, self-contained.
 
-use super::*;
+use super::{ClipMotion, FilmedStrike, Page, html};
+use crate::capture::GreyImage;
 use crate::cell::Cell;
-use crate::detect::{Sample, Track};
+use crate::detect::{Sample, Track, Tracks};
 use crate::geometry::{Point, Pose};
-use crate::object::{Marker, Shape};
-use crate::plan::{Iteration, Method, Outcome, Prediction};
-use crate::report::html;
-use crate::scene::{Goal, KeepOut, Placed, Wall};
+use crate::object::{Marker, Object, Shape};
+use crate::plan::{Iteration, Method, Outcome, Plan, Prediction};
+use crate::properties::Properties;
+use crate::scene::{Goal, KeepOut, Placed, Scene, Strike, Wall};
 use crate::uncertain::Estimate;
 use crate::verify::{Observed, comparison};
 use std::collections::BTreeMap;
@@ -54,11 +55,11 @@ fn strike() -> Strike {
     }
 }
 
-/// Objects that jump from the scene's places to those shifted by `way_m`.
-fn tracks(scene: &Scene, way_m: f64) -> Tracks {
+/// Tracks of objects that are at the poses of the scene in the first 10 frames and then displaced by `shift_m`.
+fn tracks(scene: &Scene, shift_m: f64) -> Tracks {
     let sample = |placed: &Placed, k: usize| Sample {
         time_s: k as f64 / 60.0,
-        x_m: placed.position_m.x + if k < 10 { 0.0 } else { way_m },
+        x_m: placed.position_m.x + if k < 10 { 0.0 } else { shift_m },
         y_m: placed.position_m.y,
         yaw_rad: Some(placed.yaw_rad),
         vx_m_s: (k > 0).then_some(if k == 10 { 0.4 } else { 0.0 }),
@@ -81,8 +82,8 @@ fn tracks(scene: &Scene, way_m: f64) -> Tracks {
     }
 }
 
-fn predicted(scene: &Scene, way_m: f64) -> BTreeMap<String, Pose> {
-    let moved = |p: &Placed| Pose::new(p.position_m.x + way_m, p.position_m.y, p.yaw_rad + 0.1);
+fn predicted(scene: &Scene, shift_m: f64) -> BTreeMap<String, Pose> {
+    let moved = |p: &Placed| Pose::new(p.position_m.x + shift_m, p.position_m.y, p.yaw_rad + 0.1);
     scene.placed.iter().map(|p| (p.object.clone(), moved(p))).collect()
 }
 
@@ -126,7 +127,7 @@ fn plan(scene: &Scene) -> Plan {
     }
 }
 
-/// Every tag closed in order, no stray `&`, no number that is none.
+/// Asserts that the tags are closed in order and that the page has no stray `&` and no number that is not finite.
 fn assert_well_formed(page: &str) {
     let mut open: Vec<&str> = Vec::new();
     let body = page.strip_prefix("<!DOCTYPE html>\n").expect("a doctype");
@@ -154,25 +155,25 @@ fn assert_well_formed(page: &str) {
 }
 
 #[test]
-fn the_whole_story_makes_a_well_formed_page_of_one_file() {
+fn a_page_of_all_results_is_well_formed_and_self_contained() {
     let scene = scene();
     let (tracks, predicted) = (tracks(&scene, 0.12), predicted(&scene, 0.1));
     let report = comparison(&scene, &predicted, &Observed::from_tracks(&tracks)).expect("a report");
     let (properties, plan, objects, strike) = (properties(), plan(&scene), objects(), strike());
     let frame = GreyImage { width: 8, height: 6, pixels: (0..48).collect() };
-    let pictures = Some([&frame, &frame]);
-    let filmed = Filmed {
+    let frames = Some([&frame, &frame]);
+    let filmed = FilmedStrike {
         scene: &scene,
         strike: &strike,
         tracks: Some(&tracks),
         trajectory: None,
         report: &report,
-        pictures,
+        frames,
     };
-    let page = html(&Story {
+    let page = html(&Page {
         title: "A & B",
         objects: &objects,
-        motion: Some(Motion { tracks: &tracks, fit: None }),
+        motion: Some(ClipMotion { tracks: &tracks, fit: None }),
         properties: Some(&properties),
         fits: &[],
         plan: Some(&plan),
@@ -181,34 +182,35 @@ fn the_whole_story_makes_a_well_formed_page_of_one_file() {
         warnings: &["one <more>".to_owned()],
     });
     assert_well_formed(&page);
-    for word in ["Real against virtual", "Table 1", "one &lt;more&gt;", "was never filmed", "The search"] {
-        assert!(page.contains(word), "`{word}` is not told");
+    for word in ["Filmed against simulated", "Table 1", "one &lt;more&gt;", "was never filmed", "The search"]
+    {
+        assert!(page.contains(word), "`{word}` is not in the page");
     }
     for outside in ["http://", "https://", "src=\"/", "src=\"h", "@import", "<script"] {
         let page = page.replace("http://www.w3.org/", "");
-        assert!(!page.contains(outside), "the page needs something outside itself: `{outside}`");
+        assert!(!page.contains(outside), "the page refers to another file: `{outside}`");
     }
 }
 
 #[test]
-fn an_empty_story_is_still_a_page_and_every_chapter_stands_alone() {
-    assert_well_formed(&html(&Story::default()));
+fn every_chapter_is_optional() {
+    assert_well_formed(&html(&Page::default()));
     let properties = Properties::default();
-    assert_well_formed(&html(&Story { properties: Some(&properties), ..Story::default() }));
+    assert_well_formed(&html(&Page { properties: Some(&properties), ..Page::default() }));
     let mut unreachable = plan(&scene());
     (unreachable.strike, unreachable.prediction, unreachable.iterations) = (None, None, Vec::new());
     unreachable.scene.placed.clear();
-    assert_well_formed(&html(&Story { plan: Some(&unreachable), ..Story::default() }));
+    assert_well_formed(&html(&Page { plan: Some(&unreachable), ..Page::default() }));
     let empty = Tracks::default();
-    assert_well_formed(&html(&Story {
-        motion: Some(Motion { tracks: &empty, fit: None }),
-        ..Story::default()
+    assert_well_formed(&html(&Page {
+        motion: Some(ClipMotion { tracks: &empty, fit: None }),
+        ..Page::default()
     }));
 }
 
 #[test]
-fn the_same_story_makes_the_same_bytes() {
+fn the_same_results_give_the_same_bytes() {
     let plan = plan(&scene());
-    let story = Story { plan: Some(&plan), ..Story::default() };
-    assert_eq!(html(&story), html(&story));
+    let page = Page { plan: Some(&plan), ..Page::default() };
+    assert_eq!(html(&page), html(&page));
 }

@@ -1,7 +1,12 @@
-//! Table 1: the mass ratio of every pair beside the weighed one.
+//! Table 1: the estimated mass ratio of every pair and the weighed one.
 
-use super::{Source, error_percent, spaced, style};
+use super::figure_file::FigureFile;
+use super::interval_figures::spaced;
+use super::standalone_style::standalone;
+use crate::object::Object;
+use crate::properties::Properties;
 use crate::report::figures::{Anchor, Svg, WIDTH_PX};
+use crate::report::weighed::{error_percent, weighed_pair_ratio};
 use crate::uncertain::Estimate;
 use std::fmt::Write;
 
@@ -9,11 +14,14 @@ const ROW_PX: f64 = 22.0;
 const HEAD_PX: f64 = 34.0;
 const LEFT_PX: f64 = 12.0;
 const HEADS: [&str; 7] =
-    ["pair", "learned ratio", "\u{b1} 95 %", "clips", "weighed ratio", "error (%)", "all clips: error (%)"];
+    ["pair", "estimated ratio", "\u{b1} 95 %", "clips", "weighed ratio", "error (%)", "all clips: error (%)"];
 
+/// One pair of objects.
 struct Line {
     pair: String,
+    /// From the clips of this pair alone.
     own: Estimate,
+    /// From all clips together; none for two copies of one object.
     joint: Option<f64>,
     weighed: Option<f64>,
 }
@@ -28,18 +36,19 @@ impl Line {
     }
 }
 
-/// `table1.svg` and `table1.csv`; none without a pair.
-pub(super) fn table_1(source: &Source) -> Option<Vec<(String, String)>> {
-    let mass = |name: &str| source.properties.mass_ratio.get(name).map(|e| e.mean);
-    let lines: Vec<Line> = (source.properties.pair_mass_ratio.iter())
+/// `table1.svg` and `table1.csv`; none if no pair has a mass ratio.
+pub(super) fn table_1(properties: &Properties, objects: &[Object]) -> Option<Vec<FigureFile>> {
+    let mass = |name: &str| properties.mass_ratio.get(name).map(|e| e.mean);
+    let lines: Vec<Line> = (properties.pair_mass_ratio.iter())
         .map(|(pair, own)| {
             let joint =
                 pair.split_once('/').filter(|(a, b)| a != b).and_then(|(a, b)| Some(mass(a)? / mass(b)?));
-            Line { pair: pair.clone(), own: *own, joint, weighed: source.known("pair_mass_ratio", pair) }
+            Line { pair: pair.clone(), own: *own, joint, weighed: weighed_pair_ratio(objects, pair) }
         })
         .collect();
     (!lines.is_empty()).then(|| {
-        vec![("table1.svg".into(), style::standalone(&drawn(&lines))), ("table1.csv".into(), csv(&lines))]
+        let svg = FigureFile { name: "table1.svg".into(), text: standalone(&drawing(&lines)) };
+        vec![svg, FigureFile { name: "table1.csv".into(), text: csv(&lines) }]
     })
 }
 
@@ -63,8 +72,9 @@ fn csv(lines: &[Line]) -> String {
     csv
 }
 
-fn drawn(lines: &[Line]) -> String {
-    // The pair at the left, all numbers aligned at the right of equal columns.
+/// The table as an SVG.
+fn drawing(lines: &[Line]) -> String {
+    // The name of the pair is aligned to the left, the numbers to the right of columns of equal width.
     let weighed = lines.iter().any(|line| line.weighed.is_some());
     let columns = if weighed { HEADS.len() } else { 4 };
     let right_px = |k: usize| 120.0 + (WIDTH_PX - 132.0) * k as f64 / (HEADS.len() - 1) as f64;
@@ -85,14 +95,14 @@ fn drawn(lines: &[Line]) -> String {
         svg.line("grid", [LEFT_PX, y + ROW_PX], [end_px, y + ROW_PX]);
     }
     if weighed {
-        let told = format!(
+        let errors = format!(
             "{}; {}",
             summary("each pair alone", lines, Line::error),
             summary("all clips together", lines, Line::joint_error)
         );
-        svg.text("label", [LEFT_PX, bottom_px + 23.0], Anchor::Start, &told);
+        svg.text("label", [LEFT_PX, bottom_px + 23.0], Anchor::Start, &errors);
     }
-    svg.finish("Table 1: mass ratios of pairs, learned and weighed")
+    svg.finish("Table 1: mass ratios of pairs, estimated and weighed")
 }
 
 fn cells(line: &Line) -> [String; 6] {
@@ -113,10 +123,10 @@ fn cells(line: &Line) -> [String; 6] {
     ]
 }
 
-/// Mean and worst error of the pairs of different objects.
+/// The mean and the largest absolute error of these lines.
 fn summary(what: &str, lines: &[Line], error: impl Fn(&Line) -> Option<f64>) -> String {
     let errors: Vec<f64> = lines.iter().filter_map(error).map(f64::abs).collect();
     let mean = errors.iter().sum::<f64>() / errors.len().max(1) as f64;
     let worst = errors.iter().copied().fold(0.0, f64::max);
-    format!("{what}: mean error {mean:.2} %, worst {worst:.2} % ({} pairs)", errors.len())
+    format!("{what}: mean error {mean:.2} %, largest {worst:.2} % ({} pairs)", errors.len())
 }

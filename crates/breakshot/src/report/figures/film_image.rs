@@ -1,13 +1,13 @@
-//! Pictures from the film, set into the page.
+//! Frames of a film, embedded in the page.
 
-use super::escaped;
+use super::svg::escaped;
 use crate::capture::GreyImage;
 
-/// Pictures are shrunk by whole factors until they are at most so wide (px): twice the width that they are shown at.
+/// An image is shrunk by a whole factor to at most this width (px): twice the width at which it is shown.
 const MOST_WIDTH_PX: usize = 960;
 
-/// A picture of the film as an `img` element that needs no file; nothing for a picture without pixels.
-pub(in crate::report) fn photo(image: &GreyImage, label: &str) -> String {
+/// A frame as an `img` element with a data URL; empty for an image without pixels.
+pub(in crate::report) fn film_image(image: &GreyImage, label: &str) -> String {
     let small = image.shrunk(image.width.div_ceil(MOST_WIDTH_PX).max(1));
     let (GreyImage { width, height, .. }, label) = (&small, escaped(label));
     let img =

@@ -1,12 +1,12 @@
-//! The report's style, written into a drawing.
+//! The style of the HTML page, embedded in a drawing.
 
 use std::fmt::Write;
 
 const REPORT_CSS: &str = include_str!("../html/report.css");
-/// What sets text where no page does.
+/// The fonts of a standalone drawing.
 const FONT: &str = "\"Helvetica Neue\", Helvetica, Arial, \"Liberation Sans\", sans-serif";
 
-/// The drawing with its style, light colours and a white ground.
+/// The drawing with its style, light colours and a white background.
 pub(super) fn standalone(svg: &str) -> String {
     let (head, body) = svg.split_once('\n').unwrap_or((svg, ""));
     format!(
@@ -15,7 +15,7 @@ pub(super) fn standalone(svg: &str) -> String {
     )
 }
 
-/// The rules for drawings with every variable replaced by its light value.
+/// The CSS rules for drawings with every variable replaced by its light value.
 fn style() -> String {
     let colours = variables();
     let mut css = String::new();
@@ -25,7 +25,7 @@ fn style() -> String {
             let _ = writeln!(css, "{rule}");
             continue;
         }
-        // One rule a colour: `svg .curve {..}` becomes `svg .curve.c0 {..}`.
+        // One rule for each colour: `svg .curve {..}` becomes `svg .curve.c0 {..}`.
         for (name, value) in colours.iter().filter(|(name, _)| name.strip_prefix('c').is_some_and(is_number))
         {
             let _ = writeln!(css, "{}", coloured(&rule, name, value));
@@ -44,7 +44,7 @@ fn is_number(text: &str) -> bool {
     text.parse::<u8>().is_ok()
 }
 
-/// The light variables: the first block of the style.
+/// The names and values of the light colours: the first block of the style.
 fn variables() -> Vec<(&'static str, &'static str)> {
     let block = REPORT_CSS.split('}').next().unwrap_or_default();
     block

@@ -1,58 +1,57 @@
-//! Quantities over time or over steps, one panel below the other (Fig. 6).
+//! Line charts with a common horizontal axis, one panel below the other (Fig. 6).
 
-use super::WIDTH_PX;
 use super::axis::{Axis, Scale};
 use super::labels::{Labels, width_px};
-use super::svg::{Anchor, Svg};
+use super::svg::{Anchor, Svg, WIDTH_PX};
 
 /// One curve.
 pub(in crate::report) struct Series {
-    /// Its name in the legend; series of the same name share one entry.
+    /// The name in the legend; series of the same name share one entry.
     pub name: String,
     /// The class that sets its colour.
     pub class: String,
-    /// Where it runs; a value that is no number interrupts it.
+    /// The points (x, y); a value that is not finite interrupts the curve.
     pub points: Vec<[f64; 2]>,
-    /// How it is drawn.
+    /// How the points are drawn.
     pub stroke: Stroke,
 }
 
-/// How a curve is drawn.
+/// How the points of a curve are drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(in crate::report) enum Stroke {
-    /// A line.
+    /// As a line.
     Line,
-    /// A dot for every point.
+    /// As dots.
     Dots,
-    /// Dots joined by a line.
+    /// As dots connected by a line.
     Both,
 }
 
-/// A level that a curve should reach or stay below.
+/// A horizontal line: a bound for the values.
 pub(in crate::report) struct Bound {
-    /// The level.
+    /// The bound, in the unit of the panel.
     pub value: f64,
-    /// What it is.
+    /// The text at the line.
     pub label: String,
 }
 
-/// An instant that all panels share, such as an impact.
+/// A vertical line through all panels, such as the time of an impact.
 pub(in crate::report) struct Mark {
-    /// When.
+    /// The position on the horizontal axis.
     pub x: f64,
-    /// What happened.
+    /// The text at the line.
     pub label: String,
 }
 
-/// One quantity.
+/// The chart of one quantity.
 pub(in crate::report) struct Panel {
     /// The quantity and its unit.
     pub label: String,
-    /// Its curves.
+    /// The curves.
     pub series: Vec<Series>,
-    /// Its levels.
+    /// The bounds.
     pub bounds: Vec<Bound>,
-    /// Its height (px).
+    /// The height (px).
     pub height_px: f64,
 }
 
@@ -68,22 +67,25 @@ const LEGEND_LINE_PX: f64 = 20.0;
 const MARK_LINE_PX: f64 = 15.0;
 /// The radius of a dot (px).
 const DOT_PX: f64 = 2.2;
-/// Marks closer together than their labels are wide stack up to so many lines; what is left goes unlabelled.
+/// The labels of close marks are stacked in at most this many lines; further marks are not drawn.
 const MARK_LINES: usize = 4;
 
-/// The panels below each other, with one horizontal axis, a legend on top and the marks through all of them.
-pub(in crate::report) fn lines(x_label: &str, panels: &[Panel], marks: &[Mark], label: &str) -> String {
+/// The panels below each other, with one horizontal axis, a legend at the top and the marks through all panels.
+pub(in crate::report) fn line_chart(x_label: &str, panels: &[Panel], marks: &[Mark], label: &str) -> String {
+    // Layout from top to bottom: legend, labels of the marks, panels, axis.
     let legend = legend_rows(panels);
     let all = |index: usize| {
         panels.iter().flat_map(|p| &p.series).flat_map(move |s| &s.points).map(move |p| p[index])
     };
     let x_axis = Axis::new(&all(0).collect::<Vec<_>>(), [LEFT_PX, WIDTH_PX - RIGHT_PX], 8, Scale::Linear);
     let placed = placed_marks(marks, &x_axis);
-    let mark_lines = placed.iter().map(|m| m.1 + 1).max().unwrap_or(0);
+    let mark_lines = placed.iter().map(|placed| placed.line + 1).max().unwrap_or(0);
     let marks_top_px = legend.len() as f64 * LEGEND_LINE_PX + 4.0;
     let top_px = marks_top_px + mark_lines as f64 * MARK_LINE_PX + 6.0;
     let heights_px: f64 = panels.iter().map(|p| p.height_px + BETWEEN_PX).sum();
     let bottom_px = top_px + heights_px - BETWEEN_PX;
+
+    // Drawing.
     let mut svg = Svg::new(WIDTH_PX, bottom_px + BELOW_PX);
     draw_legend(&mut svg, &legend);
     let mut panel_top_px = top_px;
@@ -91,7 +93,7 @@ pub(in crate::report) fn lines(x_label: &str, panels: &[Panel], marks: &[Mark], 
         draw_panel(&mut svg, panel, &x_axis, panel_top_px);
         panel_top_px += panel.height_px + BETWEEN_PX;
     }
-    for (mark, line) in &placed {
+    for PlacedMark { mark, line } in &placed {
         let x = x_axis.px(mark.x);
         let text_px = marks_top_px + (*line as f64 + 0.7) * MARK_LINE_PX;
         svg.line("mark", [x, text_px + 4.0], [x, bottom_px]);
@@ -143,41 +145,54 @@ fn draw_panel(svg: &mut Svg, panel: &Panel, x_axis: &Axis, top_px: f64) {
     }
 }
 
-/// Entries of the legend, as many a row as fit: where each starts (px), its name and class.
-fn legend_rows(panels: &[Panel]) -> Vec<Vec<(f64, String, String)>> {
-    let mut seen: Vec<&str> = Vec::new();
-    let mut rows: Vec<Vec<(f64, String, String)>> = Vec::new();
+/// One series in the legend.
+struct LegendEntry<'a> {
+    left_px: f64,
+    name: &'a str,
+    class: &'a str,
+}
+
+/// The entries of the legend in rows, as many in each row as fit.
+fn legend_rows(panels: &[Panel]) -> Vec<Vec<LegendEntry<'_>>> {
+    let mut listed: Vec<&str> = Vec::new();
+    let mut rows: Vec<Vec<LegendEntry>> = Vec::new();
     let mut x_px = f64::INFINITY;
     for series in panels.iter().flat_map(|p| &p.series) {
-        if series.name.is_empty() || seen.contains(&series.name.as_str()) {
+        if series.name.is_empty() || listed.contains(&series.name.as_str()) {
             continue;
         }
-        seen.push(&series.name);
+        listed.push(&series.name);
         let wide_px = 26.0 + width_px(&series.name) + 18.0;
         if x_px + wide_px > WIDTH_PX {
             rows.push(Vec::new());
             x_px = LEFT_PX;
         }
         if let Some(row) = rows.last_mut() {
-            row.push((x_px, series.name.clone(), series.class.clone()));
+            row.push(LegendEntry { left_px: x_px, name: &series.name, class: &series.class });
         }
         x_px += wide_px;
     }
     rows
 }
 
-fn draw_legend(svg: &mut Svg, rows: &[Vec<(f64, String, String)>]) {
+fn draw_legend(svg: &mut Svg, rows: &[Vec<LegendEntry>]) {
     for (k, row) in rows.iter().enumerate() {
         let y = (k as f64 + 0.6) * LEGEND_LINE_PX;
-        for (x, name, class) in row {
-            svg.line(&format!("curve {class}"), [*x, y - 4.0], [x + 18.0, y - 4.0]);
-            svg.text("label", [x + 24.0, y], Anchor::Start, name);
+        for LegendEntry { left_px, name, class } in row {
+            svg.line(&format!("curve {class}"), [*left_px, y - 4.0], [left_px + 18.0, y - 4.0]);
+            svg.text("label", [left_px + 24.0, y], Anchor::Start, name);
         }
     }
 }
 
-/// Each mark with the line that its label stands on.
-fn placed_marks<'a>(marks: &'a [Mark], x_axis: &Axis) -> Vec<(&'a Mark, usize)> {
+/// A mark and the line of its label, counted from the top.
+struct PlacedMark<'a> {
+    mark: &'a Mark,
+    line: usize,
+}
+
+/// The marks inside the axis whose labels fit without overlap.
+fn placed_marks<'a>(marks: &'a [Mark], x_axis: &Axis) -> Vec<PlacedMark<'a>> {
     let mut labels = Labels::default();
     let inside = |m: &&Mark| m.x.is_finite() && (LEFT_PX..=WIDTH_PX - RIGHT_PX).contains(&x_axis.px(m.x));
     let mut placed = Vec::new();
@@ -185,7 +200,7 @@ fn placed_marks<'a>(marks: &'a [Mark], x_axis: &Axis) -> Vec<(&'a Mark, usize)> 
         let x = x_axis.px(mark.x) + 4.0 + width_px(&mark.label) / 2.0;
         let centres: Vec<_> = (0..MARK_LINES).map(|line| [x, line as f64 * MARK_LINE_PX]).collect();
         if let Some([_, y]) = labels.place(&mark.label, &centres) {
-            placed.push((mark, (y / MARK_LINE_PX).round() as usize));
+            placed.push(PlacedMark { mark, line: (y / MARK_LINE_PX).round() as usize });
         }
     }
     placed

@@ -1,4 +1,4 @@
-//! The table from above, true to scale: objects before and after, their paths, the striker and what is in the way.
+//! A drawing of the table from above, to scale: objects, paths of their centres, striker, walls and keep-out areas.
 
 use super::labels::{Labels, width_px};
 use super::svg::{Anchor, Svg};
@@ -6,16 +6,16 @@ use crate::geometry::{Point, Pose, Vec2};
 use crate::object::Shape;
 use crate::scene::{Scene, Strike};
 
-/// How an object is drawn.
+/// Which pose of an object is drawn, and in which style.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(in crate::report) enum Layer {
-    /// Where it lay: a pale outline.
+    /// The pose before the strike: a pale outline.
     Before,
-    /// Where it lies: filled.
-    Here,
-    /// Where it is expected: a dashed outline.
+    /// The pose that the drawing is about: filled.
+    Current,
+    /// The expected pose: a dashed outline.
     Expected,
-    /// One of the places where it may come to rest: a faint outline.
+    /// One of the possible final poses: a faint outline.
     Possible,
 }
 
@@ -23,7 +23,7 @@ impl Layer {
     fn class(self) -> &'static str {
         match self {
             Self::Before => "before",
-            Self::Here => "here",
+            Self::Current => "current",
             Self::Expected => "expected",
             Self::Possible => "possible",
         }
@@ -31,98 +31,106 @@ impl Layer {
 }
 
 /// One object in the drawing.
-pub(in crate::report) struct Lay<'a> {
-    /// Its name.
+pub(in crate::report) struct DrawnObject<'a> {
+    /// The name of the object.
     pub name: &'a str,
     /// The class that sets its colour.
     pub class: String,
-    /// Its outline.
+    /// The outline.
     pub shape: &'a Shape,
-    /// Where it lies.
+    /// The pose.
     pub pose: Pose,
-    /// How it is drawn.
+    /// The style.
     pub layer: Layer,
 }
 
-/// What is drawn.
-pub(in crate::report) struct Pile<'a> {
-    /// The table, its walls and keep-out areas, the striker.
+/// The contents of the drawing.
+pub(in crate::report) struct TopView<'a> {
+    /// The scene with table, workspace, walls, keep-out areas and striker.
     pub scene: &'a Scene,
-    /// The objects, the first ones below.
-    pub lays: Vec<Lay<'a>>,
-    /// Ways of centres and the class that sets their colour.
-    pub paths: Vec<(String, Vec<Point>)>,
+    /// The objects, drawn in this order.
+    pub objects: Vec<DrawnObject<'a>>,
+    /// The paths of the centres.
+    pub paths: Vec<CentrePath>,
     /// The strike.
     pub strike: Option<&'a Strike>,
 }
 
+/// The path of an object's centre.
+pub(in crate::report) struct CentrePath {
+    /// The class that sets its colour.
+    pub class: String,
+    /// The points of the path.
+    pub points: Vec<Point>,
+}
+
 /// The part of the table that is shown.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(in crate::report) struct View {
+pub(in crate::report) struct Viewport {
     min: Point,
     max: Point,
 }
 
-/// Free space around what is shown (m).
+/// Margin around the contents (m).
 const MARGIN_M: f64 = 0.02;
-/// A drawing is at least so wide for its height.
+/// Least ratio of the width of a drawing to its height.
 const LEAST_WIDTH_TO_HEIGHT: f64 = 1.2;
-/// And shows at least so much of the table (m): objects of a few centimetres need no larger scale.
+/// Least width of the viewport (m): objects of a few centimetres need no larger scale.
 const LEAST_WIDTH_M: f64 = 0.3;
 
-impl View {
-    const NOTHING: Self = Self {
+impl Viewport {
+    const EMPTY: Self = Self {
         min: Point::new(f64::INFINITY, f64::INFINITY),
         max: Point::new(f64::NEG_INFINITY, f64::NEG_INFINITY),
     };
 
-    /// Holds everything that happens in these drawings, and their whole workspace if that is at most
-    /// `workspace_factor` times as wide.
-    pub(in crate::report) fn of(piles: &[&Pile], workspace_factor: f64) -> Self {
-        let mut view = Self::NOTHING;
-        for pile in piles {
-            view.hold_lays(&pile.lays);
-            for point in pile.paths.iter().flat_map(|p| &p.1) {
-                view.hold(*point, 0.0);
+    /// The area that contains all contents of these drawings, and the whole workspace if it is at most
+    /// `workspace_factor` times as wide as they are.
+    pub(in crate::report) fn of(drawings: &[&TopView], workspace_factor: f64) -> Self {
+        let mut view = Self::EMPTY;
+        for drawing in drawings {
+            view.extend_to_objects(&drawing.objects);
+            for point in drawing.paths.iter().flat_map(|path| &path.points) {
+                view.extend_to(*point, 0.0);
             }
-            if let Some(strike) = pile.strike {
-                let radius_m = pile.scene.cell.striker.shape.outer_radius_m();
-                view.hold(strike.start_m, radius_m);
-                view.hold(end_of(strike), radius_m);
+            if let Some(strike) = drawing.strike {
+                let radius_m = drawing.scene.cell.striker.shape.outer_radius_m();
+                view.extend_to(strike.start_m, radius_m);
+                view.extend_to(end_of(strike), radius_m);
             }
         }
-        if let Some(pile) = piles.first() {
-            let workspace = pile.scene.cell.workspace;
+        if let Some(drawing) = drawings.first() {
+            let workspace = drawing.scene.cell.workspace;
             let (width_m, whole_m) = (view.max.x - view.min.x, workspace.max_m.x - workspace.min_m.x);
             if width_m < 0.0 || whole_m <= workspace_factor * width_m {
-                view.hold(workspace.min_m, 0.0);
-                view.hold(workspace.max_m, 0.0);
+                view.extend_to(workspace.min_m, 0.0);
+                view.extend_to(workspace.max_m, 0.0);
             }
         }
-        view.grown()
+        view.with_margin()
     }
 
-    /// Holds the objects only.
-    pub(in crate::report) fn close(pile: &Pile) -> Self {
-        let mut view = Self::NOTHING;
-        view.hold_lays(&pile.lays);
-        view.grown()
+    /// The area that contains the objects only.
+    pub(in crate::report) fn of_objects(drawing: &TopView) -> Self {
+        let mut view = Self::EMPTY;
+        view.extend_to_objects(&drawing.objects);
+        view.with_margin()
     }
 
-    fn hold_lays(&mut self, lays: &[Lay]) {
-        for lay in lays {
-            self.hold(lay.pose.position, lay.shape.outer_radius_m());
+    fn extend_to_objects(&mut self, objects: &[DrawnObject]) {
+        for object in objects {
+            self.extend_to(object.pose.position, object.shape.outer_radius_m());
         }
     }
 
-    fn hold(&mut self, point: Point, radius_m: f64) {
+    fn extend_to(&mut self, point: Point, radius_m: f64) {
         if point.is_finite() {
             self.min = Point::new(self.min.x.min(point.x - radius_m), self.min.y.min(point.y - radius_m));
             self.max = Point::new(self.max.x.max(point.x + radius_m), self.max.y.max(point.y + radius_m));
         }
     }
 
-    fn grown(mut self) -> Self {
+    fn with_margin(mut self) -> Self {
         if self.min.x > self.max.x {
             (self.min, self.max) = (Point::ORIGIN, Point::ORIGIN);
         }
@@ -141,14 +149,14 @@ fn end_of(strike: &Strike) -> Point {
     strike.start_m + Vec2::from_heading(strike.heading_rad) * strike.travel_m
 }
 
-/// Room below the table for the scale bar (px).
+/// Height of the strip below the table for the scale bar (px).
 const FOOT_PX: f64 = 26.0;
 
-/// A drawing in progress: SVG and the way from the table to it.
+/// A drawing under construction, with the transformation from the table (m) to the SVG (px).
 struct Canvas {
     svg: Svg,
     labels: Labels,
-    view: View,
+    view: Viewport,
     px_per_m: f64,
 }
 
@@ -174,8 +182,8 @@ impl Canvas {
     }
 }
 
-/// The table from above, `width_px` wide.
-pub(in crate::report) fn pile(pile: &Pile, view: View, width_px: f64, label: &str) -> String {
+/// The table from above as an SVG of this width.
+pub(in crate::report) fn top_view(drawing: &TopView, view: Viewport, width_px: f64, label: &str) -> String {
     let size = view.max - view.min;
     let px_per_m = width_px / size.x;
     let height_px = size.y * px_per_m;
@@ -183,23 +191,24 @@ pub(in crate::report) fn pile(pile: &Pile, view: View, width_px: f64, label: &st
     let mut canvas = Canvas { svg, labels: Labels::default(), view, px_per_m };
     canvas.labels.keep_free([f64::NEG_INFINITY, height_px, f64::INFINITY, f64::INFINITY]);
     canvas.svg.begin_window(width_px, height_px);
-    draw_table(&mut canvas, pile.scene);
-    for lay in &pile.lays {
+    draw_table(&mut canvas, drawing.scene);
+    for object in &drawing.objects {
         let hint = format!(
             "{} at ({:.1}, {:.1}) mm",
-            lay.name,
-            lay.pose.position.x * 1e3,
-            lay.pose.position.y * 1e3
+            object.name,
+            object.pose.position.x * 1e3,
+            object.pose.position.y * 1e3
         );
-        canvas.outline(&format!("{} {}", lay.layer.class(), lay.class), lay.shape, lay.pose, &hint);
+        let class = format!("{} {}", object.layer.class(), object.class);
+        canvas.outline(&class, object.shape, object.pose, &hint);
     }
-    for (class, path) in &pile.paths {
-        canvas.polygon(&format!("way {class}"), path, false);
+    for CentrePath { class, points } in &drawing.paths {
+        canvas.polygon(&format!("path {class}"), points, false);
     }
-    if let Some(strike) = pile.strike {
-        draw_strike(&mut canvas, pile.scene, strike);
+    if let Some(strike) = drawing.strike {
+        draw_strike(&mut canvas, drawing.scene, strike);
     }
-    draw_names(&mut canvas, &pile.lays);
+    draw_names(&mut canvas, &drawing.objects);
     canvas.svg.end_window();
     draw_scale_bar(&mut canvas, height_px);
     canvas.svg.finish(label)
@@ -236,7 +245,7 @@ fn draw_table(canvas: &mut Canvas, scene: &Scene) {
     }
 }
 
-/// The striker where it starts and where it stops, and an arrow between.
+/// The striker at its start and at its end, and an arrow from one to the other.
 fn draw_strike(canvas: &mut Canvas, scene: &Scene, strike: &Strike) {
     let shape = &scene.cell.striker.shape;
     let at = |position| Pose { position, yaw_rad: strike.heading_rad };
@@ -276,28 +285,29 @@ fn draw_strike(canvas: &mut Canvas, scene: &Scene, strike: &Strike) {
     }
 }
 
-/// The length of an arrow's head (px).
+/// The length of the arrow head (px).
 const ARROW_PX: f64 = 11.0;
 
-/// Each name once on every layer, where it lies on no other; first where the objects are now, then where they were.
-fn draw_names(canvas: &mut Canvas, lays: &[Lay]) {
-    for layer in [Layer::Here, Layer::Expected, Layer::Before] {
-        for lay in lays.iter().filter(|lay| lay.layer == layer) {
-            let named = lays.iter().any(|l| l.layer == Layer::Here && l.name == lay.name);
+/// The names of the objects, at most once in each layer and only where they overlap no other label; the current poses
+/// come first.
+fn draw_names(canvas: &mut Canvas, objects: &[DrawnObject]) {
+    for layer in [Layer::Current, Layer::Expected, Layer::Before] {
+        for object in objects.iter().filter(|object| object.layer == layer) {
+            let named = objects.iter().any(|o| o.layer == Layer::Current && o.name == object.name);
             if layer == Layer::Expected && named {
                 continue;
             }
-            let [x, y] = canvas.px(lay.pose.position);
-            let beside = lay.shape.outer_radius_m() * canvas.px_per_m + 8.0;
-            let half = width_px(lay.name) / 2.0;
+            let [x, y] = canvas.px(object.pose.position);
+            let beside = object.shape.outer_radius_m() * canvas.px_per_m + 8.0;
+            let half = width_px(object.name) / 2.0;
             let fits = 2.0 * half <= 2.0 * (beside - 8.0);
             let around = [[x, y - beside], [x, y + beside], [x + beside + half, y], [x - beside - half, y]];
             let centres: Vec<_> = fits.then_some([x, y]).into_iter().chain(around).collect();
-            // What is only a trace is named if its middle is free, else it is clear enough.
+            // A pose before the strike is named only if its centre is free; others have room beside them too.
             let centres = if layer == Layer::Before { &centres[..1] } else { &centres[..] };
-            if let Some([x, y]) = canvas.labels.place(lay.name, centres) {
+            if let Some([x, y]) = canvas.labels.place(object.name, centres) {
                 let class = if layer == Layer::Before { "name muted" } else { "name halo" };
-                canvas.svg.text(class, [x, y + 4.5], Anchor::Middle, lay.name);
+                canvas.svg.text(class, [x, y + 4.5], Anchor::Middle, object.name);
             }
         }
     }
@@ -314,5 +324,5 @@ fn draw_scale_bar(canvas: &mut Canvas, height_px: f64) {
     canvas.svg.text("small", [end + 6.0, y + 4.0], Anchor::Start, &format!("{length_mm} mm"));
 }
 
-/// The scale bar is the longest round length below this (px).
+/// The scale bar has the largest round length that is not longer than this (px).
 const SCALE_BAR_PX: f64 = 160.0;
