@@ -7,11 +7,11 @@ use breakshot::{Error, Result};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use std::path::{Path, PathBuf};
 
-/// Learns from strike videos how objects slide and bounce, and plans the one strike that singulates a pile.
+/// Estimates friction, restitution and mass ratios from strike videos and plans the strike that singulates a pile.
 #[derive(Debug, Parser)]
 #[command(name = "breakshot", version, max_term_width = 100)]
 #[command(
-    after_help = "Exit codes: 0 done, 3 done but doubtful (see the warnings), 2 bad usage or input, 1 failure."
+    after_help = "Units: SI and radians. Exit codes: 0 done, 3 done but doubtful (see the warnings), 2 bad usage or input, 1 failure."
 )]
 pub(crate) struct Arguments {
     #[command(subcommand)]
@@ -20,34 +20,34 @@ pub(crate) struct Arguments {
 
 #[derive(Debug, Subcommand)]
 pub(crate) enum Command {
-    /// The whole flow on the built-in example, from videos to a report.
+    /// Runs all stages on the built-in example, from videos to an HTML report.
     #[command(after_help = "Example: breakshot demo -o breakshot-demo")]
     Demo(DemoArgs),
-    /// Writes commented templates of the input files, and how to film.
+    /// Writes commented templates of the input files and a guide to filming.
     #[command(after_help = "Example: breakshot init my-cell")]
     Init(InitArgs),
     /// Writes a printable sheet of AprilTags at true scale (SVG).
     #[command(after_help = "Example: breakshot tags --ids 0,1,2,3 --size-m 0.05 -o tags.svg")]
     Tags(TagsArgs),
-    /// Where the camera stands: pose, reprojection error and a picture of the fit.
+    /// Calibrates the camera pose from the tags: pose, reprojection error and a drawing of the fit.
     #[command(after_help = "Example: breakshot calibrate cell.toml clip.mp4 -o fit.svg")]
     Calibrate(CalibrateArgs),
-    /// What lies on the table now: writes a scene file.
+    /// Locates the objects in an image or video of the table and writes a scene file.
     #[command(
         after_help = "Example: breakshot look cell.toml objects.toml pile.png --objects a,b,c -o scene.toml"
     )]
     Look(LookArgs),
-    /// Tracks the objects of one clip.
+    /// Tracks the objects in one clip.
     #[command(
         after_help = "Example: breakshot detect cell.toml objects.toml clip.mp4 --objects a,c --strike-heading-rad 0.1 -o tracks.csv\n\
         Example: breakshot detect cell.toml objects.toml clip.mp4 --objects a,c -o tracks.csv --plot motion.svg --overlay overlay.mp4"
     )]
     Detect(DetectArgs),
-    /// Learns friction, restitution and mass ratios from the clips of a campaign.
+    /// Estimates friction, restitution and mass ratios from the clips of a campaign.
     #[command(after_help = "Example: breakshot estimate campaign.toml -o properties.json\n\
         Example: breakshot estimate campaign.toml -o properties.json --figures figures/     (Figs. 7, 8, 9 and Table 1)\n\
-        Example: breakshot estimate new_clips.toml --update properties.json -o newer.json   (without the old films)\n\
-        Example: breakshot estimate campaign.toml -o properties.json --advise 10            (what to film next)\n\
+        Example: breakshot estimate new_clips.toml --update properties.json -o newer.json   (adds clips; the old films are not needed)\n\
+        Example: breakshot estimate campaign.toml -o properties.json --advise 10            (proposes clips to film)\n\
         Example: breakshot estimate campaign.toml -o properties.json --advise 5 --scene pile.scene.toml")]
     Estimate(EstimateArgs),
     /// Simulates one strike on a pile.
@@ -60,26 +60,26 @@ pub(crate) enum Command {
         Example: breakshot plan scene.toml --properties properties.json --method robust -o plan.json --figure plan.svg\n\
         Example: breakshot plan scene.toml --properties properties.json --strikes 3 -o plan.json")]
     Plan(PlanArgs),
-    /// Plans, strikes, looks and plans again until the pile is singulated, on a simulated table or with a robot.
+    /// Plans, executes and observes strikes until the pile is singulated, in simulation or with a robot.
     #[command(after_help = "Example: breakshot run scene.toml --properties properties.json -o run/\n\
         Example: breakshot run scene.toml --properties properties.json --execute './strike.sh {plan}' \
         --look './look.sh {scene}' -o run/")]
     Run(RunArgs),
-    /// The joint path of a planned strike, checked against the arm's limits.
+    /// Computes the joint trajectory of a planned strike and checks it against the limits of the arm.
     #[command(
         name = "command",
         after_help = "Example: breakshot command plan.json --cell cell.toml -o command.json\n\
-        Example: breakshot command --touch touches.toml --cell cell.toml     (where the table lies for the robot)"
+        Example: breakshot command --touch touches.toml --cell cell.toml     (registers the table)"
     )]
     Arm(CommandArgs),
-    /// Carries a command out on a robot; without --live nothing moves and it only shows what would happen.
+    /// Executes a command on a robot; without --live a dry run in which nothing moves.
     #[command(after_help = "\
-        Example: breakshot strike command.json                                      (may it be carried out?)\n\
+        Example: breakshot strike command.json                                      (checks the command)\n\
         Example: breakshot strike command.json --driver sim --properties properties.json --live --hash 1a2b3c4d\n\
-        Example: breakshot strike command.json --driver indy:192.168.0.10           (and what does the robot say?)\n\
+        Example: breakshot strike command.json --driver indy:192.168.0.10           (also checks the robot)\n\
         Example: breakshot strike command.json --driver indy:192.168.0.10 --scene scene.toml --live --hash 1a2b3c4d")]
     Strike(StrikeArgs),
-    /// Writes scene, properties and strike as a model for another simulator.
+    /// Exports scene, properties and strike as a model for another simulator.
     #[command(
         after_help = "Example: breakshot export scene.toml --properties properties.json --strike strike.json --to mjcf -o scene.xml"
     )]
@@ -93,7 +93,7 @@ pub(crate) enum Command {
 
 #[derive(Debug, Args)]
 pub(crate) struct DemoArgs {
-    /// The folder to write; made if it is not there.
+    /// The output folder; created if it does not exist.
     #[arg(short, long, default_value = "breakshot-demo", value_name = "DIR")]
     pub(crate) output: PathBuf,
     /// Prints the results as JSON.
@@ -103,29 +103,29 @@ pub(crate) struct DemoArgs {
 
 #[derive(Debug, Args)]
 pub(crate) struct InitArgs {
-    /// The folder to write the templates to.
+    /// The folder for the templates.
     #[arg(default_value = ".", value_name = "DIR")]
     pub(crate) folder: PathBuf,
 }
 
 #[derive(Debug, Args)]
 pub(crate) struct TagsArgs {
-    /// Which tags, separated by commas (0 to 586).
+    /// The ids of the tags, separated by commas (0 to 586, family 36h11).
     #[arg(long, value_name = "IDS", value_delimiter = ',', default_value = "0,1,2,3")]
     pub(crate) ids: Vec<u32>,
-    /// The side of the black square.
+    /// The side of the black square (m).
     #[arg(long, value_name = "M", default_value_t = 0.05)]
     pub(crate) size_m: f64,
-    /// The sheet to write.
+    /// The output file (SVG).
     #[arg(short, long, value_name = "FILE")]
     pub(crate) output: PathBuf,
 }
 
 #[derive(Clone, Copy, Debug, Args)]
 pub(crate) struct DecoderArgs {
-    /// Who decodes the video: `auto` takes `ffmpeg`, if it is installed, for H.264 of at least 100 million pixels (49 frames
-    /// of 1080p, where it is faster) and for HEVC, AV1, 10 bits and whatever else there is, else the built-in decoder; the
-    /// frames are the same.
+    /// The video decoder. `auto` uses `ffmpeg`, if it is installed, for H.264 videos of at least 100 million pixels (49
+    /// frames of 1080p; it is faster) and for other codings such as HEVC, AV1 and 10 bits; otherwise the built-in decoder.
+    /// Both give the same frames.
     #[arg(long, value_enum, default_value_t = DecoderName::Auto, value_name = "DECODER")]
     pub(crate) decoder: DecoderName,
 }
@@ -148,7 +148,7 @@ impl From<DecoderArgs> for Decoder {
 }
 
 impl DecoderArgs {
-    /// The first picture of a film of the empty table, if one is given.
+    /// The first frame of a film of the empty table, if a film is given.
     pub(crate) fn table(self, path: Option<&Path>) -> Result<Option<GreyImage>> {
         let Some(path) = path else { return Ok(None) };
         let first = Footage::open_with(path, self.into())?.next().transpose()?;
@@ -156,7 +156,7 @@ impl DecoderArgs {
         first.map(|frame| Some(frame.image)).ok_or_else(empty)
     }
 
-    /// Opens a film and finds the camera in it.
+    /// Opens a film and calibrates its camera.
     pub(crate) fn film(self, path: &Path, cell: &Cell) -> Result<Capture> {
         Capture::of(Footage::open_with(path, self.into())?, cell)
     }
@@ -167,12 +167,12 @@ pub(crate) struct CalibrateArgs {
     /// The cell file.
     #[arg(value_name = "CELL")]
     pub(crate) cell: PathBuf,
-    /// A video or picture in which the tags are seen.
+    /// A video or image that shows the tags.
     #[arg(value_name = "VIDEO_OR_IMAGE")]
     pub(crate) film: PathBuf,
     #[command(flatten)]
     pub(crate) decoder: DecoderArgs,
-    /// Where to write the picture of the fit (SVG).
+    /// Writes a drawing of the fit (SVG).
     #[arg(short, long, value_name = "FILE")]
     pub(crate) output: Option<PathBuf>,
     /// Prints the result as JSON.
@@ -188,21 +188,21 @@ pub(crate) struct LookArgs {
     /// The objects file.
     #[arg(value_name = "OBJECTS")]
     pub(crate) objects: PathBuf,
-    /// A video or picture of the table.
+    /// A video or image of the table.
     #[arg(value_name = "VIDEO_OR_IMAGE")]
     pub(crate) film: PathBuf,
-    /// What lies on the table, separated by commas; `a#2` is a second copy.
+    /// The names of the objects on the table, separated by commas; `a#2` is a second copy of `a`.
     #[arg(long = "objects", value_name = "NAMES", value_delimiter = ',', required = true)]
     pub(crate) names: Vec<String>,
-    /// The grey level between markers and objects, instead of the film's own.
+    /// The grey level (0 to 255) that separates markers from objects; computed from the image if not given.
     #[arg(long, value_name = "LEVEL")]
     pub(crate) threshold: Option<u8>,
-    /// A picture or film of the empty table, which helps to find objects without markers.
+    /// An image or video of the empty table; it improves the detection of objects without markers.
     #[arg(long, value_name = "VIDEO_OR_IMAGE")]
     pub(crate) table: Option<PathBuf>,
     #[command(flatten)]
     pub(crate) decoder: DecoderArgs,
-    /// The scene file to write.
+    /// The output file (scene, TOML).
     #[arg(short, long, value_name = "FILE")]
     pub(crate) output: PathBuf,
     /// Prints the result as JSON.
@@ -218,37 +218,38 @@ pub(crate) struct DetectArgs {
     /// The objects file.
     #[arg(value_name = "OBJECTS")]
     pub(crate) objects: PathBuf,
-    /// The clip.
+    /// The video of the clip.
     #[arg(value_name = "VIDEO")]
     pub(crate) video: PathBuf,
-    /// The objects in it, separated by commas, the struck one first.
+    /// The names of the objects in the clip, separated by commas, the struck object first.
     #[arg(long = "objects", value_name = "NAMES", value_delimiter = ',', required = true)]
     pub(crate) names: Vec<String>,
-    /// The strike's direction: tells objects with the same marker apart by their order along it.
+    /// The heading of the strike (rad, from x towards y): objects with equal markers are identified by their order along it.
     #[arg(long, value_name = "H", conflicts_with = "scene", allow_negative_numbers = true)]
     pub(crate) strike_heading_rad: Option<f64>,
-    /// A scene file that says where each object lay.
+    /// A scene file with the initial poses, by which objects with equal markers are identified.
     #[arg(long, value_name = "FILE")]
     pub(crate) scene: Option<PathBuf>,
-    /// The grey level between markers and objects, instead of the clip's own.
+    /// The grey level (0 to 255) that separates markers from objects; computed from the clip if not given.
     #[arg(long, value_name = "LEVEL")]
     pub(crate) threshold: Option<u8>,
-    /// A picture or film of the empty table, which helps to find objects without markers.
+    /// An image or video of the empty table; it improves the detection of objects without markers.
     #[arg(long, value_name = "VIDEO_OR_IMAGE")]
     pub(crate) table: Option<PathBuf>,
     #[command(flatten)]
     pub(crate) decoder: DecoderArgs,
-    /// Also draws distance, speed and acceleration over time (Fig. 6 of the paper; SVG).
+    /// Also plots distance, speed and acceleration over time (Fig. 6 of the paper; SVG).
     #[arg(long, value_name = "FILE")]
     pub(crate) plot: Option<PathBuf>,
-    /// Also draws outlines, ways, velocities and the time on the film: an MP4 where `ffmpeg` is installed, else a
-    /// folder of PNG pictures of that name.
+    /// Also writes the film with outlines, paths, velocities and the time drawn on it: an MP4 if `ffmpeg` is installed,
+    /// otherwise a folder of PNG images with this name. Up to 512 MiB of frames (258 of 1080p) are kept in memory; a
+    /// longer film is decoded a second time.
     #[arg(long, value_name = "FILE")]
     pub(crate) overlay: Option<PathBuf>,
-    /// The tracks to write: `.csv` or `.json`.
+    /// The output file (tracks): `.csv` or `.json`.
     #[arg(short, long, value_name = "FILE")]
     pub(crate) output: PathBuf,
-    /// Prints a summary as JSON.
+    /// Prints the result as JSON.
     #[arg(long)]
     pub(crate) json: bool,
 }
@@ -258,33 +259,33 @@ pub(crate) struct EstimateArgs {
     /// The campaign file.
     #[arg(value_name = "CAMPAIGN")]
     pub(crate) campaign: PathBuf,
-    /// The object whose mass is the unit; the first in the alphabet if not given.
+    /// The reference object of the mass ratios; the first in alphabetical order if not given.
     #[arg(long, value_name = "NAME")]
     pub(crate) reference: Option<String>,
-    /// Adds the campaign's clips to the estimate in this file; the films of its clips are not needed.
+    /// Adds the clips of the campaign to the properties in this file; the films of its clips are not needed.
     #[arg(long, value_name = "FILE")]
     pub(crate) update: Option<PathBuf>,
     #[command(flatten)]
     pub(crate) decoder: DecoderArgs,
-    /// Also writes the tracks of every clip into this folder (JSON).
+    /// Also writes the tracks of every clip to this folder (JSON).
     #[arg(long, value_name = "DIR")]
     pub(crate) tracks: Option<PathBuf>,
-    /// Also draws the paper's Figs. 7, 8, 9 and Table 1 into this folder (SVG, and their numbers as CSV).
+    /// Also writes Figs. 7, 8, 9 and Table 1 of the paper to this folder (SVG, and their numbers as CSV).
     #[arg(long, value_name = "DIR")]
     pub(crate) figures: Option<PathBuf>,
-    /// Also ranks the next N clips worth filming, by how much they would sharpen predicted strikes.
+    /// Also proposes the next N clips to film, ranked by how much they reduce the uncertainty of predicted strikes.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1000))]
     pub(crate) advise: Option<u32>,
-    /// The pile that the advice is for; random piles of all objects if not given.
+    /// The scene file of the pile that the proposed clips are optimized for; random piles of all objects if not given.
     #[arg(long, value_name = "FILE", requires = "advise")]
     pub(crate) scene: Option<PathBuf>,
-    /// The seed of the piles that the advice is for.
+    /// The random seed of the piles that the proposed clips are optimized for.
     #[arg(long, value_name = "N", requires = "advise", default_value_t = 1)]
     pub(crate) seed: u64,
-    /// Where to write the advice; `advice.json` beside the properties if not given.
+    /// The output file for the proposed clips (JSON); `advice.json` in the folder of the properties if not given.
     #[arg(long, value_name = "FILE", requires = "advise")]
     pub(crate) advice: Option<PathBuf>,
-    /// The properties to write.
+    /// The output file (properties, JSON).
     #[arg(short, long, value_name = "FILE")]
     pub(crate) output: PathBuf,
     /// Prints the properties as JSON.
@@ -292,10 +293,10 @@ pub(crate) struct EstimateArgs {
     pub(crate) json: bool,
 }
 
-/// What stands in for a restitution that was never measured.
+/// Values for quantities that were not measured.
 #[derive(Debug, Args)]
 pub(crate) struct Assumptions {
-    /// Restitution of pairs that were never filmed; without it such a pair is an error.
+    /// The coefficient of restitution (0 to 1) of pairs without a measured one; without this flag such a pair is an error.
     #[arg(long, value_name = "E")]
     pub(crate) assume_restitution: Option<f64>,
 }
@@ -308,25 +309,25 @@ pub(crate) struct SimulateArgs {
     /// The properties file.
     #[arg(long, value_name = "FILE")]
     pub(crate) properties: PathBuf,
-    /// A plan, or a file with just the strike.
+    /// A plan file, or a file with only the strike (JSON).
     #[arg(long, value_name = "FILE")]
     pub(crate) strike: PathBuf,
     #[command(flatten)]
     pub(crate) assumptions: Assumptions,
-    /// The trajectory to write.
+    /// The output file (trajectory, JSON).
     #[arg(short, long, value_name = "FILE")]
     pub(crate) output: PathBuf,
-    /// Prints a summary as JSON.
+    /// Prints the result as JSON.
     #[arg(long)]
     pub(crate) json: bool,
 }
 
-/// The planners by their names on the command line.
+/// The planning methods.
 #[derive(Clone, Copy, Debug, ValueEnum)]
 pub(crate) enum MethodName {
-    /// The paper's feedback on the strike's speed.
+    /// The method of the paper: feedback on the speed of the strike, with the mean properties.
     Paper,
-    /// The strike that works most probably, over all that is not known exactly.
+    /// The strike with the highest success probability over all uncertain quantities.
     Robust,
 }
 
@@ -339,19 +340,19 @@ impl From<MethodName> for Method {
     }
 }
 
-/// How well the pile is seen and the strike carried out, one standard deviation each (robust).
+/// Standard deviations of the poses in the scene and of the execution of the strike (method `robust`).
 #[derive(Debug, Args)]
 pub(crate) struct ScatterArgs {
-    /// An object's place, along each axis.
+    /// Standard deviation of an object's position along each axis (m).
     #[arg(long, value_name = "M", default_value_t = Scatter::default().position_m)]
     position_std_m: f64,
-    /// An object's yaw.
+    /// Standard deviation of an object's yaw (rad).
     #[arg(long, value_name = "RAD", default_value_t = Scatter::default().yaw_rad)]
     yaw_std_rad: f64,
-    /// The strike's speed, as a part of it.
+    /// Standard deviation of the speed of the strike, as a fraction of the speed.
     #[arg(long, value_name = "PART", default_value_t = Scatter::default().speed)]
     speed_std: f64,
-    /// The strike's heading.
+    /// Standard deviation of the heading of the strike (rad).
     #[arg(long, value_name = "RAD", default_value_t = Scatter::default().heading_rad)]
     heading_std_rad: f64,
 }
@@ -375,23 +376,23 @@ pub(crate) struct PlanArgs {
     /// The properties file.
     #[arg(long, value_name = "FILE")]
     pub(crate) properties: PathBuf,
-    /// Which algorithm plans.
+    /// The planning method.
     #[arg(long, value_enum, default_value = "paper")]
     pub(crate) method: MethodName,
-    /// The seed of all draws; the same seed gives the same plan (robust).
+    /// The random seed; the same seed gives the same plan (method `robust`).
     #[arg(long, value_name = "N", default_value_t = 1)]
     pub(crate) seed: u64,
     #[command(flatten)]
     pub(crate) scatter: ScatterArgs,
     #[command(flatten)]
     pub(crate) assumptions: Assumptions,
-    /// Plans up to so many strikes, each for the pile that the one before it is expected to leave.
+    /// Plans up to K strikes (1 to 20), each for the expected outcome of the one before it.
     #[arg(long, value_name = "K", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=20))]
     pub(crate) strikes: u32,
-    /// A drawing of the pile, the strike and where the objects may come to rest (SVG).
+    /// Also draws the pile, the strike and the possible final poses of the objects (SVG).
     #[arg(long, value_name = "FILE")]
     pub(crate) figure: Option<PathBuf>,
-    /// The plan to write.
+    /// The output file (plan, JSON).
     #[arg(short, long, value_name = "FILE")]
     pub(crate) output: PathBuf,
     /// Prints the plan as JSON.
@@ -401,60 +402,60 @@ pub(crate) struct PlanArgs {
 
 #[derive(Debug, Args)]
 pub(crate) struct RunArgs {
-    /// The scene file: what lies on the table before the first strike.
+    /// The scene file: the poses of the objects before the first strike.
     #[arg(value_name = "SCENE")]
     pub(crate) scene: PathBuf,
-    /// The properties file; with --execute it is read again before each plan, so that it can be bettered on the way.
+    /// The properties file; with --execute it is read again before each plan, so that it can be updated between strikes.
     #[arg(long, value_name = "FILE")]
     pub(crate) properties: PathBuf,
-    /// Which algorithm plans.
+    /// The planning method.
     #[arg(long, value_enum, default_value = "robust")]
     pub(crate) method: MethodName,
-    /// Strikes at most.
+    /// The maximum number of strikes (1 to 20).
     #[arg(long, value_name = "K", default_value_t = 3, value_parser = clap::value_parser!(u32).range(1..=20))]
     pub(crate) strikes: u32,
-    /// The seed of the plans' draws.
+    /// The random seed of the plans.
     #[arg(long, value_name = "N", default_value_t = 1)]
     pub(crate) seed: u64,
-    /// Which of the tables that may be is struck, where no robot strikes.
+    /// The random seed of the simulated table: its properties and poses are drawn from their distributions (without --execute).
     #[arg(long, value_name = "N", default_value_t = 1, conflicts_with = "execute")]
     pub(crate) table: u64,
-    /// The program that carries out a plan, its words separated by spaces; `{plan}` stands for the plan's file.
+    /// The program that executes a plan, with its arguments separated by spaces; `{plan}` is replaced by the plan file.
     #[arg(long, value_name = "COMMAND", requires = "look")]
     pub(crate) execute: Option<String>,
-    /// The program that looks at the table and writes the scene file that `{scene}` stands for.
+    /// The program that observes the table and writes a scene file; `{scene}` is replaced by the file to write.
     #[arg(long, value_name = "COMMAND", requires = "execute")]
     pub(crate) look: Option<String>,
     #[command(flatten)]
     pub(crate) scatter: ScatterArgs,
     #[command(flatten)]
     pub(crate) assumptions: Assumptions,
-    /// The folder for the plans and scenes of all strikes, and what came of them (`run.json`).
+    /// The output folder for the plans and scenes of all strikes and the result (`run.json`).
     #[arg(short, long, value_name = "FOLDER")]
     pub(crate) output: PathBuf,
-    /// Prints what came of it as JSON.
+    /// Prints the result as JSON.
     #[arg(long)]
     pub(crate) json: bool,
 }
 
 #[derive(Debug, Args)]
 pub(crate) struct CommandArgs {
-    /// A plan, or a file with just the strike.
+    /// A plan file, or a file with only the strike (JSON).
     #[arg(value_name = "PLAN", required_unless_present = "touch")]
     pub(crate) plan: Option<PathBuf>,
-    /// The cell file; its [robot] says which arm, where the table lies for it, and the tool.
+    /// The cell file; its [robot] section gives the arm, the pose of the table in the robot base frame, and the tool.
     #[arg(long, value_name = "FILE")]
     pub(crate) cell: PathBuf,
-    /// Another arm than the cell's: `indy7`, `indy7_v2` or a URDF file.
+    /// The arm: `indy7`, `indy7_v2` or a URDF file; the arm of the cell file if not given.
     #[arg(long, value_name = "ARM")]
     pub(crate) arm: Option<String>,
-    /// What lies on the table, for a strike without a plan.
+    /// The scene file, for a file with only the strike.
     #[arg(long, value_name = "FILE")]
     pub(crate) scene: Option<PathBuf>,
-    /// The command to write.
+    /// The output file (command, JSON).
     #[arg(short, long, value_name = "FILE", default_value = "command.json")]
     pub(crate) output: PathBuf,
-    /// Also writes a goal for ROS 2 (a `FollowJointTrajectory` action): `.yaml` or `.json`.
+    /// Also writes a ROS 2 goal (action `FollowJointTrajectory`): `.yaml` or `.json`.
     #[arg(long, value_name = "FILE")]
     pub(crate) ros: Option<PathBuf>,
     /// Also writes a URScript program.
@@ -463,16 +464,16 @@ pub(crate) struct CommandArgs {
     /// Also writes a recording of the planned strike (MCAP, for Foxglove, Lichtblick or Rerun).
     #[arg(long, value_name = "FILE")]
     pub(crate) mcap: Option<PathBuf>,
-    /// Lets the objects in the recording move as these properties predict.
+    /// The properties file for the motion of the objects in the recording.
     #[arg(long, value_name = "FILE", requires = "mcap")]
     pub(crate) properties: Option<PathBuf>,
-    /// Also draws what impulse the arm can give in which direction (SVG, Fig. 10).
+    /// Also draws the dynamic impulse ellipsoid of the arm (SVG, Fig. 10).
     #[arg(long, value_name = "FILE")]
     pub(crate) impulse: Option<PathBuf>,
-    /// Also writes the arm with its tool as a URDF.
+    /// Also writes the arm with its tool as a URDF file.
     #[arg(long, value_name = "FILE")]
     pub(crate) urdf: Option<PathBuf>,
-    /// Instead: finds where the table lies for the robot from touched points, and writes it into the cell file.
+    /// Instead of a strike: registers the table in the robot base frame from touched points and writes the pose to the cell file.
     #[arg(long, value_name = "FILE", conflicts_with_all = ["plan", "ros", "urscript", "mcap", "impulse", "urdf"])]
     pub(crate) touch: Option<PathBuf>,
     /// Prints the result as JSON.
@@ -482,31 +483,31 @@ pub(crate) struct CommandArgs {
 
 #[derive(Debug, Args)]
 pub(crate) struct StrikeArgs {
-    /// The command, as `breakshot command` wrote it.
+    /// The command file written by `breakshot command`.
     #[arg(value_name = "COMMAND")]
     pub(crate) command: PathBuf,
     /// The robot: `indy:HOST` (`indy:HOST:PORT` for all services on one port), `ros:HOST:PORT`, or `sim`.
     #[arg(long, value_name = "ROBOT")]
     pub(crate) driver: Option<String>,
-    /// What the objects are like (`sim` alone).
+    /// The properties file (driver `sim` only).
     #[arg(long, value_name = "FILE")]
     pub(crate) properties: Option<PathBuf>,
-    /// The controller's name (`ros` alone).
+    /// The name of the controller (driver `ros` only).
     #[arg(long, value_name = "NAME", default_value = "/joint_trajectory_controller")]
     pub(crate) controller: String,
-    /// What lies on the table, as `breakshot look` wrote it; read now and again before the strike.
+    /// The scene file written by `breakshot look`; read at the start and again immediately before the strike.
     #[arg(long, value_name = "FILE")]
     pub(crate) scene: Option<PathBuf>,
-    /// Moves the arm.
+    /// Executes the motion; without this flag nothing moves.
     #[arg(long, requires = "driver")]
     pub(crate) live: bool,
-    /// The command's short hash, as it was printed: the arm moves for no other command.
+    /// The short hash of the command, as printed by the dry run; required with --live, and no other command is executed.
     #[arg(long, value_name = "HASH")]
     pub(crate) hash: Option<String>,
-    /// Allows a strike of more than 0.25 m/s: nobody may be in the cell.
+    /// Allows strikes above 0.25 m/s; nobody may be in the cell.
     #[arg(long)]
     pub(crate) allow_fast: bool,
-    /// The log to write (JSON lines; beside it a recording, MCAP); `strike-HASH.jsonl` if not given.
+    /// The log file (JSON lines; a recording in MCAP is written next to it); `strike-HASH.jsonl` if not given.
     #[arg(long, value_name = "FILE")]
     pub(crate) log: Option<PathBuf>,
     /// Prints the report as JSON.
@@ -514,10 +515,10 @@ pub(crate) struct StrikeArgs {
     pub(crate) json: bool,
 }
 
-/// The models by their names on the command line.
+/// The model formats.
 #[derive(Clone, Copy, Debug, ValueEnum)]
 pub(crate) enum ModelName {
-    /// MuJoCo's XML.
+    /// The XML format of MuJoCo.
     Mjcf,
 }
 
@@ -529,22 +530,22 @@ pub(crate) struct ExportArgs {
     /// The properties file.
     #[arg(long, value_name = "FILE")]
     pub(crate) properties: PathBuf,
-    /// A plan, or a file with just the strike.
+    /// A plan file, or a file with only the strike (JSON).
     #[arg(long, value_name = "FILE")]
     pub(crate) strike: PathBuf,
-    /// For which simulator.
+    /// The format of the model.
     #[arg(long, value_enum, value_name = "MODEL")]
     pub(crate) to: ModelName,
     #[command(flatten)]
     pub(crate) assumptions: Assumptions,
-    /// The model to write.
+    /// The output file (model).
     #[arg(short, long, value_name = "FILE")]
     pub(crate) output: PathBuf,
 }
 
 #[derive(Debug, Args)]
 pub(crate) struct VerifyArgs {
-    /// The scene file: where the objects lay before the strike.
+    /// The scene file: the poses of the objects before the strike.
     #[arg(value_name = "SCENE")]
     pub(crate) scene: PathBuf,
     /// The film of the strike.
@@ -553,17 +554,17 @@ pub(crate) struct VerifyArgs {
     /// The properties file.
     #[arg(long, value_name = "FILE")]
     pub(crate) properties: PathBuf,
-    /// The plan, or a file with just the strike.
+    /// The plan file, or a file with only the strike (JSON).
     #[arg(long, value_name = "FILE")]
     pub(crate) strike: PathBuf,
     #[command(flatten)]
     pub(crate) assumptions: Assumptions,
     #[command(flatten)]
     pub(crate) decoder: DecoderArgs,
-    /// Also adds what the film tells to the properties, and writes them to this file.
+    /// Also adds the measurements of this film to the properties and writes them to this file.
     #[arg(long, value_name = "FILE")]
     pub(crate) update: Option<PathBuf>,
-    /// The folder for the report.
+    /// The output folder of the report.
     #[arg(short, long, value_name = "DIR")]
     pub(crate) output: PathBuf,
     /// Prints the comparison as JSON.

@@ -1,11 +1,11 @@
-//! What the terminal shows: progress and warnings on stderr, results on stdout.
+//! Terminal output: progress, warnings and notes on stderr, results on stdout.
 
 use breakshot::Result;
 use indicatif::{ProgressBar, ProgressStyle};
 use serde::Serialize;
 use std::io::IsTerminal;
 
-/// A progress bar on stderr; hidden when stderr is no terminal.
+/// A progress bar on stderr; hidden if stderr is not a terminal.
 pub(crate) fn progress(length: usize, what: &'static str) -> ProgressBar {
     if !std::io::stderr().is_terminal() {
         return ProgressBar::hidden();
@@ -15,21 +15,21 @@ pub(crate) fn progress(length: usize, what: &'static str) -> ProgressBar {
     ProgressBar::new(length as u64).with_style(style).with_message(what)
 }
 
-/// Warnings, one a line, on stderr.
+/// Prints warnings to stderr, one per line.
 pub(crate) fn warn(warnings: &[String]) {
     for warning in warnings {
         eprintln!("warning: {warning}");
     }
 }
 
-/// Notes, one a line, on stderr: nothing is wrong, but the user should know.
+/// Prints notes to stderr, one per line: information that is not a warning.
 pub(crate) fn note(notes: &[String]) {
     for text in notes {
         eprintln!("note: {text}");
     }
 }
 
-/// A result as indented JSON on stdout.
+/// Prints a result to stdout as indented JSON.
 pub(crate) fn print_json<T: Serialize>(value: &T) -> Result<()> {
     let text = serde_json::to_string_pretty(value)
         .map_err(|e| breakshot::Error::Write { path: "stdout".into(), source: std::io::Error::other(e) })?;

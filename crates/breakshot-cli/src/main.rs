@@ -1,4 +1,4 @@
-//! The breakshot command line: files in, files out.  The physics is in the library; here are only its doors.
+//! The breakshot command line: reads files, calls the library and writes files.
 
 mod args;
 mod commands;
@@ -8,19 +8,19 @@ use args::{Arguments, Command};
 use clap::Parser;
 use std::process::ExitCode;
 
-/// How a command that did not fail ended.
+/// The outcome of a command that returned no error.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum Outcome {
     /// Done.
     Done,
-    /// Done, but the user should look at the warnings.
+    /// Done, with warnings that the user should read.
     Doubtful,
-    /// Not done: a robot that cannot be reached, or that had to be stopped.
+    /// Not done: the robot cannot be reached or had to be stopped.
     Failed,
 }
 
 impl Outcome {
-    /// Doubtful if there is anything to look at.
+    /// Doubtful if the condition holds, otherwise done.
     pub(crate) fn doubtful_if(doubtful: bool) -> Self {
         if doubtful { Self::Doubtful } else { Self::Done }
     }
@@ -55,7 +55,7 @@ fn main() -> ExitCode {
         Ok(Outcome::Failed) => ExitCode::FAILURE,
         Err(error) => {
             eprintln!("error: {error}");
-            // A result that cannot be written is the machine's fault or ours; all else is the input's.
+            // An output file that cannot be written is a failure (1); every other error is caused by the input (2).
             ExitCode::from(if matches!(error, breakshot::Error::Write { .. }) { 1 } else { 2 })
         }
     }
