@@ -109,8 +109,16 @@ fn a_missing_film_is_refused_by_name() {
     assert_refused(folder.path(), &detect("nowhere.mp4", "a"), &["nowhere.mp4"]);
 }
 
-/// Replaces `from` with `to` in a file of the workbench and asserts that `detect` refuses it.
-fn assert_file_refused(file: &str, (from, to): (&str, &str), words: &[&str]) {
+/// A replacement in the text of a file.
+#[derive(Clone, Copy)]
+struct Change<'a> {
+    from: &'a str,
+    to: &'a str,
+}
+
+/// Applies the change to a file of the workbench and asserts that `detect` refuses it.
+fn assert_file_refused(file: &str, change: Change, words: &[&str]) {
+    let Change { from, to } = change;
     let folder = workbench();
     let path = folder.path().join(file);
     let text = fs::read_to_string(&path).unwrap();
@@ -123,15 +131,19 @@ fn assert_file_refused(file: &str, (from, to): (&str, &str), words: &[&str]) {
 fn the_error_for_an_unknown_key_names_the_nearest_known_key() {
     assert_file_refused(
         "cell.toml",
-        ("focal_px", "focal_pix"),
+        Change { from: "focal_px", to: "focal_pix" },
         &["cell.toml", "`focal_pix`", "line 5", "`focal_px`"],
     );
     assert_file_refused(
         "objects.toml",
-        ("height_m", "hight_m"),
+        Change { from: "height_m", to: "hight_m" },
         &["objects.toml", "`hight_m`", "`height_m`"],
     );
-    assert_file_refused("objects.toml", ("{ disc =", "{ disk ="), &["objects.toml", "`disk`", "`disc`"]);
+    assert_file_refused(
+        "objects.toml",
+        Change { from: "{ disc =", to: "{ disk =" },
+        &["objects.toml", "`disk`", "`disc`"],
+    );
 }
 
 #[test]
@@ -139,20 +151,32 @@ fn invalid_outlines_and_sizes_are_refused_with_the_name_of_the_object() {
     let crossed = "{ polygon = { points_m = [[0, 0], [0.05, 0.05], [0.05, 0], [0, 0.05]] } }";
     assert_file_refused(
         "objects.toml",
-        ("{ disc = { radius_m = 0.04 } }", crossed),
+        Change { from: "{ disc = { radius_m = 0.04 } }", to: crossed },
         &["`a`", "self-crossing"],
     );
     assert_file_refused(
         "objects.toml",
-        ("radius_m = 0.04", "radius_m = -0.04"),
+        Change { from: "radius_m = 0.04", to: "radius_m = -0.04" },
         &["`a`", "radius_m", "-0.04"],
     );
-    assert_file_refused("objects.toml", ("height_m = 0.05", "height_m = nan"), &["`a`", "height_m", "NaN"]);
-    assert_file_refused("objects.toml", ("name = \"c\"", "name = \"a\""), &["`a`", "twice"]);
-    assert_file_refused("cell.toml", ("size_m = 0.05", "size_m = -0.05"), &["cell.toml", "tag 0", "-0.05"]);
+    assert_file_refused(
+        "objects.toml",
+        Change { from: "height_m = 0.05", to: "height_m = nan" },
+        &["`a`", "height_m", "NaN"],
+    );
+    assert_file_refused(
+        "objects.toml",
+        Change { from: "name = \"c\"", to: "name = \"a\"" },
+        &["`a`", "twice"],
+    );
     assert_file_refused(
         "cell.toml",
-        ("[workspace]\nmin_m = [-0.48", "[workspace]\nmin_m = [0.58"),
+        Change { from: "size_m = 0.05", to: "size_m = -0.05" },
+        &["cell.toml", "tag 0", "-0.05"],
+    );
+    assert_file_refused(
+        "cell.toml",
+        Change { from: "[workspace]\nmin_m = [-0.48", to: "[workspace]\nmin_m = [0.58" },
         &["workspace"],
     );
 }
