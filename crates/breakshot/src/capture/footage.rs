@@ -60,20 +60,6 @@ impl Footage {
         }
     }
 
-    /// The same film; `observe` is called with every frame when it is read.
-    ///
-    /// With it a second user of the frames needs no second pass through the decoder.
-    #[must_use]
-    pub fn observed(mut self, mut observe: impl FnMut(&Frame) + Send + 'static) -> Self {
-        let frames = std::mem::replace(&mut self.frames, Box::new(std::iter::empty()));
-        self.frames = Box::new(frames.inspect(move |frame| {
-            if let Ok(frame) = frame {
-                observe(frame);
-            }
-        }));
-        self
-    }
-
     /// The file's name, as messages call it.
     pub fn name(&self) -> &str {
         &self.name
@@ -116,5 +102,21 @@ impl Iterator for Footage {
             }
         }
         next
+    }
+}
+
+impl Footage {
+    /// The same film; `observe` is called with every frame when it is read.
+    ///
+    /// With it a second user of the frames needs no second pass through the decoder.
+    #[must_use]
+    pub fn observed(mut self, mut observe: impl FnMut(&Frame) + Send + 'static) -> Self {
+        let frames = std::mem::replace(&mut self.frames, Box::new(std::iter::empty()));
+        self.frames = Box::new(frames.inspect(move |frame| {
+            if let Ok(frame) = frame {
+                observe(frame);
+            }
+        }));
+        self
     }
 }
