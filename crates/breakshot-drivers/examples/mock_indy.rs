@@ -1,9 +1,9 @@
-//! The mock controller as a program: for the vendor's client, and to measure the driver.
+//! The mock controller as a program, for tests with the vendor's client and for measurements of the driver.
 //!
-//!     mock_indy serve PORT...     serves on these ports of this computer until it is ended
+//!     mock_indy serve PORT...     serves on these ports of this computer until it is terminated
 //!     mock_indy messages          prints what the driver sends, message by message (JSON, hexadecimal)
 //!     mock_indy rosbridge         prints what the driver sends to a rosbridge (JSON)
-//!     mock_indy failures          lets a strike fail in every way; prints how fast the driver was (JSON lines)
+//!     mock_indy failures          injects every fault into a strike; prints the driver's reaction times (JSON lines)
 
 #![allow(clippy::print_stdout, reason = "a program")]
 
@@ -15,9 +15,9 @@ mod mock;
 
 use breakshot_drivers::indy::requests;
 use breakshot_drivers::wire::{Empty, StopCategory};
-use breakshot_drivers::{Diary, Driver, Ending, Errand, Permission, Trouble, Watch, rosbridge, strike};
+use breakshot_drivers::{Driver, Ending, EventLog, Fault, Job, Permission, Watchdog, rosbridge, strike};
 use mock::example::{command, just_after};
-use mock::{Controller, Fault, Mock, Setup};
+use mock::{Controller, InjectedFault, Mock, Setup};
 use prost::Message;
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
@@ -46,7 +46,7 @@ async fn serve(ports: &[String]) {
     std::future::pending::<()>().await;
 }
 
-/// One of each message that the driver sends, made by its own functions.
+/// One message of each kind that the driver sends, made by the driver's own functions.
 fn messages() -> BTreeMap<String, String> {
     let command = command(0.2);
     let phase = &command.phases[2];
@@ -56,9 +56,9 @@ fn messages() -> BTreeMap<String, String> {
             text
         })
     };
-    let station = command.station().expect("an arm");
+    let mounted = command.mounted_arm().expect("an arm");
     let [from, to] = [&phase.q_rad[0], &phase.q_rad[phase.q_rad.len() - 1]];
-    let [from, to] = [from, to].map(|q_rad| station.arm().flange_frame(q_rad));
+    let [from, to] = [from, to].map(|q_rad| mounted.arm().flange_frame(q_rad));
     let trajectory = requests::joint_trajectory(phase.resampled(requests::PERIOD_S));
     let mut all = vec![
         ("MoveJointTrajReq", trajectory.encode_to_vec()),
@@ -72,54 +72,54 @@ fn messages() -> BTreeMap<String, String> {
     all.into_iter().enumerate().map(|(k, (name, bytes))| (format!("{name} {k}"), hex(bytes))).collect()
 }
 
-/// A strike that the controller gives up, through a rosbridge: goals, the cancel, the hold.
+/// The messages of a strike that the controller aborts, through a rosbridge: goals, cancellation, hold.
 async fn rosbridge_messages() -> Value {
-    let bridge = bridge::Bridge::start(Some(bridge::Fault::Abort)).await;
+    let bridge = bridge::Bridge::start(Some(bridge::InjectedFault::Abort)).await;
     let driver = Driver::Rosbridge(rosbridge::Address::of_host(bridge.host.clone()));
-    run(&driver, Watch::default()).await;
+    run(&driver, Watchdog::default()).await;
     Value::Array(bridge.messages())
 }
 
-async fn run(driver: &Driver, watch: Watch) -> Ending {
+async fn run(driver: &Driver, watchdog: Watchdog) -> Ending {
     let command = command(0.2);
     let permission = Permission { hash: Some(command.short_hash()), allow_fast: false };
-    let (look, now_unix_s) = (&|| Ok(None), just_after);
-    let errand = Errand { command: &command, permission, live: true, look, now_unix_s, watch };
-    let mut diary = Diary::new(&command, None, |_| ()).expect("an arm");
-    strike(driver, &errand, &mut diary, std::future::pending()).await.expect("somebody listens").ending
+    let (observe, now_unix_s) = (&|| Ok(None), just_after);
+    let job = Job { command: &command, permission, live: true, observe, now_unix_s, watchdog };
+    let mut log = EventLog::new(&command, None, |_| ()).expect("an arm");
+    strike(driver, &job, &mut log, std::future::pending()).await.expect("a listening server").ending
 }
 
-/// Every way to fail, half a second into the strike, in real time.
+/// Every injected fault, 0.3 s after the start of the strike, in real time.
 async fn failures() {
-    use Fault::{Collision, Drift, EmergencyStop, LostLink, Refusal, SlowReplies, Stall, Violation};
-    for fault in [Violation, Collision, EmergencyStop, LostLink, SlowReplies, Drift, Stall, Refusal] {
-        let mock = Mock::start(Setup { fault: Some((fault, 3, 0.3)), ..Setup::default() }).await;
-        let ending = run(&Driver::Indy(mock.address.clone()), Watch::default()).await;
+    use InjectedFault::{Collision, Drift, EmergencyStop, LostLink, Refusal, SlowReplies, Stall, Violation};
+    for injected in [Violation, Collision, EmergencyStop, LostLink, SlowReplies, Drift, Stall, Refusal] {
+        let mock = Mock::start(Setup { injected: Some((injected, 3, 0.3)), ..Setup::default() }).await;
+        let ending = run(&Driver::Indy(mock.address.clone()), Watchdog::default()).await;
         let calls = mock.controller.calls();
         let stop = calls.iter().position(|call| call.name.starts_with("StopMotion"));
         let after = stop.map_or(0, |k| {
             calls[k..].iter().filter(|call| call.name.starts_with("Move") || call.name == "Recover").count()
         });
         let stop_s = stop.map(|k| calls[k].at_s);
-        let Ending::Stopped { trouble, stop, .. } = ending else { panic!("{fault:?}: {ending:?}") };
-        let silent_s = if let Trouble::LostLink { silent_s, .. } = trouble { Some(silent_s) } else { None };
+        let Ending::Stopped { fault, stop, .. } = ending else { panic!("{injected:?}: {ending:?}") };
+        let silent_s = if let Fault::LostLink { silent_s, .. } = fault { Some(silent_s) } else { None };
         let line = json!({
-            "fault": format!("{fault:?}"),
+            "fault": format!("{injected:?}"),
             "stop_after_shown_s": stop_s.zip(mock.controller.shown_s()).map(|(stop, shown)| stop - shown),
             "silent_s": silent_s,
             "confirmed_after_s": stop.confirmed_after_s,
-            "stands_after_s": stop.stands_after_s,
+            "stands_after_s": stop.at_rest_after_s,
             "moves_after_stop": after,
-            "message": trouble.to_string(),
+            "message": fault.to_string(),
         });
         println!("{line}");
     }
-    let bridge = bridge::Bridge::start(Some(bridge::Fault::Silence)).await;
+    let bridge = bridge::Bridge::start(Some(bridge::InjectedFault::Silence)).await;
     let driver = Driver::Rosbridge(rosbridge::Address::of_host(bridge.host.clone()));
-    let ending = run(&driver, Watch::default()).await;
-    let Ending::Stopped { trouble, .. } = ending else { panic!("a silent rosbridge: {ending:?}") };
-    let silent_s = if let Trouble::LostLink { silent_s, .. } = trouble { Some(silent_s) } else { None };
-    let message = trouble.to_string();
+    let ending = run(&driver, Watchdog::default()).await;
+    let Ending::Stopped { fault, .. } = ending else { panic!("a silent rosbridge: {ending:?}") };
+    let silent_s = if let Fault::LostLink { silent_s, .. } = fault { Some(silent_s) } else { None };
+    let message = fault.to_string();
     println!(
         "{}",
         json!({ "fault": "RosbridgeSilence", "silent_s": silent_s, "moves_after_stop": 0, "message": message })

@@ -1,17 +1,19 @@
-//! What a robot reports of its arm, and how it is stopped.
+//! The state that a robot reports of its arm, and the kinds of stop.
 
-/// The arm as a robot reports it.
+/// The arm's state as reported by the robot.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct ArmState {
+    /// Joint angles (rad).
     pub(crate) q_rad: Vec<f64>,
+    /// Whether a motion is under way.
     pub(crate) moving: bool,
 }
 
-/// How hard to stop.
+/// The stop category.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Stop {
-    /// Along the path, motors holding.
+    /// Decelerates along the path; the motors hold the arm afterwards.
     Smooth,
-    /// With the brakes in the end.
+    /// Decelerates along the path, then applies the brakes.
     Brake,
 }

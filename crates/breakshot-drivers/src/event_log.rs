@@ -1,10 +1,10 @@
-//! Everything that happens, written down: one JSON line an event, and a recording of the arm (MCAP).
+//! The log of a run: one JSON line per event, and a recording of the arm (MCAP).
 
-use crate::fault::Trouble;
-use crate::preflight::Finding;
-use crate::report::StopAccount;
+use crate::fault::Fault;
+use crate::preflight::PreflightCheck;
+use crate::report::StopReport;
 use breakshot::files;
-use breakshot::robot::{Command, JointState, Level, Recording, Station};
+use breakshot::robot::{Command, JointState, LogLevel, MountedArm, Recording};
 use serde::Serialize;
 use std::fs::File;
 use std::io::Write;
@@ -12,79 +12,82 @@ use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 use tokio::time::Instant;
 
-/// Something that happened.
+/// An event of a run.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(tag = "event", rename_all = "snake_case")]
 pub enum Event {
-    /// The run begins.
+    /// The run starts.
     Begun {
         /// The program's version.
         version: &'static str,
-        /// The robot, as the user named it.
+        /// The robot's address in the form of `--driver`.
         driver: String,
         /// The command's short hash.
         hash: String,
-        /// The arm it was planned for.
+        /// The arm that the command was planned for.
         arm: String,
-        /// Whether the arm may move.
+        /// Whether the arm moves, or the run is a dry run.
         live: bool,
     },
-    /// Something was looked at before the arm moved.
-    Finding(Finding),
-    /// The command may not be carried out.
+    /// A check of the robot before the arm moves.
+    #[serde(rename = "finding")]
+    PreflightCheck(PreflightCheck),
+    /// A reason for which the command must not be executed.
     Objection {
-        /// Why.
+        /// The reason.
         reason: String,
     },
     /// A motion was sent.
     Sent {
-        /// What it is for.
+        /// Its name.
         motion: String,
-        /// How long it takes (s).
+        /// Its duration (s).
         duration_s: f64,
-        /// Where it starts and ends.
+        /// Joint angles at its start (rad).
         from_rad: Vec<f64>,
-        /// Where it ends.
+        /// Joint angles at its end (rad).
         to_rad: Vec<f64>,
     },
-    /// Where the arm is.
+    /// The arm's state.
     State {
-        /// Joint angles.
+        /// Joint angles (rad).
         q_rad: Vec<f64>,
-        /// Whether the robot says that it is moving.
+        /// Whether the robot reports a motion under way.
         moving: bool,
     },
-    /// A motion has ended where it should.
+    /// A motion has reached its end.
     Arrived {
-        /// What it was for.
+        /// Its name.
         motion: String,
     },
-    /// Something went wrong.
-    Trouble {
-        /// What.
-        trouble: Trouble,
-        /// In words.
+    /// A fault was detected.
+    #[serde(rename = "trouble")]
+    Fault {
+        /// The fault.
+        #[serde(rename = "trouble")]
+        fault: Fault,
+        /// Its message.
         message: String,
     },
-    /// The arm was told to stop.
-    Stopped(StopAccount),
-    /// The run is over.
+    /// A stop was requested.
+    Stopped(StopReport),
+    /// The run ended.
     Ended {
-        /// How.
+        /// The ending's name.
         outcome: &'static str,
     },
 }
 
 /// The log of one run.
 #[derive(Debug)]
-pub struct Diary {
+pub struct EventLog {
     started: Instant,
-    station: Station,
+    mounted: MountedArm,
     recording: Recording,
     files: Option<(File, PathBuf)>,
-    /// The first thing that could not be written.
+    /// The first write error.
     failure: Option<std::io::Error>,
-    tell: fn(&Event),
+    on_event: fn(&Event),
 }
 
 /// A line of the log.
@@ -96,14 +99,14 @@ struct Line<'a> {
     event: &'a Event,
 }
 
-impl Diary {
-    /// A log in `path` (JSON lines) and beside it a recording (`.mcap`); without a path nothing is written. `tell` hears of
-    /// every event as it happens.
+impl EventLog {
+    /// A log in `path` (JSON lines) and a recording beside it (`.mcap`); without a path nothing is written. `on_event` is
+    /// called with every event as it happens.
     ///
     /// # Errors
-    /// A file that cannot be made, an arm that cannot be read again.
-    pub fn new(command: &Command, path: Option<&Path>, tell: fn(&Event)) -> breakshot::Result<Self> {
-        let station = command.station()?;
+    /// A file that cannot be created, or an arm model that cannot be built.
+    pub fn new(command: &Command, path: Option<&Path>, on_event: fn(&Event)) -> breakshot::Result<Self> {
+        let mounted = command.mounted_arm()?;
         let open = |path: &Path| {
             let file = File::create(path)
                 .map_err(|source| breakshot::Error::Write { path: path.to_path_buf(), source })?;
@@ -111,22 +114,22 @@ impl Diary {
         };
         let files = path.map(open).transpose()?;
         let mut recording = Recording::default();
-        recording.add_arm(0.0, &station);
+        recording.add_arm(0.0, &mounted);
         if let Some(scene) = &command.scene {
             recording.add_scene(0.0, scene, |_| None)?;
         }
-        Ok(Self { started: Instant::now(), station, recording, files, failure: None, tell })
+        Ok(Self { started: Instant::now(), mounted, recording, files, failure: None, on_event })
     }
 
-    /// Writes an event down at once.
+    /// Appends an event.
     pub(crate) fn note(&mut self, event: Event) {
-        (self.tell)(&event);
+        (self.on_event)(&event);
         let since_start_s = self.started.elapsed().as_secs_f64();
         let unix = SystemTime::now().duration_since(SystemTime::UNIX_EPOCH);
         let line = Line { time_unix_s: unix.map_or(0.0, |t| t.as_secs_f64()), since_start_s, event: &event };
         let text = serde_json::to_string(&line).unwrap_or_default();
         if let Some((file, _)) = &mut self.files {
-            // A full disk must not end a motion that is watched: it is told at the end.
+            // A full disk must not end a monitored motion: `finish` returns the error.
             if let Err(error) = writeln!(file, "{text}") {
                 self.failure.get_or_insert(error);
             }
@@ -135,13 +138,13 @@ impl Diary {
             Event::State { q_rad, .. } => {
                 let still = vec![0.0; q_rad.len()];
                 let state = JointState { q_rad: q_rad.clone(), qd_rad_s: still.clone(), qdd_rad_s2: still };
-                self.recording.add_state(since_start_s, &self.station, &state);
+                self.recording.add_state(since_start_s, &self.mounted, &state);
                 return;
             }
-            Event::Trouble { .. } => Level::Error,
-            Event::Objection { .. } | Event::Stopped(_) => Level::Warning,
-            Event::Finding(finding) if !finding.holds => Level::Warning,
-            _ => Level::Info,
+            Event::Fault { .. } => LogLevel::Error,
+            Event::Objection { .. } | Event::Stopped(_) => LogLevel::Warning,
+            Event::PreflightCheck(check) if !check.holds => LogLevel::Warning,
+            _ => LogLevel::Info,
         };
         self.recording.add_log(since_start_s, level, &text);
     }
@@ -149,7 +152,7 @@ impl Diary {
     /// Writes the recording.
     ///
     /// # Errors
-    /// The recording, or an earlier line, that could not be written.
+    /// The first event or the recording could not be written.
     pub fn finish(mut self) -> breakshot::Result<()> {
         let Some((_, path)) = &self.files else { return Ok(()) };
         if let Some(source) = self.failure.take() {

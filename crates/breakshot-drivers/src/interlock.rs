@@ -1,45 +1,45 @@
-//! May this command move the arm now?
+//! May this command move the arm now? The interlock lists the reasons against it.
 
 use breakshot::robot::{Command, FASTEST_M_S, SLOW_M_S};
 use breakshot::scene::Scene;
 
-/// A look at the table counts for so long (s): people and fallen objects take longer to notice than that.
+/// Largest age of an observation of the table (s).
 pub const FRESH_S: f64 = 60.0;
-/// Clocks of camera and robot computers may differ by so much (s).
+/// Largest difference between the clocks of the camera's and the robot's computers (s).
 const CLOCKS_DIFFER_S: f64 = 5.0;
-/// Objects that moved by less lie where they lay: the camera is good for a tenth of it (m).
-const SAME_PLACE_M: f64 = 0.003;
-/// The same for their turn (rad).
+/// Largest displacement of an object since planning (m): ten times the camera's error.
+const SAME_POSITION_M: f64 = 0.003;
+/// Largest rotation of an object since planning (rad).
 const SAME_YAW_RAD: f64 = 0.05;
 
-/// What the user allows.
+/// What the user permits.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Permission {
-    /// The command's short hash, repeated by the user; without it nothing moves.
+    /// The command's short hash, repeated by the user; nothing moves without it.
     pub hash: Option<String>,
-    /// Whether the strike may be faster than 0.25 m/s.
+    /// Whether the strike may exceed 0.25 m/s.
     pub allow_fast: bool,
 }
 
-/// Why the command may not be carried out, one sentence each; none if it may.
+/// The reasons for which the command must not be executed, one sentence each; empty if it may be.
 ///
-/// `seen` is what was last seen on the table; without it the command's own scene must be fresh enough.
+/// `observed` is the latest observation of the table. Without it the command's own scene must be recent enough.
 pub fn objections(
     command: &Command,
     permission: &Permission,
-    seen: Option<&Scene>,
+    observed: Option<&Scene>,
     now_unix_s: f64,
 ) -> Vec<String> {
-    let mut objections = about_the_path(command);
-    objections.extend(about_the_speed(command, permission));
-    objections.extend(about_the_scene(command, seen, now_unix_s));
+    let mut objections = path_objections(command);
+    objections.extend(speed_objections(command, permission));
+    objections.extend(scene_objections(command, observed, now_unix_s));
     if let Some(hash) = permission.hash.as_ref().filter(|hash| **hash != command.short_hash()) {
         objections.push(format!("the hash is `{hash}`; this command's is `{}`", command.short_hash()));
     }
     objections
 }
 
-fn about_the_path(command: &Command) -> Vec<String> {
+fn path_objections(command: &Command) -> Vec<String> {
     match command.checked_again() {
         Ok(checks) => {
             let broken = checks.iter().filter(|check| !check.holds());
@@ -49,11 +49,11 @@ fn about_the_path(command: &Command) -> Vec<String> {
     }
 }
 
-fn about_the_speed(command: &Command, permission: &Permission) -> Vec<String> {
-    /// What the samples differ by from the speed they were planned with.
+fn speed_objections(command: &Command, permission: &Permission) -> Vec<String> {
+    /// Largest ratio of the sampled speed to the planned speed.
     const ROUNDING: f64 = 1.01;
-    // What the path does counts, not what the file says about it.
-    let [strike_m_s, else_m_s] = match command.tip_speeds_m_s() {
+    // The speed is computed from the samples; the speed written in the file is not trusted.
+    let [strike_m_s, other_m_s] = match command.tip_speeds_m_s() {
         Ok(speeds_m_s) => speeds_m_s,
         Err(error) => return vec![format!("the tip's speed cannot be checked: {error}")],
     };
@@ -67,69 +67,70 @@ fn about_the_speed(command: &Command, permission: &Permission) -> Vec<String> {
             "the strike is {strike_m_s:.3} m/s fast; more than {SLOW_M_S} m/s needs --allow-fast and a cell without people"
         ));
     }
-    if else_m_s > SLOW_M_S * ROUNDING {
+    if other_m_s > SLOW_M_S * ROUNDING {
         objections.push(format!(
-            "the way there or back is {else_m_s:.3} m/s fast; allowed is at most {SLOW_M_S} m/s"
+            "the tip moves at {other_m_s:.3} m/s outside the strike; allowed is at most {SLOW_M_S} m/s"
         ));
     }
     objections
 }
 
-fn about_the_scene(command: &Command, seen: Option<&Scene>, now_unix_s: f64) -> Vec<String> {
+fn scene_objections(command: &Command, observed: Option<&Scene>, now_unix_s: f64) -> Vec<String> {
     let Some(planned) = &command.scene else {
-        return vec!["the command does not say where the objects lie".into()];
+        return vec!["the command has no scene: the objects' positions are not known".into()];
     };
     let mut objections = Vec::new();
-    match seen.unwrap_or(planned).observed_unix_s {
-        None => objections.push("nothing says when the table was looked at (`observed_unix_s`)".into()),
+    match observed.unwrap_or(planned).observed_unix_s {
+        None => objections.push("the time of the observation is missing (`observed_unix_s`)".into()),
         Some(observed_unix_s) => {
             let age_s = now_unix_s - observed_unix_s;
             if age_s > FRESH_S {
                 objections.push(format!(
-                    "the table was looked at {age_s:.0} s ago; needed: at most {FRESH_S:.0} s ago"
+                    "the table was observed {age_s:.0} s ago; needed: at most {FRESH_S:.0} s ago"
                 ));
             } else if age_s.is_nan() || age_s < -CLOCKS_DIFFER_S {
-                objections.push(format!("the table was looked at in {:.0} s from now", -age_s));
+                objections
+                    .push(format!("the observation's time lies {:.0} s from now in the future", -age_s));
             }
         }
     }
-    objections.extend(seen.into_iter().flat_map(|seen| moved(planned, seen)));
+    objections.extend(observed.into_iter().flat_map(|observed| changes(planned, observed)));
     objections
 }
 
-/// What lies elsewhere than planned for, is gone, or is new.
-fn moved(planned: &Scene, seen: &Scene) -> Vec<String> {
-    let mut moved = Vec::new();
+/// One sentence for each object that moved, is missing, or is new since planning.
+fn changes(planned: &Scene, observed: &Scene) -> Vec<String> {
+    let mut changes = Vec::new();
     for placed in &planned.placed {
         let name = &placed.object;
-        let Some(now) = seen.placed.iter().find(|now| now.object == *name) else {
-            moved.push(format!("`{name}` is not on the table any more"));
+        let Some(now) = observed.placed.iter().find(|now| now.object == *name) else {
+            changes.push(format!("`{name}` is not on the table any more"));
             continue;
         };
         let away_m = now.position_m.distance(placed.position_m);
-        if away_m.is_nan() || away_m > SAME_PLACE_M {
-            moved.push(format!("`{name}` lies {:.1} mm away from where it was planned for", away_m * 1e3));
+        if away_m.is_nan() || away_m > SAME_POSITION_M {
+            changes.push(format!("`{name}` lies {:.1} mm away from where it was planned for", away_m * 1e3));
         }
-        let turn_rad = turned_rad(planned, name, now.yaw_rad - placed.yaw_rad);
-        if turn_rad.is_nan() || turn_rad > SAME_YAW_RAD {
-            moved.push(format!("`{name}` is turned by {:.1} degrees", turn_rad.to_degrees()));
+        let rotation_rad = rotation_modulo_symmetry_rad(planned, name, now.yaw_rad - placed.yaw_rad);
+        if rotation_rad.is_nan() || rotation_rad > SAME_YAW_RAD {
+            changes.push(format!("`{name}` is rotated by {:.1} degrees", rotation_rad.to_degrees()));
         }
     }
-    for now in &seen.placed {
+    for now in &observed.placed {
         if !planned.placed.iter().any(|placed| placed.object == now.object) {
-            moved.push(format!("`{}` was not planned for", now.object));
+            changes.push(format!("`{}` was not planned for", now.object));
         }
     }
-    moved
+    changes
 }
 
-/// How far an object is turned, up to what its outline looks the same at (rad).
-fn turned_rad(scene: &Scene, name: &str, turn_rad: f64) -> f64 {
+/// The absolute rotation of an object modulo its outline's rotational symmetry (rad).
+fn rotation_modulo_symmetry_rad(scene: &Scene, name: &str, rotation_rad: f64) -> f64 {
     let symmetry_rad = match scene.object(name) {
         Ok(object) if matches!(object.shape, breakshot::object::Shape::Disc { .. }) => return 0.0,
         Ok(object) => object.shape.rotation_symmetry_rad().unwrap_or(std::f64::consts::TAU),
         Err(_) => std::f64::consts::TAU,
     };
-    let rest = turn_rad.rem_euclid(symmetry_rad);
+    let rest = rotation_rad.rem_euclid(symmetry_rad);
     rest.min(symmetry_rad - rest)
 }

@@ -1,39 +1,40 @@
-//! What is to be done, what is allowed, and how closely the arm is watched.
+//! The inputs of one run: the command, the user's permission, the scene source and the watchdog's times.
 
 use crate::interlock::Permission;
 use breakshot::robot::Command;
 use breakshot::scene::Scene;
 use std::time::Duration;
 
-/// What is to be done, and what is allowed.
-pub struct Errand<'a> {
+/// A command to execute, and what the user permits.
+pub struct Job<'a> {
     /// The command.
     pub command: &'a Command,
-    /// What the user allows.
+    /// What the user permits.
     pub permission: Permission,
-    /// Whether the arm is to move; without it nothing is sent that moves anything.
+    /// Whether the arm moves; otherwise only requests that move nothing are sent.
     pub live: bool,
-    /// What lies on the table, asked for before the arm moves and again before it strikes; `None`: nobody looks again.
-    pub look: &'a (dyn Fn() -> Result<Option<Scene>, String> + Sync),
-    /// The time (s since 1970).
+    /// Returns the latest observed scene; called before the arm moves and again before the strike. `None`: no new
+    /// observation exists, and the command's own scene is used.
+    pub observe: &'a (dyn Fn() -> Result<Option<Scene>, String> + Sync),
+    /// The current time (s since 1970).
     pub now_unix_s: fn() -> f64,
-    /// How closely to watch.
-    pub watch: Watch,
+    /// The watchdog's times.
+    pub watchdog: Watchdog,
 }
 
-/// How closely the arm is watched.
+/// The times of the loop that monitors the arm.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Watch {
-    /// Time between two looks.
+pub struct Watchdog {
+    /// Time between two requests of the arm's state.
     pub period: Duration,
-    /// A robot that is silent for longer is lost.
+    /// The link counts as lost if no answer arrives within this time.
     pub silence: Duration,
     /// How much longer than planned a motion may take.
     pub grace: Duration,
 }
 
-impl Default for Watch {
-    /// A hundred looks a second; lost after 150 ms, so that a broken link is known within 200 ms.
+impl Default for Watchdog {
+    /// 100 requests per second; the link is lost after 150 ms, so that a broken link is detected within 200 ms.
     fn default() -> Self {
         Self {
             period: Duration::from_millis(10),

@@ -1,14 +1,14 @@
-//! Carries a [`Command`](breakshot::robot::Command) out on a robot over the network.
+//! Executes a [`Command`](breakshot::robot::Command) on a robot over the network.
 //!
-//! [`strike`] looks at the robot without moving it, asks whether the command may be carried out ([`objections`]), brings the
-//! arm to its run-up, looks at the table again, strikes once, and brings the arm home. A hundred times a second it looks
-//! where the arm is; whatever goes wrong ends in a stop. Everything is written down in a [`Diary`].
+//! [`strike`] checks the robot without moving it and the command against the interlock ([`objections`]), moves the arm to its
+//! run-up, requests the latest observation of the table, strikes once, and moves the arm home. It reads the arm's state a
+//! hundred times per second; every fault ends in a stop. All events are written to an [`EventLog`].
 //!
 //! **A stop over the network is not a safety function.** Motion that has been sent may finish, whatever happens to the link.
 //! Keep a hand on the emergency stop.
 //!
-//! The robots: Neuromeka's Indy 7 ([`indy`]), any arm with ROS 2 behind a rosbridge ([`rosbridge`]), and none, which
-//! plays the command into our own physics.
+//! The robots: Neuromeka's Indy 7 ([`indy`]), any arm with ROS 2 behind a rosbridge ([`rosbridge`]), and a simulated arm whose
+//! strike is simulated by [`breakshot::physics`].
 
 mod arm;
 mod event_log;
@@ -32,12 +32,12 @@ pub mod wire {
     include!(concat!(env!("OUT_DIR"), "/client/nrmk.indy_framework.rs"));
 }
 
-pub use event_log::{Diary, Event};
-pub use fault::Trouble;
+pub use event_log::{Event, EventLog};
+pub use fault::Fault;
 pub use interlock::{FRESH_S, Permission, objections};
-pub use job::{Errand, Watch};
-pub use preflight::Finding;
-pub use report::{Ending, Report, StopAccount};
+pub use job::{Job, Watchdog};
+pub use preflight::PreflightCheck;
+pub use report::{Ending, Report, StopReport};
 pub use robot::Driver;
 pub use session::{carry_out, strike};
-pub use sim::Simulated;
+pub use sim::SimulatedStrike;

@@ -1,35 +1,35 @@
-//! What is sent in one piece: a motion from rest to rest.
+//! The motions of a command: joint paths from rest to rest, each sent to the robot as a whole.
 
 use breakshot::robot::{Command, JointState, Phase, PhaseName};
 
-/// A motion from rest to rest, sent as a whole and watched until it ends.
+/// A joint path from rest to rest, sent as a whole and monitored until its end.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Motion {
-    /// What it is for, in words.
+    /// Its name in messages and in the log.
     pub(crate) name: &'static str,
-    /// Its samples; times count from the command's start.
+    /// Its samples; times count from the start of the command.
     pub(crate) phase: Phase,
 }
 
-/// The motions of a strike: what comes before it, the strike itself, what comes after.
+/// The motions before the strike, the strike, and the motions after it.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Motions {
     pub(crate) before: Vec<Motion>,
-    /// The stroke and the way back in one: the striker must not linger where objects roll.
+    /// The stroke and the draw-back in one motion: objects may roll into a striker that waits between them.
     pub(crate) strike: Motion,
     pub(crate) after: Vec<Motion>,
 }
 
 impl Motions {
-    /// `None` for a command that lacks a phase or has an empty one.
+    /// The motions of a command; `None` if a phase is missing or has fewer than two samples.
     pub(crate) fn of(command: &Command) -> Option<Self> {
         let one = |name: PhaseName| {
             let phase = command.phase(name).filter(|phase| phase.time_s.len() > 1)?;
-            Some(Motion { name: name.text(), phase: phase.clone() })
+            Some(Motion { name: name.label(), phase: phase.clone() })
         };
         let mut strike = one(PhaseName::Strike)?;
         let back = one(PhaseName::DrawBack)?.phase;
-        // The first instant of the way back is the last one of the stroke.
+        // The first sample of the draw-back repeats the last one of the stroke.
         strike.phase.time_s.extend_from_slice(&back.time_s[1..]);
         strike.phase.q_rad.extend_from_slice(&back.q_rad[1..]);
         strike.phase.qd_rad_s.extend_from_slice(&back.qd_rad_s[1..]);
@@ -41,44 +41,44 @@ impl Motions {
         })
     }
 
-    /// All of them in their order.
+    /// All motions in order.
     pub(crate) fn all(&self) -> impl Iterator<Item = &Motion> {
         self.before.iter().chain(std::iter::once(&self.strike)).chain(&self.after)
     }
 }
 
 impl Motion {
-    /// How long it takes (s).
+    /// Its duration (s).
     pub(crate) fn duration_s(&self) -> f64 {
         let [from_s, to_s] = self.phase.span_s();
         to_s - from_s
     }
 
-    /// The arm so long after its start.
+    /// The joint state at a time since the motion's start.
     pub(crate) fn at(&self, since_start_s: f64) -> JointState {
         self.phase.at(self.phase.span_s()[0] + since_start_s)
     }
 
-    /// The joint angles it starts from.
+    /// The joint angles at the start (rad).
     pub(crate) fn start(&self) -> &[f64] {
         &self.phase.q_rad[0]
     }
 
-    /// The joint angles it ends at.
+    /// The joint angles at the end (rad).
     pub(crate) fn end(&self) -> &[f64] {
         &self.phase.q_rad[self.phase.q_rad.len() - 1]
     }
 
-    /// How far these joint angles are from the path, wherever along it: the joint that is farthest off, and by how much
-    /// (rad).
+    /// The distance of joint angles from the nearest sample of the path, whenever it is passed: the index of the joint with
+    /// the largest deviation, and that deviation (rad).
     pub(crate) fn off_path(&self, q_rad: &[f64]) -> (usize, f64) {
-        let distances = self.phase.q_rad.iter().map(|sample| farthest(sample, q_rad));
+        let distances = self.phase.q_rad.iter().map(|sample| largest_difference(sample, q_rad));
         distances.min_by(|a, b| a.1.total_cmp(&b.1)).unwrap_or((0, f64::INFINITY))
     }
 }
 
-/// The joint in which two poses differ most, and by how much (rad).
-pub(crate) fn farthest(one: &[f64], other: &[f64]) -> (usize, f64) {
+/// The joint in which two poses differ most, and the difference (rad).
+pub(crate) fn largest_difference(one: &[f64], other: &[f64]) -> (usize, f64) {
     let apart = one.iter().zip(other).map(|(a, b)| (a - b).abs()).enumerate();
     apart.max_by(|a, b| a.1.total_cmp(&b.1)).unwrap_or((0, f64::INFINITY))
 }

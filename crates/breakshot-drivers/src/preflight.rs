@@ -1,21 +1,21 @@
-//! What is looked at before the arm moves.
+//! The checks of a robot before the arm moves.
 
 use serde::Serialize;
 
-/// One thing that was looked at before the arm moved.
+/// A setting or state of the robot, read before the arm moves.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
-pub struct Finding {
-    /// What was looked at.
+pub struct PreflightCheck {
+    /// The setting's name.
     pub what: String,
-    /// What was found.
+    /// The value read from the robot.
     pub found: String,
-    /// What is needed; empty if it is only good to know.
+    /// The required value; empty for a value that is reported only.
     pub needed: String,
-    /// Whether it is as needed.
+    /// Whether the value read satisfies the requirement.
     pub holds: bool,
 }
 
-impl Finding {
+impl PreflightCheck {
     pub(crate) fn new(
         what: impl Into<String>,
         found: impl std::fmt::Display,
@@ -25,7 +25,7 @@ impl Finding {
         Self { what: what.into(), found: found.to_string(), needed: needed.into(), holds }
     }
 
-    /// Good to know, nothing is asked of it.
+    /// A value that is reported without a requirement.
     pub(crate) fn note(what: impl Into<String>, found: impl std::fmt::Display) -> Self {
         Self::new(what, found, "", true)
     }

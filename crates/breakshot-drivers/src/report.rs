@@ -1,77 +1,84 @@
-//! How a run ended.
+//! The result of a run: the preflight checks, the ending, and the course of a stop.
 
-use crate::fault::Trouble;
-use crate::preflight::Finding;
-use crate::sim::Simulated;
+use crate::fault::Fault;
+use crate::preflight::PreflightCheck;
+use crate::sim::SimulatedStrike;
 use serde::Serialize;
 
-/// How it ended.
+/// How a run ended.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(tag = "outcome", rename_all = "snake_case")]
 pub enum Ending {
-    /// Nothing was to move, and nothing did; these objections would have kept it from moving.
+    /// A dry run: nothing moved.
     Shown {
-        /// Why it may not move.
+        /// The reasons for which a live run would be refused.
         objections: Vec<String>,
     },
-    /// The strike was carried out and the arm is back home.
+    /// The strike was executed and the arm is back at its home pose.
     Struck {
-        /// What it did in our own physics, if the robot was a simulation.
-        simulated: Option<Simulated>,
+        /// The simulated result, if the robot was the simulation.
+        simulated: Option<SimulatedStrike>,
     },
-    /// It was refused; nothing was struck.
+    /// The run was refused before the strike.
     Refused {
-        /// Why.
+        /// The reasons.
         objections: Vec<String>,
-        /// Where the arm stands now.
-        stands: &'static str,
+        /// The arm's position at the refusal.
+        #[serde(rename = "stands")]
+        arm_position: &'static str,
     },
-    /// Something went wrong while the arm moved, and it was stopped.
+    /// A fault occurred while the arm moved, and the arm was stopped.
     Stopped {
-        /// During which motion.
+        /// The motion during which the fault occurred.
         motion: String,
-        /// What went wrong.
-        trouble: Trouble,
-        /// How it was stopped.
-        stop: StopAccount,
+        /// The fault.
+        #[serde(rename = "trouble")]
+        fault: Fault,
+        /// The course of the stop.
+        stop: StopReport,
     },
 }
 
-/// How a stop went; times count from the moment in which the trouble was known.
+/// The course of a stop; times count from the detection of the fault.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
-pub struct StopAccount {
-    /// When the robot confirmed it (s); none if it never did.
+#[non_exhaustive]
+pub struct StopReport {
+    /// When the robot confirmed the stop (s); `None` without a confirmation.
     pub confirmed_after_s: Option<f64>,
-    /// Whether the brakes had to be asked for.
+    /// Whether the stop with brakes was requested.
     pub braked: bool,
-    /// When the arm was seen standing (s); none if it was not.
-    pub stands_after_s: Option<f64>,
-    /// What the controller has to say.
+    /// When the arm was measured at rest (s); `None` if it was not.
+    #[serde(rename = "stands_after_s")]
+    pub at_rest_after_s: Option<f64>,
+    /// The controller's explanation of the fault, if it gives one.
     pub explanation: Option<String>,
 }
 
-/// A run from beginning to end.
+/// The result of a run.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Report {
-    /// What was found on the robot before it moved.
-    pub findings: Vec<Finding>,
-    /// How it ended.
+    /// The checks of the robot before it moved.
+    #[serde(rename = "findings")]
+    pub checks: Vec<PreflightCheck>,
+    /// How the run ended.
     pub ending: Ending,
 }
 
-impl StopAccount {
-    /// What a person needs to know, in a sentence.
+impl StopReport {
+    /// One sentence for the user.
     pub fn sentence(&self) -> String {
         let mut text = match self.confirmed_after_s {
-            Some(s) => format!("the stop was confirmed {:.0} ms after the trouble was known", s * 1e3),
+            Some(s) => format!("the stop was confirmed {:.0} ms after the fault was detected", s * 1e3),
             None => "the stop was sent but never confirmed".into(),
         };
-        text += match self.stands_after_s {
-            Some(_) => "; the arm stands",
-            None => "; nobody saw the arm stand: motion already sent may finish, use the emergency stop",
+        text += match self.at_rest_after_s {
+            Some(_) => "; the arm is at rest",
+            None => {
+                "; the arm was not measured at rest: motion already sent may finish, use the emergency stop"
+            }
         };
         if let Some(explanation) = &self.explanation {
-            text = format!("{text}; the controller says: {explanation}");
+            text = format!("{text}; the controller reports: {explanation}");
         }
         text
     }

@@ -1,23 +1,23 @@
-//! A robot, whichever way it is reached.
+//! The robots that a command can be sent to, behind one set of requests.
 
 use crate::arm::{ArmState, Stop};
-use crate::fault::Trouble;
+use crate::fault::Fault;
 use crate::indy::{self, Indy};
 use crate::motion::Motion;
-use crate::preflight::Finding;
+use crate::preflight::PreflightCheck;
 use crate::rosbridge::{self, Rosbridge};
 use crate::sim::Sim;
 use breakshot::properties::Properties;
 use breakshot::robot::Command;
 
-/// Which robot, and how to reach it.
+/// A robot and its address.
 #[derive(Clone, Debug)]
 pub enum Driver {
     /// An Indy 7 over `IndyDCP3` (gRPC).
     Indy(indy::Address),
     /// Any arm with ROS 2 behind a rosbridge (websocket, `FollowJointTrajectory`).
     Rosbridge(rosbridge::Address),
-    /// None: the command is played into our own physics.
+    /// No robot: the command drives a simulated arm, and the strike is simulated by [`breakshot::physics`].
     Sim(Box<Properties>),
 }
 
@@ -31,7 +31,7 @@ impl std::fmt::Display for Driver {
     }
 }
 
-/// A robot that is connected.
+/// A connected robot.
 pub(crate) enum Robot {
     Indy(Box<Indy>),
     Rosbridge(Box<Rosbridge>),
@@ -39,7 +39,7 @@ pub(crate) enum Robot {
 }
 
 impl Robot {
-    pub(crate) async fn connect(driver: &Driver, command: &Command) -> Result<Self, Trouble> {
+    pub(crate) async fn connect(driver: &Driver, command: &Command) -> Result<Self, Fault> {
         Ok(match driver {
             Driver::Indy(address) => Self::Indy(Box::new(Indy::connect(address).await?)),
             Driver::Rosbridge(address) => {
@@ -49,8 +49,8 @@ impl Robot {
         })
     }
 
-    /// What can be learned without moving anything.
-    pub(crate) async fn preflight(&self, command: &Command) -> Result<Vec<Finding>, Trouble> {
+    /// Checks of the robot that move nothing.
+    pub(crate) async fn preflight(&self, command: &Command) -> Result<Vec<PreflightCheck>, Fault> {
         match self {
             Self::Indy(indy) => indy.preflight(command).await,
             Self::Rosbridge(bridge) => bridge.preflight(command).await,
@@ -58,26 +58,26 @@ impl Robot {
         }
     }
 
-    /// The arm now; an error if it is not well.
-    pub(crate) async fn state(&self) -> Result<ArmState, Trouble> {
+    /// The arm's state; an error if the controller reports a fault.
+    pub(crate) async fn state(&self) -> Result<ArmState, Fault> {
         match self {
             Self::Indy(indy) => indy.state().await,
             Self::Rosbridge(bridge) => bridge.state(),
-            Self::Sim(sim) => sim.trouble().map_or_else(|| Ok(sim.state()), Err),
+            Self::Sim(sim) => sim.fault().map_or_else(|| Ok(sim.state()), Err),
         }
     }
 
-    /// The joint angles now, however the arm is (rad).
-    pub(crate) async fn place(&self) -> Result<Vec<f64>, Trouble> {
+    /// The joint angles (rad), also while the controller reports a fault.
+    pub(crate) async fn joint_angles(&self) -> Result<Vec<f64>, Fault> {
         match self {
-            Self::Indy(indy) => indy.place().await,
-            Self::Rosbridge(bridge) => bridge.place(),
+            Self::Indy(indy) => indy.joint_angles().await,
+            Self::Rosbridge(bridge) => bridge.joint_angles(),
             Self::Sim(sim) => Ok(sim.state().q_rad),
         }
     }
 
-    /// Hands a motion over; it has been accepted when this returns, and may not have begun.
-    pub(crate) async fn send(&self, motion: &Motion) -> Result<(), Trouble> {
+    /// Sends a motion; on return the robot has accepted it, but may not have started it.
+    pub(crate) async fn send(&self, motion: &Motion) -> Result<(), Fault> {
         match self {
             Self::Indy(indy) => indy.send(motion).await,
             Self::Rosbridge(bridge) => bridge.send(motion),
@@ -85,7 +85,8 @@ impl Robot {
         }
     }
 
-    pub(crate) async fn stop(&self, how: Stop) -> Result<(), Trouble> {
+    /// Stops the arm.
+    pub(crate) async fn stop(&self, how: Stop) -> Result<(), Fault> {
         match self {
             Self::Indy(indy) => indy.stop(how).await,
             Self::Rosbridge(bridge) => bridge.stop(),
@@ -96,7 +97,7 @@ impl Robot {
         }
     }
 
-    /// What the controller has to say about a trouble, if anything.
+    /// The controller's explanation of a fault, if it gives one.
     pub(crate) async fn explanation(&self) -> Option<String> {
         match self {
             Self::Indy(indy) => indy.explanation().await,

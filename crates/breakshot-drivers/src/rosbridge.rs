@@ -1,12 +1,12 @@
 //! Any arm with ROS 2, through a rosbridge: JSON over a websocket, the action `FollowJointTrajectory`.
 //!
-//! A goal is a whole motion. To stop, the goal is cancelled, and the joints are told to stay where they are: not every
-//! rosbridge carries out a cancel while its action runs (issue 909 of `rosbridge_suite`).
+//! A goal is a whole motion. A stop cancels the goal and publishes a trajectory that holds the current joint angles: not every
+//! rosbridge processes a cancellation while its action runs (issue 909 of `rosbridge_suite`).
 
 use crate::arm::ArmState;
-use crate::fault::Trouble;
+use crate::fault::Fault;
 use crate::motion::Motion;
-use crate::preflight::Finding;
+use crate::preflight::PreflightCheck;
 use breakshot::robot::{Command, FollowJointTrajectory, JointTrajectory, RosDuration, TrajectoryPoint};
 use futures_util::{SinkExt, StreamExt};
 use serde_json::{Value, json};
@@ -19,35 +19,35 @@ use tokio::time::{Instant, MissedTickBehavior, interval, sleep, timeout};
 use tokio_tungstenite::tungstenite::Message;
 use tokio_tungstenite::{WebSocketStream, client_async};
 
-/// Where the rosbridge listens, and how the arm's controller is called.
+/// The address of the rosbridge and the name of the arm's controller.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Address {
-    /// The computer and the port, such as `localhost:9090`.
+    /// Host and port, such as `localhost:9090`.
     pub host: String,
     /// The controller's name.
     pub controller: String,
 }
 
 impl Address {
-    /// The controller that most arms have.
+    /// The address with the usual controller name, `/joint_trajectory_controller`.
     pub fn of_host(host: impl Into<String>) -> Self {
         Self { host: host.into(), controller: "/joint_trajectory_controller".into() }
     }
 }
 
-/// How often the link is tried.
+/// Period of the pings.
 const PING: Duration = Duration::from_millis(30);
-/// A link from which nothing came for so long is doubtful: two pings were not answered.
+/// Largest time without a message: two pings were not answered.
 const SILENCE: Duration = Duration::from_millis(75);
-/// Joint states may come as rarely as this: the vendor's own driver sends ten a second.
+/// Largest age of a joint state: the vendor's own driver publishes ten per second.
 const OLD_STATE: Duration = Duration::from_millis(500);
-/// Nothing that takes longer to begin will begin.
+/// Time limit of the connection, and of the first joint state.
 const CONNECT: Duration = Duration::from_secs(3);
-/// The joints are told to be where they are in so long (s): at once would be a jump of the servo.
+/// Time at which the holding trajectory reaches the current joint angles (s); zero would be a step for the servo loop.
 const HOLD_S: f64 = 0.1;
 const ACTION_TYPE: &str = "control_msgs/action/FollowJointTrajectory";
 
-/// A rosbridge that is connected.
+/// A connected rosbridge.
 pub(crate) struct Rosbridge {
     address: Address,
     joints: Vec<String>,
@@ -56,20 +56,20 @@ pub(crate) struct Rosbridge {
     pump: JoinHandle<()>,
 }
 
-/// What came in.
+/// The state received so far, shared with the task that pumps the messages.
 struct Shared {
-    heard: Instant,
-    /// The link's end, in the network's words.
+    last_message: Instant,
+    /// The network's message when the link closed.
     closed: Option<String>,
     q_rad: Option<(Instant, Vec<f64>)>,
-    /// The number of the last goal, and what became of it.
+    /// The number of the latest goal; whether it runs, and its failure.
     goal: u32,
     running: bool,
     failure: Option<String>,
 }
 
 impl Rosbridge {
-    pub(crate) async fn connect(address: &Address, joints: &[String]) -> Result<Self, Trouble> {
+    pub(crate) async fn connect(address: &Address, joints: &[String]) -> Result<Self, Fault> {
         let open = async {
             let stream = TcpStream::connect(&address.host).await.map_err(|e| e.to_string())?;
             stream.set_nodelay(true).map_err(|e| e.to_string())?;
@@ -77,24 +77,24 @@ impl Rosbridge {
             client_async(url, stream).await.map_err(|e| e.to_string())
         };
         let opened = timeout(CONNECT, open).await.unwrap_or_else(|_| Err("no answer".into()));
-        let (socket, _) = opened.map_err(|e| Trouble::unreachable(format!("ws://{}: {e}", address.host)))?;
+        let (socket, _) = opened.map_err(|e| Fault::unreachable(format!("ws://{}: {e}", address.host)))?;
         let (outgoing, queue) = unbounded_channel();
         let shared = Arc::new(Mutex::new(Shared {
-            heard: Instant::now(),
+            last_message: Instant::now(),
             closed: None,
             q_rad: None,
             goal: 0,
             running: false,
             failure: None,
         }));
-        let pump = tokio::spawn(pumped(socket, queue, Arc::clone(&shared), joints.to_vec()));
+        let pump = tokio::spawn(pump_messages(socket, queue, Arc::clone(&shared), joints.to_vec()));
         let bridge = Self { address: address.clone(), joints: joints.to_vec(), outgoing, shared, pump };
-        bridge.tell(&json!({
+        bridge.send_json(&json!({
             "op": "subscribe", "id": "subscribe:/joint_states:1", "type": "sensor_msgs/msg/JointState",
             "topic": "/joint_states", "compression": "none", "throttle_rate": 0, "queue_length": 0,
         }))?;
-        // Rosbridge takes messages on topics that were announced only.
-        bridge.tell(&json!({
+        // A rosbridge accepts messages on advertised topics only.
+        bridge.send_json(&json!({
             "op": "advertise", "id": "advertise:joint_trajectory:2", "type": "trajectory_msgs/msg/JointTrajectory",
             "topic": bridge.topic(), "latch": false, "queue_size": 1,
         }))?;
@@ -113,12 +113,12 @@ impl Rosbridge {
         self.shared.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    fn tell(&self, message: &Value) -> Result<(), Trouble> {
+    fn send_json(&self, message: &Value) -> Result<(), Fault> {
         let message = Message::text(message.to_string());
-        self.outgoing.send(message).map_err(|_| Trouble::link("the websocket is closed"))
+        self.outgoing.send(message).map_err(|_| Fault::link("the websocket is closed"))
     }
 
-    pub(crate) async fn preflight(&self, command: &Command) -> Result<Vec<Finding>, Trouble> {
+    pub(crate) async fn preflight(&self, command: &Command) -> Result<Vec<PreflightCheck>, Fault> {
         let begun = Instant::now();
         while self.shared().q_rad.is_none() && begun.elapsed() < CONNECT {
             self.linked()?;
@@ -127,24 +127,24 @@ impl Rosbridge {
         let found = self.shared().q_rad.is_some();
         let needed = format!("/joint_states with {}", command.joints.join(", "));
         Ok(vec![
-            Finding::new("joint states", if found { "they come" } else { "none" }, needed, found),
-            Finding::note("controller", self.action()),
-            Finding::note(
-                "what a rosbridge does not tell",
-                "collision detection, violations, the model: look after them yourself",
+            PreflightCheck::new("joint states", if found { "published" } else { "none" }, needed, found),
+            PreflightCheck::note("controller", self.action()),
+            PreflightCheck::note(
+                "not available through a rosbridge",
+                "collision detection, violations, the model: check them at the controller",
             ),
         ])
     }
 
     /// An error if the link is broken or silent.
-    fn linked(&self) -> Result<(), Trouble> {
+    fn linked(&self) -> Result<(), Fault> {
         let shared = self.shared();
-        let silent = shared.heard.elapsed();
+        let silent = shared.last_message.elapsed();
         if let Some(cause) = &shared.closed {
-            return Err(Trouble::LostLink { silent_s: silent.as_secs_f64(), cause: cause.clone() });
+            return Err(Fault::LostLink { silent_s: silent.as_secs_f64(), cause: cause.clone() });
         }
         if silent > SILENCE {
-            return Err(Trouble::LostLink {
+            return Err(Fault::LostLink {
                 silent_s: silent.as_secs_f64(),
                 cause: "pings are not answered".into(),
             });
@@ -152,28 +152,28 @@ impl Rosbridge {
         Ok(())
     }
 
-    pub(crate) fn place(&self) -> Result<Vec<f64>, Trouble> {
+    pub(crate) fn joint_angles(&self) -> Result<Vec<f64>, Fault> {
         self.linked()?;
-        let (at, q_rad) = self.shared().q_rad.clone().ok_or_else(|| Trouble::link("no joint states"))?;
+        let (at, q_rad) = self.shared().q_rad.clone().ok_or_else(|| Fault::link("no joint states"))?;
         if at.elapsed() > OLD_STATE {
-            return Err(Trouble::LostLink {
+            return Err(Fault::LostLink {
                 silent_s: at.elapsed().as_secs_f64(),
-                cause: "joint states do not come any more".into(),
+                cause: "joint states are not published any more".into(),
             });
         }
         Ok(q_rad)
     }
 
-    pub(crate) fn state(&self) -> Result<ArmState, Trouble> {
-        let q_rad = self.place()?;
+    pub(crate) fn state(&self) -> Result<ArmState, Fault> {
+        let q_rad = self.joint_angles()?;
         let shared = self.shared();
         if let Some(answer) = &shared.failure {
-            return Err(Trouble::Refused { request: "the goal".into(), answer: answer.clone() });
+            return Err(Fault::Refused { request: "the goal".into(), answer: answer.clone() });
         }
         Ok(ArmState { q_rad, moving: shared.running })
     }
 
-    pub(crate) fn send(&self, motion: &Motion) -> Result<(), Trouble> {
+    pub(crate) fn send(&self, motion: &Motion) -> Result<(), Fault> {
         let goal = {
             let mut shared = self.shared();
             shared.goal += 1;
@@ -181,7 +181,7 @@ impl Rosbridge {
             shared.goal
         };
         let trajectory = JointTrajectory { joint_names: self.joints.clone(), points: points(motion) };
-        self.tell(&json!({
+        self.send_json(&json!({
             "op": "send_action_goal", "id": self.id(goal), "action": self.action(), "action_type": ACTION_TYPE,
             "args": FollowJointTrajectory { trajectory }, "feedback": true,
         }))
@@ -191,25 +191,25 @@ impl Rosbridge {
         format!("send_action_goal:{}:{goal}", self.action())
     }
 
-    /// Cancels the goal and tells the joints to stay where they are.
-    pub(crate) fn stop(&self) -> Result<(), Trouble> {
-        let (goal, place) = {
+    /// Cancels the goal and publishes a trajectory that holds the current joint angles.
+    pub(crate) fn stop(&self) -> Result<(), Fault> {
+        let (goal, angles_rad) = {
             let shared = self.shared();
             (shared.goal, shared.q_rad.clone().map(|(_, q_rad)| q_rad))
         };
-        self.tell(&json!({ "op": "cancel_action_goal", "id": self.id(goal), "action": self.action() }))?;
-        if let Some(q_rad) = place {
-            let still = vec![0.0; q_rad.len()];
-            let here = TrajectoryPoint {
+        self.send_json(&json!({ "op": "cancel_action_goal", "id": self.id(goal), "action": self.action() }))?;
+        if let Some(q_rad) = angles_rad {
+            let zeros = vec![0.0; q_rad.len()];
+            let point = TrajectoryPoint {
                 positions: q_rad,
-                velocities: still.clone(),
-                accelerations: still,
+                velocities: zeros.clone(),
+                accelerations: zeros,
                 time_from_start: RosDuration::from_seconds(HOLD_S),
             };
-            let stay = JointTrajectory { joint_names: self.joints.clone(), points: vec![here] };
+            let hold = JointTrajectory { joint_names: self.joints.clone(), points: vec![point] };
             let id = format!("publish:{}:3", self.topic());
-            self.tell(
-                &json!({ "op": "publish", "id": id, "topic": self.topic(), "msg": stay, "latch": false }),
+            self.send_json(
+                &json!({ "op": "publish", "id": id, "topic": self.topic(), "msg": hold, "latch": false }),
             )?;
         }
         self.linked()
@@ -222,7 +222,7 @@ impl Drop for Rosbridge {
     }
 }
 
-/// All samples of a motion, its own clock starting at zero.
+/// The samples of a motion; times count from its start.
 fn points(motion: &Motion) -> Vec<TrajectoryPoint> {
     let phase = &motion.phase;
     let start_s = phase.span_s()[0];
@@ -236,7 +236,7 @@ fn points(motion: &Motion) -> Vec<TrajectoryPoint> {
 }
 
 /// Moves messages between the websocket and the driver until one of them closes.
-async fn pumped(
+async fn pump_messages(
     socket: WebSocketStream<TcpStream>,
     mut queue: UnboundedReceiver<Message>,
     shared: Arc<Mutex<Shared>>,
@@ -257,11 +257,11 @@ async fn pumped(
             incoming = source.next() => match incoming {
                 Some(Ok(message)) => {
                     let mut shared = shared.lock().unwrap_or_else(PoisonError::into_inner);
-                    shared.heard = Instant::now();
+                    shared.last_message = Instant::now();
                     if let Message::Text(text) = &message
                         && let Ok(value) = serde_json::from_str::<Value>(text)
                     {
-                        shared.take(&value, &joints);
+                        shared.update(&value, &joints);
                     }
                 }
                 Some(Err(error)) => break error.to_string(),
@@ -273,8 +273,8 @@ async fn pumped(
 }
 
 impl Shared {
-    /// Takes note of what a message tells.
-    fn take(&mut self, message: &Value, joints: &[String]) {
+    /// Updates the state from a message.
+    fn update(&mut self, message: &Value, joints: &[String]) {
         match message["op"].as_str() {
             Some("publish") if message["topic"] == "/joint_states" => {
                 if let Some(q_rad) = angles(&message["msg"], joints) {
@@ -297,9 +297,9 @@ impl Shared {
     }
 }
 
-/// The angles of these joints, wherever they stand in the message; `None` if one is missing.
+/// The angles of these joints from a `JointState` message in any order (rad); `None` if one is missing.
 fn angles(message: &Value, joints: &[String]) -> Option<Vec<f64>> {
     let names = message["name"].as_array()?;
-    let place = |joint: &String| names.iter().position(|name| name == joint);
-    joints.iter().map(|joint| message["position"][place(joint)?].as_f64()).collect()
+    let index = |joint: &String| names.iter().position(|name| name == joint);
+    joints.iter().map(|joint| message["position"][index(joint)?].as_f64()).collect()
 }

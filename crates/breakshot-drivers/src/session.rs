@@ -1,40 +1,40 @@
-//! One strike, from the first look at the robot to the way home, with an eye on the arm all the time.
+//! One strike, from the preflight checks to the return home, with the arm monitored throughout.
 
 use crate::arm::{ArmState, Stop};
-use crate::event_log::{Diary, Event};
-use crate::fault::Trouble;
+use crate::event_log::{Event, EventLog};
+use crate::fault::Fault;
 use crate::interlock;
-use crate::job::Errand;
-use crate::motion::{Motion, Motions, farthest};
-use crate::preflight::Finding;
-use crate::report::{Ending, Report, StopAccount};
+use crate::job::Job;
+use crate::motion::{Motion, Motions, largest_difference};
+use crate::preflight::PreflightCheck;
+use crate::report::{Ending, Report, StopReport};
 use crate::robot::{Driver, Robot};
 use std::future::Future;
 use std::pin::Pin;
 use std::time::Duration;
 use tokio::time::{Instant, MissedTickBehavior, interval, sleep, timeout, timeout_at};
 
-/// How far a joint may be from the path (rad): servos lag along the path, not beside it.
+/// Largest deviation of a joint from the path (rad). Servo lag is along the path and does not count.
 const OFF_PATH_RAD: f64 = 0.05;
-/// An arm this near to a pose is there (rad).
+/// Largest deviation from a pose that counts as reached (rad).
 const ARRIVED_RAD: f64 = 0.01;
-/// The same before the first motion, which the arm would have to jump to.
+/// Largest deviation from home before the first motion (rad): the trajectory starts with this step.
 const AT_HOME_RAD: f64 = 0.02;
-/// How long an arm may take to come to rest after a stop.
+/// Time in which the arm must come to rest after a stop.
 const STANDSTILL: Duration = Duration::from_secs(1);
 
-/// [`strike`] on a runtime of its own, stopped by Ctrl-C or by being asked to end.
+/// Runs [`strike`] on its own runtime; Ctrl-C and SIGTERM stop the arm.
 ///
 /// # Errors
 /// See [`strike`].
-pub fn carry_out(driver: &Driver, errand: &Errand<'_>, diary: &mut Diary) -> Result<Report, Trouble> {
-    // Two workers: a large message that is being written must not hold up the next look at the arm.
+pub fn carry_out(driver: &Driver, job: &Job<'_>, log: &mut EventLog) -> Result<Report, Fault> {
+    // Two workers: encoding a large message must not delay the next request of the arm's state.
     let runtime = tokio::runtime::Builder::new_multi_thread().worker_threads(2).enable_all().build();
-    runtime.map_err(Trouble::unreachable)?.block_on(strike(driver, errand, diary, interrupted()))
+    runtime.map_err(Fault::unreachable)?.block_on(strike(driver, job, log, interrupt_signal()))
 }
 
-/// Ends when the user or the system wants the program to end.
-async fn interrupted() {
+/// Completes on Ctrl-C or SIGTERM.
+async fn interrupt_signal() {
     #[cfg(unix)]
     if let Ok(mut end) = tokio::signal::unix::signal(tokio::signal::unix::SignalKind::terminate()) {
         tokio::select! {
@@ -43,33 +43,33 @@ async fn interrupted() {
         }
         return;
     }
-    // Without a handler nobody could stop the arm: an error counts as a wish to stop.
+    // Without a signal handler the user could not stop the arm: an error counts as an interrupt.
     let _ = tokio::signal::ctrl_c().await;
 }
 
-/// Carries a command out on a robot, or only shows what would be done.
+/// Executes a command on a robot, or performs a dry run.
 ///
-/// The arm is approached, the table looked at again, the strike sent once, and the arm brought home. Whatever goes
-/// wrong while it moves ends in a stop; nothing is ever recovered, repeated or cleared. `interrupt` ends when the user
-/// wants to stop. The future should be run to its end: dropping it midway stops nothing.
+/// The order is: preflight checks, approach, second observation of the table, strike (sent once), return home. Every fault
+/// during a motion ends in a stop; nothing is recovered, repeated or cleared. The arm is stopped when `interrupt` completes.
+/// Run the future to its end: dropping it does not stop the arm.
 ///
 /// # Errors
-/// A robot that cannot be reached before anything has moved.
+/// A robot that cannot be reached; nothing has moved then.
 pub async fn strike(
     driver: &Driver,
-    errand: &Errand<'_>,
-    diary: &mut Diary,
+    job: &Job<'_>,
+    log: &mut EventLog,
     interrupt: impl Future<Output = ()>,
-) -> Result<Report, Trouble> {
-    diary.note(Event::Begun {
+) -> Result<Report, Fault> {
+    log.note(Event::Begun {
         version: env!("CARGO_PKG_VERSION"),
         driver: driver.to_string(),
-        hash: errand.command.short_hash(),
-        arm: errand.command.arm.clone(),
-        live: errand.live,
+        hash: job.command.short_hash(),
+        arm: job.command.arm.clone(),
+        live: job.live,
     });
-    let robot = Robot::connect(driver, errand.command).await?;
-    let mut session = Session { robot: &robot, errand, diary, interrupt: Box::pin(interrupt) };
+    let robot = Robot::connect(driver, job.command).await?;
+    let mut session = Session { robot: &robot, job, log, interrupt: Box::pin(interrupt) };
     let report = session.run().await;
     let outcome = match report.as_ref().map(|report| &report.ending) {
         Ok(Ending::Shown { .. }) => "shown",
@@ -78,65 +78,65 @@ pub async fn strike(
         Ok(Ending::Stopped { .. }) => "stopped",
         Err(_) => "not reached",
     };
-    diary.note(Event::Ended { outcome });
+    log.note(Event::Ended { outcome });
     report
 }
 
 pub(crate) struct Session<'a, I> {
     pub(crate) robot: &'a Robot,
-    pub(crate) errand: &'a Errand<'a>,
-    pub(crate) diary: &'a mut Diary,
+    pub(crate) job: &'a Job<'a>,
+    pub(crate) log: &'a mut EventLog,
     pub(crate) interrupt: Pin<Box<I>>,
 }
 
 impl<I: Future<Output = ()>> Session<'_, I> {
-    pub(crate) async fn run(&mut self) -> Result<Report, Trouble> {
-        let command = self.errand.command;
+    pub(crate) async fn run(&mut self) -> Result<Report, Fault> {
+        let command = self.job.command;
         let mut objections = self.objections();
-        let mut findings = self.robot.preflight(command).await?;
+        let mut checks = self.robot.preflight(command).await?;
         let state = self.robot.state().await?;
-        let home = command.at(0.0).map(|home| farthest(&home.q_rad, &state.q_rad));
+        let home = command.at(0.0).map(|home| largest_difference(&home.q_rad, &state.q_rad));
         if let Some((joint, off_rad)) = home {
             let found = format!("joint `{}` is {off_rad:.4} rad away", command.joints[joint]);
             let needed = format!("at most {AT_HOME_RAD} rad");
-            findings.push(Finding::new("arm at home", found, needed, off_rad <= AT_HOME_RAD));
+            checks.push(PreflightCheck::new("arm at home", found, needed, off_rad <= AT_HOME_RAD));
         }
-        findings.push(Finding::new("arm at rest", !state.moving, "true", !state.moving));
-        for finding in &findings {
-            self.diary.note(Event::Finding(finding.clone()));
+        checks.push(PreflightCheck::new("arm at rest", !state.moving, "true", !state.moving));
+        for check in &checks {
+            self.log.note(Event::PreflightCheck(check.clone()));
         }
-        let unmet = findings.iter().filter(|finding| !finding.holds);
+        let unmet = checks.iter().filter(|check| !check.holds);
         objections.extend(unmet.map(|f| format!("{}: {}; needed: {}", f.what, f.found, f.needed)));
         let Some(motions) = Motions::of(command) else {
             objections.push("the command lacks a phase".into());
-            return Ok(Report { findings, ending: self.refused(objections, "as before") });
+            return Ok(Report { checks, ending: self.refused(objections, "at its initial pose") });
         };
-        if !self.errand.live {
-            return Ok(Report { findings, ending: Ending::Shown { objections } });
+        if !self.job.live {
+            return Ok(Report { checks, ending: Ending::Shown { objections } });
         }
-        if self.errand.permission.hash.is_none() {
+        if self.job.permission.hash.is_none() {
             objections.push(format!("the hash is missing; this command's is `{}`", command.short_hash()));
         }
         if !objections.is_empty() {
-            return Ok(Report { findings, ending: self.refused(objections, "as before") });
+            return Ok(Report { checks, ending: self.refused(objections, "at its initial pose") });
         }
-        Ok(Report { findings, ending: self.moved(&motions).await })
+        Ok(Report { checks, ending: self.execute_all(&motions).await })
     }
 
-    /// Sends all motions, one after the other.
-    async fn moved(&mut self, motions: &Motions) -> Ending {
+    /// Executes all motions in order.
+    async fn execute_all(&mut self, motions: &Motions) -> Ending {
         for motion in &motions.before {
-            if let Err(trouble) = self.carried_out(motion).await {
-                return self.stopped(motion, trouble).await;
+            if let Err(fault) = self.execute(motion).await {
+                return self.stopped(motion, fault).await;
             }
         }
         let objections = self.objections();
         if !objections.is_empty() {
-            return self.refused(objections, "low, before its run-up");
+            return self.refused(objections, "lowered, before its run-up");
         }
         for motion in std::iter::once(&motions.strike).chain(&motions.after) {
-            if let Err(trouble) = self.carried_out(motion).await {
-                return self.stopped(motion, trouble).await;
+            if let Err(fault) = self.execute(motion).await {
+                return self.stopped(motion, fault).await;
             }
         }
         let simulated = match self.robot {
@@ -146,132 +146,132 @@ impl<I: Future<Output = ()>> Session<'_, I> {
         Ending::Struck { simulated }
     }
 
-    /// What speaks against moving, the table looked at afresh.
+    /// The interlock's reasons against a motion, with a new observation of the table.
     fn objections(&mut self) -> Vec<String> {
-        let errand = self.errand;
-        match (errand.look)() {
-            Ok(seen) => interlock::objections(
-                errand.command,
-                &errand.permission,
-                seen.as_ref(),
-                (errand.now_unix_s)(),
-            ),
-            Err(message) => vec![format!("the table cannot be looked at: {message}")],
+        let job = self.job;
+        match (job.observe)() {
+            Ok(observed) => {
+                interlock::objections(job.command, &job.permission, observed.as_ref(), (job.now_unix_s)())
+            }
+            Err(message) => vec![format!("the table cannot be observed: {message}")],
         }
     }
 
-    fn refused(&mut self, objections: Vec<String>, stands: &'static str) -> Ending {
+    fn refused(&mut self, objections: Vec<String>, arm_position: &'static str) -> Ending {
         for reason in &objections {
-            self.diary.note(Event::Objection { reason: reason.clone() });
+            self.log.note(Event::Objection { reason: reason.clone() });
         }
-        Ending::Refused { objections, stands }
+        Ending::Refused { objections, arm_position }
     }
 
-    /// Sends a motion and watches it to its end.
-    async fn carried_out(&mut self, motion: &Motion) -> Result<(), Trouble> {
-        let watch = self.errand.watch;
-        let state = self.look().await?;
-        self.on_path(motion, &state, ARRIVED_RAD, motion.start())?;
+    /// Sends a motion and monitors the arm to its end.
+    async fn execute(&mut self, motion: &Motion) -> Result<(), Fault> {
+        let watchdog = self.job.watchdog;
+        let state = self.state().await?;
+        self.check_deviation(motion, &state, ARRIVED_RAD, motion.start())?;
         let [from_rad, to_rad] = [motion.start(), motion.end()].map(<[f64]>::to_vec);
         let (name, duration_s) = (motion.name.to_owned(), motion.duration_s());
-        self.diary.note(Event::Sent { motion: name.clone(), duration_s, from_rad, to_rad });
+        self.log.note(Event::Sent { motion: name.clone(), duration_s, from_rad, to_rad });
         let robot = self.robot;
-        let mut sending = std::pin::pin!(timeout(watch.grace, robot.send(motion)));
+        let mut sending = std::pin::pin!(timeout(watchdog.grace, robot.send(motion)));
         let (sent, mut is_accepted, mut has_moved) = (Instant::now(), false, false);
-        let mut ticks = interval(watch.period);
+        let mut ticks = interval(watchdog.period);
         ticks.set_missed_tick_behavior(MissedTickBehavior::Delay);
         loop {
             tokio::select! {
                 biased;
-                () = self.interrupt.as_mut() => return Err(Trouble::Interrupted),
+                () = self.interrupt.as_mut() => return Err(Fault::Interrupted),
                 answer = &mut sending, if !is_accepted => {
                     let silent_s = sent.elapsed().as_secs_f64();
-                    let cause = format!("the {name} was never confirmed");
-                    answer.map_err(|_| Trouble::LostLink { silent_s, cause })??;
+                    let cause = format!("the {name} was not confirmed");
+                    answer.map_err(|_| Fault::LostLink { silent_s, cause })??;
                     is_accepted = true;
                 }
                 _ = ticks.tick() => {
-                    let state = self.look().await?;
+                    let state = self.state().await?;
                     let elapsed_s = sent.elapsed().as_secs_f64();
-                    self.on_path(motion, &state, OFF_PATH_RAD, &[])?;
-                    has_moved |= state.moving || farthest(&state.q_rad, motion.start()).1 > AT_HOME_RAD;
-                    let is_there = farthest(&state.q_rad, motion.end()).1 < ARRIVED_RAD && !state.moving;
+                    self.check_deviation(motion, &state, OFF_PATH_RAD, &[])?;
+                    has_moved |= state.moving || largest_difference(&state.q_rad, motion.start()).1 > AT_HOME_RAD;
+                    let is_there = largest_difference(&state.q_rad, motion.end()).1 < ARRIVED_RAD && !state.moving;
                     if is_accepted && is_there && (has_moved || elapsed_s >= duration_s) {
-                        self.diary.note(Event::Arrived { motion: name });
+                        self.log.note(Event::Arrived { motion: name });
                         return Ok(());
                     }
-                    if elapsed_s > duration_s + watch.grace.as_secs_f64() {
-                        return Err(Trouble::Overdue { motion: name, after_s: elapsed_s, planned_s: duration_s });
+                    if elapsed_s > duration_s + watchdog.grace.as_secs_f64() {
+                        return Err(Fault::Overdue { motion: name, after_s: elapsed_s, planned_s: duration_s });
                     }
                 }
             }
         }
     }
 
-    /// The arm now; a robot that stays silent, or is not well, is trouble.
-    async fn look(&mut self) -> Result<ArmState, Trouble> {
-        let watch = self.errand.watch;
+    /// The arm's state; a fault if the robot does not answer or reports one.
+    async fn state(&mut self) -> Result<ArmState, Fault> {
+        let watchdog = self.job.watchdog;
         let asked = Instant::now();
-        let deadline = asked + watch.silence;
-        let mut cause = "it accepts what it is asked but does not answer".to_owned();
+        let deadline = asked + watchdog.silence;
+        let mut cause = "the robot accepts requests but does not answer".to_owned();
         loop {
             let answer = tokio::select! {
                 biased;
-                () = self.interrupt.as_mut() => return Err(Trouble::Interrupted),
+                () = self.interrupt.as_mut() => return Err(Fault::Interrupted),
                 answer = timeout_at(deadline, self.robot.state()) => answer,
             };
             match answer {
                 Ok(Ok(state)) => {
                     let (q_rad, moving) = (state.q_rad.clone(), state.moving);
-                    self.diary.note(Event::State { q_rad, moving });
+                    self.log.note(Event::State { q_rad, moving });
                     return Ok(state);
                 }
-                // A link may recover within its time; some robots know themselves for how long they were not heard.
-                Ok(Err(Trouble::LostLink { cause: why, silent_s })) => {
+                // A link may recover within the time limit; some drivers report the time since the last message themselves.
+                Ok(Err(Fault::LostLink { cause: why, silent_s })) => {
                     let silent_s = silent_s.max(asked.elapsed().as_secs_f64());
                     cause = why;
-                    if silent_s >= watch.silence.as_secs_f64() {
-                        return Err(Trouble::LostLink { silent_s, cause });
+                    if silent_s >= watchdog.silence.as_secs_f64() {
+                        return Err(Fault::LostLink { silent_s, cause });
                     }
-                    sleep(watch.period).await;
+                    sleep(watchdog.period).await;
                 }
                 Ok(Err(other)) => return Err(other),
                 Err(_) => {
-                    return Err(Trouble::LostLink { silent_s: asked.elapsed().as_secs_f64(), cause });
+                    return Err(Fault::LostLink { silent_s: asked.elapsed().as_secs_f64(), cause });
                 }
             }
         }
     }
 
-    /// An error if the arm is farther than this from the path, or from a pose if one is given.
-    fn on_path(
+    /// An error if a joint deviates from the path by more than `allowed_rad`, or from `pose` if it is not empty.
+    fn check_deviation(
         &self,
         motion: &Motion,
         state: &ArmState,
         allowed_rad: f64,
         pose: &[f64],
-    ) -> Result<(), Trouble> {
-        let (joint, off_rad) =
-            if pose.is_empty() { motion.off_path(&state.q_rad) } else { farthest(pose, &state.q_rad) };
-        // Written so that an angle that is no number counts as off.
+    ) -> Result<(), Fault> {
+        let (joint, off_rad) = if pose.is_empty() {
+            motion.off_path(&state.q_rad)
+        } else {
+            largest_difference(pose, &state.q_rad)
+        };
+        // A NaN angle fails the comparison and counts as a deviation.
         if off_rad <= allowed_rad && state.q_rad.iter().all(|q| q.is_finite()) {
             return Ok(());
         }
-        let joint = self.errand.command.joints.get(joint).cloned().unwrap_or_default();
-        Err(Trouble::OffPath { joint, off_rad })
+        let joint = self.job.command.joints.get(joint).cloned().unwrap_or_default();
+        Err(Fault::OffPath { joint, off_rad })
     }
 
-    /// Stops the arm and tells how that went.
-    async fn stopped(&mut self, motion: &Motion, trouble: Trouble) -> Ending {
+    /// Stops the arm and logs the fault and the stop.
+    async fn stopped(&mut self, motion: &Motion, fault: Fault) -> Ending {
         let stop = self.stop().await;
-        self.diary.note(Event::Trouble { message: trouble.to_string(), trouble: trouble.clone() });
-        self.diary.note(Event::Stopped(stop.clone()));
-        Ending::Stopped { motion: motion.name.into(), trouble, stop }
+        self.log.note(Event::Fault { message: fault.to_string(), fault: fault.clone() });
+        self.log.note(Event::Stopped(stop.clone()));
+        Ending::Stopped { motion: motion.name.into(), fault, stop }
     }
 
-    async fn stop(&mut self) -> StopAccount {
-        let (known, silence) = (Instant::now(), self.errand.watch.silence);
-        let mut account = StopAccount::default();
+    async fn stop(&mut self) -> StopReport {
+        let (known, silence) = (Instant::now(), self.job.watchdog.silence);
+        let mut account = StopReport::default();
         let mut confirmed = timeout(silence, self.robot.stop(Stop::Smooth)).await;
         if !matches!(confirmed, Ok(Ok(()))) {
             account.braked = true;
@@ -280,33 +280,33 @@ impl<I: Future<Output = ()>> Session<'_, I> {
         if matches!(confirmed, Ok(Ok(()))) {
             account.confirmed_after_s = Some(known.elapsed().as_secs_f64());
         }
-        account.stands_after_s = self.standstill(known).await;
-        if account.stands_after_s.is_none() && account.confirmed_after_s.is_some() && !account.braked {
-            // Confirmed, but still moving: harder.
+        account.at_rest_after_s = self.standstill(known).await;
+        if account.at_rest_after_s.is_none() && account.confirmed_after_s.is_some() && !account.braked {
+            // The stop was confirmed, but the arm still moves: request the brakes.
             account.braked = true;
             let _ = timeout(silence, self.robot.stop(Stop::Brake)).await;
-            account.stands_after_s = self.standstill(known).await;
+            account.at_rest_after_s = self.standstill(known).await;
         }
         account.explanation = timeout(silence, self.robot.explanation()).await.ok().flatten();
         account
     }
 
-    /// When two looks in a row find the arm in the same place (s since `known`).
+    /// When two consecutive readings agree (s since `known`).
     async fn standstill(&mut self, known: Instant) -> Option<f64> {
-        /// Sensors flicker by less (rad).
+        /// Largest sensor noise (rad).
         const STILL_RAD: f64 = 1e-3;
-        let watch = self.errand.watch;
+        let watchdog = self.job.watchdog;
         let deadline = Instant::now() + STANDSTILL;
         let mut before: Option<Vec<f64>> = None;
         while Instant::now() < deadline {
-            // A controller in trouble still tells where the arm is: `place` asks for nothing else.
-            if let Ok(Ok(place)) = timeout(watch.silence, self.robot.place()).await {
-                if before.is_some_and(|before| farthest(&before, &place).1 < STILL_RAD) {
+            // A controller with a fault still reports joint angles: `joint_angles` requests nothing else.
+            if let Ok(Ok(angles_rad)) = timeout(watchdog.silence, self.robot.joint_angles()).await {
+                if before.is_some_and(|before| largest_difference(&before, &angles_rad).1 < STILL_RAD) {
                     return Some(known.elapsed().as_secs_f64());
                 }
-                before = Some(place);
+                before = Some(angles_rad);
             }
-            sleep(2 * watch.period).await;
+            sleep(2 * watchdog.period).await;
         }
         None
     }

@@ -1,9 +1,9 @@
-//! No robot: an arm that follows its path exactly, and our own physics for what it strikes.
+//! The simulated robot: an arm that follows its path exactly, and a simulation of the struck pile.
 
 use crate::arm::ArmState;
-use crate::fault::Trouble;
+use crate::fault::Fault;
 use crate::motion::Motion;
-use crate::preflight::Finding;
+use crate::preflight::PreflightCheck;
 use breakshot::geometry::{Pose, Vec2};
 use breakshot::physics;
 use breakshot::properties::Properties;
@@ -15,14 +15,15 @@ use std::collections::BTreeMap;
 use std::sync::{Mutex, PoisonError};
 use tokio::time::Instant;
 
-/// What the strike did in our own physics.
+/// The result of a simulated strike.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Simulated {
-    /// The tip's speed along the strike's line at the contact, from the joints' motion (m/s).
+pub struct SimulatedStrike {
+    /// The tip's speed along the heading at the contact, computed from the joint angles and velocities (m/s).
     pub speed_m_s: f64,
-    /// Where everything came to rest: x, y (m), yaw (rad).
-    pub places: BTreeMap<String, [f64; 3]>,
-    /// What of the goal is not met, in words.
+    /// The final pose of each object: x, y (m), yaw (rad).
+    #[serde(rename = "places")]
+    pub final_poses: BTreeMap<String, [f64; 3]>,
+    /// The unmet conditions of the goal, one sentence each.
     pub violations: Vec<String>,
 }
 
@@ -31,27 +32,27 @@ pub(crate) struct Sim {
     properties: Properties,
     now: Mutex<Now>,
     #[cfg(test)]
-    pub(crate) fault: Option<Fault>,
+    pub(crate) injected: Option<InjectedFault>,
 }
 
-/// What a test lets go wrong, in a motion of that name so long after its start.
+/// A fault that a test injects into a motion, at a time after the motion's start.
 #[cfg(test)]
-pub(crate) struct Fault {
+pub(crate) struct InjectedFault {
     pub(crate) motion: &'static str,
     pub(crate) after_s: f64,
-    pub(crate) trouble: Trouble,
+    pub(crate) fault: Fault,
 }
 
 #[derive(Default)]
 struct Now {
     q_rad: Vec<f64>,
     motion: Option<(Motion, Instant)>,
-    /// Names of what was sent, in order, and `stop`.
-    told: Vec<&'static str>,
+    /// The names of the requests received, in order: motions, and `stop`.
+    received: Vec<&'static str>,
 }
 
 impl Sim {
-    /// The arm stands where the command starts.
+    /// An arm at rest at the command's first pose.
     pub(crate) fn new(command: &Command, properties: &Properties) -> Self {
         let q_rad = command.at(0.0).map(|state| state.q_rad).unwrap_or_default();
         Self {
@@ -59,7 +60,7 @@ impl Sim {
             properties: properties.clone(),
             now: Mutex::new(Now { q_rad, ..Now::default() }),
             #[cfg(test)]
-            fault: None,
+            injected: None,
         }
     }
 
@@ -67,7 +68,7 @@ impl Sim {
         self.now.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// The arm now.
+    /// The arm's state.
     pub(crate) fn state(&self) -> ArmState {
         let mut now = self.now();
         let Some((motion, begun)) = &now.motion else {
@@ -82,77 +83,78 @@ impl Sim {
         ArmState { q_rad, moving }
     }
 
-    /// The trouble that a test wants now.
+    /// The injected fault, if it is due.
     #[cfg(test)]
-    pub(crate) fn trouble(&self) -> Option<Trouble> {
-        let (now, fault) = (self.now(), self.fault.as_ref()?);
+    pub(crate) fn fault(&self) -> Option<Fault> {
+        let (now, injected) = (self.now(), self.injected.as_ref()?);
         let (motion, begun) = now.motion.as_ref()?;
-        let is_due = fault.motion == motion.name && begun.elapsed().as_secs_f64() >= fault.after_s;
-        is_due.then(|| fault.trouble.clone())
+        let is_due = injected.motion == motion.name && begun.elapsed().as_secs_f64() >= injected.after_s;
+        is_due.then(|| injected.fault.clone())
     }
 
-    /// The trouble that a test wants now: none, for this is no test.
+    /// The injected fault: `None` outside tests.
     #[cfg(not(test))]
-    pub(crate) fn trouble(&self) -> Option<Trouble> {
+    pub(crate) fn fault(&self) -> Option<Fault> {
         let _ = self;
         None
     }
 
-    pub(crate) fn send(&self, motion: &Motion) -> Result<(), Trouble> {
+    pub(crate) fn send(&self, motion: &Motion) -> Result<(), Fault> {
         let mut now = self.now();
         if now.motion.is_some() {
-            return Err(Trouble::Refused { request: "a motion".into(), answer: "the arm is moving".into() });
+            return Err(Fault::Refused { request: "a motion".into(), answer: "the arm is moving".into() });
         }
-        now.told.push(motion.name);
+        now.received.push(motion.name);
         now.motion = Some((motion.clone(), Instant::now()));
         Ok(())
     }
 
     pub(crate) fn stop(&self) {
         let mut now = self.now();
-        now.told.push("stop");
+        now.received.push("stop");
         if let Some((motion, begun)) = now.motion.take() {
             now.q_rad = motion.at(begun.elapsed().as_secs_f64()).q_rad;
         }
     }
 
-    /// What was sent, in order.
+    /// The names of the requests received, in order.
     #[cfg(test)]
-    pub(crate) fn told(&self) -> Vec<&'static str> {
-        self.now().told.clone()
+    pub(crate) fn received(&self) -> Vec<&'static str> {
+        self.now().received.clone()
     }
 
-    /// Whether the strike was sent.
+    /// Whether the strike was received.
     pub(crate) fn has_struck(&self) -> bool {
-        self.now().told.contains(&PhaseName::Strike.text())
+        self.now().received.contains(&PhaseName::Strike.label())
     }
 
-    /// What the strike does in our own physics, at the speed that the joints give the tip.
+    /// Simulates the strike on the command's scene, at the tip's speed computed from the joint path.
     ///
     /// # Errors
-    /// Why the pile cannot be simulated.
-    pub(crate) fn simulated(&self) -> Result<Simulated, String> {
+    /// The reason for which the pile cannot be simulated.
+    pub(crate) fn simulated(&self) -> Result<SimulatedStrike, String> {
         let command = &self.command;
-        let scene = command.scene.as_ref().ok_or("the command does not say where the objects lie")?;
+        let scene =
+            command.scene.as_ref().ok_or("the command has no scene: the objects' positions are not known")?;
         let state = command.at(command.stroke.contact_time_s).ok_or("the command has no phases")?;
-        let station = command.station().map_err(|e| e.to_string())?;
+        let mounted = command.mounted_arm().map_err(|e| e.to_string())?;
         let along = Vec2::from_heading(command.strike.heading_rad);
-        let speed_m_s = station.tip_velocity_on_table(&state).dot(along);
+        let speed_m_s = mounted.tip_velocity_on_table(&state).dot(along);
         let strike = Strike { speed_m_s, ..command.strike.clone() };
         let options = physics::Options::default();
         let trajectory = physics::trajectory(scene, &self.properties, &strike, &options);
         let poses = trajectory.map_err(|e| e.to_string())?.final_poses;
         let singulation = Singulation::of(scene, &poses).map_err(|e| e.to_string())?;
         let violations = singulation.violations(&scene.goal).iter().map(ToString::to_string).collect();
-        let place = |pose: &Pose| [pose.position.x, pose.position.y, pose.yaw_rad];
-        let places = poses.iter().map(|(name, pose)| (name.clone(), place(pose))).collect();
-        Ok(Simulated { speed_m_s, places, violations })
+        let row = |pose: &Pose| [pose.position.x, pose.position.y, pose.yaw_rad];
+        let final_poses = poses.iter().map(|(name, pose)| (name.clone(), row(pose))).collect();
+        Ok(SimulatedStrike { speed_m_s, final_poses, violations })
     }
 
-    /// Whether the strike can be simulated.
-    pub(crate) fn preflight(&self) -> Vec<Finding> {
+    /// Checks that the strike can be simulated.
+    pub(crate) fn preflight(&self) -> Vec<PreflightCheck> {
         let found = self.simulated().map_or_else(|reason| reason, |_| "can be simulated".into());
         let holds = found == "can be simulated";
-        vec![Finding::new("strike on the pile", found, "can be simulated", holds)]
+        vec![PreflightCheck::new("strike on the pile", found, "can be simulated", holds)]
     }
 }

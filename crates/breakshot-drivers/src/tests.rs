@@ -1,13 +1,13 @@
-//! Order and content of what is sent, on a clock that does not wait.
+//! Order and content of the requests, with paused time.
 
 #[path = "../tests/mock/example.rs"]
-#[allow(unreachable_pub, reason = "shared with the tests that stand outside")]
+#[allow(unreachable_pub, reason = "shared with the integration tests")]
 mod example;
 
 use crate::robot::Robot;
 use crate::session::Session;
-use crate::sim::{Fault, Sim};
-use crate::{Diary, Ending, Errand, Permission, Trouble, Watch, objections};
+use crate::sim::{InjectedFault, Sim};
+use crate::{Ending, EventLog, Fault, Job, Permission, Watchdog, objections};
 use breakshot::geometry::Point;
 use breakshot::properties::Properties;
 use breakshot::robot::Command;
@@ -25,98 +25,110 @@ fn properties() -> Properties {
     serde_json::from_value(value).expect("properties")
 }
 
-/// Runs a command on an arm of numbers; gives the end, what was sent, and the robot's motions in order.
+/// Runs a command on the simulated arm; returns the ending and the requests received in order.
 async fn run(
     command: &Command,
     permission: Permission,
-    look: &(dyn Fn() -> Result<Option<Scene>, String> + Sync),
-    fault: Option<Fault>,
+    observe: &(dyn Fn() -> Result<Option<Scene>, String> + Sync),
+    injected: Option<InjectedFault>,
 ) -> (Ending, Vec<&'static str>) {
     let mut sim = Sim::new(command, &properties());
-    sim.fault = fault;
+    sim.injected = injected;
     let robot = Robot::Sim(Box::new(sim));
-    let errand =
-        Errand { command, permission, live: true, look, now_unix_s: just_after, watch: Watch::default() };
-    let mut diary = Diary::new(command, None, |_| ()).expect("an arm");
+    let job = Job {
+        command,
+        permission,
+        live: true,
+        observe,
+        now_unix_s: just_after,
+        watchdog: Watchdog::default(),
+    };
+    let mut log = EventLog::new(command, None, |_| ()).expect("an arm");
     let interrupt = Box::pin(std::future::pending());
-    let mut session = Session { robot: &robot, errand: &errand, diary: &mut diary, interrupt };
+    let mut session = Session { robot: &robot, job: &job, log: &mut log, interrupt };
     let ending = session.run().await.expect("a simulation is there").ending;
     let Robot::Sim(sim) = &robot else { unreachable!() };
-    (ending, sim.told())
+    (ending, sim.received())
 }
 
 fn permission(command: &Command) -> Permission {
     Permission { hash: Some(command.short_hash()), allow_fast: false }
 }
 
-/// Nobody looks at the table again.
-const NOBODY: &(dyn Fn() -> Result<Option<Scene>, String> + Sync) = &|| Ok(None);
+/// No new observation of the table.
+const NO_OBSERVATION: &(dyn Fn() -> Result<Option<Scene>, String> + Sync) = &|| Ok(None);
 
 #[tokio::test(start_paused = true)]
-async fn a_strike_is_approached_carried_out_once_and_left() {
+async fn a_strike_is_executed_once_between_approach_and_return() {
     let command = command(0.2);
-    let (ending, told) = run(&command, permission(&command), NOBODY, None).await;
-    assert_eq!(told, ["approach", "lowering", "strike", "raising", "way home"]);
+    let (ending, received) = run(&command, permission(&command), NO_OBSERVATION, None).await;
+    assert_eq!(received, ["approach", "lowering", "strike", "raising", "return home"]);
     let Ending::Struck { simulated: Some(simulated) } = ending else { panic!("{ending:?}") };
     assert!((simulated.speed_m_s - 0.2).abs() < 1e-6, "{} m/s", simulated.speed_m_s);
-    let [x, ..] = simulated.places["a"];
+    let [x, ..] = simulated.final_poses["a"];
     // Eq. 24 and 26 for a central hit: (1 + e) v, then v^2 / (2 mu g).
-    let way_m = (1.6_f64 * 0.2).powi(2) / (2.0 * 0.3 * 9.81);
-    assert!((x - way_m * 0.3_f64.cos()).abs() < 1e-3, "{x} m, not {way_m} m along the heading");
+    let distance_m = (1.6_f64 * 0.2).powi(2) / (2.0 * 0.3 * 9.81);
+    assert!((x - distance_m * 0.3_f64.cos()).abs() < 1e-3, "{x} m, not {distance_m} m along the heading");
 }
 
 #[tokio::test(start_paused = true)]
 async fn without_the_right_hash_nothing_moves() {
     let command = command(0.2);
     for hash in [None, Some("00000000".to_owned())] {
-        let (ending, told) = run(&command, Permission { hash, allow_fast: false }, NOBODY, None).await;
+        let (ending, received) =
+            run(&command, Permission { hash, allow_fast: false }, NO_OBSERVATION, None).await;
         let Ending::Refused { objections, .. } = ending else { panic!("{ending:?}") };
         assert!(objections[0].contains(&command.short_hash()), "{objections:?}");
-        assert!(told.is_empty(), "{told:?}");
+        assert!(received.is_empty(), "{received:?}");
     }
 }
 
 #[tokio::test(start_paused = true)]
-async fn what_moved_during_the_approach_keeps_the_arm_from_striking() {
+async fn an_object_that_moves_during_the_approach_prevents_the_strike() {
     let command = command(0.2);
-    let looks = AtomicUsize::new(0);
-    let look = || {
-        let mut seen = scene();
-        if looks.fetch_add(1, Ordering::Relaxed) > 0 {
-            seen.placed[0].position_m = Point::new(0.0, 0.01);
+    let observations = AtomicUsize::new(0);
+    let observe = || {
+        let mut observed = scene();
+        if observations.fetch_add(1, Ordering::Relaxed) > 0 {
+            observed.placed[0].position_m = Point::new(0.0, 0.01);
         }
-        Ok(Some(seen))
+        Ok(Some(observed))
     };
-    let (ending, told) = run(&command, permission(&command), &look, None).await;
+    let (ending, received) = run(&command, permission(&command), &observe, None).await;
     let Ending::Refused { objections, .. } = ending else { panic!("{ending:?}") };
     assert_eq!(objections, ["`a` lies 10.0 mm away from where it was planned for"]);
-    assert_eq!(told, ["approach", "lowering"]);
+    assert_eq!(received, ["approach", "lowering"]);
 }
 
 #[tokio::test(start_paused = true)]
-async fn trouble_in_any_motion_ends_in_a_stop_and_nothing_after_it() {
+async fn a_fault_in_any_motion_ends_in_a_stop_and_nothing_after_it() {
     let command = command(0.2);
-    let all = ["approach", "lowering", "strike", "raising", "way home"];
+    let all = ["approach", "lowering", "strike", "raising", "return home"];
     for (k, motion) in all.into_iter().enumerate() {
-        let fault = Fault { motion, after_s: 0.1, trouble: Trouble::Collision };
-        let (ending, told) = run(&command, permission(&command), NOBODY, Some(fault)).await;
-        let Ending::Stopped { motion: during, trouble, .. } = ending else { panic!("{ending:?}") };
-        assert_eq!((during.as_str(), trouble), (motion, Trouble::Collision));
-        assert_eq!(told[..=k], all[..=k]);
-        assert_eq!(told[k + 1..], ["stop"], "{motion}");
+        let injected = InjectedFault { motion, after_s: 0.1, fault: Fault::Collision };
+        let (ending, received) = run(&command, permission(&command), NO_OBSERVATION, Some(injected)).await;
+        let Ending::Stopped { motion: during, fault, .. } = ending else { panic!("{ending:?}") };
+        assert_eq!((during.as_str(), fault), (motion, Fault::Collision));
+        assert_eq!(received[..=k], all[..=k]);
+        assert_eq!(received[k + 1..], ["stop"], "{motion}");
     }
 }
 
-/// The one objection against a command; none if there is none.
-fn objection(command: &Command, allow_fast: bool, seen: Option<&Scene>, now_unix_s: f64) -> Option<String> {
+/// The only objection against a command, if there is one.
+fn objection(
+    command: &Command,
+    allow_fast: bool,
+    observed: Option<&Scene>,
+    now_unix_s: f64,
+) -> Option<String> {
     let permission = Permission { hash: None, allow_fast };
-    let mut objections = objections(command, &permission, seen, now_unix_s);
+    let mut objections = objections(command, &permission, observed, now_unix_s);
     assert!(objections.len() < 2, "{objections:?}");
     objections.pop()
 }
 
 #[test]
-fn a_fast_strike_needs_to_be_allowed() {
+fn a_fast_strike_needs_the_users_permission() {
     let fast = command(0.6);
     let refused = objection(&fast, false, None, just_after()).expect("too fast");
     assert!(refused.contains("--allow-fast"), "{refused}");
@@ -124,21 +136,21 @@ fn a_fast_strike_needs_to_be_allowed() {
 }
 
 #[test]
-fn what_the_samples_do_counts_not_what_the_file_says() {
-    let mut lying = command(0.6);
-    lying.strike.speed_m_s = 0.2;
-    lying.stroke.contact_speed_m_s = 0.2;
-    assert!(objection(&lying, false, None, just_after()).is_some());
+fn the_speed_limit_applies_to_the_samples_not_to_the_stated_speed() {
+    let mut misstated = command(0.6);
+    misstated.strike.speed_m_s = 0.2;
+    misstated.stroke.contact_speed_m_s = 0.2;
+    assert!(objection(&misstated, false, None, just_after()).is_some());
 }
 
 #[test]
-fn an_old_look_at_the_table_does_not_count() {
+fn an_observation_older_than_a_minute_is_refused() {
     let command = command(0.2);
-    let asked = |now_unix_s: f64| objection(&command, false, None, now_unix_s);
-    assert_eq!(asked(OBSERVED_UNIX_S + 59.0), None);
-    assert!(asked(OBSERVED_UNIX_S + 61.0).expect("too old").contains("61 s ago"));
-    assert!(asked(OBSERVED_UNIX_S - 60.0).expect("from the future").contains("from now"));
-    assert!(asked(f64::NAN).is_some());
+    let check = |now_unix_s: f64| objection(&command, false, None, now_unix_s);
+    assert_eq!(check(OBSERVED_UNIX_S + 59.0), None);
+    assert!(check(OBSERVED_UNIX_S + 61.0).expect("too old").contains("61 s ago"));
+    assert!(check(OBSERVED_UNIX_S - 60.0).expect("from the future").contains("from now"));
+    assert!(check(f64::NAN).is_some());
     let mut timeless = command.clone();
     timeless.scene.as_mut().expect("a scene").observed_unix_s = None;
     assert!(objection(&timeless, false, None, just_after()).is_some());
@@ -147,22 +159,22 @@ fn an_old_look_at_the_table_does_not_count() {
 }
 
 #[test]
-fn a_fresh_look_takes_the_place_of_the_plans_own() {
+fn a_new_observation_replaces_the_one_in_the_command() {
     let command = command(0.2);
     let later = OBSERVED_UNIX_S + 500.0;
-    let seen = Scene { observed_unix_s: Some(later - 5.0), ..scene() };
-    assert_eq!(objection(&command, false, Some(&seen), later), None);
-    let mut gone = seen.clone();
+    let observed = Scene { observed_unix_s: Some(later - 5.0), ..scene() };
+    assert_eq!(objection(&command, false, Some(&observed), later), None);
+    let mut gone = observed.clone();
     gone.placed.clear();
     assert!(objection(&command, false, Some(&gone), later).expect("gone").contains("not on the table"));
-    let mut more = seen.clone();
-    more.placed.push(breakshot::scene::Placed { object: "a#2".into(), ..seen.placed[0].clone() });
+    let mut more = observed.clone();
+    more.placed.push(breakshot::scene::Placed { object: "a#2".into(), ..observed.placed[0].clone() });
     assert!(objection(&command, false, Some(&more), later).expect("new").contains("`a#2`"));
-    let mut turned = seen;
-    turned.placed[0].yaw_rad = 2.0;
+    let mut rotated = observed;
+    rotated.placed[0].yaw_rad = 2.0;
     assert_eq!(
-        objection(&command, false, Some(&turned), later),
+        objection(&command, false, Some(&rotated), later),
         None,
-        "a disc looks the same from all sides"
+        "a disc is unchanged by any rotation"
     );
 }

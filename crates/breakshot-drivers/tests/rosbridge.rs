@@ -1,39 +1,39 @@
-//! The driver against a small rosbridge: it checks every message, and moves an arm of numbers.
+//! The driver against a mock rosbridge that records every message and simulates an arm.
 
 mod bridge;
 #[path = "mock/example.rs"]
-#[allow(dead_code, unreachable_pub, reason = "this test uses a part of it")]
+#[allow(dead_code, unreachable_pub, reason = "this test uses a subset")]
 mod example;
 
 use breakshot_drivers::{
-    Diary, Driver, Ending, Errand, Permission, Report, Trouble, Watch, rosbridge, strike,
+    Driver, Ending, EventLog, Fault, Job, Permission, Report, Watchdog, rosbridge, strike,
 };
-use bridge::{Bridge, Fault};
+use bridge::{Bridge, InjectedFault};
 use example::{command, just_after};
 use std::time::Duration;
 
-/// See the same in `indy.rs`.
-const PATIENT: Watch = Watch {
+/// As in `indy.rs`.
+const PATIENT: Watchdog = Watchdog {
     period: Duration::from_millis(10),
     silence: Duration::from_secs(20),
     grace: Duration::from_mins(1),
 };
 
-/// What is tested with it is that a silent link is noticed.
-const BRISK: Watch = Watch { silence: Duration::from_millis(300), ..PATIENT };
+/// Short, so that a silent link is detected quickly.
+const BRISK: Watchdog = Watchdog { silence: Duration::from_millis(300), ..PATIENT };
 
-async fn run(bridge: &Bridge, watch: Watch) -> Report {
+async fn run(bridge: &Bridge, watchdog: Watchdog) -> Report {
     let command = command(0.2);
     let permission = Permission { hash: Some(command.short_hash()), allow_fast: false };
-    let (look, now_unix_s) = (&|| Ok(None), just_after);
-    let errand = Errand { command: &command, permission, live: true, look, now_unix_s, watch };
-    let mut diary = Diary::new(&command, None, |_| ()).expect("an arm");
+    let (observe, now_unix_s) = (&|| Ok(None), just_after);
+    let job = Job { command: &command, permission, live: true, observe, now_unix_s, watchdog };
+    let mut log = EventLog::new(&command, None, |_| ()).expect("an arm");
     let driver = Driver::Rosbridge(rosbridge::Address::of_host(bridge.host.clone()));
-    strike(&driver, &errand, &mut diary, std::future::pending()).await.expect("the bridge is there")
+    strike(&driver, &job, &mut log, std::future::pending()).await.expect("the bridge is there")
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn a_strike_is_five_goals_in_the_layout_of_rosbridge() {
+async fn a_strike_is_five_goals_in_rosbridges_message_layout() {
     let bridge = Bridge::start(None).await;
     let report = run(&bridge, PATIENT).await;
     assert_eq!(report.ending, Ending::Struck { simulated: None });
@@ -67,12 +67,12 @@ async fn a_strike_is_five_goals_in_the_layout_of_rosbridge() {
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn an_aborted_goal_is_cancelled_and_the_joints_are_held() {
-    let bridge = Bridge::start(Some(Fault::Abort)).await;
-    let Ending::Stopped { trouble, motion, .. } = run(&bridge, PATIENT).await.ending else {
+    let bridge = Bridge::start(Some(InjectedFault::Abort)).await;
+    let Ending::Stopped { fault, motion, .. } = run(&bridge, PATIENT).await.ending else {
         panic!("not stopped")
     };
     assert_eq!(motion, "strike");
-    assert!(matches!(&trouble, Trouble::Refused { answer, .. } if answer.contains("-4")), "{trouble:?}");
+    assert!(matches!(&fault, Fault::Refused { answer, .. } if answer.contains("-4")), "{fault:?}");
     let messages = bridge.messages();
     let last: Vec<&str> = messages[5..].iter().filter_map(|message| message["op"].as_str()).collect();
     assert_eq!(last[..2], ["cancel_action_goal", "publish"]);
@@ -82,10 +82,8 @@ async fn an_aborted_goal_is_cancelled_and_the_joints_are_held() {
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn a_bridge_that_falls_silent_is_a_lost_link() {
-    let bridge = Bridge::start(Some(Fault::Silence)).await;
-    let Ending::Stopped { trouble, stop, .. } = run(&bridge, BRISK).await.ending else {
-        panic!("not stopped")
-    };
-    assert!(matches!(trouble, Trouble::LostLink { .. }), "{trouble:?}");
+    let bridge = Bridge::start(Some(InjectedFault::Silence)).await;
+    let Ending::Stopped { fault, stop, .. } = run(&bridge, BRISK).await.ending else { panic!("not stopped") };
+    assert!(matches!(fault, Fault::LostLink { .. }), "{fault:?}");
     assert_eq!(stop.confirmed_after_s, None);
 }

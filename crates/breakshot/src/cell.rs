@@ -156,6 +156,9 @@ impl Striker {
 pub struct RobotSpec {
     /// `indy7`, or a URDF file.
     pub arm: String,
+    /// The URDF's text, if `arm` is a file; filled in by [`crate::files::load_arm`].
+    #[serde(skip)]
+    pub urdf: Option<String>,
     /// The link of the URDF that the tool is screwed to, where that is not clear.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub flange: Option<String>,

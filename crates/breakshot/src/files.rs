@@ -4,7 +4,7 @@
 //! names its object.  Results are written whole or not at all.
 
 use crate::campaign::{Campaign, Clip};
-use crate::cell::Cell;
+use crate::cell::{Cell, RobotSpec};
 use crate::error::{Error, Result};
 use crate::object::Object;
 use crate::properties::Properties;
@@ -119,10 +119,10 @@ pub fn write_json<T: Serialize>(path: &Path, value: &T) -> Result<()> {
     write_whole(path, &bytes)
 }
 
-/// `cell.toml`; the paths of its `camera_info` and its arm are made relative to where the program runs.
+/// `cell.toml` with the URDF of its arm; the path of its `camera_info` is made relative to the working directory.
 ///
 /// # Errors
-/// See [`read_toml`] and [`Cell::check`].
+/// See [`read_toml`], [`Cell::check`] and [`load_arm`].
 pub fn load_cell(path: &Path) -> Result<Cell> {
     let mut cell: Cell = read_toml(path)?;
     check_version(path, cell.version)?;
@@ -134,8 +134,18 @@ pub fn load_cell(path: &Path) -> Result<Cell> {
         && robot.is_file()
     {
         robot.arm = beside(path, Path::new(&robot.arm)).display().to_string();
+        load_arm(robot)?;
     }
     Ok(cell)
+}
+
+/// Reads the URDF of an arm that is a file, so that the cell is complete without further files.
+///
+/// # Errors
+/// A URDF that cannot be read.
+pub fn load_arm(robot: &mut RobotSpec) -> Result<()> {
+    robot.urdf = if robot.is_file() { Some(text(Path::new(&robot.arm))?) } else { None };
+    Ok(())
 }
 
 #[derive(Deserialize)]
@@ -271,27 +281,52 @@ pub fn load_scene(path: &Path) -> Result<Loaded<Scene>> {
     Ok(Loaded { value: scene, notes: objects.notes })
 }
 
-/// The part of `plan.json` that says what to do; the rest is for people.
-#[derive(Deserialize)]
-struct PlanFile {
-    strike: Option<Strike>,
-}
-
 /// A strike: from a `plan.json`, or from a file with just the strike.
 ///
 /// # Errors
 /// See [`read_json`] and [`Strike::check`]; also a plan that found no strike.
 pub fn load_strike(path: &Path) -> Result<Strike> {
-    let value: serde_json::Value = read_json(path)?;
-    let strike = if value.get("strike").is_some() {
-        read_json::<PlanFile>(path)?.strike.ok_or_else(|| {
-            Error::invalid(label(path), "strike", "null (the plan found none)", "a plan with a strike")
-        })?
-    } else {
-        read_json(path)?
+    strike_and_scene(path).map(|(strike, _)| strike)
+}
+
+/// A strike, and the scene that it was planned for.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Planned {
+    /// The strike.
+    pub strike: Strike,
+    /// The scene of a `plan.json`; `None` for a file with just the strike.
+    pub scene: Option<Scene>,
+}
+
+/// The strike and the scene of a `plan.json`, or of a file with just the strike.
+///
+/// # Errors
+/// See [`load_strike`].
+pub fn load_planned(path: &Path) -> Result<Planned> {
+    let (strike, scene) = strike_and_scene(path)?;
+    let scene = scene.map(|scene| part(path, scene)).transpose()?;
+    Ok(Planned { strike, scene })
+}
+
+/// The strike of a file, checked, and the JSON value of its scene.
+fn strike_and_scene(path: &Path) -> Result<(Strike, Option<serde_json::Value>)> {
+    let mut value: serde_json::Value = read_json(path)?;
+    let (strike, scene) = match value.get_mut("strike").map(serde_json::Value::take) {
+        Some(serde_json::Value::Null) => {
+            let found = "null (the plan found none)";
+            return Err(Error::invalid(label(path), "strike", found, "a plan with a strike"));
+        }
+        Some(strike) => (strike, value.get_mut("scene").map(serde_json::Value::take)),
+        None => (value, None),
     };
+    let strike: Strike = part(path, strike)?;
     strike.check(&label(path))?;
-    Ok(strike)
+    Ok((strike, scene))
+}
+
+/// A part of a JSON file as `T`.
+fn part<T: DeserializeOwned>(path: &Path, value: serde_json::Value) -> Result<T> {
+    serde_json::from_value(value).map_err(|e| syntax_error(path, &e.to_string(), None))
 }
 
 /// `properties.json`.

@@ -1,8 +1,8 @@
-//! Arms from URDF files, from the file to the strike.
+//! Arms from URDF files: reading, inverse kinematics and strikes.
 
 use breakshot::cell::Cell;
 use breakshot::geometry::{Point, Vec2};
-use breakshot::robot::{self, Answer, Arm, Frame, Options, PhaseName, Station};
+use breakshot::robot::{self, Answer, Arm, Frame, MountedArm, Options, PhaseName};
 use breakshot::scene::Strike;
 use std::path::{Path, PathBuf};
 
@@ -17,7 +17,7 @@ fn arm(name: &str) -> Arm {
     Arm::from_urdf(&text, &file(name), None).expect("a good arm")
 }
 
-/// The arm stands half a metre behind the middle of the table.
+/// A cell whose arm stands half a metre behind the middle of the table.
 fn cell(name: &str) -> Cell {
     let text = format!(
         "[camera]\nscale_px_per_m = 1000.0\n[workspace]\nmin_m = [-0.3, -0.2]\nmax_m = [0.3, 0.2]\n[striker]\n\
@@ -26,11 +26,13 @@ fn cell(name: &str) -> Cell {
          tool_mass_kg = 0.3\n",
         file(name).display().to_string()
     );
-    toml::from_str(&text).expect("a cell")
+    let mut cell: Cell = toml::from_str(&text).expect("a cell");
+    breakshot::files::load_arm(cell.robot.as_mut().expect("an arm")).expect("a test file");
+    cell
 }
 
 #[test]
-fn every_arm_is_read_with_its_flange_and_without_doubts() {
+fn every_arm_is_read_with_its_flange_and_plausible_inertias() {
     let expected = [("tool0", 6, 0), ("tool0", 7, 0), ("tcp", 6, 2)];
     for (name, (flange, joints, notes)) in ARMS.iter().zip(expected) {
         let arm = arm(name);
@@ -40,16 +42,20 @@ fn every_arm_is_read_with_its_flange_and_without_doubts() {
 }
 
 #[test]
-fn what_hangs_on_a_link_is_carried_by_it() {
+fn bodies_fixed_to_a_link_add_to_its_mass() {
     let arm = arm("with_gripper");
     let forearm = arm.links.iter().find(|link| link.name == "forearm").expect("a forearm");
-    assert!((forearm.body.mass_kg - 3.25).abs() < 1e-12, "with its camera {} kg", forearm.body.mass_kg);
+    assert!((forearm.inertia.mass_kg - 3.25).abs() < 1e-12, "with its camera {} kg", forearm.inertia.mass_kg);
     let wrist = arm.links.last().expect("a wrist");
-    assert!((wrist.body.mass_kg - 1.3).abs() < 1e-12, "with gripper and fingers {} kg", wrist.body.mass_kg);
+    assert!(
+        (wrist.inertia.mass_kg - 1.3).abs() < 1e-12,
+        "with gripper and fingers {} kg",
+        wrist.inertia.mass_kg
+    );
 }
 
 #[test]
-fn the_tip_is_brought_to_places_in_front_of_every_arm() {
+fn the_inverse_reaches_points_in_front_of_every_arm() {
     for name in ARMS {
         let arm = arm(name);
         for k in 0..20 {
@@ -59,7 +65,7 @@ fn the_tip_is_brought_to_places_in_front_of_every_arm() {
             );
             let start = vec![0.3; arm.joint_count()];
             let angles =
-                arm.inverse(&target, &start).unwrap_or_else(|| panic!("{name}: place {k} not reached"));
+                arm.inverse(&target, &start).unwrap_or_else(|| panic!("{name}: target {k} not reached"));
             let apart = (arm.tip(&angles).to_homogeneous() - target.to_homogeneous()).amax();
             assert!(apart < 1e-9, "{name}: the tip is {apart} off");
         }
@@ -81,9 +87,9 @@ fn every_arm_strikes_straight_at_the_planned_speed() {
         let Answer::Ready(command) = answer else { panic!("{name}: {answer:?}") };
         let speed_m_s = command.stroke.contact_speed_m_s;
         assert!((speed_m_s - 0.3).abs() < 0.003, "{name}: {speed_m_s} m/s");
-        let station = Station::of_cell(&cell).expect("an arm");
+        let mounted = MountedArm::of_cell(&cell).expect("an arm");
         for q in &command.phase(PhaseName::Strike).expect("a strike").q_rad {
-            let aside_m = Vec2::from_heading(0.4).cross(station.tip_on_table(q).0 - strike.start_m);
+            let aside_m = Vec2::from_heading(0.4).cross(mounted.tip_on_table(q).0 - strike.start_m);
             assert!(aside_m.abs() < 1e-9, "{name}: {aside_m} m off the line");
         }
     }

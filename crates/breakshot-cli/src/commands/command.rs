@@ -4,27 +4,27 @@ use super::touch;
 use crate::args::CommandArgs;
 use crate::{Outcome, console};
 use breakshot::cell::Cell;
+use breakshot::files::{self, Planned};
 use breakshot::geometry::Point;
-use breakshot::plan::Plan;
-use breakshot::robot::{self, Answer, Check, Command, Hit, Refusal, Station};
-use breakshot::scene::{Scene, Strike};
-use breakshot::{Result, files, physics};
+use breakshot::robot::{self, Answer, Command, ImpulseConditions, LimitCheck, MountedArm, Refusal};
+use breakshot::scene::Scene;
+use breakshot::{Result, physics};
 use serde::Serialize;
 use std::path::Path;
 
-/// Plans the joint path and writes it; a strike that the arm cannot carry out is told and ends doubtful.
+/// Plans the joint path and writes it; a strike that the arm cannot execute is reported and ends doubtful.
 pub(crate) fn run(args: &CommandArgs) -> Result<Outcome> {
     if let Some(touches) = &args.touch {
         return touch::run(touches, args);
     }
     let cell = cell(args)?;
-    let (strike, scene) = planned(args)?;
-    let station = Station::of_cell(&cell)?;
+    let Planned { strike, scene } = planned(args)?;
+    let mounted = MountedArm::of_cell(&cell)?;
     if let Some(path) = &args.urdf {
-        files::write_whole(path, station.arm().urdf().as_bytes())?;
+        files::write_whole(path, mounted.arm().urdf().as_bytes())?;
     }
     if let Some(path) = &args.impulse {
-        files::write_whole(path, impulse_figure(&station, &cell, scene.as_ref()).as_bytes())?;
+        files::write_whole(path, impulse_figure(&mounted, &cell, scene.as_ref()).as_bytes())?;
     }
     match robot::command(&cell, &strike, scene.as_ref(), &robot::Options::default())? {
         Answer::Ready(command) => written(args, &command),
@@ -32,25 +32,27 @@ pub(crate) fn run(args: &CommandArgs) -> Result<Outcome> {
     }
 }
 
-/// The cell with the arm that was asked for.
+/// The cell with the arm of `--arm`, if given.
 pub(crate) fn cell(args: &CommandArgs) -> Result<Cell> {
     let mut cell = files::load_cell(&args.cell)?;
     if let Some(arm) = &args.arm {
-        cell.robot.get_or_insert_default().arm.clone_from(arm);
+        let robot = cell.robot.get_or_insert_default();
+        robot.arm.clone_from(arm);
+        files::load_arm(robot)?;
     }
     Ok(cell)
 }
 
-/// The strike, and what lies on the table if anything tells.
-fn planned(args: &CommandArgs) -> Result<(Strike, Option<Scene>)> {
+/// The strike and the scene of the plan, or the scene of `--scene`.
+fn planned(args: &CommandArgs) -> Result<Planned> {
     let path = args.plan.as_deref().unwrap_or(Path::new("plan.json"));
-    let strike = files::load_strike(path)?;
-    if let Some(scene) = &args.scene {
-        return Ok((strike, Some(files::load_scene(scene)?.value)));
+    match &args.scene {
+        Some(scene) => {
+            let scene = Some(files::load_scene(scene)?.value);
+            Ok(Planned { strike: files::load_strike(path)?, scene })
+        }
+        None => files::load_planned(path),
     }
-    let value: serde_json::Value = files::read_json(path)?;
-    let scene = if value.get("scene").is_some() { Some(files::read_json::<Plan>(path)?.scene) } else { None };
-    Ok((strike, scene))
 }
 
 fn written(args: &CommandArgs, command: &Command) -> Result<Outcome> {
@@ -100,7 +102,7 @@ fn refused(args: &CommandArgs, refusal: &Refusal) -> Result<Outcome> {
     Ok(Outcome::Doubtful)
 }
 
-/// What `--json` prints: all but the samples.
+/// The output of `--json`: everything except the samples.
 #[derive(Serialize)]
 struct Summary<'a> {
     outcome: &'static str,
@@ -108,7 +110,7 @@ struct Summary<'a> {
     arm: &'a str,
     stroke: &'a robot::Stroke,
     duration_s: f64,
-    checks: &'a [Check],
+    checks: &'a [LimitCheck],
     warnings: &'a [String],
 }
 
@@ -126,7 +128,7 @@ impl<'a> Summary<'a> {
     }
 }
 
-/// What the arm would do, in a few lines.
+/// Prints a summary of the command.
 pub(crate) fn print_summary(command: &Command) {
     let stroke = &command.stroke;
     println!(
@@ -138,7 +140,7 @@ pub(crate) fn print_summary(command: &Command) {
         command.short_hash()
     );
     println!(
-        "run-up {:.0} mm, stop {:.0} mm, at most {:.1} m/s2; the tip feels like {:.2} kg and carries {:.2} J",
+        "run-up {:.0} mm, stop {:.0} mm, at most {:.1} m/s2; the tip's effective mass is {:.2} kg, its energy {:.2} J",
         stroke.run_up_m * 1e3,
         stroke.stop_m * 1e3,
         stroke.acceleration_m_s2,
@@ -147,7 +149,7 @@ pub(crate) fn print_summary(command: &Command) {
     );
     for phase in &command.phases {
         let [from_s, to_s] = phase.span_s();
-        println!("  {:<14} {from_s:>6.2} to {to_s:>6.2} s", phase.name.text());
+        println!("  {:<14} {from_s:>6.2} to {to_s:>6.2} s", phase.name.label());
     }
     println!("nearest to the limits:");
     for check in &command.checks {
@@ -155,18 +157,19 @@ pub(crate) fn print_summary(command: &Command) {
     }
 }
 
-/// Fig. 10 for the middles of the workspace's four quarters.
-fn impulse_figure(station: &Station, cell: &Cell, scene: Option<&Scene>) -> String {
-    /// The paper's heaviest object (kg), where no weight is known.
+/// Fig. 10 for the centres of the workspace's four quadrants.
+fn impulse_figure(mounted: &MountedArm, cell: &Cell, scene: Option<&Scene>) -> String {
+    /// The mass of the paper's heaviest object (kg), used if no mass is known.
     const MASS_KG: f64 = 0.143;
     let masses = scene.into_iter().flat_map(|scene| &scene.objects).filter_map(|object| object.mass_kg);
     let heaviest_kg = masses.fold(0.0, f64::max);
     let object_mass_kg = if heaviest_kg > 0.0 { heaviest_kg } else { MASS_KG };
-    let hit = Hit { object_mass_kg, restitution: 0.0, speed_cap_m_s: robot::FASTEST_M_S };
+    let conditions =
+        ImpulseConditions { object_mass_kg, restitution: 0.0, speed_cap_m_s: robot::FASTEST_M_S };
     let (min, max) = (cell.workspace.min_m, cell.workspace.max_m);
     let at = |x: f64, y: f64| Point::new(min.x + x * (max.x - min.x), min.y + y * (max.y - min.y));
-    let places = [at(0.25, 0.25), at(0.75, 0.25), at(0.25, 0.75), at(0.75, 0.75)];
+    let points = [at(0.25, 0.25), at(0.75, 0.25), at(0.25, 0.75), at(0.75, 0.75)];
     let geometries: Vec<_> =
-        places.iter().filter_map(|&place| station.impulse_geometry(place, &hit)).collect();
+        points.iter().filter_map(|&point| mounted.impulse_geometry(point, &conditions)).collect();
     robot::impulse_figure(&geometries)
 }

@@ -1,4 +1,4 @@
-//! `breakshot strike`: carries a command out, or shows what would happen.
+//! `breakshot strike`: executes a command on a robot, or performs a dry run.
 
 use super::command::print_summary;
 use crate::args::StrikeArgs;
@@ -7,12 +7,13 @@ use breakshot::robot::Command;
 use breakshot::scene::Scene;
 use breakshot::{Error, Result, files};
 use breakshot_drivers::{
-    Diary, Driver, Ending, Errand, Event, Permission, Report, Watch, carry_out, indy, objections, rosbridge,
+    Driver, Ending, Event, EventLog, Job, Permission, Report, Watchdog, carry_out, indy, objections,
+    rosbridge,
 };
 use std::path::PathBuf;
 use std::time::SystemTime;
 
-/// Without a robot: whether the command may be carried out; with one: what it says; with `--live`: the strike.
+/// Without a robot: the interlock's objections; with a robot: also its preflight checks; with `--live`: the strike.
 pub(crate) fn run(args: &StrikeArgs) -> Result<Outcome> {
     let command: Command = files::read_json(&args.command)?;
     command.check()?;
@@ -22,35 +23,39 @@ pub(crate) fn run(args: &StrikeArgs) -> Result<Outcome> {
     console::warn(&command.warnings);
     console::note(&command.safety_notes()?);
     let permission = Permission { hash: args.hash.clone(), allow_fast: args.allow_fast };
-    let look = || match &args.scene {
+    let observe = || match &args.scene {
         Some(path) => files::load_scene(path).map(|scene| Some(scene.value)).map_err(|e| e.to_string()),
         None => Ok(None),
     };
     let Some(name) = &args.driver else {
-        let seen: Option<Scene> =
+        let observed: Option<Scene> =
             args.scene.as_ref().map(|path| files::load_scene(path)).transpose()?.map(|s| s.value);
-        let objections = objections(&command, &permission, seen.as_ref(), now_unix_s());
-        return told(args, &command, &Report { findings: Vec::new(), ending: Ending::Shown { objections } });
+        let objections = objections(&command, &permission, observed.as_ref(), now_unix_s());
+        return reported(
+            args,
+            &command,
+            &Report { checks: Vec::new(), ending: Ending::Shown { objections } },
+        );
     };
     let driver = driver(args, name)?;
-    let log =
+    let log_path =
         args.log.clone().unwrap_or_else(|| PathBuf::from(format!("strike-{}.jsonl", command.short_hash())));
-    let errand = Errand {
+    let job = Job {
         command: &command,
         permission,
         live: args.live,
-        look: &look,
+        observe: &observe,
         now_unix_s,
-        watch: Watch::default(),
+        watchdog: Watchdog::default(),
     };
-    let mut diary = Diary::new(&command, Some(&log), tell)?;
-    let report = carry_out(&driver, &errand, &mut diary);
-    diary.finish()?;
-    eprintln!("note: all of it is in {} and {}", log.display(), log.with_extension("mcap").display());
+    let mut log = EventLog::new(&command, Some(&log_path), print_event)?;
+    let report = carry_out(&driver, &job, &mut log);
+    log.finish()?;
+    eprintln!("note: the log is in {} and {}", log_path.display(), log_path.with_extension("mcap").display());
     match report {
-        Ok(report) => told(args, &command, &report),
-        Err(trouble) => {
-            eprintln!("error: {name}: {trouble}; nothing was moved");
+        Ok(report) => reported(args, &command, &report),
+        Err(fault) => {
+            eprintln!("error: {name}: {fault}; nothing was moved");
             Ok(Outcome::Failed)
         }
     }
@@ -61,7 +66,7 @@ fn driver(args: &StrikeArgs, name: &str) -> Result<Driver> {
     let wrong = || Error::invalid("--driver", "robot", format!("`{name}`"), NEEDED);
     match name.split_once(':') {
         None if name == "sim" => {
-            let needed = "--properties FILE: what the objects are like";
+            let needed = "--properties FILE: the objects' properties";
             let path = args.properties.as_ref();
             let path = path.ok_or_else(|| Error::invalid("--driver sim", "properties", "missing", needed))?;
             Ok(Driver::Sim(Box::new(files::load_properties(path)?)))
@@ -82,20 +87,20 @@ fn driver(args: &StrikeArgs, name: &str) -> Result<Driver> {
 }
 
 fn now_unix_s() -> f64 {
-    // A clock before 1970 makes every look at the table one from the future: refused.
+    // With a clock before 1970 every observation lies in the future, and the strike is refused.
     SystemTime::now().duration_since(SystemTime::UNIX_EPOCH).map_or(0.0, |since| since.as_secs_f64())
 }
 
-/// What happens, while it happens.
-fn tell(event: &Event) {
+/// Prints events as they happen.
+fn print_event(event: &Event) {
     match event {
         Event::Sent { motion, duration_s, .. } => eprintln!("{motion}: {duration_s:.1} s"),
-        Event::Trouble { message, .. } => eprintln!("STOP: {message}"),
+        Event::Fault { message, .. } => eprintln!("STOP: {message}"),
         _ => {}
     }
 }
 
-fn told(args: &StrikeArgs, command: &Command, report: &Report) -> Result<Outcome> {
+fn reported(args: &StrikeArgs, command: &Command, report: &Report) -> Result<Outcome> {
     if args.json {
         console::print_json(report)?;
     } else {
@@ -112,29 +117,29 @@ fn told(args: &StrikeArgs, command: &Command, report: &Report) -> Result<Outcome
 }
 
 fn print_report(args: &StrikeArgs, command: &Command, report: &Report) {
-    for finding in &report.findings {
-        let sign = if finding.holds { "ok" } else { "NO" };
-        let needed = if finding.holds { String::new() } else { format!("; needed: {}", finding.needed) };
-        println!("  {sign}  {}: {}{needed}", finding.what, finding.found);
+    for check in &report.checks {
+        let sign = if check.holds { "ok" } else { "NO" };
+        let needed = if check.holds { String::new() } else { format!("; needed: {}", check.needed) };
+        println!("  {sign}  {}: {}{needed}", check.what, check.found);
     }
     match &report.ending {
         Ending::Shown { objections } if objections.is_empty() => {
             let driver = args.driver.as_deref().unwrap_or("ROBOT");
             let hash = command.short_hash();
-            println!("nothing was moved; to carry it out: --driver {driver} --live --hash {hash}");
+            println!("nothing was moved; to execute it: --driver {driver} --live --hash {hash}");
         }
         Ending::Shown { objections } => {
-            println!("nothing was moved, and nothing may be:");
+            println!("nothing was moved; a live run would be refused:");
             print_lines(objections);
         }
-        Ending::Refused { objections, stands } => {
-            println!("refused; the arm stands {stands}:");
+        Ending::Refused { objections, arm_position } => {
+            println!("refused; the arm is {arm_position}:");
             print_lines(objections);
         }
-        Ending::Struck { simulated: None } => println!("struck, and back home"),
+        Ending::Struck { simulated: None } => println!("struck; the arm is back home"),
         Ending::Struck { simulated: Some(simulated) } => {
-            println!("struck at {:.3} m/s in our own physics; at rest:", simulated.speed_m_s);
-            for (object, [x, y, yaw]) in &simulated.places {
+            println!("struck at {:.3} m/s in the simulation; final poses:", simulated.speed_m_s);
+            for (object, [x, y, yaw]) in &simulated.final_poses {
                 println!(
                     "  {object:<10} {:>8.1} mm {:>8.1} mm {:>7.1} deg",
                     x * 1e3,
@@ -143,13 +148,13 @@ fn print_report(args: &StrikeArgs, command: &Command, report: &Report) {
                 );
             }
             for violation in &simulated.violations {
-                println!("  not as wanted: {violation}");
+                println!("  goal not met: {violation}");
             }
         }
-        Ending::Stopped { motion, trouble, stop } => {
-            println!("STOPPED during the {motion}: {trouble}");
+        Ending::Stopped { motion, fault, stop } => {
+            println!("STOPPED during the {motion}: {fault}");
             println!("{}", stop.sentence());
-            println!("nothing was recovered: look at the robot, then clear it at its own panel");
+            println!("nothing was recovered: inspect the robot, then clear the fault at its own panel");
         }
     }
 }

@@ -1,24 +1,24 @@
-//! `breakshot command --touch`: where the table lies for the robot.
+//! `breakshot command --touch`: the table's pose in the robot's base frame, from touched points.
 
 use super::command;
 use crate::args::CommandArgs;
 use crate::{Outcome, console};
-use breakshot::robot::{self, Arm, Touch, TouchFit};
+use breakshot::robot::{self, Arm, BaseRegistration, TouchedPoint};
 use breakshot::{Error, Result, files};
 use serde::Deserialize;
 use std::path::Path;
 
-/// The file of touched points.
+/// The file of the touched points.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct TouchFile {
-    touches: Vec<Touch>,
+    touches: Vec<TouchedPoint>,
 }
 
-/// Residuals above this (mm) mean a slipped touch or a wrong tool: tags and a tip are placed to half of it.
+/// Root mean square (mm) above which a touch or the tool is probably wrong: twice the accuracy of the tags and of a touch.
 const DOUBTFUL_MM: f64 = 2.0;
 
-/// Fits the touches and writes `base_from_table` into the cell file.
+/// Fits the touched points and writes `base_from_table` into the cell file.
 pub(crate) fn run(touches: &Path, args: &CommandArgs) -> Result<Outcome> {
     let cell = command::cell(args)?;
     let robot = cell.robot.as_ref().ok_or_else(|| {
@@ -26,7 +26,7 @@ pub(crate) fn run(touches: &Path, args: &CommandArgs) -> Result<Outcome> {
     })?;
     let arm = Arm::of_cell(robot)?;
     let file: TouchFile = files::read_toml(touches)?;
-    let fit = robot::base_from_table(&arm, &file.touches)?;
+    let fit = robot::base_registration(&arm, &file.touches)?;
     let line = toml_line(&fit);
     let text = std::fs::read_to_string(&args.cell)
         .map_err(|source| Error::Read { path: args.cell.clone(), source })?;
@@ -44,7 +44,7 @@ pub(crate) fn run(touches: &Path, args: &CommandArgs) -> Result<Outcome> {
     Ok(Outcome::doubtful_if(fit.rms_mm > DOUBTFUL_MM))
 }
 
-fn toml_line(fit: &TouchFit) -> String {
+fn toml_line(fit: &BaseRegistration) -> String {
     let [x, y, z] = fit.base_from_table.position_m;
     let [roll, pitch, yaw] = fit.base_from_table.rpy_rad;
     format!(

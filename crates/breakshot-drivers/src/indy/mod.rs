@@ -4,7 +4,7 @@ mod preflight;
 pub mod requests;
 
 use crate::arm::{ArmState, Stop};
-use crate::fault::Trouble;
+use crate::fault::Fault;
 use crate::motion::Motion;
 use crate::wire::config_client::ConfigClient;
 use crate::wire::control_client::ControlClient;
@@ -15,10 +15,10 @@ use std::time::Duration;
 use tonic::Status;
 use tonic::transport::{Channel, Endpoint};
 
-/// Where the controller's services listen.
+/// The addresses of the controller's services.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Address {
-    /// The controller.
+    /// The controller's host name or IP address.
     pub host: String,
     /// Port of `Control`.
     pub control: u16,
@@ -31,26 +31,26 @@ pub struct Address {
 }
 
 impl Address {
-    /// A controller as it is delivered.
+    /// The ports of a controller in factory settings.
     pub fn of_host(host: impl Into<String>) -> Self {
         Self { host: host.into(), control: 20_001, device: 20_002, config: 20_003, rtde: 20_004 }
     }
 
-    /// All services behind one port.
+    /// One port for all services.
     pub fn of_port(host: impl Into<String>, port: u16) -> Self {
         Self { host: host.into(), control: port, device: port, config: port, rtde: port }
     }
 }
 
-/// Connections that are not made by then will not be.
+/// Time limit of a connection.
 const CONNECT: Duration = Duration::from_secs(3);
-/// gRPC servers refuse larger messages unless told otherwise (bytes).
+/// Default size limit of a gRPC server's messages (bytes).
 const LARGEST_MESSAGE: usize = 4 << 20;
 
-/// A controller that is connected.
+/// A connected controller.
 pub(crate) struct Indy {
     control: ControlClient<Channel>,
-    /// A connection of its own, so that no large message stands before a stop.
+    /// A connection for stops only, so that a stop never waits behind a large message.
     brake: ControlClient<Channel>,
     device: DeviceClient<Channel>,
     config: ConfigClient<Channel>,
@@ -58,13 +58,13 @@ pub(crate) struct Indy {
 }
 
 impl Indy {
-    pub(crate) async fn connect(address: &Address) -> Result<Self, Trouble> {
+    pub(crate) async fn connect(address: &Address) -> Result<Self, Fault> {
         let channel = async |port: u16| {
             let uri = format!("http://{}:{port}", address.host);
-            let endpoint = Endpoint::from_shared(uri.clone())
-                .map_err(|e| Trouble::unreachable(format!("{uri}: {e}")))?;
+            let endpoint =
+                Endpoint::from_shared(uri.clone()).map_err(|e| Fault::unreachable(format!("{uri}: {e}")))?;
             let endpoint = endpoint.connect_timeout(CONNECT).tcp_nodelay(true);
-            endpoint.connect().await.map_err(|e| Trouble::unreachable(format!("{uri}: {}", innermost(&e))))
+            endpoint.connect().await.map_err(|e| Fault::unreachable(format!("{uri}: {}", innermost(&e))))
         };
         Ok(Self {
             control: ControlClient::new(channel(address.control).await?),
@@ -75,39 +75,41 @@ impl Indy {
         })
     }
 
-    pub(crate) async fn state(&self) -> Result<ArmState, Trouble> {
+    /// The arm's state; an error if the controller is not idle or moving.
+    pub(crate) async fn state(&self) -> Result<ArmState, Fault> {
         let data = self.rtde.clone().get_control_data(Empty {}).await.map_err(link)?.into_inner();
         let op_state = data.op_state();
         let moving = match op_state {
             OpState::OpIdle => false,
             OpState::OpMoving | OpState::TrajMoving => true,
-            OpState::OpViolate => return Err(Trouble::Violation),
-            OpState::OpCollision => return Err(Trouble::Collision),
-            other => return Err(Trouble::NotReady { state: other.as_str_name().into() }),
+            OpState::OpViolate => return Err(Fault::Violation),
+            OpState::OpCollision => return Err(Fault::Collision),
+            other => return Err(Fault::NotReady { state: other.as_str_name().into() }),
         };
         if !data.is_robot_connected {
-            return Err(Trouble::NotReady { state: "the controller has lost its robot".into() });
+            return Err(Fault::NotReady { state: "the controller has no connection to its robot".into() });
         }
         Ok(ArmState { q_rad: radians(&data.q), moving })
     }
 
-    pub(crate) async fn place(&self) -> Result<Vec<f64>, Trouble> {
+    /// The joint angles (rad), in any state of the controller.
+    pub(crate) async fn joint_angles(&self) -> Result<Vec<f64>, Fault> {
         let data = self.rtde.clone().get_control_data(Empty {}).await.map_err(link)?.into_inner();
         Ok(radians(&data.q))
     }
 
-    pub(crate) async fn send(&self, motion: &Motion) -> Result<(), Trouble> {
+    pub(crate) async fn send(&self, motion: &Motion) -> Result<(), Fault> {
         let request = requests::joint_trajectory(motion.phase.resampled(requests::PERIOD_S));
         let size = prost::Message::encoded_len(&request);
         if size > LARGEST_MESSAGE {
-            let answer = format!("{size} bytes are more than the {LARGEST_MESSAGE} that a controller takes");
-            return Err(Trouble::Refused { request: motion.name.into(), answer });
+            let answer = format!("{size} bytes exceed the controller's limit of {LARGEST_MESSAGE} bytes");
+            return Err(Fault::Refused { request: motion.name.into(), answer });
         }
         let answer = self.control.clone().move_joint_traj(request).await.map_err(link)?;
         accepted(motion.name, &answer.into_inner())
     }
 
-    pub(crate) async fn stop(&self, how: Stop) -> Result<(), Trouble> {
+    pub(crate) async fn stop(&self, how: Stop) -> Result<(), Fault> {
         let category = match how {
             Stop::Smooth => StopCategory::SmoothOnly,
             Stop::Brake => StopCategory::SmoothBrake,
@@ -121,12 +123,12 @@ impl Indy {
         (violation.violation_code != 0).then(|| violation_text(&violation))
     }
 
-    async fn violation(&self) -> Result<ViolationData, Trouble> {
+    async fn violation(&self) -> Result<ViolationData, Fault> {
         Ok(self.rtde.clone().get_violation_data(Empty {}).await.map_err(link)?.into_inner())
     }
 }
 
-/// A violation in words, with its code.
+/// A violation's message with its code and joint.
 fn violation_text(violation: &ViolationData) -> String {
     format!("{} (code {:#x}, joint {})", violation.violation_str, violation.violation_code, violation.j_index)
 }
@@ -135,21 +137,21 @@ fn radians(degrees: &[f32]) -> Vec<f64> {
     degrees.iter().map(|&q| f64::from(q).to_radians()).collect()
 }
 
-/// An answer that is not yes.
-fn accepted(request: &str, answer: &Response) -> Result<(), Trouble> {
+/// An error if the controller's answer is not success.
+fn accepted(request: &str, answer: &Response) -> Result<(), Fault> {
     if answer.code == 0 {
         return Ok(());
     }
     let answer = format!("{} (code {})", answer.msg, answer.code);
-    Err(Trouble::Refused { request: request.into(), answer })
+    Err(Fault::Refused { request: request.into(), answer })
 }
 
-/// A call that failed, as the network tells it.
-fn link(status: Status) -> Trouble {
-    Trouble::link(format!("{}: {}", status.code().description(), status.message()))
+/// A failed call as a lost link.
+fn link(status: Status) -> Fault {
+    Fault::link(format!("{}: {}", status.code().description(), status.message()))
 }
 
-/// The cause at the bottom: what is above says only that something failed.
+/// The innermost cause of an error: outer ones only state that the transport failed.
 fn innermost(error: &dyn std::error::Error) -> String {
     let mut error = error;
     while let Some(source) = error.source() {

@@ -1,4 +1,4 @@
-//! The requests that the driver sends, as values: what goes over the wire and nothing else.
+//! The requests that the driver sends, as values.
 
 use crate::wire::{
     ForwardKinematicsReq, GetMotionLReq, MoveJointTrajReq, StopCat, StopCategory, TargetP, Vector,
@@ -7,12 +7,12 @@ use crate::wire::{
 use breakshot::robot::{Frame, JointState};
 use nalgebra::{Rotation3, Translation3};
 
-/// The controller's period: the time between two rows of a trajectory (s).
+/// The controller's period, the time between two rows of a trajectory (s).
 pub const PERIOD_S: f64 = 250e-6;
-/// The speed that counts as 100 % in a straight line (m/s): the vendor client's largest value.
+/// The speed of 100 % in a straight line (m/s): the largest value in the vendor's client.
 pub const FULL_SPEED_M_S: f64 = 1.0;
 
-/// A whole motion, one row a period (`MoveJointTraj`).
+/// A whole motion, one row per period (`MoveJointTraj`).
 pub fn joint_trajectory(states: Vec<JointState>) -> MoveJointTrajReq {
     let mut request = MoveJointTrajReq::default();
     for state in states {
@@ -28,32 +28,32 @@ pub fn stop(category: StopCategory) -> StopCat {
     StopCat { category: category.into() }
 }
 
-/// Where these joint angles bring the tool (`ForwardKinematics`).
+/// The tool pose at joint angles (`ForwardKinematics`).
 pub fn forward_kinematics(q_rad: &[f64]) -> ForwardKinematicsReq {
     ForwardKinematicsReq { jpos: q_rad.iter().map(|q| q.to_degrees() as f32).collect() }
 }
 
-/// What the controller would make of a straight line at this speed and acceleration (`GetMotionL`); nothing moves.
+/// The controller's plan of a straight line at this speed and acceleration (`GetMotionL`); nothing moves.
 pub fn line_preview(from: &Frame, to: &Frame, speed_m_s: f64, acceleration_m_s2: f64) -> GetMotionLReq {
     let target = TargetP { t_start: pose_mm_deg(from), t_target: pose_mm_deg(to), base_type: 0 };
     GetMotionLReq {
         target_list: vec![target],
         vel_ratio: (100.0 * speed_m_s / FULL_SPEED_M_S) as f32,
-        // Percent of the speed, per second.
+        // In percent of the speed per second.
         acc_ratio: (100.0 * acceleration_m_s2 / speed_m_s) as f32,
         vel_type: VelocityModeType::DispOriented.into(),
         time_step: 0.001,
     }
 }
 
-/// A frame as the controller writes it: mm, then degrees about the fixed axes x, y, z.
+/// A frame in the controller's format: position (mm), then rotations about the fixed axes x, y, z (degrees).
 pub fn pose_mm_deg(frame: &Frame) -> Vec<f32> {
     let (roll, pitch, yaw) = frame.rotation.euler_angles();
-    let place = frame.translation.vector.iter().map(|x| (x * 1e3) as f32);
-    place.chain([roll, pitch, yaw].map(|angle| angle.to_degrees() as f32)).collect()
+    let position = frame.translation.vector.iter().map(|x| (x * 1e3) as f32);
+    position.chain([roll, pitch, yaw].map(|angle| angle.to_degrees() as f32)).collect()
 }
 
-/// See [`pose_mm_deg`]; fewer than six numbers are no frame.
+/// The frame of a pose in the format of [`pose_mm_deg`]; `None` unless there are six numbers.
 pub fn frame_from(pose_mm_deg: &[f32]) -> Option<Frame> {
     let &[x, y, z, u, v, w] = pose_mm_deg else { return None };
     let [x, y, z] = [x, y, z].map(|mm| f64::from(mm) * 1e-3);

@@ -1,4 +1,4 @@
-//! A rosbridge that is none: takes goals, moves an arm of numbers tenfold fast, publishes its joints.
+//! A mock rosbridge: accepts goals, simulates an arm at ten times the speed, publishes its joint states.
 
 use futures_util::{SinkExt, StreamExt};
 use serde_json::{Value, json};
@@ -9,12 +9,12 @@ use tokio::task::JoinHandle;
 use tokio_tungstenite::accept_async;
 use tokio_tungstenite::tungstenite::Message;
 
-/// What goes wrong in the third goal, the strike.
+/// The fault injected into the third goal, the strike.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Fault {
-    /// The controller gives up: the path is not kept.
+pub(crate) enum InjectedFault {
+    /// The controller aborts: the path tolerance is violated.
     Abort,
-    /// Nothing is heard any more, and nothing answered.
+    /// No message is sent or answered any more.
     Silence,
 }
 
@@ -25,7 +25,7 @@ pub(crate) struct Bridge {
 }
 
 const HOME_DEG: [f64; 6] = [0.0, -15.0, -90.0, 0.0, -75.0, 0.0];
-const HURRY: f64 = 10.0;
+const SPEEDUP: f64 = 10.0;
 
 struct Goal {
     message: Value,
@@ -33,15 +33,15 @@ struct Goal {
 }
 
 impl Bridge {
-    pub(crate) async fn start(fault: Option<Fault>) -> Self {
+    pub(crate) async fn start(injected: Option<InjectedFault>) -> Self {
         let listener = TcpListener::bind("127.0.0.1:0").await.expect("a free port");
         let host = listener.local_addr().expect("it is bound").to_string();
         let messages = Arc::new(Mutex::new(Vec::new()));
-        let server = tokio::spawn(served(listener, fault, Arc::clone(&messages)));
+        let server = tokio::spawn(serve(listener, injected, Arc::clone(&messages)));
         Self { host, messages, server }
     }
 
-    /// All that came in, in order.
+    /// All messages received, in order.
     pub(crate) fn messages(&self) -> Vec<Value> {
         self.messages.lock().expect("nobody panics").clone()
     }
@@ -53,7 +53,7 @@ impl Drop for Bridge {
     }
 }
 
-async fn served(listener: TcpListener, fault: Option<Fault>, messages: Arc<Mutex<Vec<Value>>>) {
+async fn serve(listener: TcpListener, injected: Option<InjectedFault>, messages: Arc<Mutex<Vec<Value>>>) {
     let (stream, _) = listener.accept().await.expect("a client");
     stream.set_nodelay(true).expect("a socket");
     let mut socket = accept_async::<TcpStream>(stream).await.expect("a websocket");
@@ -76,12 +76,12 @@ async fn served(listener: TcpListener, fault: Option<Fault>, messages: Arc<Mutex
             _ = ticks.tick() => {
                 let mut result = None;
                 if let Some(running) = &goal {
-                    if goals == 3 && fault == Some(Fault::Silence) {
+                    if goals == 3 && injected == Some(InjectedFault::Silence) {
                         std::future::pending::<()>().await;
                     }
                     let (now, ended) = running.joints();
                     joints = now;
-                    let aborted = goals == 3 && fault == Some(Fault::Abort);
+                    let aborted = goals == 3 && injected == Some(InjectedFault::Abort);
                     if ended || aborted {
                         let code = if aborted { -4 } else { 0 };
                         result = Some(json!({
@@ -92,7 +92,7 @@ async fn served(listener: TcpListener, fault: Option<Fault>, messages: Arc<Mutex
                         goal = None;
                     }
                 }
-                // In another order than the command's, as ROS may have it.
+                // In an order other than the command's, as ROS permits.
                 let (mut name, mut position) = (names.clone(), joints.clone());
                 name.reverse();
                 position.reverse();
@@ -108,9 +108,9 @@ async fn served(listener: TcpListener, fault: Option<Fault>, messages: Arc<Mutex
 }
 
 impl Goal {
-    /// The joints now, and whether that is the end.
+    /// The current joint angles (rad), and whether the goal has ended.
     fn joints(&self) -> (Vec<f64>, bool) {
-        let since_s = self.begun.elapsed().as_secs_f64() * HURRY;
+        let since_s = self.begun.elapsed().as_secs_f64() * SPEEDUP;
         let points = self.message["args"]["trajectory"]["points"].as_array().expect("points");
         let seconds = |point: &Value| {
             let time = &point["time_from_start"];

@@ -1,4 +1,4 @@
-//! A command to carry out: an Indy 7 before a table with one disc.
+//! An example command: an Indy 7 at a table with one disc.
 
 use breakshot::cell::Cell;
 use breakshot::geometry::{Point, Vec2};
@@ -6,10 +6,10 @@ use breakshot::object::{Object, Shape};
 use breakshot::robot::{self, Answer, Command};
 use breakshot::scene::{Goal, Placed, Scene, Strike};
 
-/// When the table was looked at (s since 1970).
+/// Time of the observation of the table (s since 1970).
 pub const OBSERVED_UNIX_S: f64 = 1_790_000_000.0;
 
-/// A moment later.
+/// Ten seconds after the observation (s since 1970).
 pub fn just_after() -> f64 {
     OBSERVED_UNIX_S + 10.0
 }

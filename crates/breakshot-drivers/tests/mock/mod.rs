@@ -1,7 +1,6 @@
-//! A controller that is none: serves what an Indy 7's controller serves, moves an arm of numbers in real time, and fails when
-//! told to.
+//! A mock of an Indy 7's controller: serves its services, simulates an arm in real time, and injects faults.
 
-#![allow(dead_code, unreachable_pub, reason = "each test uses a part of it")]
+#![allow(dead_code, unreachable_pub, reason = "each test uses a subset")]
 
 pub mod example;
 mod services;
@@ -16,42 +15,42 @@ use tokio::net::TcpListener;
 use tokio::task::JoinHandle;
 use tonic::transport::server::TcpIncoming;
 
-/// The pose an Indy 7 waits in (deg).
+/// The home pose of an Indy 7 (deg).
 pub const HOME_DEG: [f64; 6] = [0.0, -15.0, -90.0, 0.0, -75.0, 0.0];
-/// A real controller's base is so much higher than its published frames (m).
-const HIGHER_M: f64 = 0.0005;
+/// Height of a real controller's base above the published frames (m).
+const BASE_OFFSET_M: f64 = 0.0005;
 
-/// What goes wrong.
+/// An injected fault.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Fault {
+pub enum InjectedFault {
     Violation,
     Collision,
-    /// Somebody pressed the button: power is off.
+    /// The emergency stop was pressed: power is off.
     EmergencyStop,
-    /// The cable is pulled: nothing is answered any more.
+    /// The network cable is disconnected: no request is answered any more.
     LostLink,
-    /// Every answer takes longer than a strike can wait.
+    /// Every answer takes longer than the time limit during a strike.
     SlowReplies,
     /// The arm leaves its path.
     Drift,
     /// The motion is not accepted.
     Refusal,
-    /// The motion never comes to its end.
+    /// The motion never ends.
     Stall,
 }
 
-/// How the controller is set up, and what will go wrong.
+/// The controller's settings and the injected fault.
 #[derive(Clone, Debug)]
 pub struct Setup {
     pub model: String,
-    /// How much faster than the clock the arm moves: tests need not wait.
-    pub hurry: f64,
-    /// What goes wrong, in the motion of this number (from 1), so long after its start (s).
-    pub fault: Option<(Fault, usize, f64)>,
+    /// Ratio of simulated to real time, so that tests take less time.
+    pub speedup: f64,
+    /// The fault, the number of its motion (from 1), and the time after the motion's start (s).
+    pub injected: Option<(InjectedFault, usize, f64)>,
     pub speed_ratio: i32,
     pub detects_collisions: bool,
     pub tool_kg: f32,
-    /// How far off its kinematics is along x (m).
+    /// Error of its kinematics along x (m).
     pub off_m: f64,
     pub q_deg: [f64; 6],
     pub op_state: OpState,
@@ -63,8 +62,8 @@ impl Default for Setup {
     fn default() -> Self {
         Self {
             model: "Indy7".into(),
-            hurry: 1.0,
-            fault: None,
+            speedup: 1.0,
+            injected: None,
             speed_ratio: 100,
             detects_collisions: true,
             tool_kg: 0.3,
@@ -77,27 +76,27 @@ impl Default for Setup {
     }
 }
 
-/// A request that came in (s since the controller began).
+/// A received request; its time counts from the controller's start (s).
 #[derive(Clone, Debug, PartialEq)]
 pub struct Call {
     pub at_s: f64,
     pub name: String,
 }
 
-/// Rows of joint angles (rad), evenly spaced in time.
+/// Rows of joint angles (rad), uniformly spaced in time.
 struct Moving {
     rows: Vec<Vec<f64>>,
     period_s: f64,
     begun: Instant,
 }
 
-struct Inside {
+struct MockState {
     q_rad: Vec<f64>,
     moving: Option<Moving>,
     motions: usize,
     op_state: OpState,
     calls: Vec<Call>,
-    /// When a client could first know of the fault (s).
+    /// When the fault first became visible to a client (s).
     shown_s: Option<f64>,
     silent: bool,
     slow: bool,
@@ -108,15 +107,15 @@ pub struct Controller {
     pub setup: Setup,
     pub arm: Arm,
     begun: Instant,
-    inside: Mutex<Inside>,
+    state: Mutex<MockState>,
 }
 
-/// Longer than anyone waits for an answer during a strike.
+/// Longer than the time limit of an answer during a strike.
 const SLOW: Duration = Duration::from_millis(600);
 
 impl Controller {
     pub fn new(setup: Setup) -> Arc<Self> {
-        let inside = Inside {
+        let state = MockState {
             q_rad: setup.q_deg.map(f64::to_radians).to_vec(),
             moving: None,
             motions: 0,
@@ -127,41 +126,41 @@ impl Controller {
             slow: false,
         };
         let arm = Arm::built_in("indy7").expect("built in");
-        Arc::new(Self { setup, arm, begun: Instant::now(), inside: Mutex::new(inside) })
+        Arc::new(Self { setup, arm, begun: Instant::now(), state: Mutex::new(state) })
     }
 
-    fn inside(&self) -> std::sync::MutexGuard<'_, Inside> {
-        self.inside.lock().expect("no test panics while it holds this")
+    fn state(&self) -> std::sync::MutexGuard<'_, MockState> {
+        self.state.lock().expect("no test panics while it holds this")
     }
 
-    /// All that came in, in order.
+    /// All requests received, in order.
     pub fn calls(&self) -> Vec<Call> {
-        self.inside().calls.clone()
+        self.state().calls.clone()
     }
 
-    /// How often that was asked for.
+    /// The number of requests of that name.
     pub fn count(&self, name: &str) -> usize {
-        self.inside().calls.iter().filter(|call| call.name == name).count()
+        self.state().calls.iter().filter(|call| call.name == name).count()
     }
 
-    /// When a client could first know of the fault (s).
+    /// When the fault first became visible to a client (s).
     pub fn shown_s(&self) -> Option<f64> {
-        self.inside().shown_s
+        self.state().shown_s
     }
 
-    /// Where the arm is now (rad).
+    /// The current joint angles (rad).
     pub fn q_rad(&self) -> Vec<f64> {
         self.advance();
-        self.inside().q_rad.clone()
+        self.state().q_rad.clone()
     }
 
-    /// Takes note of a request, and keeps it waiting if that is what goes wrong.
-    async fn asked(&self, name: &str) {
+    /// Records a request; delays the answer if that fault is injected.
+    async fn record(&self, name: &str) {
         self.advance();
         let (silent, slow) = {
-            let mut inside = self.inside();
-            inside.calls.push(Call { at_s: self.begun.elapsed().as_secs_f64(), name: name.into() });
-            (inside.silent, inside.slow)
+            let mut state = self.state();
+            state.calls.push(Call { at_s: self.begun.elapsed().as_secs_f64(), name: name.into() });
+            (state.silent, state.slow)
         };
         if silent {
             std::future::pending::<()>().await;
@@ -171,69 +170,72 @@ impl Controller {
         }
     }
 
-    /// Brings the arm and the trouble to the present.
+    /// Advances the arm and the injected fault to the current time.
     fn advance(&self) {
-        let mut inside = self.inside();
-        let Some(moving) = &inside.moving else { return };
-        let since_s = moving.begun.elapsed().as_secs_f64() * self.setup.hurry;
-        let fault = self
+        let mut state = self.state();
+        let Some(moving) = &state.moving else { return };
+        let since_s = moving.begun.elapsed().as_secs_f64() * self.setup.speedup;
+        let injected = self
             .setup
-            .fault
-            .filter(|&(_, motion, after_s)| inside.motions == motion && since_s >= after_s)
-            .map(|(fault, _, after_s)| (fault, after_s));
-        let stopped_s = match fault {
-            Some((Fault::Violation | Fault::Collision | Fault::EmergencyStop | Fault::Stall, after_s)) => {
-                after_s
-            }
+            .injected
+            .filter(|&(_, motion, after_s)| state.motions == motion && since_s >= after_s)
+            .map(|(injected, _, after_s)| (injected, after_s));
+        let stopped_s = match injected {
+            Some((
+                InjectedFault::Violation
+                | InjectedFault::Collision
+                | InjectedFault::EmergencyStop
+                | InjectedFault::Stall,
+                after_s,
+            )) => after_s,
             _ => since_s,
         };
         let row = (stopped_s / moving.period_s) as usize;
         let mut q_rad = moving.rows[row.min(moving.rows.len() - 1)].clone();
         let ended = row + 1 >= moving.rows.len();
-        if let Some((Fault::Drift, after_s)) = fault {
+        if let Some((InjectedFault::Drift, after_s)) = injected {
             q_rad[2] += 0.5 * (since_s - after_s).min(1.0);
         }
-        inside.q_rad = q_rad;
-        match fault.map(|(fault, _)| fault) {
-            Some(Fault::Violation) => inside.fail(OpState::OpViolate),
-            Some(Fault::Collision) => inside.fail(OpState::OpCollision),
-            Some(Fault::EmergencyStop) => inside.fail(OpState::OpStopAndOff),
-            Some(Fault::LostLink) => inside.silent = true,
-            Some(Fault::SlowReplies) => inside.slow = true,
+        state.q_rad = q_rad;
+        match injected.map(|(injected, _)| injected) {
+            Some(InjectedFault::Violation) => state.fail(OpState::OpViolate),
+            Some(InjectedFault::Collision) => state.fail(OpState::OpCollision),
+            Some(InjectedFault::EmergencyStop) => state.fail(OpState::OpStopAndOff),
+            Some(InjectedFault::LostLink) => state.silent = true,
+            Some(InjectedFault::SlowReplies) => state.slow = true,
             _ => {}
         }
-        if fault.is_some() && inside.shown_s.is_none() {
-            inside.shown_s = Some(self.begun.elapsed().as_secs_f64());
+        if injected.is_some() && state.shown_s.is_none() {
+            state.shown_s = Some(self.begun.elapsed().as_secs_f64());
         }
-        let stays = matches!(fault, Some((Fault::Drift | Fault::Stall, _)));
+        let stays = matches!(injected, Some((InjectedFault::Drift | InjectedFault::Stall, _)));
         if ended && !stays {
-            inside.moving = None;
+            state.moving = None;
         }
     }
 
-    /// Starts a motion; false if it is not accepted.
+    /// Starts a motion; `false` if it is refused.
     fn begin(&self, rows: Vec<Vec<f64>>, period_s: f64) -> bool {
-        let mut inside = self.inside();
-        inside.motions += 1;
-        let refuses = self
-            .setup
-            .fault
-            .is_some_and(|(fault, motion, _)| fault == Fault::Refusal && motion == inside.motions);
-        if refuses || inside.op_state != OpState::OpIdle || inside.moving.is_some() || rows.is_empty() {
+        let mut state = self.state();
+        state.motions += 1;
+        let refuses = self.setup.injected.is_some_and(|(injected, motion, _)| {
+            injected == InjectedFault::Refusal && motion == state.motions
+        });
+        if refuses || state.op_state != OpState::OpIdle || state.moving.is_some() || rows.is_empty() {
             return false;
         }
-        inside.moving = Some(Moving { rows, period_s, begun: Instant::now() });
+        state.moving = Some(Moving { rows, period_s, begun: Instant::now() });
         true
     }
 
     fn stop(&self) {
-        let mut inside = self.inside();
-        inside.moving = None;
+        let mut state = self.state();
+        state.moving = None;
     }
 
-    /// Its tool's frame in its base, which is half a millimetre higher than the published one.
+    /// The tool frame in the base frame, 0.5 mm higher than by the published frames.
     pub fn tool(&self, q_rad: &[f64]) -> Frame {
-        Translation3::new(self.setup.off_m, 0.0, HIGHER_M) * self.arm.flange_frame(q_rad)
+        Translation3::new(self.setup.off_m, 0.0, BASE_OFFSET_M) * self.arm.flange_frame(q_rad)
     }
 
     fn pose(&self, q_rad: &[f64]) -> Vec<f32> {
@@ -241,14 +243,14 @@ impl Controller {
     }
 }
 
-impl Inside {
+impl MockState {
     fn fail(&mut self, op_state: OpState) {
         self.op_state = op_state;
         self.moving = None;
     }
 }
 
-/// A controller that listens.
+/// A mock controller with its server.
 pub struct Mock {
     pub controller: Arc<Controller>,
     pub address: Address,
@@ -256,7 +258,7 @@ pub struct Mock {
 }
 
 impl Mock {
-    /// On a free port of this computer.
+    /// Starts the server on a free port of this computer.
     pub async fn start(setup: Setup) -> Self {
         let controller = Controller::new(setup);
         let listener = TcpListener::bind("127.0.0.1:0").await.expect("a free port");

@@ -1,6 +1,6 @@
-//! The services, word for word as the proto file has them.
+//! The services of the mock controller, as in the proto file.
 
-use super::{Controller, Fault};
+use super::{Controller, InjectedFault};
 use breakshot_drivers::indy::requests::{FULL_SPEED_M_S, PERIOD_S, frame_from};
 use breakshot_drivers::wire::{
     CollisionPolicy, CollisionPolicyType, CollisionSensLevel, ControlData, ControlInfo, DeviceInfo, Empty,
@@ -25,7 +25,7 @@ mod server {
 
 type Answer<T> = Result<Reply<T>, Status>;
 
-/// One service's view of the controller.
+/// The controller as shared by one service.
 struct Service(Arc<Controller>);
 
 pub(super) fn router(controller: &Arc<Controller>) -> Router {
@@ -54,10 +54,10 @@ fn done(accepted: bool) -> Reply<Response> {
 impl RtDataExchange for Service {
     async fn get_control_data(&self, _: Request<Empty>) -> Answer<ControlData> {
         let controller = &self.0;
-        controller.asked("GetControlData").await;
+        controller.record("GetControlData").await;
         let q_rad = controller.q_rad();
-        let inside = controller.inside();
-        let op_state = if inside.moving.is_some() { OpState::TrajMoving } else { inside.op_state };
+        let state = controller.state();
+        let op_state = if state.moving.is_some() { OpState::TrajMoving } else { state.op_state };
         Ok(Reply::new(ControlData {
             op_state: op_state.into(),
             sim_mode: true,
@@ -73,8 +73,8 @@ impl RtDataExchange for Service {
     }
 
     async fn get_motion_data(&self, _: Request<Empty>) -> Answer<MotionData> {
-        self.0.asked("GetMotionData").await;
-        let is_moving = self.0.inside().moving.is_some();
+        self.0.record("GetMotionData").await;
+        let is_moving = self.0.state().moving.is_some();
         Ok(Reply::new(MotionData {
             is_in_motion: is_moving,
             is_target_reached: !is_moving,
@@ -85,14 +85,14 @@ impl RtDataExchange for Service {
     }
 
     async fn get_servo_data(&self, _: Request<Empty>) -> Answer<ServoData> {
-        self.0.asked("GetServoData").await;
+        self.0.record("GetServoData").await;
         let on = self.0.setup.servos_on;
         Ok(Reply::new(ServoData { servo_actives: vec![on; 6], brake_actives: vec![!on; 6], response: None }))
     }
 
     async fn get_violation_data(&self, _: Request<Empty>) -> Answer<ViolationData> {
-        self.0.asked("GetViolationData").await;
-        let violated = self.0.inside().op_state == OpState::OpViolate;
+        self.0.record("GetViolationData").await;
+        let violated = self.0.state().op_state == OpState::OpViolate;
         // Bit 8: a joint is too fast.
         let (code, text) = if violated { (1 << 8, "Velocity Exceeded") } else { (0, "") };
         Ok(Reply::new(ViolationData {
@@ -106,7 +106,7 @@ impl RtDataExchange for Service {
 #[tonic::async_trait]
 impl Control for Service {
     async fn get_control_info(&self, _: Request<Empty>) -> Answer<ControlInfo> {
-        self.0.asked("GetControlInfo").await;
+        self.0.record("GetControlInfo").await;
         let (control_version, robot_model) = ("mock".into(), self.0.setup.model.clone());
         Ok(Reply::new(ControlInfo { control_version, robot_model, response: None }))
     }
@@ -115,13 +115,13 @@ impl Control for Service {
         &self,
         request: Request<ForwardKinematicsReq>,
     ) -> Answer<ForwardKinematicsRes> {
-        self.0.asked("ForwardKinematics").await;
+        self.0.record("ForwardKinematics").await;
         let tpos = self.0.pose(&radians(&request.into_inner().jpos));
         Ok(Reply::new(ForwardKinematicsRes { tpos, response: None }))
     }
 
     async fn get_motion_l(&self, request: Request<GetMotionLReq>) -> Answer<GetMotionRes> {
-        self.0.asked("GetMotionL").await;
+        self.0.record("GetMotionL").await;
         let request = request.into_inner();
         let target = request.target_list.first().ok_or_else(|| Status::invalid_argument("no target"))?;
         let speeds = (request.vel_ratio, request.acc_ratio);
@@ -136,7 +136,7 @@ impl Control for Service {
     }
 
     async fn move_j(&self, request: Request<MoveJReq>) -> Answer<Response> {
-        self.0.asked("MoveJ").await;
+        self.0.record("MoveJ").await;
         let request = request.into_inner();
         let target = request.target.unwrap_or_default();
         let mut to = radians(&target.j_target);
@@ -147,10 +147,10 @@ impl Control for Service {
         if target.base_type() == JointBaseType::RelativeJoint {
             to.iter_mut().zip(&from).for_each(|(to, from)| *to += from);
         }
-        let way = |k: usize| (to[k] - from[k]).abs() / self.0.arm.links[k].joint.speed_rad_s;
+        let displacement = |k: usize| (to[k] - from[k]).abs() / self.0.arm.links[k].joint.speed_rad_s;
         let ratio = f64::from(request.vel_ratio).max(1.0) / 100.0;
-        // A smooth step is at most 1.5 times as fast as an even motion.
-        let duration_s = 1.5 * (0..from.len()).map(way).fold(0.0, f64::max) / ratio + PERIOD_S;
+        // The peak speed of a smooth step is 1.5 times its mean speed.
+        let duration_s = 1.5 * (0..from.len()).map(displacement).fold(0.0, f64::max) / ratio + PERIOD_S;
         let count = (duration_s / PERIOD_S) as usize;
         let rows = (0..=count).map(|k| {
             let part = k as f64 / count.max(1) as f64;
@@ -161,7 +161,7 @@ impl Control for Service {
     }
 
     async fn move_l(&self, request: Request<MoveLReq>) -> Answer<Response> {
-        self.0.asked("MoveL").await;
+        self.0.record("MoveL").await;
         let request = request.into_inner();
         let target = request.target.unwrap_or_default();
         let line = self.0.line(&target, (request.vel_ratio, request.acc_ratio), 0.001).unwrap_or_default();
@@ -169,9 +169,9 @@ impl Control for Service {
     }
 
     async fn move_joint_traj(&self, request: Request<MoveJointTrajReq>) -> Answer<Response> {
-        self.0.asked("MoveJointTraj").await;
+        self.0.record("MoveJointTraj").await;
         let rows: Vec<Vec<f64>> = request.into_inner().q_list.into_iter().map(|row| row.values).collect();
-        // A real controller refuses to jump; half a degree is what its servos may be off.
+        // A real controller refuses a jump; its servo error is up to half a degree.
         let near = |row: &Vec<f64>| {
             let q_rad = self.0.q_rad();
             row.len() == q_rad.len() && row.iter().zip(&q_rad).all(|(a, b)| (a - b).abs() < 0.01)
@@ -181,23 +181,23 @@ impl Control for Service {
 
     async fn stop_motion(&self, request: Request<StopCat>) -> Answer<Response> {
         let category = request.into_inner().category;
-        let works = self.0.setup.fault.is_none_or(|(fault, ..)| fault != Fault::LostLink);
+        let works = self.0.setup.injected.is_none_or(|(injected, ..)| injected != InjectedFault::LostLink);
         if works {
             self.0.stop();
         }
-        self.0.asked(&format!("StopMotion {category}")).await;
+        self.0.record(&format!("StopMotion {category}")).await;
         Ok(done(true))
     }
 
     async fn recover(&self, _: Request<Empty>) -> Answer<Response> {
-        self.0.asked("Recover").await;
-        self.0.inside().op_state = OpState::OpIdle;
+        self.0.record("Recover").await;
+        self.0.state().op_state = OpState::OpIdle;
         Ok(done(true))
     }
 }
 
 impl Controller {
-    /// A straight line to a place (mm, deg), gaining and losing speed evenly: joint angles and speeds, a row a step.
+    /// A straight line to a pose (mm, deg) with a trapezoidal speed profile: joint angles and velocities, one row per step.
     fn line(
         &self,
         target: &TargetP,
@@ -211,8 +211,8 @@ impl Controller {
             to =
                 nalgebra::Translation3::from(from.translation.vector + to.translation.vector) * from.rotation;
         }
-        let way = to.translation.vector - from.translation.vector;
-        let (length, speed) = (way.norm(), FULL_SPEED_M_S * f64::from(vel) / 100.0);
+        let displacement = to.translation.vector - from.translation.vector;
+        let (length, speed) = (displacement.norm(), FULL_SPEED_M_S * f64::from(vel) / 100.0);
         let acceleration = speed * f64::from(acc) / 100.0;
         let ramp_s = (speed / acceleration).min((length / acceleration).sqrt());
         let duration_s = length / (acceleration * ramp_s) + ramp_s;
@@ -228,11 +228,12 @@ impl Controller {
         };
         let mut rows = Vec::new();
         for k in 0..=(duration_s / step_s).ceil() as usize {
-            let (way_m, speed_m_s) = along((k as f64 * step_s).min(duration_s));
+            let (along_m, speed_m_s) = along((k as f64 * step_s).min(duration_s));
             let mut frame = from;
-            frame.translation.vector += way / length * way_m - nalgebra::Vector3::z() * super::HIGHER_M;
+            frame.translation.vector +=
+                displacement / length * along_m - nalgebra::Vector3::z() * super::BASE_OFFSET_M;
             q = self.arm.inverse(&frame, &q)?;
-            let v = way / length * speed_m_s;
+            let v = displacement / length * speed_m_s;
             let twist = Vector6::new(v.x, v.y, v.z, 0.0, 0.0, 0.0);
             let (qd, _) = self.arm.joint_rates(&q, &twist, &Vector6::zeros(), None)?;
             rows.push((q.clone(), qd));
@@ -244,7 +245,7 @@ impl Controller {
 #[tonic::async_trait]
 impl Config for Service {
     async fn get_coll_policy(&self, _: Request<Empty>) -> Answer<CollisionPolicy> {
-        self.0.asked("GetCollPolicy").await;
+        self.0.record("GetCollPolicy").await;
         let policy = if self.0.setup.detects_collisions {
             CollisionPolicyType::CollStop
         } else {
@@ -254,17 +255,17 @@ impl Config for Service {
     }
 
     async fn get_coll_sens_level(&self, _: Request<Empty>) -> Answer<CollisionSensLevel> {
-        self.0.asked("GetCollSensLevel").await;
+        self.0.record("GetCollSensLevel").await;
         Ok(Reply::new(CollisionSensLevel { level: 3 }))
     }
 
     async fn get_safety_limits(&self, _: Request<Empty>) -> Answer<SafetyLimits> {
-        self.0.asked("GetSafetyLimits").await;
+        self.0.record("GetSafetyLimits").await;
         Ok(Reply::new(SafetyLimits { tcp_speed_limit: self.0.setup.tip_limit_m_s }))
     }
 
     async fn get_tool_property(&self, _: Request<Empty>) -> Answer<ToolProperties> {
-        self.0.asked("GetToolProperty").await;
+        self.0.record("GetToolProperty").await;
         Ok(Reply::new(ToolProperties { mass: self.0.setup.tool_kg, ..ToolProperties::default() }))
     }
 }
@@ -272,7 +273,7 @@ impl Config for Service {
 #[tonic::async_trait]
 impl Device for Service {
     async fn get_device_info(&self, _: Request<Empty>) -> Answer<DeviceInfo> {
-        self.0.asked("GetDeviceInfo").await;
+        self.0.record("GetDeviceInfo").await;
         Ok(Reply::new(DeviceInfo { num_joints: 6, robot_serial: "mock".into(), ..DeviceInfo::default() }))
     }
 }

@@ -1,8 +1,8 @@
-//! What the robot is told: joint angles over time, phase by phase (`command.json`).
+//! The stage's output: joint angles over time, phase by phase (`command.json`), or the reason for a refusal.
 
 use super::arm::joint_state::JointState;
-use super::arm::mounted_arm::Station;
-use super::path::limits::Check;
+use super::arm::mounted_arm::MountedArm;
+use super::path::limits::LimitCheck;
 use super::phase::{Phase, PhaseName};
 use crate::cell::RobotSpec;
 use crate::error::Result;
@@ -11,108 +11,115 @@ use crate::object::Shape;
 use crate::scene::{Scene, Strike};
 use serde::{Deserialize, Serialize};
 
-/// A strike as the arm carries it out.
+/// The joint path of a strike.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct Command {
     /// The file format's version.
     pub version: u32,
     /// The arm's name.
     pub arm: String,
-    /// Its joints' names, from the base on.
+    /// The joints' names in order from the base.
     pub joints: Vec<String>,
-    /// The arm's place, tool and limits, as planned with.
+    /// The arm, its base pose and its tool, as used in planning.
     pub robot: RobotSpec,
+    /// The text of the arm's URDF; `None` for a built-in arm.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub urdf: Option<String>,
     /// The striker's outline.
     pub striker: Shape,
-    /// What was planned.
+    /// The planned strike.
     pub strike: Strike,
-    /// What lay where; none if only the strike was known.
+    /// The scene of the plan; `None` if only the strike was given.
     pub scene: Option<Scene>,
-    /// The straight part, in the table's frame.
+    /// The straight motion of the tip in the strike, in the table frame.
     pub stroke: Stroke,
-    /// Joint angles over time; every phase starts and ends at rest.
+    /// The phases in order; each starts and ends at rest.
     pub phases: Vec<Phase>,
-    /// How near the path comes to each limit.
-    pub checks: Vec<Check>,
-    /// What the user should know.
+    /// The value nearest to the limit, for each checked quantity.
+    pub checks: Vec<LimitCheck>,
+    /// Warnings for the user.
     pub warnings: Vec<String>,
 }
 
-/// Whether the arm can carry out the strike.
+/// Whether the arm can execute the strike.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Answer {
-    /// It can: this is how.
+    /// The arm can: the joint path.
     Ready(Box<Command>),
-    /// It cannot: this is why.
+    /// The arm cannot: the reason.
     Refused(Refusal),
 }
 
-/// Why the arm cannot carry out a strike.
+/// Why the arm cannot execute a strike.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct Refusal {
-    /// The limit that the best attempt breaks, what was found and what is allowed.
+    /// The limit broken by the best attempt, with the value found and the value allowed.
     pub reason: String,
-    /// The joint or part of the arm that is to blame, if one is.
+    /// The joint or part of the arm concerned, if there is one.
     pub part: Option<String>,
-    /// The fastest strike on this line that no joint is too slow for (m/s), if the line can be reached.
+    /// The largest speed on this line within the joints' speed limits (m/s); `None` if the line is out of reach.
     pub fastest_m_s: Option<f64>,
 }
 
-/// How the tip runs along the strike's line.
+/// The motion of the tip along the strike's line.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct Stroke {
-    /// Where the tip starts from rest; behind the strike's `start_m` if it needs more way to gain its speed.
+    /// Start of the run-up, at rest; behind the strike's `start_m` if the run-up needs more distance.
     pub begin_m: Point,
-    /// Where it comes to rest.
+    /// End of the stop, at rest.
     pub end_m: Point,
-    /// How far it moves before it has its speed (m).
+    /// Length of the run-up (m).
     pub run_up_m: f64,
-    /// How far it moves while it stops (m).
+    /// Length of the stop (m).
     pub stop_m: f64,
-    /// Its largest acceleration (m/s2).
+    /// Largest acceleration (m/s2).
     pub acceleration_m_s2: f64,
-    /// How fast it draws back (m/s).
+    /// Speed of the draw-back (m/s).
     pub draw_back_m_s: f64,
-    /// How far the striker's centre has to go from `start_m` to touch the first object (m), if one is in its way.
+    /// Distance of the striker's centre from `start_m` to the contact with the first object (m); `None` without a contact.
     pub contact_after_m: Option<f64>,
-    /// When that is (s), or when the striker passes the middle of its even part.
+    /// Time of the contact since the command's start (s); without a contact, of the middle of the constant speed.
     pub contact_time_s: f64,
-    /// The tip's speed then, from the joint angles and speeds (m/s).
+    /// The tip's speed at that time, from the joint angles and velocities (m/s).
     pub contact_speed_m_s: f64,
-    /// What the tip feels like to what it hits (kg, Eq. 8); rotors count only if the cell tells them.
+    /// The effective mass of the tip along the heading (kg, Eq. 8); a lower bound if the cell gives no rotor inertias.
     pub effective_mass_kg: f64,
-    /// The energy of that mass at that speed (J).
+    /// The kinetic energy of that mass at that speed (J).
     pub energy_j: f64,
-    /// How the tool is turned about the vertical (rad, table).
+    /// Rotation of the tool about the vertical (rad, table frame).
     pub tool_yaw_rad: f64,
 }
 
 impl Command {
-    /// The phase of that name.
+    /// The phase of a name.
     pub fn phase(&self, name: PhaseName) -> Option<&Phase> {
         self.phases.iter().find(|phase| phase.name == name)
     }
 
-    /// The arm in its place, as the command was made for it.
+    /// The arm for which the command was planned.
     ///
     /// # Errors
-    /// An arm that cannot be read again.
-    pub fn station(&self) -> Result<Station> {
-        Station::new(&self.robot, self.striker.clone())
+    /// An arm model that cannot be built.
+    pub fn mounted_arm(&self) -> Result<MountedArm> {
+        let robot = RobotSpec { urdf: self.urdf.clone(), ..self.robot.clone() };
+        MountedArm::new(&robot, self.striker.clone())
     }
 
-    /// How long it takes in all (s).
+    /// The total duration (s).
     pub fn duration_s(&self) -> f64 {
         self.phases.last().map_or(0.0, |phase| phase.span_s()[1])
     }
 
-    /// The arm at a time since the command's start; `None` for a command without phases.
+    /// The joint state at a time since the command's start (s); `None` for a command without phases.
     pub fn at(&self, time_s: f64) -> Option<JointState> {
         let phase = self.phases.iter().find(|phase| time_s <= phase.span_s()[1]).or(self.phases.last())?;
         Some(phase.at(time_s))
     }
 
-    /// Eight hexadecimal digits that change with anything the robot would do: what a user repeats to let it move.
+    /// A hash of the motion and the scene (eight hexadecimal digits), which the user repeats to permit the motion.
     pub fn short_hash(&self) -> String {
         let mut hash = FNV_OFFSET;
         let mut feed =

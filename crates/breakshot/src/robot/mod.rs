@@ -1,8 +1,9 @@
-//! How does the arm carry out the strike?
+//! How does the arm execute the strike?
 //!
-//! An [`Arm`] comes from a URDF file or is the built-in Indy 7.  It knows its kinematics, its dynamics and what
-//! impulse its tip can give in which direction (Eq. 8, Fig. 10).  [`command()`] turns a strike into a joint path that
-//! keeps all of the arm's limits, or says which one it cannot keep.
+//! An [`Arm`] is read from a URDF or is the built-in Indy 7. `arm/` computes its kinematics, its dynamics and the impulse that
+//! its tip can transfer in each direction (Eq. 8, Fig. 10); `path/` searches for a joint path of the strike within all
+//! limits of the arm; `output/` writes it in the formats of other programs. [`command()`] returns the joint path, or the limit
+//! that every attempt breaks.
 
 mod arm;
 mod command;
@@ -12,21 +13,21 @@ mod phase;
 #[cfg(test)]
 mod tests;
 
-pub use arm::base_registration::{Touch, TouchFit, base_from_table};
+pub use arm::base_registration::{BaseRegistration, TouchedPoint, base_registration};
 pub use arm::ik_solution::Capability;
-pub use arm::impulse_geometry::{Direction, HeadingImpulse, Hit, ImpulseGeometry};
+pub use arm::impulse_geometry::{Direction, HeadingImpulse, ImpulseConditions, ImpulseGeometry};
 pub use arm::joint_state::JointState;
 pub use arm::kinematics::Jacobian;
 pub use arm::model::capsule::Capsule;
 pub use arm::model::frame::Frame;
-pub use arm::model::inertia::Body;
+pub use arm::model::inertia::LinkInertia;
 pub use arm::model::serial_arm::{Arm, Base, Joint, Link, Tool};
-pub use arm::mounted_arm::Station;
+pub use arm::mounted_arm::MountedArm;
 pub use command::{Answer, Command, Refusal, Stroke};
 pub use output::impulse_figure::impulse_figure;
-pub use output::recording::{Level, Recording};
+pub use output::recording::{LogLevel, Recording};
 pub use output::ros::{FollowJointTrajectory, JointTrajectory, RosDuration, TrajectoryPoint};
-pub use path::limits::{Check, Limits, Quantity};
+pub use path::limits::{LimitCheck, LimitedQuantity, Limits};
 pub use path::safety::{ContactSpeed, SLOW_M_S};
 pub use phase::{Phase, PhaseName};
 
@@ -34,23 +35,45 @@ use crate::cell::Cell;
 use crate::error::{Error, Result};
 use crate::scene::{Scene, Strike};
 
-/// How to command.
+/// Options of [`command()`].
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Options {
-    /// What the arm may use of what it can.
+    /// The limits of the path.
     pub limits: Limits,
 }
 
-/// The fastest that any strike may be (m/s): what the arm's maker allows its tip.
+/// The largest strike speed (m/s): the tip speed permitted by the maker of the Indy 7.
 pub const FASTEST_M_S: f64 = 1.0;
 
 /// The joint path of a strike, checked against all limits every 2 ms.
 ///
-/// With a `scene` the path keeps clear of its objects until the contact, and the strike starts to slow down only after it.
+/// With a `scene`, the run-up avoids its objects and the deceleration starts after the contact.
 ///
 /// # Errors
-/// A cell without an arm, an arm that cannot be read, a strike faster than [`FASTEST_M_S`] or starting inside an
-/// object; that the arm cannot carry it out is an answer, not an error.
+/// A cell without an arm, an arm that cannot be read, a strike faster than [`FASTEST_M_S`] or starting inside an object. A
+/// strike that the arm cannot execute is an answer, not an error.
+///
+/// ```
+/// use breakshot::cell::{Cell, RobotSpec, Striker, Transform, Workspace};
+/// use breakshot::geometry::Point;
+/// use breakshot::robot::{self, Answer};
+/// use breakshot::scene::Strike;
+///
+/// let striker = Striker::rod(0.01, [0.05, 1.0]);
+/// let mut cell = Cell::from_above(1000.0, Workspace::centred([0.6, 0.4]), striker);
+/// cell.robot = Some(RobotSpec {
+///     arm: "indy7".into(),
+///     base_from_table: Some(Transform { position_m: [0.45, 0.0, 0.0], rpy_rad: [0.0, 0.0, 1.5708] }),
+///     tool_offset_m: [0.0, 0.0, 0.15],
+///     ..RobotSpec::default()
+/// });
+/// let start_m = Point::new(-0.05, 0.0);
+/// let strike = Strike { object: None, start_m, heading_rad: 0.4, speed_m_s: 0.3, travel_m: 0.08 };
+/// let answer = robot::command(&cell, &strike, None, &robot::Options::default())?;
+/// let Answer::Ready(command) = answer else { panic!("refused: {answer:?}") };
+/// assert!((command.stroke.contact_speed_m_s - 0.3).abs() < 0.003, "{} m/s", command.stroke.contact_speed_m_s);
+/// # Ok::<(), breakshot::Error>(())
+/// ```
 pub fn command(cell: &Cell, strike: &Strike, scene: Option<&Scene>, options: &Options) -> Result<Answer> {
     strike.check("strike")?;
     if strike.speed_m_s > FASTEST_M_S {

@@ -1,68 +1,68 @@
-//! Joint angles over time, from rest to rest.
+//! The phases of a command: joint angles over time, from rest to rest.
 
 use super::arm::joint_state::JointState;
 use serde::{Deserialize, Serialize};
 
-/// What a phase is for.
+/// The name of a phase.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum PhaseName {
-    /// From home to above the start of the run-up.
+    /// From home to the pose above the start of the run-up.
     Approach,
-    /// Straight down.
+    /// Vertically down to the start of the run-up.
     Lower,
-    /// Run-up, even stroke through the contact, stop.
+    /// Run-up, constant speed through the contact, stop.
     Strike,
-    /// Back the way it came.
+    /// Back along the same line.
     DrawBack,
-    /// Straight up.
+    /// Vertically up.
     Raise,
     /// Back home.
     Home,
 }
 
-/// A motion from rest to rest.
+/// A joint path from rest to rest.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Phase {
-    /// What it is for.
+    /// Its name.
     pub name: PhaseName,
     /// Time since the command's start (s), at most 2 ms apart.
     pub time_s: Vec<f64>,
-    /// Joint angles at these times.
+    /// Joint angles at these times (rad).
     pub q_rad: Vec<Vec<f64>>,
-    /// Joint speeds.
+    /// Joint velocities (rad/s).
     pub qd_rad_s: Vec<Vec<f64>>,
-    /// Joint accelerations.
+    /// Joint accelerations (rad/s2).
     pub qdd_rad_s2: Vec<Vec<f64>>,
 }
 
 impl PhaseName {
-    /// All phases in their order.
+    /// All phases in order.
     pub const ALL: [Self; 6] =
         [Self::Approach, Self::Lower, Self::Strike, Self::DrawBack, Self::Raise, Self::Home];
 
-    /// In words.
-    pub fn text(self) -> &'static str {
+    /// The name in messages.
+    pub fn label(self) -> &'static str {
         match self {
             Self::Approach => "approach",
             Self::Lower => "lowering",
             Self::Strike => "strike",
             Self::DrawBack => "drawing back",
             Self::Raise => "raising",
-            Self::Home => "way home",
+            Self::Home => "return home",
         }
     }
 }
 
 impl Phase {
-    /// When it starts and ends (s).
+    /// Its start and end time (s).
     pub fn span_s(&self) -> [f64; 2] {
         [self.time_s.first().copied().unwrap_or(0.0), self.time_s.last().copied().unwrap_or(0.0)]
     }
 
-    /// The arm at a time within the phase; before and after, at its ends.
+    /// The joint state at a time (s), clamped to the phase.
     ///
-    /// Between samples: the fifth-order polynomial that has their angles, speeds and accelerations.
+    /// Interpolates between samples with the quintic polynomial that matches their angles, velocities and accelerations.
     pub fn at(&self, time_s: f64) -> JointState {
         let last = self.time_s.len().saturating_sub(1);
         let k = self.time_s.partition_point(|&t| t <= time_s).clamp(1, last.max(1)) - 1;
@@ -70,13 +70,13 @@ impl Phase {
             return self.sample(0);
         }
         let step_s = self.time_s[k + 1] - self.time_s[k];
-        let part = ((time_s - self.time_s[k]) / step_s).clamp(0.0, 1.0);
+        let fraction = ((time_s - self.time_s[k]) / step_s).clamp(0.0, 1.0);
         let joints = 0..self.q_rad[k].len();
         let states: Vec<[f64; 3]> = joints
             .map(|joint| {
                 let end =
                     |k: usize| [self.q_rad[k][joint], self.qd_rad_s[k][joint], self.qdd_rad_s2[k][joint]];
-                quintic(end(k), end(k + 1), step_s, part)
+                quintic(end(k), end(k + 1), step_s, fraction)
             })
             .collect();
         let column = |k: usize| states.iter().map(|state| state[k]).collect();
@@ -91,7 +91,7 @@ impl Phase {
         }
     }
 
-    /// The states every `period_s`, from the first to the last instant.
+    /// The joint states every `period_s` (s), from the first to the last instant.
     pub fn resampled(&self, period_s: f64) -> Vec<JointState> {
         let [start_s, end_s] = self.span_s();
         let count = ((end_s - start_s) / period_s).ceil() as usize;
@@ -99,12 +99,12 @@ impl Phase {
     }
 }
 
-/// Value, slope and curvature at `part` of a step between two ends that each have all three.
-fn quintic(from: [f64; 3], to: [f64; 3], step: f64, part: f64) -> [f64; 3] {
+/// Value, slope and curvature at a fraction of a step, from the same three numbers at both ends.
+fn quintic(from: [f64; 3], to: [f64; 3], step: f64, fraction: f64) -> [f64; 3] {
     let (a, b, c) = (from[0], from[1] * step, from[2] * step * step / 2.0);
     let (p, v, w) = (to[0] - a - b - c, to[1] * step - b - 2.0 * c, to[2] * step * step - 2.0 * c);
     let (d, e, f) = (10.0 * p - 4.0 * v + w / 2.0, -15.0 * p + 7.0 * v - w, 6.0 * p - 3.0 * v + w / 2.0);
-    let u = part;
+    let u = fraction;
     let value = a + u * (b + u * (c + u * (d + u * (e + u * f))));
     let slope = b + u * (2.0 * c + u * (3.0 * d + u * (4.0 * e + u * 5.0 * f)));
     let curvature = 2.0 * c + u * (6.0 * d + u * (12.0 * e + u * 20.0 * f));
@@ -129,7 +129,7 @@ mod tests {
     }
 
     #[test]
-    fn between_samples_the_motion_goes_on_smoothly() {
+    fn the_interpolation_between_samples_is_smooth() {
         let phase = sine();
         for state in (0..=4000).map(|k| f64::from(k) * 0.000_25).map(|t| (t, phase.at(t))) {
             let (t, JointState { q_rad, qd_rad_s, qdd_rad_s2 }) = state;
@@ -140,7 +140,7 @@ mod tests {
     }
 
     #[test]
-    fn resampling_reaches_the_last_instant_and_stays_there() {
+    fn resampling_ends_at_the_last_instant() {
         let phase = sine();
         let states = phase.resampled(0.0003);
         assert_eq!(states.len(), 3335);

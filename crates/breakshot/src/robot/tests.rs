@@ -3,7 +3,7 @@ use crate::geometry::{Point, Vec2};
 use crate::object::{Object, Shape};
 use crate::scene::{Goal, Placed};
 
-/// A table in front of an Indy 7.
+/// A cell with an Indy 7.
 fn cell() -> Cell {
     toml::from_str(include_str!("../../tests/data/arms/indy7_cell.toml")).expect("a cell")
 }
@@ -40,17 +40,17 @@ fn ready(strike: &Strike) -> Command {
 }
 
 #[test]
-fn the_tip_runs_straight_and_at_the_planned_speed_through_the_contact() {
+fn the_tip_moves_straight_and_at_the_planned_speed_through_the_contact() {
     for heading_rad in [0.0, 1.0, 2.5, -1.2] {
         let strike = strike(heading_rad, 0.4);
         let command = ready(&strike);
-        let station = Station::of_cell(&cell()).expect("an arm");
+        let mounted = MountedArm::of_cell(&cell()).expect("an arm");
         let speed_m_s = command.stroke.contact_speed_m_s;
         assert!((speed_m_s - 0.4).abs() < 0.004, "{speed_m_s} m/s at the contact");
         let phase = command.phase(PhaseName::Strike).expect("a strike");
         let direction = Vec2::from_heading(heading_rad);
         for q in &phase.q_rad {
-            let (tip, height_m) = station.tip_on_table(q);
+            let (tip, height_m) = mounted.tip_on_table(q);
             let aside_m = direction.cross(tip - strike.start_m);
             assert!(
                 aside_m.abs() < 1e-9 && (height_m - 0.01).abs() < 1e-9,
@@ -61,7 +61,7 @@ fn the_tip_runs_straight_and_at_the_planned_speed_through_the_contact() {
 }
 
 #[test]
-fn the_samples_are_a_motion_their_speeds_are_its_slope_and_all_phases_join_at_rest() {
+fn the_velocities_are_the_slope_of_the_angles_and_all_phases_join_at_rest() {
     let command = ready(&strike(0.7, 0.5));
     let names: Vec<PhaseName> = command.phases.iter().map(|phase| phase.name).collect();
     assert_eq!(names, PhaseName::ALL);
@@ -91,7 +91,7 @@ fn the_samples_are_a_motion_their_speeds_are_its_slope_and_all_phases_join_at_re
 }
 
 #[test]
-fn every_limit_is_looked_at_and_kept() {
+fn every_limit_is_checked_and_kept() {
     let command = ready(&strike(2.0, 0.5));
     assert_eq!(command.checks.len(), 8, "{:?}", command.checks);
     for check in &command.checks {
@@ -107,8 +107,8 @@ fn refusal(strike: &Strike, scene: &Scene, limits: Limits) -> Refusal {
 }
 
 #[test]
-fn a_strike_too_fast_for_a_joint_is_refused_with_the_joint_and_the_speed_that_would_do() {
-    let limits = Limits { speed_share: 0.15, ..Limits::default() };
+fn a_strike_too_fast_for_a_joint_is_refused_with_the_joint_and_a_feasible_speed() {
+    let limits = Limits { speed_fraction: 0.15, ..Limits::default() };
     let refused = refusal(&strike(0.0, 0.9), &scene(), limits.clone());
     assert!(
         refused.reason.contains("joint `joint") && refused.reason.contains("speed"),
@@ -122,7 +122,7 @@ fn a_strike_too_fast_for_a_joint_is_refused_with_the_joint_and_the_speed_that_wo
 }
 
 #[test]
-fn what_stands_in_the_way_is_named() {
+fn an_obstacle_on_the_run_up_is_named() {
     let mut crowded = scene();
     let behind = Placed { object: "a#2".into(), position_m: Point::new(-0.16, 0.0), yaw_rad: 0.0 };
     crowded.placed.push(behind);
@@ -131,7 +131,7 @@ fn what_stands_in_the_way_is_named() {
 }
 
 #[test]
-fn a_place_out_of_reach_is_refused() {
+fn a_start_out_of_reach_is_refused() {
     let mut far = strike(0.0, 0.3);
     far.start_m = Point::new(2.0, 2.0);
     let refused = refusal(&far, &scene(), Limits::default());
@@ -139,7 +139,7 @@ fn a_place_out_of_reach_is_refused() {
 }
 
 #[test]
-fn a_heavy_tool_is_refused_with_the_joint_that_cannot_hold_it() {
+fn a_heavy_tool_is_refused_with_the_overloaded_joint() {
     let mut heavy = cell();
     heavy.robot.as_mut().expect("an arm").tool_mass_kg = 60.0;
     let answer = command(&heavy, &strike(0.0, 0.3), Some(&scene()), &Options::default()).expect("an arm");
@@ -148,11 +148,11 @@ fn a_heavy_tool_is_refused_with_the_joint_that_cannot_hold_it() {
 }
 
 #[test]
-fn turning_the_table_turns_the_strike_and_changes_nothing_else() {
+fn rotating_the_table_rotates_the_strike_and_changes_nothing_else() {
     let plain = ready(&strike(0.3, 0.4));
     let mut turned_cell = cell();
     let robot = turned_cell.robot.as_mut().expect("an arm");
-    robot.base_from_table.as_mut().expect("a place").rpy_rad[2] += 1.0;
+    robot.base_from_table.as_mut().expect("a base pose").rpy_rad[2] += 1.0;
     let mut turned = scene();
     turned.cell = turned_cell.clone();
     turned_cell.workspace.min_m = Point::new(-0.4, -0.4);
@@ -165,7 +165,7 @@ fn turning_the_table_turns_the_strike_and_changes_nothing_else() {
 }
 
 #[test]
-fn the_hash_changes_with_the_scene_and_with_the_path() {
+fn the_hash_depends_on_the_scene_and_on_the_path() {
     let command = ready(&strike(0.3, 0.4));
     let mut moved = command.clone();
     moved.scene.as_mut().expect("a scene").placed[0].position_m.x += 1e-9;
@@ -177,15 +177,15 @@ fn the_hash_changes_with_the_scene_and_with_the_path() {
 }
 
 #[test]
-fn a_command_written_and_read_again_is_the_same() {
+fn a_command_survives_writing_and_reading() {
     let command = ready(&strike(0.3, 0.4));
     let text = serde_json::to_string(&command).expect("json");
     let again: Command = serde_json::from_str(&text).expect("what was just written");
-    assert!(again == command, "the command changed on its way");
+    assert!(again == command, "the command changed in the round trip");
 }
 
 #[test]
-fn the_ros_goal_holds_every_instant_once_in_order() {
+fn the_ros_goal_contains_every_sample_time_once_in_order() {
     let command = ready(&strike(0.3, 0.4));
     let goal = command.follow_joint_trajectory();
     let times: Vec<u64> = goal
@@ -205,7 +205,7 @@ fn the_ros_goal_holds_every_instant_once_in_order() {
     let end_ns = (command.duration_s() * 1e9).round() as u64;
     assert_eq!((times.first(), times.last()), (Some(&0), Some(&end_ns)));
     let read: FollowJointTrajectory = serde_saphyr::from_str(&goal.yaml()).expect("yaml");
-    assert!(read == goal, "the goal changed on its way through YAML");
+    assert!(read == goal, "the goal changed in the round trip through YAML");
 }
 
 #[test]
@@ -227,7 +227,7 @@ fn the_urscript_strikes_at_the_planned_speed_and_reaches_it_before_the_contact()
 }
 
 #[test]
-fn the_recording_tells_the_same_every_time() {
+fn the_recording_is_deterministic() {
     let command = ready(&strike(0.3, 0.4));
     let file = |command: &Command| command.recording(None).expect("an arm").finished();
     let bytes = file(&command);
@@ -239,20 +239,20 @@ fn the_recording_tells_the_same_every_time() {
 }
 
 #[test]
-fn a_person_is_told_to_keep_away_from_a_fast_strike() {
+fn the_notes_on_a_fast_strike_require_a_cell_without_people() {
     let slow = ready(&strike(0.3, 0.2)).safety_notes().expect("an arm").join(" ");
     let fast = ready(&strike(0.3, 0.7)).safety_notes().expect("an arm").join(" ");
-    assert!(!slow.contains("nobody in the cell") && fast.contains("nobody in the cell"), "{slow} / {fast}");
+    assert!(!slow.contains("clear of people") && fast.contains("clear of people"), "{slow} / {fast}");
     assert!(fast.contains("chest") && slow.contains("not a safety function"), "{slow} / {fast}");
 }
 
 #[test]
-fn the_picture_of_the_impulse_geometry_is_well_formed() {
-    let station = Station::of_cell(&cell()).expect("an arm");
-    let hit = Hit { object_mass_kg: 0.143, restitution: 0.7, speed_cap_m_s: 1.0 };
-    let places = [[-0.1, -0.1], [0.1, 0.1]].map(|[x, y]| Point::new(x, y));
+fn the_figure_of_the_impulse_geometry_is_well_formed() {
+    let mounted = MountedArm::of_cell(&cell()).expect("an arm");
+    let conditions = ImpulseConditions { object_mass_kg: 0.143, restitution: 0.7, speed_cap_m_s: 1.0 };
+    let points = [[-0.1, -0.1], [0.1, 0.1]].map(|[x, y]| Point::new(x, y));
     let geometries: Vec<_> =
-        places.iter().filter_map(|&place| station.impulse_geometry(place, &hit)).collect();
+        points.iter().filter_map(|&point| mounted.impulse_geometry(point, &conditions)).collect();
     assert_eq!(geometries.len(), 2);
     let svg = impulse_figure(&geometries);
     roxmltree::Document::parse(&svg).expect("well-formed XML");
@@ -260,32 +260,32 @@ fn the_picture_of_the_impulse_geometry_is_well_formed() {
     assert!(svg.contains("(c)"), "{svg}");
 }
 
-/// Something done to a command.
-type Spoil = fn(&mut Command);
+/// A modification that makes a command invalid.
+type Damage = fn(&mut Command);
 
 #[test]
-fn a_command_that_was_tampered_with_is_found_out() {
+fn a_damaged_command_is_refused_with_the_reason() {
     let command = ready(&strike(0.3, 0.4));
     command.check().expect("as it was planned");
-    let spoilt: [(&str, Spoil); 7] = [
+    let damaged: [(&str, Damage); 7] = [
         ("rows", |c| drop(c.phases[2].q_rad.pop())),
         ("a row", |c| c.phases[1].qd_rad_s[3].truncate(5)),
         ("a row", |c| c.phases[4].qdd_rad_s2[3][0] = f64::NAN),
-        ("off its speed", |c| c.phases[2].q_rad[40][1] += 0.001),
+        ("off the integral", |c| c.phases[2].q_rad[40][1] += 0.001),
         ("s between two samples", |c| c.phases[2].time_s[40] = 0.0),
         ("phases", |c| drop(c.phases.remove(0))),
         ("joints", |c| c.joints[0] = "other".into()),
     ];
-    for (word, spoil) in spoilt {
+    for (word, damage) in damaged {
         let mut other = command.clone();
-        spoil(&mut other);
+        damage(&mut other);
         let message = other.check().expect_err(word).to_string();
         assert!(message.contains(word), "`{word}` is not in: {message}");
     }
 }
 
 #[test]
-fn a_command_looked_at_again_shows_the_same_checks_and_its_real_speeds() {
+fn a_rechecked_command_has_the_same_checks_and_the_speeds_of_its_samples() {
     let command = ready(&strike(2.0, 0.5));
     let again = command.checked_again().expect("an arm and a scene");
     assert_eq!(again, command.checks);

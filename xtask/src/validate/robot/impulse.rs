@@ -4,7 +4,7 @@ use crate::example::target;
 use crate::validate::row::{self, Row};
 use breakshot::cell::{RobotSpec, Transform};
 use breakshot::object::Shape;
-use breakshot::robot::{self, Hit, Station};
+use breakshot::robot::{self, ImpulseConditions, MountedArm};
 use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -38,7 +38,8 @@ struct Impulses {
 }
 
 /// The paper's heaviest object, without restitution, as the reference has it.
-const HIT: Hit = Hit { object_mass_kg: 0.143, restitution: 0.0, speed_cap_m_s: 1.0 };
+const HIT: ImpulseConditions =
+    ImpulseConditions { object_mass_kg: 0.143, restitution: 0.0, speed_cap_m_s: 1.0 };
 
 /// Compares, draws, prints the table.
 pub(super) fn run(reference: &Path) -> Result<bool, String> {
@@ -56,7 +57,7 @@ pub(super) fn run(reference: &Path) -> Result<bool, String> {
             .get(name)
             .and_then(|value| serde_json::from_value(value.clone()).ok())
             .ok_or_else(|| format!("reference.json has no whole `{name}`"))?;
-        let geometry = station(model)?
+        let geometry = mounted(model)?
             .impulse_geometry_of(&masses.q_rad, &HIT)
             .ok_or_else(|| format!("{name}: no real arm"))?;
         let ours: [f64; 3] = std::array::from_fn(|k| 1.0 / geometry.mobility_per_kg[k][k]);
@@ -114,8 +115,8 @@ pub(super) fn run(reference: &Path) -> Result<bool, String> {
 }
 
 /// An arm without a tool whose table is its base plane.
-fn station(model: &str) -> Result<Station, String> {
+fn mounted(model: &str) -> Result<MountedArm, String> {
     let robot =
         RobotSpec { arm: model.into(), base_from_table: Some(Transform::default()), ..RobotSpec::default() };
-    Station::new(&robot, Shape::Disc { radius_m: 0.01 }).map_err(|e| e.to_string())
+    MountedArm::new(&robot, Shape::Disc { radius_m: 0.01 }).map_err(|e| e.to_string())
 }

@@ -75,8 +75,8 @@ struct Moved {
 
 /// The tip's speed at the contact: by our kinematics, and where our torques bring MuJoCo's arm.
 fn carried_out(name: &str, python: &Path, scene: &Scene, command: &Command) -> Result<Vec<Row>, String> {
-    let station = command.station().map_err(|e| e.to_string())?;
-    let arm = station.arm();
+    let mounted = command.mounted_arm().map_err(|e| e.to_string())?;
+    let arm = mounted.arm();
     let strike = command.phase(PhaseName::Strike).ok_or("no strike")?;
     let [begins_s, _] = strike.span_s();
     // Whole steps to the instant of the contact.

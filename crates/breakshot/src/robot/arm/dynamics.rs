@@ -1,11 +1,11 @@
-//! What moves how heavily: mass matrix, inverse dynamics, effective mass.
+//! Dynamics (Eq. 2 to 5): mass matrix, inverse dynamics, effective mass.
 
 use super::kinematics::point_acceleration;
 use super::model::serial_arm::Arm;
 use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 
-/// A joint's turning in the sweep from the base to the tip, all along the base's axes.
-struct Sweep {
+/// A joint's axis and origin, and the force and moment that its link needs, in base axes (forward pass of Newton-Euler).
+struct LinkLoad {
     axis: Vector3<f64>,
     origin: Vector3<f64>,
     com: Vector3<f64>,
@@ -14,20 +14,20 @@ struct Sweep {
 }
 
 impl Arm {
-    /// The mass matrix M of `torque = M qdd + ...` (kg m2), rotors included.
+    /// The mass matrix M of `torque = M qdd + ...` (kg m2), with the rotor inertias.
     pub fn mass_matrix(&self, angles_rad: &[f64]) -> DMatrix<f64> {
         let frames = self.link_frames(angles_rad);
         let count = frames.len();
         let mut mass = DMatrix::zeros(count, count);
         for (k, frame) in frames.iter().enumerate() {
-            let body = self.moving_body(k).seen_from(frame);
+            let body = self.moving_inertia(k).seen_from(frame);
             let jacobian = self.jacobian_at(&frames, &body.com_m, k + 1);
             for i in 0..=k {
-                let moved = jacobian.fixed_view::<3, 1>(0, i) * body.mass_kg;
-                let turned = body.inertia_kg_m2 * jacobian.fixed_view::<3, 1>(3, i);
+                let momentum = jacobian.fixed_view::<3, 1>(0, i) * body.mass_kg;
+                let angular_momentum = body.inertia_kg_m2 * jacobian.fixed_view::<3, 1>(3, i);
                 for j in 0..=i {
-                    let term = moved.dot(&jacobian.fixed_view::<3, 1>(0, j))
-                        + turned.dot(&jacobian.fixed_view::<3, 1>(3, j));
+                    let term = momentum.dot(&jacobian.fixed_view::<3, 1>(0, j))
+                        + angular_momentum.dot(&jacobian.fixed_view::<3, 1>(3, j));
                     mass[(i, j)] += term;
                     if i != j {
                         mass[(j, i)] += term;
@@ -39,19 +39,18 @@ impl Arm {
         mass
     }
 
-    /// The joint torques (N m) that give the accelerations `accelerations_rad_s2`, gravity included (recursive
-    /// Newton-Euler).
+    /// The joint torques for given joint accelerations, with gravity (N m); recursive Newton-Euler algorithm.
     pub fn torques(
         &self,
         angles_rad: &[f64],
         speeds_rad_s: &[f64],
         accelerations_rad_s2: &[f64],
     ) -> DVector<f64> {
-        let sweep = self.sweep(angles_rad, speeds_rad_s, accelerations_rad_s2);
-        let mut torques = DVector::zeros(sweep.len());
-        // From the tip inwards: what each joint must hold.
+        let loads = self.link_loads(angles_rad, speeds_rad_s, accelerations_rad_s2);
+        let mut torques = DVector::zeros(loads.len());
+        // Backward pass: accumulate force and moment from the tip to the base.
         let (mut force, mut moment, mut at) = (Vector3::zeros(), Vector3::zeros(), Vector3::zeros());
-        for (k, link) in sweep.iter().enumerate().rev() {
+        for (k, link) in loads.iter().enumerate().rev() {
             moment +=
                 (at - link.origin).cross(&force) + link.moment + (link.com - link.origin).cross(&link.force);
             force += link.force;
@@ -62,36 +61,47 @@ impl Arm {
         torques
     }
 
-    /// From the base outwards: the force and moment about its centre of mass that each link needs.
-    fn sweep(&self, angles_rad: &[f64], speeds_rad_s: &[f64], accelerations_rad_s2: &[f64]) -> Vec<Sweep> {
+    /// Forward pass: the force and the moment about the centre of mass that each link's motion needs.
+    fn link_loads(
+        &self,
+        angles_rad: &[f64],
+        speeds_rad_s: &[f64],
+        accelerations_rad_s2: &[f64],
+    ) -> Vec<LinkLoad> {
         let frames = self.link_frames(angles_rad);
-        let (mut turning, mut turning_rate) = (Vector3::zeros(), Vector3::zeros());
-        // A base that accelerates upwards feels like gravity.
-        let (mut rate, mut origin) = (-self.gravity_m_s2, Vector3::zeros());
+        let (mut angular_velocity, mut angular_acceleration) = (Vector3::zeros(), Vector3::zeros());
+        // Gravity is equivalent to an upward acceleration of the base.
+        let (mut origin_acceleration, mut origin) = (-self.gravity_m_s2, Vector3::zeros());
         let links = frames.iter().enumerate().map(|(k, frame)| {
-            rate += point_acceleration(&turning, &turning_rate, &(frame.translation.vector - origin));
+            origin_acceleration += point_acceleration(
+                &angular_velocity,
+                &angular_acceleration,
+                &(frame.translation.vector - origin),
+            );
             origin = frame.translation.vector;
             let axis = frame.rotation * self.links[k].joint.axis.into_inner();
-            turning_rate += axis * accelerations_rad_s2[k] + turning.cross(&axis) * speeds_rad_s[k];
-            turning += axis * speeds_rad_s[k];
-            let body = self.moving_body(k).seen_from(frame);
-            let acceleration = rate + point_acceleration(&turning, &turning_rate, &(body.com_m - origin));
-            let spin = body.inertia_kg_m2 * turning;
-            Sweep {
+            angular_acceleration +=
+                axis * accelerations_rad_s2[k] + angular_velocity.cross(&axis) * speeds_rad_s[k];
+            angular_velocity += axis * speeds_rad_s[k];
+            let body = self.moving_inertia(k).seen_from(frame);
+            let acceleration = origin_acceleration
+                + point_acceleration(&angular_velocity, &angular_acceleration, &(body.com_m - origin));
+            let angular_momentum = body.inertia_kg_m2 * angular_velocity;
+            LinkLoad {
                 axis,
                 origin,
                 com: body.com_m,
                 force: acceleration * body.mass_kg,
-                moment: body.inertia_kg_m2 * turning_rate + turning.cross(&spin),
+                moment: body.inertia_kg_m2 * angular_acceleration + angular_velocity.cross(&angular_momentum),
             }
         });
         links.collect()
     }
 
-    /// How readily the tip moves (1/kg, base axes): `J M^-1 J'` of its point, the inverse of the mass that something
-    /// feels that hits it (Eq. 8).
+    /// The mobility `J M^-1 J'` of the tip's point (1/kg, base axes). Its value along a unit vector is the inverse of the
+    /// effective mass in that direction (Eq. 8).
     ///
-    /// `None` if the mass matrix is not positive definite: no real arm has such inertias.
+    /// `None` if the mass matrix is not positive definite, which is impossible for a physical arm.
     pub fn tip_mobility(&self, angles_rad: &[f64]) -> Option<Matrix3<f64>> {
         let jacobian = self.jacobian(angles_rad);
         let point = jacobian.fixed_rows::<3>(0);
@@ -135,7 +145,7 @@ mod tests {
         let qd = DVector::from_row_slice(speeds);
         let frames = arm.link_frames(angles);
         let height = |k: usize| {
-            let body = arm.moving_body(k).seen_from(&frames[k]);
+            let body = arm.moving_inertia(k).seen_from(&frames[k]);
             -body.mass_kg * arm.gravity_m_s2.dot(&body.com_m)
         };
         0.5 * qd.dot(&(arm.mass_matrix(angles) * &qd)) + (0..6).map(height).sum::<f64>()

@@ -1,57 +1,59 @@
-//! The ways an arm can hold the striker upright at a place on the table, and what it can do there.
+//! The joint configurations that hold the striker upright at a point of the table, and the tip's capability there.
 
 use super::kinematics::condition_number;
-use super::mounted_arm::Station;
+use super::mounted_arm::MountedArm;
 use crate::geometry::{Point, Vec2};
 use crate::object::Shape;
 use nalgebra::{Vector3, Vector6};
 use std::f64::consts::TAU;
 
-/// One way to hold the striker at a place.
+/// One solution of the inverse kinematics for an upright striker at a point of the table.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Posture {
-    /// How the tool is turned about the vertical (rad, table).
+pub(crate) struct IkSolution {
+    /// Rotation of the tool about the vertical (rad, table frame).
     pub(crate) yaw_rad: f64,
-    /// The joint angles (rad).
+    /// Joint angles (rad).
     pub(crate) angles: Vec<f64>,
-    /// The joint of a seven-joint arm that stands still during straight motions.
-    pub(crate) still: Option<usize>,
+    /// The joint of a seven-joint arm that is held fixed during straight motions.
+    pub(crate) fixed_joint: Option<usize>,
 }
 
-/// What the arm can do in one direction at one place.
+/// The tip's capability in one direction at one point of the table.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Capability {
-    /// The tip's largest speed in that direction, straight and without turning (m/s).
+    /// The tip's largest speed in that direction without rotation (m/s).
     pub speed_m_s: f64,
-    /// What the tip feels like to what it hits (kg, Eq. 8).
+    /// The effective mass of the tip (kg, Eq. 8).
     pub effective_mass_kg: f64,
 }
 
-/// Ways to turn a round striker about the vertical.
+/// Number of rotations tried for a round striker.
 const ROUND_YAWS: u32 = 12;
 
-impl Station {
-    /// The postures at a place for a strike along `heading_rad`: all branches, for all ways the striker may be turned.
-    pub(crate) fn postures(&self, place: Point, heading_rad: f64) -> Vec<Posture> {
+impl MountedArm {
+    /// The solutions at a point for a strike along `heading_rad`: all branches, for all rotations that leave the striker's
+    /// outline unchanged.
+    pub(crate) fn ik_solutions(&self, position: Point, heading_rad: f64) -> Vec<IkSolution> {
         let step_rad = match &self.striker {
             Shape::Disc { .. } => TAU / f64::from(ROUND_YAWS),
             other => other.rotation_symmetry_rad().unwrap_or(TAU),
         };
-        let turns = (TAU / step_rad).round() as u32;
-        let yaws = (0..turns).map(|k| heading_rad + step_rad * f64::from(k));
+        let rotations = (TAU / step_rad).round() as u32;
+        let yaws = (0..rotations).map(|k| heading_rad + step_rad * f64::from(k));
         let all = yaws.flat_map(|yaw_rad| {
-            let target = self.upright(place, self.strike_height_m, yaw_rad);
+            let target = self.upright(position, self.strike_height_m, yaw_rad);
             self.arm.branches(&target).into_iter().map(move |angles| (yaw_rad, angles))
         });
-        let with_still = all.map(|(yaw_rad, angles)| {
-            let still = self.still_joint(&angles);
-            Posture { yaw_rad, angles, still }
+        let solutions = all.map(|(yaw_rad, angles)| {
+            let fixed_joint = self.fixed_joint_of(&angles);
+            IkSolution { yaw_rad, angles, fixed_joint }
         });
-        with_still.collect()
+        solutions.collect()
     }
 
-    /// The joint of a seven-joint arm without which the tip moves most evenly.
-    pub(crate) fn still_joint(&self, angles: &[f64]) -> Option<usize> {
+    /// The joint of a seven-joint arm without which the Jacobian's condition number is smallest; `None` for six joints.
+    pub(crate) fn fixed_joint_of(&self, angles: &[f64]) -> Option<usize> {
         if self.arm.joint_count() == 6 {
             return None;
         }
@@ -60,12 +62,13 @@ impl Station {
         (0..self.arm.joint_count()).min_by(|&i, &j| condition(i).total_cmp(&condition(j)))
     }
 
-    /// The tip's largest speed along a unit direction of the base (m/s), straight and without turning, all joints
-    /// within their speeds; zero at a singular pose.
-    pub(crate) fn straight_speed_m_s(&self, posture: &Posture, direction: &Vector3<f64>) -> f64 {
+    /// The tip's largest speed along a unit vector of the base frame without rotation (m/s), limited by the joints' speeds;
+    /// zero at a singular configuration.
+    pub(crate) fn straight_speed_m_s(&self, solution: &IkSolution, direction: &Vector3<f64>) -> f64 {
         let velocity = Vector6::new(direction.x, direction.y, direction.z, 0.0, 0.0, 0.0);
         let still = Vector6::zeros();
-        let Some((speeds, _)) = self.arm.joint_rates(&posture.angles, &velocity, &still, posture.still)
+        let Some((speeds, _)) =
+            self.arm.joint_rates(&solution.angles, &velocity, &still, solution.fixed_joint)
         else {
             return 0.0;
         };
@@ -75,20 +78,20 @@ impl Station {
         if least.is_finite() { least } else { 0.0 }
     }
 
-    /// What the arm can do at a place along a heading (rad), in its fastest posture; `None` out of its reach.
-    pub fn capability(&self, place: Point, heading_rad: f64) -> Option<Capability> {
+    /// The capability at a point along a heading (rad), for the fastest solution; `None` out of reach.
+    pub fn capability(&self, position: Point, heading_rad: f64) -> Option<Capability> {
         let direction = self.direction_in_base(Vec2::from_heading(heading_rad));
-        let abilities = self.postures(place, heading_rad).into_iter().filter_map(|posture| {
-            let mobility = direction.dot(&(self.arm.tip_mobility(&posture.angles)? * direction));
-            let speed_m_s = self.straight_speed_m_s(&posture, &direction);
+        let capabilities = self.ik_solutions(position, heading_rad).into_iter().filter_map(|solution| {
+            let mobility = direction.dot(&(self.arm.tip_mobility(&solution.angles)? * direction));
+            let speed_m_s = self.straight_speed_m_s(&solution, &direction);
             Some(Capability { speed_m_s, effective_mass_kg: 1.0 / mobility })
         });
-        abilities.max_by(|a, b| a.speed_m_s.total_cmp(&b.speed_m_s))
+        capabilities.max_by(|a, b| a.speed_m_s.total_cmp(&b.speed_m_s))
     }
 
-    /// Eq. 8's effective mass (kg) for the planner: zero where the arm cannot strike at `speed_m_s`.
-    pub fn effective_mass_kg(&self, place: Point, heading_rad: f64, speed_m_s: f64) -> f64 {
-        match self.capability(place, heading_rad) {
+    /// The effective mass of Eq. 8 for the planner (kg); zero where the tip does not reach `speed_m_s`.
+    pub fn effective_mass_kg(&self, position: Point, heading_rad: f64, speed_m_s: f64) -> f64 {
+        match self.capability(position, heading_rad) {
             Some(capability) if capability.speed_m_s >= speed_m_s => capability.effective_mass_kg,
             _ => 0.0,
         }

@@ -1,7 +1,7 @@
-//! Which joint angles bring the tip to a given frame.
+//! Inverse kinematics: the joint angles for a given tip frame.
 //!
-//! Damped least squares (Levenberg-Marquardt) with a damping that goes with the error, so that the last steps converge
-//! quadratically (Sugihara, IEEE T-RO 2011), from one start pose after the other.
+//! Damped least squares (Levenberg-Marquardt) with a damping proportional to the squared error, so that the last steps
+//! converge quadratically (Sugihara, IEEE T-RO 2011), from a sequence of start poses.
 
 use super::kinematics::twist;
 use super::model::frame::Frame;
@@ -10,39 +10,38 @@ use crate::geometry::wrapped_rad;
 use nalgebra::{Matrix6, SMatrix, SVector, Vector6};
 use std::f64::consts::TAU;
 
-/// How well a pose must meet the target: metres and radians together.
+/// Largest error of a solution, the norm of its twist to the target (m and rad).
 const TOLERANCE: f64 = 1e-10;
-/// A start from which this many steps do not arrive will not.
+/// Largest number of steps per start pose.
 const STEPS_PER_START: usize = 25;
-/// A walk that has not halved its squared error within so many steps leads nowhere.  Of ten thousand random poses of an Indy 7 all
-/// are found with these numbers, after 18 steps each; without this rule and with 40 steps a start, after 28.
+/// Number of steps within which the squared error must halve. With these numbers all of ten thousand random poses of an
+/// Indy 7 are found, after 18 steps each; without this rule and with 40 steps per start, after 28.
 const PATIENCE: usize = 8;
-/// Starts tried before a target counts as out of reach.
+/// Number of start poses before a target counts as out of reach.
 const STARTS: u32 = 60;
-/// The most a joint may turn in one step (rad): beyond, the linear model means nothing.
+/// Largest joint step (rad), for which the linear model is valid.
 const STEP_LIMIT_RAD: f64 = 1.0;
-/// Damping per squared error; small enough not to slow the last steps, large enough to pass singular poses.
+/// Damping per squared error: small enough for fast last steps, large enough to pass singular configurations.
 const DAMPING: f64 = 0.05;
-/// Damping that stays, against a Jacobian without inverse; it changes the last steps by less than the tolerance.
-const LEAST_DAMPING: f64 = 1e-14;
-/// A joint with less range than this is held at its stops; with more, whole turns bring it back in the end (rad).
-const TURNING_RAD: f64 = 0.9 * TAU;
-/// Poses that differ by less in every joint are one (rad).
+/// Smallest damping, for a singular Jacobian; it changes the last steps by less than the tolerance.
+const SMALLEST_DAMPING: f64 = 1e-14;
+/// Joints with a smaller range are clamped to it; the others are wrapped by full revolutions at the end (rad).
+const CLAMPED_RANGE_RAD: f64 = 0.9 * TAU;
+/// Largest difference of a joint angle between equal poses (rad).
 const SAME_POSE_RAD: f64 = 1e-4;
 
-/// The Jacobian's columns; a joint that an arm does not have, or that stands still, has a column of zeros.
+/// The Jacobian's columns; zero for a missing or fixed joint.
 type Columns = SMatrix<f64, 6, 7>;
 
 impl Arm {
-    /// The joint angles (rad) that bring the tip to `target`, near `start_rad` if there are any; `None` if no start
-    /// leads there within the joints' ranges.
+    /// Joint angles at which the tip frame is `target`, near `start_rad` if possible (rad); `None` if no start pose converges
+    /// within the joints' ranges.
     pub fn inverse(&self, target: &Frame, start_rad: &[f64]) -> Option<Vec<f64>> {
         self.descend(target, start_rad.to_vec(), None)
             .or_else(|| (0..STARTS).find_map(|k| self.descend(target, self.start_pose(k), None)))
     }
 
-    /// The different ways to bring the tip to `target`: each branch once, in a fixed order; for seven joints
-    /// some of endlessly many.
+    /// The solutions for a target, each branch once, in a fixed order (rad); for seven joints, some of infinitely many.
     pub fn branches(&self, target: &Frame) -> Vec<Vec<f64>> {
         let mut found: Vec<Vec<f64>> = Vec::new();
         for k in 0..STARTS {
@@ -57,12 +56,12 @@ impl Arm {
         found
     }
 
-    /// Walks from a start pose to the target, or gives up; the joint `still` does not move.
+    /// Iterates from a start pose to the target; `None` without convergence. The joint `fixed_joint` does not move.
     pub(crate) fn descend(
         &self,
         target: &Frame,
         mut angles: Vec<f64>,
-        still: Option<usize>,
+        fixed_joint: Option<usize>,
     ) -> Option<Vec<f64>> {
         let mut squares = [f64::INFINITY; PATIENCE];
         for n in 0..STEPS_PER_START {
@@ -76,13 +75,13 @@ impl Arm {
             if square > 0.5 * std::mem::replace(&mut squares[n % PATIENCE], square) {
                 return None;
             }
-            let mut columns = self.columns(&frames, &tip, still);
-            let damping = DAMPING * square + LEAST_DAMPING;
+            let mut columns = self.columns(&frames, &tip, fixed_joint);
+            let damping = DAMPING * square + SMALLEST_DAMPING;
             let mut step = damped_step(&columns, &error, damping)?;
-            // A joint at its stop that is pushed against it takes no part: the others must do without.
+            // A joint at the end of its range whose step leads outward is excluded; the others are solved again.
             let is_held = |k: usize, step: f64| {
                 let [low, high] = self.links[k].joint.range_rad;
-                high - low < TURNING_RAD
+                high - low < CLAMPED_RANGE_RAD
                     && ((angles[k] <= low && step < 0.0) || (angles[k] >= high && step > 0.0))
             };
             if (0..angles.len()).any(|k| is_held(k, step[k])) {
@@ -95,7 +94,7 @@ impl Arm {
             for (k, angle) in angles.iter_mut().enumerate() {
                 let [low, high] = self.links[k].joint.range_rad;
                 *angle += scale * step[k];
-                if high - low < TURNING_RAD {
+                if high - low < CLAMPED_RANGE_RAD {
                     *angle = angle.clamp(low, high);
                 }
             }
@@ -103,16 +102,16 @@ impl Arm {
         None
     }
 
-    /// How the tip moves with each joint; the joint `still` does not move.
-    fn columns(&self, frames: &[Frame], tip: &Frame, still: Option<usize>) -> Columns {
+    /// The Jacobian's columns; zero for the joint `fixed_joint`.
+    fn columns(&self, frames: &[Frame], tip: &Frame, fixed_joint: Option<usize>) -> Columns {
         let mut columns = Columns::zeros();
-        for (k, frame) in frames.iter().enumerate().filter(|(k, _)| Some(*k) != still) {
+        for (k, frame) in frames.iter().enumerate().filter(|(k, _)| Some(*k) != fixed_joint) {
             columns.set_column(k, &self.column(frame, &tip.translation.vector, k));
         }
         columns
     }
 
-    /// The same pose with every joint inside its range, if full turns can do that.
+    /// The same pose with every joint wrapped into its range by full revolutions; `None` if that is impossible.
     fn within_ranges(&self, mut angles: Vec<f64>) -> Option<Vec<f64>> {
         for (angle, link) in angles.iter_mut().zip(&self.links) {
             *angle = wrapped_rad(*angle);
@@ -129,42 +128,42 @@ impl Arm {
         Some(angles)
     }
 
-    /// The `k`-th of a sequence of poses that fill the joints' ranges evenly (Roberts' R sequence).
+    /// The `k`-th start pose of a quasi-random sequence that fills the joints' ranges uniformly (Roberts' R sequence).
     pub(crate) fn start_pose(&self, k: u32) -> Vec<f64> {
         let ratio = roberts_ratio(self.links.len());
         let mut step = 1.0;
         let poses = self.links.iter().map(|link| {
             step /= ratio;
-            let part = (0.5 + step * f64::from(k)).fract();
+            let fraction = (0.5 + step * f64::from(k)).fract();
             let [low, high] = link.joint.range_rad;
             let (low, high) = (low.max(-TAU / 2.0), high.min(TAU / 2.0));
-            low + part * (high - low)
+            low + fraction * (high - low)
         });
         poses.collect()
     }
 
-    /// The joint speeds and accelerations (rad/s, rad/s2) with which the tip has a given velocity and acceleration.
+    /// The joint velocities and accelerations for a given velocity and acceleration of the tip (rad/s, rad/s2).
     ///
-    /// `still` names a joint of a seven-joint arm that stands still meanwhile.  `None` at a singular pose.
+    /// `fixed_joint` is the index of a joint of a seven-joint arm that is held fixed. `None` at a singular configuration.
     pub fn joint_rates(
         &self,
         angles_rad: &[f64],
         velocity: &Vector6<f64>,
         acceleration: &Vector6<f64>,
-        still: Option<usize>,
+        fixed_joint: Option<usize>,
     ) -> Option<(Vec<f64>, Vec<f64>)> {
         let jacobian = self.jacobian(angles_rad);
-        let moving: Vec<usize> = (0..self.joint_count()).filter(|&k| Some(k) != still).collect();
+        let moving: Vec<usize> = (0..self.joint_count()).filter(|&k| Some(k) != fixed_joint).collect();
         let square = Matrix6::from_fn(|i, j| jacobian[(i, moving[j])]);
         let factor = square.lu();
-        let spread = |values: &Vector6<f64>| {
+        let scattered = |values: &Vector6<f64>| {
             let mut all = vec![0.0; self.joint_count()];
             moving.iter().zip(values.iter()).for_each(|(&k, &value)| all[k] = value);
             all
         };
-        let speeds = spread(&factor.solve(velocity)?);
+        let speeds = scattered(&factor.solve(velocity)?);
         let rest = acceleration - self.velocity_product(angles_rad, &speeds);
-        let accelerations = spread(&factor.solve(&rest)?);
+        let accelerations = scattered(&factor.solve(&rest)?);
         Some((speeds, accelerations))
     }
 }
@@ -175,7 +174,7 @@ fn damped_step(columns: &Columns, error: &Vector6<f64>, damping: f64) -> Option<
     Some(columns.tr_mul(&normal.cholesky()?.solve(error)))
 }
 
-/// The number whose powers fill `dimensions` evenly: the root of x^(d+1) = x + 1.
+/// The generator of Roberts' sequence in `dimensions`: the root of x^(d+1) = x + 1.
 fn roberts_ratio(dimensions: usize) -> f64 {
     let power = 1.0 / (dimensions as f64 + 1.0);
     (0..30).fold(1.5, |x: f64, _| (1.0 + x).powf(power))
@@ -193,18 +192,18 @@ mod tests {
 
     proptest! {
         #[test]
-        fn the_tip_goes_where_some_pose_had_it(parts in pose()) {
+        fn the_inverse_recovers_the_tip_frame_of_any_pose(parts in pose()) {
             let arm = Arm::built_in("indy7").expect("built in");
             let angles: Vec<f64> = parts.iter().zip(&arm.links).map(|(x, link)| x * link.joint.range_rad[1]).collect();
             let target = arm.tip(&angles);
             let found = arm.inverse(&target, &[0.0; 6]);
-            prop_assert!(found.is_some(), "{:?} rad was not found again", angles);
+            prop_assert!(found.is_some(), "{:?} rad was not found", angles);
             let found = found.expect("just checked");
             let error = twist(&arm.tip(&found), &target).norm();
             prop_assert!(error < 1e-9, "the tip is off by {error}");
             for (angle, link) in found.iter().zip(&arm.links) {
                 let [low, high] = link.joint.range_rad;
-                prop_assert!((low..=high).contains(angle), "{} stands at {angle} rad", link.joint.name);
+                prop_assert!((low..=high).contains(angle), "{} is at {angle} rad", link.joint.name);
             }
         }
     }
@@ -228,7 +227,7 @@ mod tests {
     }
 
     #[test]
-    fn joint_rates_give_back_the_tips_motion() {
+    fn joint_rates_reproduce_the_tips_motion() {
         let arm = Arm::built_in("indy7").expect("built in");
         let angles = [0.4, -0.7, -1.1, 0.3, 0.9, -1.4];
         let velocity = Vector6::new(0.3, -0.2, 0.1, 0.4, 0.0, -0.5);

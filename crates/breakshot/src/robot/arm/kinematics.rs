@@ -1,19 +1,19 @@
-//! Where the links are, and how fast the tip moves with the joints.
+//! Forward kinematics: the links' frames, the tip's velocity and acceleration.
 
 use super::joint_state::JointState;
 use super::model::frame::Frame;
 use super::model::serial_arm::Arm;
 use nalgebra::{Matrix3, Matrix6xX, Rotation3, Vector3, Vector6};
 
-/// The tip's velocity per joint speed, one column per joint: three rows for the tip's point (m/s), three for its turning
-/// (rad/s), along the base's axes.
+/// The tip's velocity per unit joint velocity, one column per joint: three rows of linear velocity, three of angular velocity,
+/// base axes.
 pub type Jacobian = Matrix6xX<f64>;
 
 impl Arm {
-    /// The frames of the moving links in the base's frame, at the joint angles `angles_rad`.
+    /// The frames of the moving links in the base frame at joint angles `angles_rad`.
     ///
     /// # Panics
-    /// If there are fewer angles than joints; so do all functions of a pose.
+    /// If there are fewer angles than joints. This holds for all functions of joint angles.
     pub fn link_frames(&self, angles_rad: &[f64]) -> Vec<Frame> {
         let mut base_from_link = Frame::identity();
         let frames = self.links.iter().enumerate().map(|(k, link)| {
@@ -24,17 +24,17 @@ impl Arm {
         frames.collect()
     }
 
-    /// The tool's tip in the base's frame.
+    /// The tip frame in the base frame.
     pub fn tip(&self, angles_rad: &[f64]) -> Frame {
         self.tip_of(&self.link_frames(angles_rad))
     }
 
-    /// The flange in the base's frame.
+    /// The flange frame in the base frame.
     pub fn flange_frame(&self, angles_rad: &[f64]) -> Frame {
         last(&self.link_frames(angles_rad)) * self.last_from_flange
     }
 
-    /// The tip, given the links' frames.
+    /// The tip frame, given the links' frames.
     pub(crate) fn tip_of(&self, frames: &[Frame]) -> Frame {
         last(frames) * self.last_from_tip()
     }
@@ -55,7 +55,7 @@ impl Arm {
         jacobian
     }
 
-    /// How a point (m, base frame) moves and turns with the k-th joint, whose frame is given.
+    /// The Jacobian's column for joint `k` with the given frame, for a point (m, base frame).
     pub(crate) fn column(&self, frame: &Frame, point: &Vector3<f64>, k: usize) -> Vector6<f64> {
         let axis = frame.rotation * self.links[k].joint.axis.into_inner();
         let moved = axis.cross(&(point - frame.translation.vector));
@@ -70,32 +70,39 @@ impl Arm {
         Vector3::new(velocity[0], velocity[1], velocity[2])
     }
 
-    /// The tip's acceleration while the joints turn evenly: what `J' qd` is in `a = J qdd + J' qd`.
+    /// The tip's acceleration at constant joint velocities: the term `dJ/dt qd` of `a = J qdd + dJ/dt qd`.
     pub fn velocity_product(&self, angles_rad: &[f64], speeds_rad_s: &[f64]) -> Vector6<f64> {
         let frames = self.link_frames(angles_rad);
         let tip = self.tip_of(&frames).translation.vector;
-        let (mut turning, mut turning_rate) = (Vector3::zeros(), Vector3::zeros());
-        let (mut rate, mut origin) = (Vector3::zeros(), Vector3::zeros());
-        // From the base outwards: the acceleration of each joint's origin, then that of the tip.
+        let (mut angular_velocity, mut angular_acceleration) = (Vector3::zeros(), Vector3::zeros());
+        let (mut acceleration, mut origin) = (Vector3::zeros(), Vector3::zeros());
+        // From the base outwards: the acceleration of each joint's origin, finally that of the tip.
         for (k, frame) in frames.iter().enumerate() {
-            let way = frame.translation.vector - origin;
-            rate += point_acceleration(&turning, &turning_rate, &way);
+            let offset = frame.translation.vector - origin;
+            acceleration += point_acceleration(&angular_velocity, &angular_acceleration, &offset);
             origin = frame.translation.vector;
-            let spin = frame.rotation * self.links[k].joint.axis.into_inner() * speeds_rad_s[k];
-            turning_rate += turning.cross(&spin);
-            turning += spin;
+            let joint_velocity = frame.rotation * self.links[k].joint.axis.into_inner() * speeds_rad_s[k];
+            angular_acceleration += angular_velocity.cross(&joint_velocity);
+            angular_velocity += joint_velocity;
         }
-        rate += point_acceleration(&turning, &turning_rate, &(tip - origin));
-        Vector6::new(rate.x, rate.y, rate.z, turning_rate.x, turning_rate.y, turning_rate.z)
+        acceleration += point_acceleration(&angular_velocity, &angular_acceleration, &(tip - origin));
+        Vector6::new(
+            acceleration.x,
+            acceleration.y,
+            acceleration.z,
+            angular_acceleration.x,
+            angular_acceleration.y,
+            angular_acceleration.z,
+        )
     }
 
-    /// The ratio of the Jacobian's largest to its smallest singular value: how near the pose is to one in which the tip
-    /// cannot move in some direction.
+    /// The condition number of the Jacobian: its largest over its smallest singular value, infinite at a singular
+    /// configuration.
     pub fn condition_number(&self, angles_rad: &[f64]) -> f64 {
         condition_number(&self.jacobian(angles_rad))
     }
 
-    /// The arm as a stick: base, joints, flange, tip (m, base frame).
+    /// The origins of base, joints, flange and tip (m, base frame).
     pub fn skeleton(&self, angles_rad: &[f64]) -> Vec<[f64; 3]> {
         let frames = self.link_frames(angles_rad);
         let mut points = vec![Vector3::zeros()];
@@ -110,7 +117,7 @@ fn last(frames: &[Frame]) -> Frame {
     frames.last().copied().unwrap_or_else(Frame::identity)
 }
 
-/// See [`Arm::condition_number`]; infinite where the tip cannot move in some direction.
+/// See [`Arm::condition_number`].
 pub(crate) fn condition_number(jacobian: &Jacobian) -> f64 {
     // J J' is six by six for any number of joints; its eigenvalues are the squares of the singular values.
     let squares = (jacobian * jacobian.transpose()).symmetric_eigenvalues();
@@ -118,34 +125,34 @@ pub(crate) fn condition_number(jacobian: &Jacobian) -> f64 {
     if least <= 0.0 { f64::INFINITY } else { (most / least).sqrt() }
 }
 
-/// The acceleration of a point of a turning body beyond that of the body's origin.
+/// The acceleration of a point of a rotating body relative to the body's origin (tangential and centripetal).
 pub(crate) fn point_acceleration(
-    turning: &Vector3<f64>,
-    turning_rate: &Vector3<f64>,
-    way: &Vector3<f64>,
+    angular_velocity: &Vector3<f64>,
+    angular_acceleration: &Vector3<f64>,
+    offset: &Vector3<f64>,
 ) -> Vector3<f64> {
-    turning_rate.cross(way) + turning.cross(&turning.cross(way))
+    angular_acceleration.cross(offset) + angular_velocity.cross(&angular_velocity.cross(offset))
 }
 
-/// The twist that takes one frame to another in unit time: the way (m) and the rotation vector (rad), base axes.
+/// The difference of two frames as a twist: the displacement (m) and the rotation vector (rad), base axes.
 pub(crate) fn twist(from: &Frame, to: &Frame) -> Vector6<f64> {
-    let way = to.translation.vector - from.translation.vector;
-    let turn = rotation_vector(&(to.rotation * from.rotation.inverse()));
-    Vector6::new(way.x, way.y, way.z, turn.x, turn.y, turn.z)
+    let displacement = to.translation.vector - from.translation.vector;
+    let rotation = rotation_vector(&(to.rotation * from.rotation.inverse()));
+    Vector6::new(displacement.x, displacement.y, displacement.z, rotation.x, rotation.y, rotation.z)
 }
 
-/// The axis times the angle (rad) of a rotation, precise for the smallest and the largest angle.
-pub(crate) fn rotation_vector(turn: &Rotation3<f64>) -> Vector3<f64> {
-    let m = turn.matrix();
-    // Twice the sine along the axis, and twice the cosine.
+/// The rotation vector (axis times angle, rad), accurate from the smallest to the largest angle.
+pub(crate) fn rotation_vector(rotation: &Rotation3<f64>) -> Vector3<f64> {
+    let m = rotation.matrix();
+    // Twice the sine times the axis, and twice the cosine.
     let sine = Vector3::new(m[(2, 1)] - m[(1, 2)], m[(0, 2)] - m[(2, 0)], m[(1, 0)] - m[(0, 1)]);
     let cosine = m.trace() - 1.0;
     let angle = sine.norm().atan2(cosine);
     if cosine > 0.0 {
-        let stretch = if angle > 0.0 && sine.norm() > 0.0 { angle / sine.norm() } else { 0.5 };
-        return sine * stretch;
+        let factor = if angle > 0.0 && sine.norm() > 0.0 { angle / sine.norm() } else { 0.5 };
+        return sine * factor;
     }
-    // Beyond a right angle the sine fades: the axis is the longest column of (R + R') - (trace - 1) E, up to its sign.
+    // Beyond a right angle the sine decreases to zero: the axis is the longest column of (R + R') - (trace - 1) E, up to its sign.
     let outer = m + m.transpose() - Matrix3::identity() * cosine;
     let longest = outer.column(outer.diagonal().imax()).normalize();
     if longest.dot(&sine) < 0.0 { longest * -angle } else { longest * angle }
@@ -165,7 +172,7 @@ mod tests {
     const REPORTED_RPY_DEG: [f64; 3] = [-0.019_307_354, -179.96837, 0.001_453_16];
 
     #[test]
-    fn the_controllers_own_pose_is_met_but_for_its_base_of_half_a_millimetre() {
+    fn the_forward_kinematics_agrees_with_the_controllers_up_to_its_base_offset() {
         let arm = Arm::built_in("indy7").expect("built in");
         let flange = arm.flange_frame(&REPORTED_DEG.map(f64::to_radians));
         let off_mm = flange.translation.vector * 1e3 - Vector3::from(REPORTED_MM);
@@ -173,11 +180,11 @@ mod tests {
         assert!((off_mm.z + 0.5).abs() < 1e-3, "z off by {} mm", off_mm.z);
         let [roll, pitch, yaw] = REPORTED_RPY_DEG.map(f64::to_radians);
         let reported = Rotation3::from_euler_angles(roll, pitch, yaw);
-        let turn_deg = rotation_vector(&(flange.rotation * reported.inverse())).norm().to_degrees();
-        assert!(turn_deg < 1e-3, "turned by {turn_deg} degrees");
+        let rotation_deg = rotation_vector(&(flange.rotation * reported.inverse())).norm().to_degrees();
+        assert!(rotation_deg < 1e-3, "rotated by {rotation_deg} degrees");
     }
 
-    /// Central differences of this step (rad) are right to about 1e-9.
+    /// Step of central differences (rad), with an error of about 1e-9.
     const STEP_RAD: f64 = 1e-5;
 
     #[test]
@@ -198,7 +205,7 @@ mod tests {
     }
 
     #[test]
-    fn the_velocity_product_is_the_change_of_the_jacobian() {
+    fn the_velocity_product_is_the_derivative_of_the_jacobian_times_the_joint_velocities() {
         let arm = Arm::built_in("indy7").expect("built in");
         let angles = [0.4, -0.7, -1.1, 0.3, 0.9, -1.4];
         let speeds = [1.0, -0.5, 0.8, 2.0, -1.5, 0.7];
@@ -210,7 +217,7 @@ mod tests {
     }
 
     #[test]
-    fn a_rotation_vector_is_found_again_from_its_rotation() {
+    fn a_rotation_vector_is_recovered_from_its_rotation() {
         let axis = Vector3::new(0.36, -0.48, 0.8);
         for angle in [0.0, 1e-12, 1e-7, 0.3, FRAC_PI_2 - 1e-4, FRAC_PI_2 + 1e-4, 3.0, PI - 1e-6, PI] {
             let error = (rotation_vector(&Rotation3::new(axis * angle)) - axis * angle).amax();

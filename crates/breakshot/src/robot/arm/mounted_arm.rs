@@ -1,4 +1,4 @@
-//! The arm at its table.
+//! The arm in its position at the table.
 
 use super::joint_state::JointState;
 use super::model::frame::{Frame, frame};
@@ -10,25 +10,25 @@ use crate::object::Shape;
 use nalgebra::Vector3;
 use std::f64::consts::PI;
 
-/// The arm at its table.
+/// An arm with its base pose at the table, its striker and its home pose.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Station {
+pub struct MountedArm {
     pub(crate) arm: Arm,
     pub(crate) base_from_table: Frame,
-    /// How high the tip runs above the table (m).
+    /// Height of the tip above the table during the strike (m).
     pub(crate) strike_height_m: f64,
     /// The striker's outline.
     pub(crate) striker: Shape,
-    /// The waiting pose (rad), if the cell or the arm's maker tells one.
+    /// The home pose (rad), if the cell or the arm's maker gives one.
     pub(crate) home_rad: Option<Vec<f64>>,
 }
 
-/// Low enough for flat objects, above what the arm's place and the table's flatness are known to (m).
+/// Default height of the tip (m): low enough for flat objects, above the errors of the base pose and the table's flatness.
 const STRIKE_HEIGHT_M: f64 = 0.01;
-/// The Indy 7's home (deg), as its maker's examples have it.
+/// The home pose of the Indy 7 (deg), from its maker's examples.
 const INDY7_HOME_DEG: [f64; 6] = [0.0, -15.0, -90.0, 0.0, -75.0, 0.0];
-impl Station {
-    /// The arm of a cell in its place.
+impl MountedArm {
+    /// The arm of a cell.
     ///
     /// # Errors
     /// A cell without `[robot]`, and see [`Arm::of_cell`].
@@ -38,12 +38,12 @@ impl Station {
         Self::new(robot, cell.striker.shape.clone())
     }
 
-    /// The arm in its place, with a striker of that outline.
+    /// The arm with a striker of that outline.
     ///
     /// # Errors
-    /// Where the table lies is not told, and see [`Arm::of_cell`].
+    /// A missing `base_from_table`, and see [`Arm::of_cell`].
     pub fn new(robot: &RobotSpec, striker: Shape) -> Result<Self> {
-        let needed = "where the table lies for the robot; `breakshot command --touch` finds it";
+        let needed = "the table's pose in the robot's base frame; `breakshot command --touch` finds it";
         let base_from_table = robot
             .base_from_table
             .ok_or_else(|| Error::invalid("cell: robot", "base_from_table", "missing", needed))?;
@@ -55,13 +55,13 @@ impl Station {
         Ok(Self { arm, base_from_table, strike_height_m, striker, home_rad })
     }
 
-    /// The place of the tip on the table, and its height (m).
+    /// The tip's position in the table plane and its height (m).
     pub fn tip_on_table(&self, angles_rad: &[f64]) -> (Point, f64) {
         let tip = (self.base_from_table.inverse() * self.arm.tip(angles_rad)).translation;
         (Point::new(tip.x, tip.y), tip.z)
     }
 
-    /// The velocity of the tip along the table (m/s).
+    /// The tip's velocity along the table (m/s).
     pub fn tip_velocity_on_table(&self, state: &JointState) -> Vec2 {
         let velocity = self.base_from_table.rotation.inverse() * self.arm.tip_velocity(state);
         Vec2::new(velocity.x, velocity.y)
@@ -72,13 +72,13 @@ impl Station {
         &self.arm
     }
 
-    /// The tip's frame in the base's frame for an upright striker `height_m` above a place, its axis pointing down.
-    pub(crate) fn upright(&self, place: Point, height_m: f64, yaw_rad: f64) -> Frame {
-        let table_from_tip = frame([place.x, place.y, height_m], [PI, 0.0, yaw_rad]);
+    /// The tip frame in the base frame for an upright striker `height_m` above a point, its z axis pointing down.
+    pub(crate) fn upright(&self, position: Point, height_m: f64, yaw_rad: f64) -> Frame {
+        let table_from_tip = frame([position.x, position.y, height_m], [PI, 0.0, yaw_rad]);
         self.base_from_table * table_from_tip
     }
 
-    /// A direction on the table as seen from the base.
+    /// A direction in the table plane, in the base frame.
     pub(crate) fn direction_in_base(&self, direction: Vec2) -> Vector3<f64> {
         self.base_from_table.rotation * Vector3::new(direction.x, direction.y, 0.0)
     }

@@ -1,31 +1,30 @@
-//! How far the parts of an arm stay from each other.
+//! The distances between the parts of an arm.
 
 use super::model::capsule::Capsule;
 use super::model::serial_arm::Arm;
 use nalgebra::Vector3;
 
-/// Which two parts of an arm come closest: 0 is the base, then the links, then the tool.
+/// The closest pair of parts: 0 is the base, followed by the links and the tool.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Closest {
     pub(crate) parts: (usize, usize),
     pub(crate) gap_m: f64,
 }
 
-/// The pairs of an arm's parts that must stay apart.
+/// The pairs of an arm's parts that must not touch.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct SelfCollision {
     pairs: Vec<(usize, usize)>,
     tool_radius_m: f64,
 }
 
-/// Poses tried to learn which parts overlap by design.
+/// Number of poses that are tested for parts that overlap by design.
 const POSES: u32 = 200;
-/// Parts that overlap in more than this share of all poses do so by design: their shapes are rough, not the arm
-/// broken.
+/// Parts that overlap in more than this fraction of the poses overlap by design, because their shapes are approximate.
 const BY_DESIGN: f64 = 0.5;
 
 impl SelfCollision {
-    /// The pairs to watch: all but neighbours and those that nearly always overlap.
+    /// All pairs except neighbours and those that nearly always overlap.
     pub(crate) fn of(arm: &Arm, tool_radius_m: f64) -> Self {
         let parts = arm.joint_count() + 2;
         let all = (0..parts).flat_map(|i| (i + 2..parts).map(move |j| (i, j)));
@@ -40,7 +39,7 @@ impl SelfCollision {
         Self { pairs, tool_radius_m }
     }
 
-    /// The pair that comes closest at a pose; `None` for an arm without pairs.
+    /// The closest pair at a pose; `None` for an arm without pairs.
     pub(crate) fn closest(&self, arm: &Arm, angles_rad: &[f64]) -> Option<Closest> {
         let shapes = self.shapes(arm, angles_rad);
         let gaps = self
@@ -50,7 +49,7 @@ impl SelfCollision {
         gaps.min_by(|a, b| a.gap_m.total_cmp(&b.gap_m))
     }
 
-    /// The shapes of all parts in the base's frame.
+    /// The shapes of all parts in the base frame.
     fn shapes(&self, arm: &Arm, angles_rad: &[f64]) -> Vec<Vec<Capsule>> {
         let mut shapes = vec![arm.base.capsules.clone()];
         shapes.extend(arm.link_capsules(angles_rad));
@@ -65,7 +64,7 @@ fn least_gap_m(some: &[Capsule], others: &[Capsule]) -> f64 {
 }
 
 impl Arm {
-    /// What the links fill, in the base's frame.
+    /// The links' collision shapes in the base frame.
     pub fn link_capsules(&self, angles_rad: &[f64]) -> Vec<Vec<Capsule>> {
         let frames = self.link_frames(angles_rad);
         let links = self.links.iter().zip(&frames);
@@ -74,7 +73,7 @@ impl Arm {
             .collect()
     }
 
-    /// What the tool fills, in the base's frame; nothing if the tip is the flange.
+    /// The tool's collision shape in the base frame; `None` if the tip is the flange.
     pub fn tool_capsule(&self, angles_rad: &[f64], radius_m: f64) -> Option<Capsule> {
         if self.tool.offset_m.norm() <= 0.0 {
             return None;
@@ -83,7 +82,7 @@ impl Arm {
         Some(tool.seen_from(&self.flange_frame(angles_rad)))
     }
 
-    /// What a part of the arm is called: 0 is the base, then the links, then the tool.
+    /// The name of a part: 0 is the base, followed by the links and the tool.
     pub(crate) fn part_name(&self, part: usize) -> &str {
         match part.checked_sub(1) {
             None => &self.base.name,
@@ -97,12 +96,12 @@ mod tests {
     use super::*;
 
     #[test]
-    fn an_arm_folded_onto_itself_is_seen() {
+    fn an_arm_folded_onto_itself_collides() {
         let arm = Arm::built_in("indy7").expect("built in");
-        let watch = SelfCollision::of(&arm, 0.02);
+        let monitor = SelfCollision::of(&arm, 0.02);
         let home = [0.0, -15.0, -90.0, 0.0, -75.0, 0.0].map(f64::to_radians);
         let folded = [0.0, 0.0, -175.0, 0.0, 100.0, 0.0].map(f64::to_radians);
-        let gap_m = |angles: &[f64]| watch.closest(&arm, angles).expect("pairs").gap_m;
+        let gap_m = |angles: &[f64]| monitor.closest(&arm, angles).expect("pairs").gap_m;
         assert!(gap_m(&home) > 0.02, "at home the parts are {} m apart", gap_m(&home));
         assert!(gap_m(&folded) < 0.0, "folded, they are {} m apart", gap_m(&folded));
     }

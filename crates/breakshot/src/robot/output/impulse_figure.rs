@@ -1,21 +1,23 @@
-//! The impulse geometry as a picture (Fig. 10).
+//! The impulse geometry as an SVG figure (Fig. 10).
 
-use crate::robot::arm::impulse_geometry::{HeadingImpulse, Hit, ImpulseGeometry};
+use crate::robot::arm::impulse_geometry::{HeadingImpulse, ImpulseConditions, ImpulseGeometry};
 use std::f64::consts::{PI, TAU};
 use std::fmt::Write;
 
-/// A panel's side, and the space around (px).
+/// Side of a small panel (px).
 const PANEL: f64 = 230.0;
+/// Space between the panels (px).
 const GAP: f64 = 26.0;
-/// The large panel's side (px).
+/// Side of the large panel (px).
 const LARGE: f64 = 2.0 * PANEL + GAP;
-/// Meridians and parallels of the drawn surface, and the points along each.
+/// Number of meridians and parallels of the drawn surface.
 const LINES: u32 = 18;
+/// Number of points along each line.
 const POINTS: u32 = 48;
 
 /// Fig. 10 of the paper for some poses of an arm: (a) the normalized impulse surface of the first pose, for an object much
-/// heavier than the arm, (b) the arm with that surface at its tip, (c) what it can really give the object along the table,
-/// with the strongest and the weakest direction.
+/// heavier than the arm, (b) the arm with that surface at its tip, (c) the largest impulse on the object along the table, with
+/// its largest and smallest direction.
 ///
 /// At most four poses are drawn.
 pub fn impulse_figure(geometries: &[ImpulseGeometry]) -> String {
@@ -46,10 +48,11 @@ pub fn impulse_figure(geometries: &[ImpulseGeometry]) -> String {
     svg
 }
 
-/// An object much heavier than any arm: what remains is the arm's own share.
-const HEAVY: Hit = Hit { object_mass_kg: f64::INFINITY, restitution: 0.0, speed_cap_m_s: 1.0 };
+/// An object much heavier than any arm, which leaves the contribution of the arm alone.
+const HEAVY: ImpulseConditions =
+    ImpulseConditions { object_mass_kg: f64::INFINITY, restitution: 0.0, speed_cap_m_s: 1.0 };
 
-/// A parallel projection from the front right, a little from above.
+/// A parallel projection from the front right and above.
 struct View {
     center: (f64, f64),
     origin: [f64; 3],
@@ -58,7 +61,7 @@ struct View {
 
 impl View {
     fn px(&self, point: [f64; 3]) -> (f64, f64) {
-        /// From the side and from above (rad).
+        /// Azimuth and elevation of the view (rad).
         const AZIMUTH: f64 = -0.6;
         const ELEVATION: f64 = 0.45;
         let [x, y, z] = std::array::from_fn(|k| point[k] - self.origin[k]);
@@ -78,7 +81,7 @@ fn polyline(svg: &mut String, points: &[(f64, f64)], style: &str) {
     let _ = writeln!(svg, "<polyline points=\"{}\" {style}/>", list.join(" "));
 }
 
-/// The normalized surface around a place, `size` metres at its largest.
+/// The normalized surface around a point, with a largest radius of `size` metres.
 fn surface(svg: &mut String, view: &View, (at, size): ([f64; 3], f64), geometry: &ImpulseGeometry) {
     let point = |azimuth: f64, polar: f64| {
         let direction = [polar.sin() * azimuth.cos(), polar.sin() * azimuth.sin(), polar.cos()];
@@ -110,9 +113,9 @@ fn axes(svg: &mut String, view: &View) {
     }
 }
 
-/// The arm as a stick with its surface at the tip.
+/// The arm's skeleton with the surface at its tip.
 fn pose(svg: &mut String, (left, top): (f64, f64), geometry: &ImpulseGeometry) {
-    /// The largest radius of the surface (m), and the width of the picture (m).
+    /// The largest radius of the surface (m), and the width of the panel (m).
     const SIZE_M: f64 = 0.16;
     const WIDTH_M: f64 = 1.1;
     let base = geometry.skeleton_m.first().copied().unwrap_or_default();
@@ -131,7 +134,7 @@ fn pose(svg: &mut String, (left, top): (f64, f64), geometry: &ImpulseGeometry) {
     }
 }
 
-/// What can be given along the table, seen from above; arrows to the strongest and the weakest heading.
+/// The largest impulse along the table, from above, with arrows at its largest and smallest heading.
 fn polar(svg: &mut String, (left, top): (f64, f64), geometry: &ImpulseGeometry) {
     let center = (left + PANEL / 2.0, top + PANEL / 2.0 - GAP * 0.3);
     let most = geometry.headings.iter().map(|h| h.impulse_n_s).fold(0.0, f64::max);

@@ -1,4 +1,4 @@
-//! The MCAP container (<https://mcap.dev/spec>): one uncompressed chunk with its index, which every reader takes.
+//! The MCAP container (<https://mcap.dev/spec>): one uncompressed chunk with its index, supported by every reader.
 
 use std::collections::BTreeMap;
 
@@ -20,7 +20,7 @@ enum Opcode {
     DataEnd = 0x0f,
 }
 
-/// A file being put together in memory.
+/// A file assembled in memory.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Container {
     /// Schema and channel records, in order; they go into the chunk and again into the summary.
@@ -34,7 +34,7 @@ pub(crate) struct Container {
 }
 
 impl Container {
-    /// Adds a channel of JSON messages and gives its number.
+    /// Adds a channel of JSON messages and returns its number.
     pub(crate) fn channel(&mut self, topic: &str, schema_name: &str, schema: &str) -> u16 {
         self.channel_count += 1;
         let id = self.channel_count;
@@ -89,7 +89,7 @@ impl Container {
         (times().min().unwrap_or(0), times().max().unwrap_or(0))
     }
 
-    /// Writes the chunk and its message indices; gives the body of the chunk's index record.
+    /// Writes the chunk and its message indices; returns the body of the chunk's index record.
     fn push_chunk(&self, file: &mut Vec<u8>, (first_ns, last_ns): (u64, u64)) -> Vec<u8> {
         let start = file.len() as u64;
         let records = [self.schemas.as_slice(), &self.channels, &self.messages].concat();
@@ -99,7 +99,7 @@ impl Container {
         body.extend(first_ns.to_le_bytes());
         body.extend(last_ns.to_le_bytes());
         body.extend(size.to_le_bytes());
-        // No checksum: zero says that there is none.
+        // Zero: no checksum.
         body.extend(0_u32.to_le_bytes());
         push_text(&mut body, "");
         body.extend(size.to_le_bytes());

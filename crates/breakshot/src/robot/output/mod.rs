@@ -1,4 +1,4 @@
-//! A command in the words of other programs: ROS 2, URScript, MCAP, and pictures.
+//! A command in the formats of other programs: ROS 2, URScript and MCAP, and the figure of the impulse geometry.
 
 mod foxglove;
 pub(crate) mod impulse_figure;

@@ -1,6 +1,6 @@
 //! A strike as a recording for Foxglove, Lichtblick, PlotJuggler or Rerun: an MCAP file with Foxglove's schemas in JSON.
 
-use super::foxglove as schema;
+use super::foxglove;
 use super::mcap::Container;
 use crate::error::Result;
 use crate::geometry::Pose;
@@ -9,25 +9,25 @@ use crate::physics::Trajectory;
 use crate::robot::arm::joint_state::JointState;
 use crate::robot::arm::model::capsule::Capsule;
 use crate::robot::arm::model::frame::Frame;
-use crate::robot::arm::mounted_arm::Station;
+use crate::robot::arm::mounted_arm::MountedArm;
 use crate::robot::command::Command;
 use crate::robot::phase::PhaseName;
 use crate::scene::Scene;
 use nalgebra::{Rotation3, UnitQuaternion, Vector3};
 use serde_json::{Value, json};
 
-/// How bad a line of the log is, in Foxglove's numbers.
+/// The severity of a log line, with Foxglove's numbers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Level {
-    /// What happens.
+pub enum LogLevel {
+    /// Information.
     Info = 2,
-    /// What should not happen.
+    /// A warning.
     Warning = 3,
-    /// What must not happen.
+    /// An error.
     Error = 4,
 }
 
-/// A recording being made: the arm, what lies on the table, and a log.
+/// A recording of the arm, the objects on the table and a log.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Recording {
     container: Container,
@@ -42,25 +42,30 @@ impl Default for Recording {
     fn default() -> Self {
         let mut container = Container::default();
         let mut channel = |topic, name, schema: Value| container.channel(topic, name, &schema.to_string());
-        let transforms = channel("/tf", "foxglove.FrameTransforms", schema::frame_transforms());
-        let joints = channel("/joint_states", "foxglove.JointStates", schema::joint_states());
-        let tip = channel("/tip", "foxglove.PoseInFrame", schema::pose_in_frame());
-        let scene = channel("/scene", "foxglove.SceneUpdate", schema::scene_update());
-        let log = channel("/log", "foxglove.Log", schema::log());
+        let transforms = channel("/tf", "foxglove.FrameTransforms", foxglove::frame_transforms());
+        let joints = channel("/joint_states", "foxglove.JointStates", foxglove::joint_states());
+        let tip = channel("/tip", "foxglove.PoseInFrame", foxglove::pose_in_frame());
+        let scene = channel("/scene", "foxglove.SceneUpdate", foxglove::scene_update());
+        let log = channel("/log", "foxglove.Log", foxglove::log());
         Self { container, transforms, joints, tip, scene, log }
     }
 }
 
 impl Recording {
-    /// The arm at a time (s): joints, links and tip.
-    pub fn add_state(&mut self, time_s: f64, station: &Station, state: &JointState) {
-        let (arm, stamp) = (station.arm(), stamp(time_s));
+    /// Adds the arm's state at a time (s): joints, links and tip.
+    pub fn add_state(&mut self, time_s: f64, mounted: &MountedArm, state: &JointState) {
+        let (arm, stamp) = (mounted.arm(), stamp(time_s));
         let mut parent = arm.base.name.clone();
-        let mut transforms = vec![transform(&stamp, "table", &parent, &station.base_from_table.inverse())];
+        let mut transforms = vec![transform(&stamp, "table", &parent, &mounted.base_from_table.inverse())];
         let mut joints = Vec::new();
         for (k, link) in arm.links.iter().enumerate() {
-            let turn = Rotation3::from_axis_angle(&link.joint.axis, state.q_rad[k]);
-            transforms.push(transform(&stamp, &parent, &link.name, &(link.joint.parent_from_joint * turn)));
+            let rotation = Rotation3::from_axis_angle(&link.joint.axis, state.q_rad[k]);
+            transforms.push(transform(
+                &stamp,
+                &parent,
+                &link.name,
+                &(link.joint.parent_from_joint * rotation),
+            ));
             parent.clone_from(&link.name);
             joints.push(json!({
                 "name": link.joint.name,
@@ -69,33 +74,33 @@ impl Recording {
                 "acceleration": state.qdd_rad_s2[k],
             }));
         }
-        let tip = station.base_from_table.inverse() * arm.tip(&state.q_rad);
+        let tip = mounted.base_from_table.inverse() * arm.tip(&state.q_rad);
         self.add(self.transforms, time_s, &json!({ "transforms": transforms }));
         self.add(self.joints, time_s, &json!({ "timestamp": stamp, "joints": joints }));
         self.add(self.tip, time_s, &json!({ "timestamp": stamp, "frame_id": "table", "pose": pose(&tip) }));
     }
 
-    /// The arm's shapes, each fixed to its link.
-    pub fn add_arm(&mut self, time_s: f64, station: &Station) {
-        let arm = station.arm();
+    /// Adds the arm's shapes, each fixed to its link.
+    pub fn add_arm(&mut self, time_s: f64, mounted: &MountedArm) {
+        let arm = mounted.arm();
         let parts = std::iter::once((&arm.base.name, &arm.base.capsules))
             .chain(arm.links.iter().map(|link| (&link.name, &link.capsules)));
         let mut entities: Vec<Value> = parts
             .map(|(name, capsules)| {
                 let shapes: Vec<Value> = capsules.iter().map(|capsule| cylinder(capsule, GREY)).collect();
-                entity(time_s, (name, &format!("arm/{name}")), &json!({ "cylinders": shapes }))
+                entity(time_s, name, &format!("arm/{name}"), &json!({ "cylinders": shapes }))
             })
             .collect();
         if let Some(last) = arm.links.last() {
-            let radius_m = station.striker.outer_radius_m();
+            let radius_m = mounted.striker.outer_radius_m();
             let tool = Capsule { from_m: Vector3::zeros(), to_m: arm.tool.offset_m, radius_m };
             let tool = cylinder(&tool.seen_from(&arm.last_from_flange), ORANGE);
-            entities.push(entity(time_s, (&last.name, "arm/tool"), &json!({ "cylinders": [tool] })));
+            entities.push(entity(time_s, &last.name, "arm/tool", &json!({ "cylinders": [tool] })));
         }
         self.add(self.scene, time_s, &json!({ "deletions": [], "entities": entities }));
     }
 
-    /// What lies on the table; `poses` says where, if not where the scene has it.
+    /// Adds the objects on the table, at `poses` where it returns one and otherwise at their poses in the scene.
     ///
     /// # Errors
     /// An object of an unknown kind.
@@ -110,14 +115,14 @@ impl Recording {
             let object = scene.object(&placed.object)?;
             let at = poses(&placed.object).unwrap_or(placed.pose());
             let id = format!("object/{}", placed.object);
-            entities.push(entity(time_s, ("table", &id), &prism(&object.shape, object.height_m, at)));
+            entities.push(entity(time_s, "table", &id, &prism(&object.shape, object.height_m, at)));
         }
         self.add(self.scene, time_s, &json!({ "deletions": [], "entities": entities }));
         Ok(())
     }
 
-    /// A line of the log.
-    pub fn add_log(&mut self, time_s: f64, level: Level, message: &str) {
+    /// Adds a log line.
+    pub fn add_log(&mut self, time_s: f64, level: LogLevel, message: &str) {
         let line = json!({
             "timestamp": stamp(time_s), "level": level as u8, "message": message, "name": "breakshot", "file": "", "line": 0,
         });
@@ -139,26 +144,26 @@ impl Recording {
 }
 
 impl Command {
-    /// The planned strike as a recording; with a trajectory the objects move as predicted.
+    /// The planned strike as a recording. With a trajectory, the objects move as predicted.
     ///
     /// # Errors
-    /// An arm that cannot be read again, an object of an unknown kind.
+    /// An arm model that cannot be built, or an object of an unknown kind.
     pub fn recording(&self, trajectory: Option<&Trajectory>) -> Result<Recording> {
-        /// Outside the strike every tenth sample is enough for the eye.
+        /// Interval of the recorded samples outside the strike.
         const SPARSE: usize = 10;
-        let station = self.station()?;
+        let mounted = self.mounted_arm()?;
         let mut recording = Recording::default();
-        recording.add_arm(0.0, &station);
-        recording.add_log(0.0, Level::Info, &format!("planned strike {}", self.short_hash()));
-        self.warnings.iter().for_each(|warning| recording.add_log(0.0, Level::Warning, warning));
-        // The prediction's clock starts when an evenly moving striker would leave the strike's start.
+        recording.add_arm(0.0, &mounted);
+        recording.add_log(0.0, LogLevel::Info, &format!("planned strike {}", self.short_hash()));
+        self.warnings.iter().for_each(|warning| recording.add_log(0.0, LogLevel::Warning, warning));
+        // The trajectory's time starts when a striker at constant speed leaves the strike's start.
         let lead_s = self.stroke.contact_after_m.unwrap_or(0.0) / self.strike.speed_m_s;
         let starts_s = self.stroke.contact_time_s - lead_s;
         for phase in &self.phases {
-            recording.add_log(phase.span_s()[0], Level::Info, phase.name.text());
+            recording.add_log(phase.span_s()[0], LogLevel::Info, phase.name.label());
             let step = if phase.name == PhaseName::Strike { 1 } else { SPARSE };
             for (k, &time_s) in phase.time_s.iter().enumerate().filter(|(k, _)| k % step == 0) {
-                recording.add_state(time_s, &station, &phase.sample(k));
+                recording.add_state(time_s, &mounted, &phase.sample(k));
                 if let Some(scene) = self.scene.as_ref().filter(|_| k % SPARSE == 0) {
                     let pose =
                         |name: &str| trajectory.and_then(|t| t.pose(name, (time_s - starts_s).max(0.0)));
@@ -183,8 +188,8 @@ fn xyz(v: &Vector3<f64>) -> Value {
     json!({ "x": v.x, "y": v.y, "z": v.z })
 }
 
-fn quaternion(turn: &Rotation3<f64>) -> Value {
-    let q = UnitQuaternion::from_rotation_matrix(turn);
+fn quaternion(rotation: &Rotation3<f64>) -> Value {
+    let q = UnitQuaternion::from_rotation_matrix(rotation);
     json!({ "x": q.i, "y": q.j, "z": q.k, "w": q.w })
 }
 
@@ -205,7 +210,7 @@ fn transform(stamp: &Value, parent: &str, child: &str, parent_from_child: &Frame
 }
 
 /// A scene entity with some of its lists of shapes filled.
-fn entity(time_s: f64, (frame, id): (&str, &str), shapes: &Value) -> Value {
+fn entity(time_s: f64, frame: &str, id: &str, shapes: &Value) -> Value {
     let mut entity = json!({
         "timestamp": stamp(time_s), "frame_id": frame, "id": id, "lifetime": { "sec": 0, "nsec": 0 },
         "frame_locked": true, "metadata": [], "arrows": [], "cubes": [], "spheres": [], "cylinders": [], "lines": [],
@@ -219,8 +224,8 @@ fn entity(time_s: f64, (frame, id): (&str, &str), shapes: &Value) -> Value {
 
 fn cylinder(capsule: &Capsule, tint: [f64; 4]) -> Value {
     let along = capsule.to_m - capsule.from_m;
-    let turn = Rotation3::rotation_between(&Vector3::z(), &along).unwrap_or_else(Rotation3::identity);
-    let middle = Frame::from_parts(((capsule.from_m + capsule.to_m) / 2.0).into(), turn);
+    let rotation = Rotation3::rotation_between(&Vector3::z(), &along).unwrap_or_else(Rotation3::identity);
+    let middle = Frame::from_parts(((capsule.from_m + capsule.to_m) / 2.0).into(), rotation);
     let size = Vector3::new(
         2.0 * capsule.radius_m,
         2.0 * capsule.radius_m,
@@ -245,7 +250,7 @@ fn prism(shape: &Shape, height_m: f64, at: Pose) -> Value {
         let (low, high) = (0.0, height_m);
         points.extend([corner(p.x, p.y, low), corner(q.x, q.y, low), corner(q.x, q.y, high)]);
         points.extend([corner(p.x, p.y, low), corner(q.x, q.y, high), corner(p.x, p.y, high)]);
-        // The top as a fan about the centroid: good to the eye for any outline seen from its centroid.
+        // The top as a fan about the centroid, exact for star-shaped outlines.
         points.extend([
             corner(at.position.x, at.position.y, high),
             corner(p.x, p.y, high),

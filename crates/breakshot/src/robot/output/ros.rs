@@ -5,46 +5,46 @@ use crate::robot::phase::PhaseName;
 use serde::{Deserialize, Serialize};
 use std::fmt::Write;
 
-/// The goal, as `ros2 action send_goal` and rosbridge take it.
+/// The goal, in the format of `ros2 action send_goal` and rosbridge.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct FollowJointTrajectory {
-    /// The motion.
+    /// The trajectory.
     pub trajectory: JointTrajectory,
 }
 
-/// All joints over time.
+/// The joint states over time.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct JointTrajectory {
     /// The joints' names.
     pub joint_names: Vec<String>,
-    /// What they do.
+    /// The joint states.
     pub points: Vec<TrajectoryPoint>,
 }
 
-/// All joints at one instant (rad, rad/s, rad/s2).
+/// A joint state at one instant.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct TrajectoryPoint {
-    /// Angles.
+    /// Joint angles (rad).
     pub positions: Vec<f64>,
-    /// Speeds.
+    /// Joint velocities (rad/s).
     pub velocities: Vec<f64>,
-    /// Accelerations.
+    /// Joint accelerations (rad/s2).
     pub accelerations: Vec<f64>,
-    /// When.
+    /// Time since the start of the trajectory.
     pub time_from_start: RosDuration,
 }
 
-/// A time as ROS 2 writes it.
+/// A time in the format of ROS 2.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct RosDuration {
     /// Whole seconds.
     pub sec: i32,
-    /// The rest (ns).
+    /// Remainder (ns).
     pub nanosec: u32,
 }
 
 impl RosDuration {
-    /// A time in seconds, to the nanosecond.
+    /// A time in seconds, rounded to a nanosecond.
     pub fn from_seconds(time_s: f64) -> Self {
         let ns = (time_s.max(0.0) * 1e9).round() as u64;
         Self { sec: (ns / 1_000_000_000) as i32, nanosec: (ns % 1_000_000_000) as u32 }
@@ -52,13 +52,13 @@ impl RosDuration {
 }
 
 impl Command {
-    /// The whole command as a goal of `FollowJointTrajectory`: every sample of the strike, every tenth of the slow phases;
-    /// between them a controller that honours speeds and accelerations moves within micrometres of the same path.
+    /// The whole command as a goal of `FollowJointTrajectory`: every sample of the strike and every tenth of the other phases.
+    /// A controller that interpolates with velocities and accelerations stays within micrometres of the path.
     pub fn follow_joint_trajectory(&self) -> FollowJointTrajectory {
         const SPARSE: usize = 10;
         let mut points: Vec<TrajectoryPoint> = Vec::new();
         for phase in &self.phases {
-            // A phase starts where the one before it ended: that instant is told once.
+            // A phase starts at the previous one's end: that sample is written once.
             let first = usize::from(!points.is_empty());
             let step = if phase.name == PhaseName::Strike { 1 } else { SPARSE };
             let last = phase.time_s.len() - 1;

@@ -6,17 +6,17 @@ use crate::robot::phase::PhaseName;
 use std::fmt::Write;
 
 impl Command {
-    /// A URScript program: to the start of the run-up, the strike as one `movel`, back, up, home.
+    /// A URScript program: approach, lowering, the strike as one `movel`, draw-back, raising, return.
     ///
-    /// Targets are joint angles, which do not depend on the controller's base frame or tool settings.  The controller plans
-    /// its own trapezoid: its acceleration is the strike's largest, so that it gains its speed before and brakes after the
-    /// contact as planned.
+    /// Targets are joint angles, which do not depend on the controller's base frame or tool settings. The controller plans its
+    /// own trapezoidal profile with the strike's largest acceleration, so that the tip has its speed at the contact.
     ///
     /// # Errors
     /// An arm without six joints.
     pub fn urscript(&self) -> Result<String> {
-        /// The slow parts (m/s, m/s2) and the joint moves (rad/s, rad/s2).
+        /// Acceleration and speed of the straight transfers (m/s2, m/s).
         const SLOW: &str = "a=0.5, v=0.1";
+        /// Acceleration and speed of the joint-space motions (rad/s2, rad/s).
         const JOINTS: &str = "a=0.8, v=0.5";
         if self.joints.len() != 6 {
             return Err(Error::invalid(&self.arm, "joints", self.joints.len(), "six, for URScript"));

@@ -1,75 +1,75 @@
-//! Why the arm cannot carry out a strike, found out attempt by attempt.
+//! Why does an attempt at a path fail, and what would have to change?
 
-use super::limits::Check;
+use super::limits::LimitCheck;
 
-/// What would have to change for an attempt to work.
+/// The change that could make a failed attempt succeed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Blame {
-    /// The run-up: a harder one is shorter.
-    RunUp,
-    /// The stop: a softer one asks less of the joints.
-    Stop,
-    /// The posture, whatever the run-up and the stop.
-    Posture,
+pub(crate) enum Remedy {
+    /// A shorter run-up, with a higher acceleration.
+    ShorterRunUp,
+    /// A softer stop, with a lower joint load.
+    SofterStop,
+    /// Another IK solution.
+    OtherSolution,
 }
 
-/// Why an attempt failed, how far it got and how much is missing.
+/// A failed attempt: its reason, how far the attempt got, and by how much it exceeds a limit.
 #[derive(Clone, Debug)]
 pub(crate) struct Failure {
-    pub(crate) stage: Stage,
+    pub(crate) stage: SearchStage,
+    /// The excess over the limit as a fraction of the limit.
     pub(crate) excess: f64,
     pub(crate) reason: String,
     pub(crate) part: Option<String>,
-    /// When, since the phase's or the command's start (s).
+    /// Time since the start of the phase or of the command (s).
     pub(crate) time_s: f64,
-    pub(crate) blame: Blame,
+    pub(crate) remedy: Remedy,
 }
 
-/// How far an attempt got.
+/// The stage of the search in which an attempt failed, the earliest first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub(crate) enum Stage {
-    /// Out of reach, or at the end of a joint's range.
+pub(crate) enum SearchStage {
+    /// A point is out of reach, or a joint is at the end of its range.
     Reach,
-    /// Something stands in the way.
-    Room,
-    /// The strike itself breaks a limit.
+    /// An obstacle is in the striker's path.
+    Obstacle,
+    /// The strike itself exceeds a limit.
     Strike,
-    /// The way to it or back does.
-    Way,
-    /// All together do.
+    /// The motion to the strike or back exceeds a limit.
+    Transfer,
+    /// The assembled path exceeds a limit.
     Whole,
 }
 
 impl Failure {
-    pub(crate) fn new(stage: Stage, reason: impl Into<String>) -> Self {
+    pub(crate) fn new(stage: SearchStage, reason: impl Into<String>) -> Self {
         Self {
             stage,
             excess: f64::MAX,
             reason: reason.into(),
             part: None,
             time_s: 0.0,
-            blame: Blame::Posture,
+            remedy: Remedy::OtherSolution,
         }
     }
 
-    pub(crate) fn of_check(stage: Stage, check: &Check) -> Self {
-        let part = Some(check.part.clone());
+    pub(crate) fn of_check(stage: SearchStage, check: &LimitCheck) -> Self {
         Self {
             stage,
             excess: check.excess(),
             reason: check.sentence(),
-            part,
+            part: Some(check.part.clone()),
             time_s: check.time_s,
-            blame: Blame::Posture,
+            remedy: Remedy::OtherSolution,
         }
     }
 
-    /// The one that came nearer to working.
+    /// The failure of the more advanced attempt; in the same stage, the one with the smaller excess.
     pub(crate) fn better(self, other: Self) -> Self {
         let is_other = (other.stage, -other.excess) > (self.stage, -self.excess);
         if is_other { other } else { self }
     }
 }
 
-/// What came of an attempt.
+/// The result of an attempt.
 pub(crate) type Attempted<T> = std::result::Result<T, Failure>;

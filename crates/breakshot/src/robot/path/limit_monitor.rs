@@ -1,128 +1,161 @@
-//! Looks at every sample of a path and keeps the worst of each quantity.
+//! How near does a path come to the arm's limits? Checks every sample and keeps the worst value of each quantity.
 
-use super::limits::{Check, Limits, Quantity};
+use super::limits::{LimitCheck, LimitedQuantity, Limits};
+use crate::cell::Cell;
 use crate::robot::arm::joint_state::JointState;
 use crate::robot::arm::kinematics::condition_number;
 use crate::robot::arm::model::frame::Frame;
 use crate::robot::arm::model::serial_arm::Arm;
+use crate::robot::arm::mounted_arm::MountedArm;
 use crate::robot::arm::self_collision::SelfCollision;
 use crate::robot::phase::PhaseName;
 use std::collections::BTreeMap;
 
-/// The region the tip may be in while it is low, in the table's frame.
+/// How far outside the workspace the tip may move (m): the run-up begins behind objects at the workspace's edge.
+const BOX_MARGIN_M: f64 = 0.15;
+
+/// The region of the tip during the straight motions, in the table frame (m).
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct TipBox {
-    pub(crate) low: [f64; 2],
-    pub(crate) high: [f64; 2],
+struct TipBox {
+    low: [f64; 2],
+    high: [f64; 2],
 }
 
-/// Looks at every sample and keeps the worst of each quantity.
+/// Everything that a path must respect: the arm in its position, its limits, its self-collision pairs, the tip's region.
 #[derive(Clone, Debug)]
-pub(crate) struct Watch<'a> {
+pub(crate) struct PathConstraints<'a> {
     pub(crate) arm: &'a Arm,
-    pub(crate) table_from_base: Frame,
-    pub(crate) collision: &'a SelfCollision,
     pub(crate) limits: &'a Limits,
-    pub(crate) tip_box: TipBox,
-    pub(crate) worst: BTreeMap<Quantity, Check>,
+    table_from_base: Frame,
+    collision: SelfCollision,
+    tip_box: TipBox,
 }
 
-impl Watch<'_> {
-    /// Takes note of one sample; the joint moves at either end may leave the box and pass singular poses.
-    pub(crate) fn look(&mut self, phase: PhaseName, time_s: f64, state: &JointState) {
-        let is_straight = !matches!(phase, PhaseName::Approach | PhaseName::Home);
-        let (arm, limits) = (self.arm, self.limits);
+impl<'a> PathConstraints<'a> {
+    pub(crate) fn new(mounted: &'a MountedArm, cell: &Cell, limits: &'a Limits) -> Self {
+        let (min, max) = (cell.workspace.min_m, cell.workspace.max_m);
+        Self {
+            arm: &mounted.arm,
+            limits,
+            table_from_base: mounted.base_from_table.inverse(),
+            collision: SelfCollision::of(&mounted.arm, mounted.striker.outer_radius_m()),
+            tip_box: TipBox {
+                low: [min.x - BOX_MARGIN_M, min.y - BOX_MARGIN_M],
+                high: [max.x + BOX_MARGIN_M, max.y + BOX_MARGIN_M],
+            },
+        }
+    }
+
+    /// A monitor without samples.
+    pub(crate) fn monitor(&self) -> LimitMonitor<'_> {
+        LimitMonitor { constraints: self, worst: BTreeMap::new() }
+    }
+}
+
+/// The worst value of each quantity over the samples recorded so far.
+#[derive(Clone, Debug)]
+pub(crate) struct LimitMonitor<'a> {
+    constraints: &'a PathConstraints<'a>,
+    pub(crate) worst: BTreeMap<LimitedQuantity, LimitCheck>,
+}
+
+/// The phase of a sample and its time (s).
+#[derive(Clone, Copy)]
+struct SampleTime {
+    phase: PhaseName,
+    time_s: f64,
+}
+
+impl LimitMonitor<'_> {
+    /// Records one sample. Approach and return may leave the tip's region and pass singular configurations.
+    pub(crate) fn record(&mut self, phase: PhaseName, time_s: f64, state: &JointState) {
+        let (arm, limits) = (self.constraints.arm, self.constraints.limits);
+        let at = SampleTime { phase, time_s };
+
+        // Joints
         let torques = arm.torques(&state.q_rad, &state.qd_rad_s, &state.qdd_rad_s2);
         for (k, link) in arm.links.iter().enumerate() {
             let joint = &link.joint;
             let [low, high] = joint.range_rad;
             let q = state.q_rad[k];
-            let mut note = |quantity: Quantity, found: f64, allowed: f64| {
-                let part = || format!("joint `{}`", joint.name);
-                self.note(quantity, (found, allowed), (phase, time_s), part);
+            let mut keep = |quantity: LimitedQuantity, found: f64, allowed: f64| {
+                self.keep_worst(at.check(quantity, found, allowed), || format!("joint `{}`", joint.name));
             };
-            note(Quantity::JointMargin, (q - low).min(high - q), limits.joint_margin_rad);
-            note(Quantity::JointSpeed, state.qd_rad_s[k].abs(), limits.speed_share * joint.speed_rad_s);
-            let acceleration = limits.acceleration_per_speed * joint.speed_rad_s;
-            note(Quantity::JointAcceleration, state.qdd_rad_s2[k].abs(), acceleration);
-            note(Quantity::JointTorque, torques[k].abs(), limits.torque_share * joint.torque_n_m);
+            keep(LimitedQuantity::JointMargin, (q - low).min(high - q), limits.joint_margin_rad);
+            let speed_limit = limits.speed_fraction * joint.speed_rad_s;
+            keep(LimitedQuantity::JointSpeed, state.qd_rad_s[k].abs(), speed_limit);
+            let acceleration_limit = limits.acceleration_per_speed * joint.speed_rad_s;
+            keep(LimitedQuantity::JointAcceleration, state.qdd_rad_s2[k].abs(), acceleration_limit);
+            let torque_limit = limits.torque_fraction * joint.torque_n_m;
+            keep(LimitedQuantity::JointTorque, torques[k].abs(), torque_limit);
         }
-        if is_straight {
+
+        // Tip, during the straight motions
+        if !matches!(phase, PhaseName::Approach | PhaseName::Home) {
             let condition = condition_number(&arm.jacobian(&state.q_rad));
-            self.note(
-                Quantity::ConditionNumber,
-                (condition, limits.condition_number),
-                (phase, time_s),
-                || "the arm".into(),
-            );
-            self.look_at_box(phase, time_s, state);
+            let check = at.check(LimitedQuantity::ConditionNumber, condition, limits.condition_number);
+            self.keep_worst(check, || "the arm".into());
+            let check = at.check(LimitedQuantity::BoxMargin, self.box_margin_m(state), 0.0);
+            self.keep_worst(check, || "the tip".into());
         }
-        self.look_at_clearances(phase, time_s, &state.q_rad);
+
+        self.record_clearances(phase, time_s, &state.q_rad);
     }
 
-    fn look_at_box(&mut self, phase: PhaseName, time_s: f64, state: &JointState) {
-        let tip = self.table_from_base * self.arm.tip(&state.q_rad);
+    /// The distance of the tip from the edge of its region, negative outside (m).
+    fn box_margin_m(&self, state: &JointState) -> f64 {
+        let constraints = self.constraints;
+        let tip = constraints.table_from_base * constraints.arm.tip(&state.q_rad);
         let margins = (0..2).map(|k| {
             let x = tip.translation.vector[k];
-            (x - self.tip_box.low[k]).min(self.tip_box.high[k] - x)
+            (x - constraints.tip_box.low[k]).min(constraints.tip_box.high[k] - x)
         });
-        let margin = margins.fold(f64::INFINITY, f64::min);
-        self.note(Quantity::BoxMargin, (margin, 0.0), (phase, time_s), || "the tip".into());
+        margins.fold(f64::INFINITY, f64::min)
     }
 
-    /// Takes note of how far the links stay from the table and from each other.
-    pub(crate) fn look_at_clearances(&mut self, phase: PhaseName, time_s: f64, angles_rad: &[f64]) {
-        let when = (phase, time_s);
-        // The first link turns on the spot: it is as far from the table as it was built.
-        for (k, capsules) in self.arm.link_capsules(angles_rad).iter().enumerate().skip(1) {
+    /// Records the clearances of the links from the table and of the arm's parts from each other.
+    pub(crate) fn record_clearances(&mut self, phase: PhaseName, time_s: f64, angles_rad: &[f64]) {
+        let PathConstraints { arm, limits, .. } = *self.constraints;
+        let (table_from_base, collision) = (&self.constraints.table_from_base, &self.constraints.collision);
+        let at = SampleTime { phase, time_s };
+        // The first link rotates about the vertical: its clearance from the table does not depend on the path.
+        for (k, capsules) in arm.link_capsules(angles_rad).iter().enumerate().skip(1) {
             let heights = capsules.iter().map(|capsule| {
-                let capsule = capsule.seen_from(&self.table_from_base);
+                let capsule = capsule.seen_from(table_from_base);
                 capsule.from_m.z.min(capsule.to_m.z) - capsule.radius_m
             });
             let height = heights.fold(f64::INFINITY, f64::min);
-            let part = || format!("link `{}`", self.arm.links[k].name);
-            let allowed = self.limits.table_clearance_m;
-            note(&mut self.worst, Quantity::TableClearance, (height, allowed), when, part);
+            let check = at.check(LimitedQuantity::TableClearance, height, limits.table_clearance_m);
+            self.keep_worst(check, || format!("link `{}`", arm.links[k].name));
         }
-        if let Some(closest) = self.collision.closest(self.arm, angles_rad) {
-            let part = || {
+        if let Some(closest) = collision.closest(arm, angles_rad) {
+            let check = at.check(LimitedQuantity::SelfClearance, closest.gap_m, limits.self_clearance_m);
+            self.keep_worst(check, || {
                 let (i, j) = closest.parts;
-                format!("`{}` and `{}`", self.arm.part_name(i), self.arm.part_name(j))
-            };
-            let allowed = self.limits.self_clearance_m;
-            note(&mut self.worst, Quantity::SelfClearance, (closest.gap_m, allowed), when, part);
+                format!("`{}` and `{}`", arm.part_name(i), arm.part_name(j))
+            });
         }
     }
 
-    fn note(
-        &mut self,
-        quantity: Quantity,
-        values: (f64, f64),
-        when: (PhaseName, f64),
-        part: impl FnOnce() -> String,
-    ) {
-        note(&mut self.worst, quantity, values, when, part);
+    /// Keeps a check if it is nearer to its limit, or farther past it, than the previous one of its quantity.
+    fn keep_worst(&mut self, mut check: LimitCheck, part: impl FnOnce() -> String) {
+        let known = self.worst.get(&check.quantity);
+        if known.is_none_or(|known| check.excess() > known.excess()) {
+            check.part = part();
+            self.worst.insert(check.quantity, check);
+        }
     }
 
-    /// The worst broken limit, if any is.
-    pub(crate) fn broken(&self) -> Option<&Check> {
+    /// The most exceeded limit, if any limit is exceeded.
+    pub(crate) fn broken(&self) -> Option<&LimitCheck> {
         let broken = self.worst.values().filter(|check| !check.holds());
         broken.max_by(|a, b| a.excess().total_cmp(&b.excess()))
     }
 }
 
-/// Keeps a value if it is nearer to its limit, or farther past it, than what was seen before.
-fn note(
-    worst: &mut BTreeMap<Quantity, Check>,
-    quantity: Quantity,
-    (found, allowed): (f64, f64),
-    (phase, time_s): (PhaseName, f64),
-    part: impl FnOnce() -> String,
-) {
-    let mut check = Check { quantity, found, allowed, part: String::new(), phase, time_s };
-    let is_worse = worst.get(&quantity).is_none_or(|known| check.excess() > known.excess());
-    if is_worse {
-        check.part = part();
-        worst.insert(quantity, check);
+impl SampleTime {
+    /// A check at this sample; its part is named once it turns out to be the worst.
+    fn check(self, quantity: LimitedQuantity, found: f64, allowed: f64) -> LimitCheck {
+        LimitCheck { quantity, found, allowed, part: String::new(), phase: self.phase, time_s: self.time_s }
     }
 }

@@ -1,5 +1,6 @@
 //! From the strike to the arm's joint path, checked against all limits.
 
+mod assembly;
 mod failure;
 mod joint_path;
 mod limit_monitor;

@@ -1,60 +1,61 @@
-//! Where the striker runs on the table: how much way it needs to gain its speed and to stop, and whether that way is free.
+//! The striker's path on the table: how much distance do its run-up and its stop need, and is that distance free?
 
-use super::profile::{Limits, Profile};
+use super::profile::{Profile, ProfileLimits};
 use crate::error::{Error, Result};
 use crate::geometry::{Point, Pose, Vec2};
 use crate::object::Shape;
 use crate::outline::Outline;
 use crate::scene::{Scene, Strike};
 
-/// The striker's line, in metres along the heading from the strike's `start_m`.
+/// The striker's line; positions are distances along the heading from the strike's `start_m` (m).
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Course {
+pub(crate) struct StrikerPath {
     pub(crate) start: Point,
     pub(crate) direction: Vec2,
-    /// Where it starts from rest.
+    /// Start of the run-up, at rest.
     pub(crate) begin_m: f64,
-    /// Where it comes to rest.
+    /// End of the stop, at rest.
     pub(crate) end_m: f64,
-    /// Where it ends up when it has drawn back.
+    /// End of the draw-back.
     pub(crate) back_m: f64,
-    /// Where it touches the first object, if it does.
+    /// Contact with the first object; `None` without one.
     pub(crate) contact_m: Option<f64>,
-    /// Gaining its speed.
-    pub(crate) up: Limits,
-    /// Stopping.
-    pub(crate) down: Limits,
+    /// Limits of the run-run_up.
+    pub(crate) run_up: ProfileLimits,
+    /// Limits of the stop.
+    pub(crate) stop: ProfileLimits,
 }
 
-/// Accelerations to gain speed with (m/s2): the gentlest that finds room shakes the arm least.
-pub(crate) const RUN_UPS_M_S2: [f64; 4] = [2.0, 4.0, 7.0, 12.0];
-/// Accelerations to stop with (m/s2): the hardest that the arm can do, or the striker runs after what it has hit.
-pub(crate) const STOPS_M_S2: [f64; 4] = [15.0, 10.0, 6.0, 3.0];
-/// How long an acceleration takes to build up (s): slower than the first resonances of an arm, near 10 to 20 Hz.
+/// Accelerations of the run-up (m/s2), in the order tried: the gentlest one excites the arm least.
+pub(crate) const RUN_UP_ACCELERATIONS_M_S2: [f64; 4] = [2.0, 4.0, 7.0, 12.0];
+/// Accelerations of the stop (m/s2), in the order tried: a soft stop lets the striker follow the struck object.
+pub(crate) const STOP_ACCELERATIONS_M_S2: [f64; 4] = [15.0, 10.0, 6.0, 3.0];
+/// Time in which the run-up's acceleration builds up (s), longer than a period of an arm's first resonances (10 to 20 Hz).
 const RUN_UP_JERK_TIME_S: f64 = 0.04;
-/// The same for the stop; how the arm shakes after the impact moves nothing.
+/// Time in which the stop's acceleration builds up (s); vibration after the impact has no effect on the objects.
 const STOP_JERK_TIME_S: f64 = 0.02;
-/// Even speed before the contact (s): time for a servo loop to settle.
+/// Time at constant speed before the contact (s), in which the servo loop settles.
 const SETTLING_S: f64 = 0.02;
-/// Even speed after the contact (s): an impact of hard bodies lasts about a millisecond.
+/// Time at constant speed after the contact (s): an impact of hard bodies lasts about a millisecond.
 const FOLLOW_THROUGH_S: f64 = 0.005;
-/// How far past its start the striker draws back (m), as every strike is defined.
+/// Distance of the draw-back past the start (m), as in the definition of a strike.
 const PAST_START_M: f64 = 0.02;
-/// Free space to everything on the way (m).
+/// Least distance from every obstacle on the path (m).
 const CLEARANCE_M: f64 = 0.002;
 
-impl Course {
-    /// The course of a strike with given accelerations (m/s2).
-    pub(crate) fn new(strike: &Strike, contact_m: Option<f64>, run_up: f64, stop: f64) -> Self {
+impl StrikerPath {
+    /// The path of a strike for given accelerations (m/s2).
+    pub(crate) fn new(strike: &Strike, contact_m: Option<f64>, run_up_m_s2: f64, stop_m_s2: f64) -> Self {
         let speed = strike.speed_m_s;
-        let up = Limits { speed, acceleration: run_up, jerk: run_up / RUN_UP_JERK_TIME_S };
-        let down = Limits { speed, acceleration: stop, jerk: stop / STOP_JERK_TIME_S };
+        let run_up =
+            ProfileLimits { speed, acceleration: run_up_m_s2, jerk: run_up_m_s2 / RUN_UP_JERK_TIME_S };
+        let stop = ProfileLimits { speed, acceleration: stop_m_s2, jerk: stop_m_s2 / STOP_JERK_TIME_S };
         let settled_m = contact_m.map_or(0.0, |contact_m| (contact_m - SETTLING_S * speed).max(0.0));
-        let begin_m = (settled_m - up.ramp_length()).min(0.0);
-        // It is to stand still after `travel_m`, unless that cuts the stroke short.
+        let begin_m = (settled_m - run_up.ramp_length()).min(0.0);
+        // The striker stops at `travel_m`, or later if constant speed after the contact requires it.
         let brake_m = match contact_m {
             Some(contact_m) => {
-                (strike.travel_m - down.ramp_length()).max(contact_m + FOLLOW_THROUGH_S * speed)
+                (strike.travel_m - stop.ramp_length()).max(contact_m + FOLLOW_THROUGH_S * speed)
             }
             None => strike.travel_m,
         };
@@ -62,40 +63,41 @@ impl Course {
             start: strike.start_m,
             direction: Vec2::from_heading(strike.heading_rad),
             begin_m,
-            end_m: brake_m.max(begin_m + up.ramp_length()) + down.ramp_length(),
+            end_m: brake_m.max(begin_m + run_up.ramp_length()) + stop.ramp_length(),
             back_m: -PAST_START_M,
             contact_m,
-            up,
-            down,
+            run_up,
+            stop,
         }
     }
 
-    /// The place `along_m` from the strike's start.
+    /// The point at a distance from the strike's start.
     pub(crate) fn point(&self, along_m: f64) -> Point {
         self.start + self.direction * along_m
     }
 
-    /// How much of it is run at full speed (m).
-    pub(crate) fn even_m(&self) -> f64 {
-        self.end_m - self.begin_m - self.up.ramp_length() - self.down.ramp_length()
+    /// The length at constant speed (m).
+    pub(crate) fn cruise_m(&self) -> f64 {
+        self.end_m - self.begin_m - self.run_up.ramp_length() - self.stop.ramp_length()
     }
 
-    /// How it moves along itself, from `begin_m` on.
+    /// The distance from `begin_m` over time.
     pub(crate) fn profile(&self) -> Profile {
-        Profile::stroke(&self.up, self.even_m(), &self.down)
+        Profile::stroke(&self.run_up, self.cruise_m(), &self.stop)
     }
 
-    /// When it touches the first object, or is in the middle of its even part (s after it begins).
+    /// Time of the contact since the start of the run-up (s); without a contact, of the middle of the constant speed.
     pub(crate) fn contact_time_s(&self) -> f64 {
-        let even_from_m = self.begin_m + self.up.ramp_length();
-        let contact_m = self.contact_m.unwrap_or(even_from_m + self.even_m() / 2.0);
-        self.up.ramp_time_s() + (contact_m - even_from_m) / self.up.speed
+        let cruise_begin_m = self.begin_m + self.run_up.ramp_length();
+        let contact_m = self.contact_m.unwrap_or(cruise_begin_m + self.cruise_m() / 2.0);
+        self.run_up.ramp_time_s() + (contact_m - cruise_begin_m) / self.run_up.speed
     }
 
-    /// What stands where the striker must pass before it strikes, or where nothing may ever be; nothing if all is free.
+    /// The first obstacle: an object on the run-up, or a wall or keep-out area anywhere on the path; `None` if the path is
+    /// free.
     ///
     /// # Errors
-    /// An object of a kind that the scene does not know.
+    /// An object of an unknown kind.
     pub(crate) fn obstacle(&self, striker: &Shape, scene: &Scene) -> Result<Option<String>> {
         let swept = |from_m: f64, to_m: f64| {
             let position = self.point(from_m);
@@ -106,18 +108,18 @@ impl Course {
         for placed in &scene.placed {
             let object = Outline::new(&scene.object(&placed.object)?.shape, placed.pose());
             if behind.gap_m(&object) < CLEARANCE_M {
-                return Ok(Some(format!("`{}` lies where the striker gains its speed", placed.object)));
+                return Ok(Some(format!("`{}` lies on the striker's run-up", placed.object)));
             }
         }
         let all = swept(self.begin_m.min(self.back_m), self.end_m);
         let walls = scene.walls.iter().map(|wall| ("a wall", Outline::segment(wall.from_m, wall.to_m)));
         let areas = scene.keep_out.iter().map(|area| ("a keep-out area", Outline::polygon(&area.points_m)));
         let hit = walls.chain(areas).find(|(_, outline)| all.gap_m(outline) < CLEARANCE_M);
-        Ok(hit.map(|(what, _)| format!("{what} is in the striker's way")))
+        Ok(hit.map(|(what, _)| format!("{what} is in the striker's path")))
     }
 }
 
-/// How far the striker's centre goes from the start until it touches the first object (m); `None` if it touches none.
+/// The distance of the striker's centre from the start to its contact with the first object (m); `None` without a contact.
 ///
 /// # Errors
 /// An object of an unknown kind; a striker that starts inside an object.
@@ -140,7 +142,7 @@ pub(crate) fn contact_after_m(strike: &Strike, striker: &Shape, scene: &Scene) -
         let found = format!("inside `{name}`");
         return Err(Error::invalid("strike", "start_m", found, "a start clear of every object"));
     }
-    // Moving by the gap can never pass an object, so the sum of the gaps ends at the first contact.
+    // An advance by the gap never passes an object (conservative advancement, Mirtich 1996), so it ends at the first contact.
     let mut along_m = 0.0;
     while let Some((_, gap_m)) = nearest(along_m) {
         if gap_m < TOUCHING_M {
@@ -154,7 +156,7 @@ pub(crate) fn contact_after_m(strike: &Strike, striker: &Shape, scene: &Scene) -
     Ok(None)
 }
 
-/// Gaps below are contacts (m).
+/// Largest gap of a contact (m).
 const TOUCHING_M: f64 = 1e-6;
 
 #[cfg(test)]
@@ -166,12 +168,12 @@ mod tests {
     }
 
     #[test]
-    fn the_striker_has_its_full_speed_when_it_touches() {
+    fn the_striker_has_its_full_speed_at_the_contact() {
         for speed_m_s in [0.05, 0.3, 0.6, 1.0] {
-            for run_up in RUN_UPS_M_S2 {
-                let course = Course::new(&strike(speed_m_s), Some(0.03), run_up, 15.0);
-                let state = course.profile().at(course.contact_time_s());
-                let along_m = course.begin_m + state.position;
+            for run_up in RUN_UP_ACCELERATIONS_M_S2 {
+                let striker_path = StrikerPath::new(&strike(speed_m_s), Some(0.03), run_up, 15.0);
+                let state = striker_path.profile().at(striker_path.contact_time_s());
+                let along_m = striker_path.begin_m + state.position;
                 assert!((along_m - 0.03).abs() < 1e-9, "touches after {along_m} m");
                 assert!((state.speed - speed_m_s).abs() < 1e-9, "at {} m/s, not {speed_m_s}", state.speed);
             }
@@ -179,17 +181,21 @@ mod tests {
     }
 
     #[test]
-    fn a_slow_strike_starts_where_it_was_planned_to_and_stops_where_it_was_planned_to() {
-        let course = Course::new(&strike(0.2), Some(0.03), 4.0, 15.0);
-        assert_eq!(course.begin_m, 0.0);
-        assert!((course.end_m - 0.08).abs() < 1e-12, "stops after {} m", course.end_m);
+    fn a_slow_strike_starts_and_stops_at_the_planned_points() {
+        let striker_path = StrikerPath::new(&strike(0.2), Some(0.03), 4.0, 15.0);
+        assert_eq!(striker_path.begin_m, 0.0);
+        assert!((striker_path.end_m - 0.08).abs() < 1e-12, "stops after {} m", striker_path.end_m);
     }
 
     #[test]
-    fn a_fast_strike_starts_farther_back() {
-        let course = Course::new(&strike(1.0), Some(0.03), 4.0, 15.0);
-        assert!(course.begin_m < -0.1, "begins {} m from its start", course.begin_m);
-        let braked_m = 0.03 + 0.005 + course.down.ramp_length();
-        assert!((course.end_m - braked_m.max(0.08)).abs() < 1e-12, "stops after {} m", course.end_m);
+    fn a_fast_strike_starts_behind_its_planned_start() {
+        let striker_path = StrikerPath::new(&strike(1.0), Some(0.03), 4.0, 15.0);
+        assert!(striker_path.begin_m < -0.1, "begins {} m from its start", striker_path.begin_m);
+        let braked_m = 0.03 + 0.005 + striker_path.stop.ramp_length();
+        assert!(
+            (striker_path.end_m - braked_m.max(0.08)).abs() < 1e-12,
+            "stops after {} m",
+            striker_path.end_m
+        );
     }
 }

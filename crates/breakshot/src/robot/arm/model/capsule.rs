@@ -1,9 +1,9 @@
-//! Capsules in space: how far apart, how high above the table.
+//! Capsules as collision shapes, and their distance.
 
 use super::frame::Frame;
 use nalgebra::Vector3;
 
-/// All points within a radius of a segment, in a link's frame.
+/// All points within a radius of a segment.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Capsule {
     /// One end of the segment (m).
@@ -22,30 +22,26 @@ impl Capsule {
         Self { from_m: to(&self.from_m), to_m: to(&self.to_m), radius_m: self.radius_m }
     }
 
-    /// The free space to another one (m), negative if they overlap.
+    /// The gap to another capsule (m), negative if they overlap.
     pub fn gap_m(&self, other: &Self) -> f64 {
-        segment_distance_m((&self.from_m, &self.to_m), (&other.from_m, &other.to_m))
-            - self.radius_m
-            - other.radius_m
+        self.axis_distance_m(other) - self.radius_m - other.radius_m
     }
-}
 
-/// How far apart two segments are (m): the clamped closest points (Ericson, Real-Time Collision Detection, 5.1.9).
-fn segment_distance_m(
-    (p, p_end): (&Vector3<f64>, &Vector3<f64>),
-    (q, q_end): (&Vector3<f64>, &Vector3<f64>),
-) -> f64 {
-    let (along_p, along_q, between) = (p_end - p, q_end - q, p - q);
-    let (a, e, b) = (along_p.norm_squared(), along_q.norm_squared(), along_p.dot(&along_q));
-    let (c, f) = (along_p.dot(&between), along_q.dot(&between));
-    let share = |over: f64, under: f64| if under > 0.0 { (over / under).clamp(0.0, 1.0) } else { 0.0 };
-    let mut s = share(b * f - c * e, a * e - b * b);
-    let mut t = if e > 0.0 { (b * s + f) / e } else { 0.0 };
-    if !(0.0..=1.0).contains(&t) || e <= 0.0 {
-        t = t.clamp(0.0, 1.0);
-        s = share(b * t - c, a);
+    /// The distance of the capsules' segments (m): clamped closest points (Ericson, Real-Time Collision Detection, 5.1.9).
+    fn axis_distance_m(&self, other: &Self) -> f64 {
+        let (p, q) = (&self.from_m, &other.from_m);
+        let (along_p, along_q, between) = (self.to_m - p, other.to_m - q, p - q);
+        let (a, e, b) = (along_p.norm_squared(), along_q.norm_squared(), along_p.dot(&along_q));
+        let (c, f) = (along_p.dot(&between), along_q.dot(&between));
+        let fraction = |over: f64, under: f64| if under > 0.0 { (over / under).clamp(0.0, 1.0) } else { 0.0 };
+        let mut s = fraction(b * f - c * e, a * e - b * b);
+        let mut t = if e > 0.0 { (b * s + f) / e } else { 0.0 };
+        if !(0.0..=1.0).contains(&t) || e <= 0.0 {
+            t = t.clamp(0.0, 1.0);
+            s = fraction(b * t - c, a);
+        }
+        (p + along_p * s - (q + along_q * t)).norm()
     }
-    (p + along_p * s - (q + along_q * t)).norm()
 }
 
 #[cfg(test)]

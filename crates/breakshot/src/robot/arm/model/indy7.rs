@@ -9,23 +9,23 @@
 
 use super::capsule::Capsule;
 use super::frame::{Frame, frame};
-use super::inertia::{Body, about_com};
+use super::inertia::{LinkInertia, about_com};
 use super::serial_arm::{Arm, Base, GRAVITY_M_S2, Joint, Link, Tool};
 use nalgebra::{Matrix3, Vector3};
 
 /// Mass (kg), centre of mass (m), tensor ixx iyy izz ixy iyz ixz (kg m2) as published.
 type Published = (f64, [f64; 3], [f64; 6]);
-/// Position (m) and roll, pitch, yaw (rad) of a joint in the link before it.
+/// Position (m) and roll, pitch, yaw (rad) of a joint in the previous link's frame.
 type Placement = ([f64; 3], [f64; 3]);
-/// Ends (m) and radius (m) of a capsule, and its link: 0 is the base.
+/// A capsule: its link (0 is the base), its ends (m) and its radius (m).
 type Shape = (usize, [f64; 3], [f64; 3], f64);
 
 /// A right angle with the digits of the published files.
 #[allow(clippy::approx_constant)]
 const RIGHT: f64 = 1.570796327;
-/// A half turn with the digits of the published files.
+/// 180 degrees with the digits of the published files.
 #[allow(clippy::approx_constant)]
-const HALF: f64 = 3.1415926536;
+const STRAIGHT: f64 = 3.1415926536;
 
 #[rustfmt::skip]
 const BODIES_V1: [Published; 7] = [
@@ -63,8 +63,8 @@ const PLACEMENTS_V1: [Placement; 6] = [
 const PLACEMENTS_V2: [Placement; 6] = [
     ([0.0, 0.0, 0.0775], [0.0, 0.0, 0.0]),
     ([0.0, -0.109, 0.222], [RIGHT, 0.0, 0.0]),
-    ([0.0, 0.45, -0.0305], [0.0, 0.0, HALF]),
-    ([0.0, -0.267, -0.075], [-RIGHT, 0.0, HALF]),
+    ([0.0, 0.45, -0.0305], [0.0, 0.0, STRAIGHT]),
+    ([0.0, -0.267, -0.075], [-RIGHT, 0.0, STRAIGHT]),
     ([0.0, -0.114, 0.0835], [RIGHT, 0.0, 0.0]),
     ([0.0, 0.052, 0.085], [-RIGHT, 0.0, 0.0]),
 ];
@@ -92,10 +92,10 @@ const LIMITS: [(f64, f64, f64); 6] = [
     (215.0, 180.0, 79.79),
 ];
 
-/// From the last link's frame to the flange's face (m).
+/// The flange's face in the last link's frame (m).
 const FLANGE_M: [f64; 3] = [0.0, 0.0, 0.06];
 
-/// The model of that name, if it is one of these.
+/// The model of a name; `None` for an unknown one.
 pub(crate) fn arm(name: &str) -> Option<Arm> {
     let (bodies, placements) = match name {
         "indy7" | "indy7_published" => (&BODIES_V1, &PLACEMENTS_V1),
@@ -109,7 +109,7 @@ pub(crate) fn arm(name: &str) -> Option<Arm> {
     let links = (0..6).map(|k| Link {
         name: format!("link{}", k + 1),
         joint: joint(k, placement(k)),
-        body: body(k + 1),
+        inertia: body(k + 1),
         capsules: match shapes(name, k + 1) {
             known if known.is_empty() => Arm::assumed_capsules(&body(k + 1), &placement(k + 1)),
             known => known,
@@ -117,7 +117,7 @@ pub(crate) fn arm(name: &str) -> Option<Arm> {
     });
     let mut arm = Arm {
         name: name.into(),
-        base: Base { name: "link0".into(), body: body(0), capsules: shapes("indy7", 0) },
+        base: Base { name: "link0".into(), inertia: body(0), capsules: shapes("indy7", 0) },
         links: links.collect(),
         last_from_flange: flange,
         flange: "tcp".into(),
@@ -142,7 +142,7 @@ fn joint(k: usize, parent_from_joint: Frame) -> Joint {
     }
 }
 
-/// The shapes of the second generation's links were not published; its base and column are the first one's.
+/// The shapes of the second generation's links were not published; its base and first link are those of the first generation.
 fn shapes(name: &str, link: usize) -> Vec<Capsule> {
     let known = !name.starts_with("indy7_v2") || link < 2;
     let capsules = SHAPES_V1.iter().filter(|shape| known && shape.0 == link);
@@ -151,16 +151,16 @@ fn shapes(name: &str, link: usize) -> Vec<Capsule> {
         .collect()
 }
 
-fn published(&(mass_kg, com, [xx, yy, zz, xy, yz, xz]): &Published) -> Body {
+fn published(&(mass_kg, com, [xx, yy, zz, xy, yz, xz]): &Published) -> LinkInertia {
     let inertia_kg_m2 = Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz);
-    Body { mass_kg, com_m: com.into(), inertia_kg_m2 }
+    LinkInertia { mass_kg, com_m: com.into(), inertia_kg_m2 }
 }
 
-/// The published body with its tensor brought to the centre of mass, to the eight digits that the published one has.
-fn corrected(numbers: &Published) -> Body {
+/// The published body with its tensor converted to the centre of mass, rounded to the eight digits of the published one.
+fn corrected(numbers: &Published) -> LinkInertia {
     let body = published(numbers);
     let tensor = about_com(&body.inertia_kg_m2, body.mass_kg, &body.com_m);
-    Body { inertia_kg_m2: tensor.map(eight_digits), ..body }
+    LinkInertia { inertia_kg_m2: tensor.map(eight_digits), ..body }
 }
 
 fn eight_digits(value: f64) -> f64 {
@@ -172,7 +172,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_corrected_tensor_of_link_two_is_the_one_worked_out_by_hand() {
+    fn the_corrected_tensor_of_link_two_agrees_with_a_calculation_by_hand() {
         let tensor = corrected(&BODIES_V1[2]).inertia_kg_m2;
         let by_hand = Matrix3::new(
             0.024244843,
@@ -190,8 +190,8 @@ mod tests {
     }
 
     #[test]
-    fn the_published_tensors_of_the_long_links_are_doubted_and_the_corrected_ones_are_not() {
-        // No shape is known of the second generation's fifth link; the assumed one lets its tensor pass.
+    fn the_published_tensors_of_the_long_links_are_implausible_and_the_corrected_ones_are_not() {
+        // The shape of the second generation's fifth link is not known; its tensor is plausible for the assumed shape.
         let cases: [(&str, &[&str]); 4] = [
             ("indy7", &[]),
             ("indy7_published", &["link1", "link2", "link3", "link4", "link5"]),
@@ -206,7 +206,7 @@ mod tests {
     }
 
     #[test]
-    fn the_masses_add_up_to_what_the_maker_says() {
+    fn the_masses_add_up_to_the_makers_value() {
         let mass_kg = arm("indy7").expect("built in").mass_kg();
         assert!((mass_kg - 26.38).abs() < 0.005, "{mass_kg} kg");
     }

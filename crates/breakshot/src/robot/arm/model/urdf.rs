@@ -1,11 +1,11 @@
-//! An arm from a URDF file, and back.
+//! Reading an arm from a URDF, and writing one.
 //!
-//! Read are links with their inertials and primitive collision shapes, and joints with origin, axis and limits;
-//! meshes, transmissions and materials play no part.
+//! Links with inertials and primitive collision shapes, and joints with origin, axis and limits are read; meshes,
+//! transmissions and materials are ignored.
 
 use super::capsule::Capsule;
 use super::frame::{Frame, frame, rpy_rad};
-use super::inertia::Body;
+use super::inertia::LinkInertia;
 use super::serial_arm::{Arm, Base, GRAVITY_M_S2, Joint, Link, Tool};
 use crate::error::{Error, Result};
 use nalgebra::{Matrix3, UnitVector3, Vector3};
@@ -14,39 +14,39 @@ use std::collections::BTreeMap;
 use std::fmt::Write;
 use std::path::Path;
 
-/// What a joint of the file does to this program.
+/// The kind of a joint.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Motion {
     Fixed,
-    Turning,
-    /// Sliding, floating, or driven by another joint: no part of the arm.
+    Revolute,
+    /// Prismatic, floating, or driven by another joint (`mimic`): not part of the arm.
     Other,
 }
 
-/// A joint as written.
-struct Written<'a, 'input> {
+/// A joint element.
+struct JointElement<'a, 'input> {
     node: Node<'a, 'input>,
     name: &'a str,
     child: &'a str,
     motion: Motion,
 }
 
-/// The file as a tree of links.
+/// The links of the file as a tree.
 struct Tree<'a, 'input> {
     path: &'a Path,
     links: BTreeMap<&'a str, Node<'a, 'input>>,
-    children: BTreeMap<&'a str, Vec<Written<'a, 'input>>>,
+    children: BTreeMap<&'a str, Vec<JointElement<'a, 'input>>>,
     root: &'a str,
 }
 
-/// The frames that a tool is usually screwed to, the most usual first.
-const USUAL_FLANGES: [&str; 6] = ["tcp", "tool0", "hand_tcp", "flange", "ee_link", "tool"];
+/// Common names of the flange, the most common first.
+const COMMON_FLANGES: [&str; 6] = ["tcp", "tool0", "hand_tcp", "flange", "ee_link", "tool"];
 
-/// The arm that a URDF describes, from its root to the link `flange`, or to the outermost link if that is clear.
+/// The arm of a URDF, from its root to the link `flange`, or to the outermost link if it is unique.
 ///
 /// # Errors
-/// Not a URDF, a xacro file, not one root, not six or seven turning joints, joints without limits; `path` leads
-/// the message.
+/// Not a URDF, a xacro file, not one root, not six or seven revolute joints, joints without limits; the message starts
+/// with `path`.
 pub(crate) fn arm(text: &str, path: &Path, flange: Option<&str>) -> Result<Arm> {
     let document = Document::parse(text).map_err(|e| syntax(path, e.to_string()))?;
     let robot = document.root_element();
@@ -82,7 +82,7 @@ impl<'a, 'input> Tree<'a, 'input> {
         for node in robot.children().filter(|node| node.has_tag_name("link")) {
             links.insert(attribute(path, node, "name")?, node);
         }
-        let mut children: BTreeMap<&str, Vec<Written>> = BTreeMap::new();
+        let mut children: BTreeMap<&str, Vec<JointElement>> = BTreeMap::new();
         let mut parents: BTreeMap<&str, &str> = BTreeMap::new();
         for node in robot.children().filter(|node| node.has_tag_name("joint")) {
             let name = attribute(path, node, "name")?;
@@ -91,22 +91,23 @@ impl<'a, 'input> Tree<'a, 'input> {
                 link.filter(|link| links.contains_key(link)).ok_or_else(|| {
                     syntax(
                         path,
-                        format!("joint `{name}`: its <{tag}> is no link of the file; needed: link=\"..\""),
+                        format!("joint `{name}`: its <{tag}> is not a link of the file; needed: link=\"..\""),
                     )
                 })
             };
             let (parent, child_link) = (end("parent")?, end("child")?);
             if let Some(other) = parents.insert(child_link, parent) {
-                let problem =
-                    format!("link `{child_link}` hangs from `{other}` and `{parent}`; needed: one parent");
+                let problem = format!(
+                    "link `{child_link}` has the parents `{other}` and `{parent}`; needed: one parent"
+                );
                 return Err(syntax(path, problem));
             }
             let motion = match node.attribute("type") {
                 Some("fixed") => Motion::Fixed,
-                Some("revolute" | "continuous") if child(node, "mimic").is_none() => Motion::Turning,
+                Some("revolute" | "continuous") if child(node, "mimic").is_none() => Motion::Revolute,
                 _ => Motion::Other,
             };
-            children.entry(parent).or_default().push(Written { node, name, child: child_link, motion });
+            children.entry(parent).or_default().push(JointElement { node, name, child: child_link, motion });
         }
         let roots: Vec<&str> = links.keys().copied().filter(|link| !parents.contains_key(link)).collect();
         match roots[..] {
@@ -117,32 +118,32 @@ impl<'a, 'input> Tree<'a, 'input> {
         }
     }
 
-    fn joints_of(&self, link: &str) -> &[Written<'a, 'input>] {
+    fn joints_of(&self, link: &str) -> &[JointElement<'a, 'input>] {
         self.children.get(link).map_or(&[], Vec::as_slice)
     }
 
     /// The joints from the root to the flange.
-    fn chain(&self, flange: Option<&str>) -> Result<Vec<&Written<'a, 'input>>> {
+    fn chain(&self, flange: Option<&str>) -> Result<Vec<&JointElement<'a, 'input>>> {
         let mut chains = Vec::new();
         self.collect_chains(self.root, &mut Vec::new(), &mut chains);
-        let turning =
-            |chain: &[&Written]| chain.iter().filter(|joint| joint.motion == Motion::Turning).count();
-        let end = |chain: &[&Written<'a, 'input>]| chain.last().map_or(self.root, |joint| joint.child);
+        let revolute_count =
+            |chain: &[&JointElement]| chain.iter().filter(|joint| joint.motion == Motion::Revolute).count();
+        let end = |chain: &[&JointElement<'a, 'input>]| chain.last().map_or(self.root, |joint| joint.child);
         if let Some(flange) = flange {
             let chain = chains.into_iter().find(|chain| end(chain) == flange);
             return chain.ok_or_else(|| {
                 syntax(
                     self.path,
-                    format!("no link `{flange}` hangs from the root by turning and fixed joints"),
+                    format!("no link `{flange}` is connected to the root by revolute and fixed joints"),
                 )
             });
         }
-        let most = chains.iter().map(|chain| turning(chain)).max().unwrap_or(0);
-        chains.retain(|chain| turning(chain) == most && self.is_outermost(end(chain)));
-        let usual = USUAL_FLANGES.iter().find_map(|name| {
+        let most = chains.iter().map(|chain| revolute_count(chain)).max().unwrap_or(0);
+        chains.retain(|chain| revolute_count(chain) == most && self.is_outermost(end(chain)));
+        let common = COMMON_FLANGES.iter().find_map(|name| {
             chains.iter().position(|chain| end(chain).trim_start_matches(['/', '_']).ends_with(name))
         });
-        match (usual, chains.len()) {
+        match (common, chains.len()) {
             (Some(k), _) => Ok(chains.swap_remove(k)),
             (None, 1) => Ok(chains.remove(0)),
             _ => {
@@ -161,8 +162,8 @@ impl<'a, 'input> Tree<'a, 'input> {
     fn collect_chains<'t>(
         &'t self,
         link: &str,
-        before: &mut Vec<&'t Written<'a, 'input>>,
-        chains: &mut Vec<Vec<&'t Written<'a, 'input>>>,
+        before: &mut Vec<&'t JointElement<'a, 'input>>,
+        chains: &mut Vec<Vec<&'t JointElement<'a, 'input>>>,
     ) {
         chains.push(before.clone());
         for joint in self.joints_of(link).iter().filter(|joint| joint.motion != Motion::Other) {
@@ -172,11 +173,11 @@ impl<'a, 'input> Tree<'a, 'input> {
         }
     }
 
-    /// The arm along a chain; whatever else hangs from it is fixed where it stands at zero.
-    fn assembled(&self, name: &str, chain: &[&Written]) -> Result<Arm> {
+    /// The arm along a chain. Other branches are fixed in their position at joint angle zero.
+    fn assembled(&self, name: &str, chain: &[&JointElement]) -> Result<Arm> {
         let mut arm = Arm {
             name: name.into(),
-            base: Base { name: self.root.into(), body: Body::none(), capsules: Vec::new() },
+            base: Base { name: self.root.into(), inertia: LinkInertia::none(), capsules: Vec::new() },
             links: Vec::new(),
             last_from_flange: Frame::identity(),
             flange: chain.last().map_or(self.root, |joint| joint.child).into(),
@@ -184,13 +185,13 @@ impl<'a, 'input> Tree<'a, 'input> {
             gravity_m_s2: Vector3::new(0.0, 0.0, -GRAVITY_M_S2),
             warnings: Vec::new(),
         };
-        let mut carried = Carried { body: Body::none(), capsules: Vec::new(), notes: Vec::new() };
+        let mut carried = Carried { inertia: LinkInertia::none(), capsules: Vec::new(), notes: Vec::new() };
         let mut link = self.root;
         for joint in chain {
             self.carry(link, arm.last_from_flange, Some(joint.child), &mut carried)?;
             let here = arm.last_from_flange * origin(self.path, joint.node)?;
-            if joint.motion == Motion::Turning {
-                carried.hand_to(&mut arm, &here);
+            if joint.motion == Motion::Revolute {
+                carried.assign_to(&mut arm, &here);
                 arm.links.push(self.moving_link(joint, here)?);
                 arm.last_from_flange = Frame::identity();
             } else {
@@ -200,18 +201,18 @@ impl<'a, 'input> Tree<'a, 'input> {
         }
         self.carry(link, arm.last_from_flange, None, &mut carried)?;
         let last_from_flange = arm.last_from_flange;
-        carried.hand_to(&mut arm, &last_from_flange);
+        carried.assign_to(&mut arm, &last_from_flange);
         arm.warnings = carried.notes;
         if !(6..=7).contains(&arm.links.len()) {
             let found =
-                format!("{} turning joints from `{}` to `{}`", arm.links.len(), self.root, arm.flange);
+                format!("{} revolute joints from `{}` to `{}`", arm.links.len(), self.root, arm.flange);
             let owner = self.path.display().to_string();
             return Err(Error::invalid(owner, "the arm", found, "six or seven"));
         }
         Ok(arm)
     }
 
-    fn moving_link(&self, joint: &Written, parent_from_joint: Frame) -> Result<Link> {
+    fn moving_link(&self, joint: &JointElement, parent_from_joint: Frame) -> Result<Link> {
         let owner = format!("{}: joint `{}`", self.path.display(), joint.name);
         let limit = child(joint.node, "limit");
         let number = |name: &str| -> Result<f64> {
@@ -220,9 +221,12 @@ impl<'a, 'input> Tree<'a, 'input> {
                 .ok_or_else(|| Error::invalid(&owner, format!("limit {name}"), "missing", "a number"))?;
             numbers::<1>(self.path, text).map(|[value]| value)
         };
-        let endless = joint.node.attribute("type") == Some("continuous");
-        let range_rad =
-            if endless { [f64::NEG_INFINITY, f64::INFINITY] } else { [number("lower")?, number("upper")?] };
+        let continuous = joint.node.attribute("type") == Some("continuous");
+        let range_rad = if continuous {
+            [f64::NEG_INFINITY, f64::INFINITY]
+        } else {
+            [number("lower")?, number("upper")?]
+        };
         if range_rad[0] >= range_rad[1] {
             let found = format!("from {} to {} rad", range_rad[0], range_rad[1]);
             return Err(Error::invalid(owner, "its range", found, "the lower limit below the upper one"));
@@ -236,7 +240,7 @@ impl<'a, 'input> Tree<'a, 'input> {
             None => Vector3::x(),
         };
         let axis = UnitVector3::try_new(axis, f64::EPSILON)
-            .ok_or_else(|| Error::invalid(&owner, "its axis", "of no length", "a direction"))?;
+            .ok_or_else(|| Error::invalid(&owner, "its axis", "of zero length", "a direction"))?;
         let joint_name = joint.name.into();
         let joint_limits = Joint {
             name: joint_name,
@@ -247,20 +251,29 @@ impl<'a, 'input> Tree<'a, 'input> {
             torque_n_m,
             armature_kg_m2: 0.0,
         };
-        Ok(Link { name: joint.child.into(), joint: joint_limits, body: Body::none(), capsules: Vec::new() })
+        Ok(Link {
+            name: joint.child.into(),
+            joint: joint_limits,
+            inertia: LinkInertia::none(),
+            capsules: Vec::new(),
+        })
     }
 
-    /// Adds a link and all that hangs from it, but for the branch to `onward`, to what a moving link carries.
+    /// Adds a link and its descendants, except the branch to `onward`, to the bodies carried by a moving link.
     fn carry(&self, link: &str, at: Frame, onward: Option<&str>, carried: &mut Carried) -> Result<()> {
         let node = self.links[link];
-        carried.body = carried.body.joined(&inertial(self.path, node, link)?.seen_from(&at));
+        carried.inertia = carried.inertia.joined(&inertial(self.path, node, link)?.seen_from(&at));
         for collision in node.children().filter(|node| node.has_tag_name("collision")) {
             let shape_at = at * origin(self.path, collision)?;
-            carried.capsules.extend(capsule(self.path, collision)?.map(|capsule| moved(&capsule, &shape_at)));
+            carried
+                .capsules
+                .extend(capsule(self.path, collision)?.map(|capsule| capsule.seen_from(&shape_at)));
         }
         for joint in self.joints_of(link).iter().filter(|joint| Some(joint.child) != onward) {
             if joint.motion != Motion::Fixed {
-                carried.notes.push(format!("joint `{}` is no part of the arm and stays at zero", joint.name));
+                carried
+                    .notes
+                    .push(format!("joint `{}` is not part of the arm and stays at zero", joint.name));
             }
             self.carry(joint.child, at * origin(self.path, joint.node)?, None, carried)?;
         }
@@ -268,42 +281,37 @@ impl<'a, 'input> Tree<'a, 'input> {
     }
 }
 
-/// What has been found to be fixed to the link at hand.
+/// The bodies and shapes fixed to the current link.
 struct Carried {
-    body: Body,
+    inertia: LinkInertia,
     capsules: Vec<Capsule>,
     notes: Vec<String>,
 }
 
 impl Carried {
-    /// Gives all to the arm's outermost moving link, or to its base, and starts anew; `next` is where that link ends.
-    fn hand_to(&mut self, arm: &mut Arm, next: &Frame) {
-        let body = std::mem::replace(&mut self.body, Body::none());
+    /// Moves everything to the arm's outermost moving link, or to its base; `next` is the frame of the next joint.
+    fn assign_to(&mut self, arm: &mut Arm, next: &Frame) {
+        let body = std::mem::replace(&mut self.inertia, LinkInertia::none());
         let mut capsules = std::mem::take(&mut self.capsules);
         if capsules.is_empty() {
             capsules = Arm::assumed_capsules(&body, next);
         }
         if let Some(link) = arm.links.last_mut() {
-            (link.body, link.capsules) = (body, capsules);
+            (link.inertia, link.capsules) = (body, capsules);
         } else {
-            (arm.base.body, arm.base.capsules) = (body, capsules);
+            (arm.base.inertia, arm.base.capsules) = (body, capsules);
         }
     }
 }
 
-fn moved(capsule: &Capsule, frame: &Frame) -> Capsule {
-    let to = |point: &Vector3<f64>| frame.rotation * point + frame.translation.vector;
-    Capsule { from_m: to(&capsule.from_m), to_m: to(&capsule.to_m), radius_m: capsule.radius_m }
-}
-
-/// The capsule around a collision shape; a mesh has none here.
+/// The capsule around a collision shape; `None` for a mesh.
 fn capsule(path: &Path, collision: Node) -> Result<Option<Capsule>> {
     let shape = child(collision, "geometry").and_then(|geometry| geometry.children().find(Node::is_element));
     let Some(shape) = shape else { return Ok(None) };
     let number = |name: &str| -> Result<f64> { Ok(numbers::<1>(path, attribute(path, shape, name)?)?[0]) };
     let (half, radius_m) = match shape.tag_name().name() {
         "sphere" => (Vector3::zeros(), number("radius")?),
-        // The caps reach past a cylinder's ends: rather too large than too small.
+        // The caps extend past the cylinder's ends, which is conservative.
         "cylinder" | "capsule" => (Vector3::z() * (number("length")? / 2.0), number("radius")?),
         "box" => {
             let size = Vector3::from(numbers::<3>(path, attribute(path, shape, "size")?)?);
@@ -317,8 +325,8 @@ fn capsule(path: &Path, collision: Node) -> Result<Option<Capsule>> {
     Ok(Some(Capsule { from_m: -half, to_m: half, radius_m }))
 }
 
-fn inertial(path: &Path, link: Node, name: &str) -> Result<Body> {
-    let Some(node) = child(link, "inertial") else { return Ok(Body::none()) };
+fn inertial(path: &Path, link: Node, name: &str) -> Result<LinkInertia> {
+    let Some(node) = child(link, "inertial") else { return Ok(LinkInertia::none()) };
     let part = |tag: &str| {
         child(node, tag).ok_or_else(|| syntax(path, format!("link `{name}`: its <inertial> has no <{tag}>")))
     };
@@ -328,7 +336,7 @@ fn inertial(path: &Path, link: Node, name: &str) -> Result<Body> {
     let (xx, yy, zz) = (moment("ixx")?, moment("iyy")?, moment("izz")?);
     let (xy, xz, yz) = (moment("ixy")?, moment("ixz")?, moment("iyz")?);
     let inertia_kg_m2 = Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz);
-    let body = Body { mass_kg, com_m: Vector3::zeros(), inertia_kg_m2 };
+    let body = LinkInertia { mass_kg, com_m: Vector3::zeros(), inertia_kg_m2 };
     Ok(body.seen_from(&origin(path, node)?))
 }
 
@@ -357,13 +365,13 @@ fn numbers<const N: usize>(path: &Path, text: &str) -> Result<[f64; N]> {
 }
 
 impl Arm {
-    /// The arm as a URDF, its tool as a link after the flange; rotor inertias have no place in that format.
+    /// The arm as a URDF, with the tool as a link after the flange. The format has no rotor inertias.
     pub fn urdf(&self) -> String {
         let mut text = format!("<?xml version=\"1.0\"?>\n<robot name=\"{}\">\n", self.name);
-        write_link(&mut text, &self.base.name, &self.base.body);
+        write_link(&mut text, &self.base.name, &self.base.inertia);
         let mut parent = &self.base.name;
         for (k, link) in self.links.iter().enumerate() {
-            write_link(&mut text, &link.name, &self.moving_body(k));
+            write_link(&mut text, &link.name, &self.moving_inertia(k));
             write_joint(&mut text, &link.joint, parent, &link.name);
             parent = &link.name;
         }
@@ -393,7 +401,7 @@ fn origin_text(frame: &Frame) -> String {
     format!("<origin xyz=\"{} {} {}\" rpy=\"{roll} {pitch} {yaw}\"/>", at.x, at.y, at.z)
 }
 
-fn write_link(text: &mut String, name: &str, body: &Body) {
+fn write_link(text: &mut String, name: &str, body: &LinkInertia) {
     let _ = write!(text, "  <link name=\"{name}\">");
     if body.mass_kg > 0.0 {
         let at = body.com_m;

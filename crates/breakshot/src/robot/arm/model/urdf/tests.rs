@@ -38,7 +38,7 @@ fn a_hand_is_part_of_the_last_link_and_its_finger_stays_at_zero() {
     assert_eq!(arm.joint_count(), 6);
     assert_eq!(arm.flange, "hand");
     let last = &arm.links[5];
-    assert!((last.body.mass_kg - 2.5).abs() < 1e-12, "{} kg", last.body.mass_kg);
+    assert!((last.inertia.mass_kg - 2.5).abs() < 1e-12, "{} kg", last.inertia.mass_kg);
     assert!((last.capsules[0].radius_m - 0.05).abs() < 1e-12, "the box is 0.1 m across its diagonal");
     assert!(arm.warnings.iter().any(|w| w.contains("`f`")), "{:?}", arm.warnings);
 }
@@ -63,14 +63,14 @@ fn five_and_eight_joints_are_refused_with_their_number() {
     for joints in [5, 8] {
         let message = read(&text(joints)).expect_err("no arm").to_string();
         assert!(
-            message.contains(&format!("{joints} turning joints")) && message.contains("six or seven"),
+            message.contains(&format!("{joints} revolute joints")) && message.contains("six or seven"),
             "{message}"
         );
     }
 }
 
 #[test]
-fn what_is_wrong_is_named() {
+fn errors_name_the_wrong_element() {
     let good = text(6);
     for (from, to, expected) in [
         ("velocity=\"2\"", "velocity=\"0\"", "joint `j0`"),
@@ -92,7 +92,7 @@ fn what_is_wrong_is_named() {
 }
 
 #[test]
-fn a_xacro_file_is_told_to_be_expanded() {
+fn the_error_of_a_xacro_file_gives_the_command_that_expands_it() {
     let text = "<robot xmlns:xacro=\"http://www.ros.org/wiki/xacro\" name=\"a\"><xacro:property name=\"b\"/></robot>";
     let message = read(text).expect_err("xacro").to_string();
     assert!(message.contains("xacro arm.xacro"), "{message}");
