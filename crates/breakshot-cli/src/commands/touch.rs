@@ -3,10 +3,12 @@
 use super::command;
 use crate::args::CommandArgs;
 use crate::{Outcome, console};
-use breakshot::robot::{self, Arm, BaseRegistration, TouchedPoint};
+use breakshot::cell::Transform;
+use breakshot::robot::{self, Arm, TouchedPoint};
 use breakshot::{Error, Result, files};
 use serde::Deserialize;
 use std::path::Path;
+use toml_edit::{Array, DocumentMut, InlineTable, TomlError};
 
 /// The file of the touched points.
 #[derive(Deserialize)]
@@ -27,10 +29,11 @@ pub(crate) fn run(touches: &Path, args: &CommandArgs) -> Result<Outcome> {
     let arm = Arm::of_cell(robot)?;
     let file: TouchFile = files::read_toml(touches)?;
     let fit = robot::base_registration(&arm, &file.touches)?;
-    let line = toml_line(&fit);
     let text = std::fs::read_to_string(&args.cell)
         .map_err(|source| Error::Read { path: args.cell.clone(), source })?;
-    files::write_whole(&args.cell, with_line(&text, &line).as_bytes())?;
+    let changed = with_base(&text, &fit.base_from_table)
+        .map_err(|e| Error::Syntax { path: args.cell.clone(), problem: e.to_string() })?;
+    files::write_whole(&args.cell, changed.as_bytes())?;
     files::load_cell(&args.cell)?;
     if args.json {
         console::print_json(&fit)?;
@@ -39,34 +42,26 @@ pub(crate) fn run(touches: &Path, args: &CommandArgs) -> Result<Outcome> {
             println!("touch {}: {residual_mm:.2} mm", k + 1);
         }
         println!("root mean square {:.2} mm", fit.rms_mm);
-        println!("Wrote into {}: {line}", args.cell.display());
+        println!("Wrote into {}: base_from_table = {}", args.cell.display(), inline(&fit.base_from_table));
     }
     Ok(Outcome::doubtful_if(fit.rms_mm > DOUBTFUL_MM))
 }
 
-fn toml_line(fit: &BaseRegistration) -> String {
-    let [x, y, z] = fit.base_from_table.position_m;
-    let [roll, pitch, yaw] = fit.base_from_table.rpy_rad;
-    format!(
-        "base_from_table = {{ position_m = [{x:.6}, {y:.6}, {z:.6}], rpy_rad = [{roll:.6}, {pitch:.6}, {yaw:.6}] }}"
-    )
+/// The cell file's text with `base_from_table` in its `[robot]` table; everything else, comments included, stays the same.
+fn with_base(text: &str, base: &Transform) -> std::result::Result<String, TomlError> {
+    let mut document: DocumentMut = text.parse()?;
+    document.entry("robot").or_insert(toml_edit::table())["base_from_table"] = toml_edit::value(inline(base));
+    Ok(document.to_string())
 }
 
-/// The cell's text with `line` in its [robot] table, in place of an older one; all else stays as it is.
-fn with_line(text: &str, line: &str) -> String {
-    let mut lines: Vec<&str> = text.lines().collect();
-    let header = lines.iter().position(|line| line.trim_start().starts_with("[robot]"));
-    let Some(header) = header else {
-        return format!("{}\n\n[robot]\n{line}\n", text.trim_end());
-    };
-    let end = lines[header + 1..].iter().position(|line| line.trim_start().starts_with('['));
-    let end = end.map_or(lines.len(), |length| header + 1 + length);
-    let old = (header + 1..end).find(|&k| lines[k].trim_start().starts_with("base_from_table"));
-    match old {
-        Some(old) => lines[old] = line,
-        None => lines.insert(header + 1, line),
-    }
-    lines.join("\n") + "\n"
+/// A transform as an inline table, rounded to a micrometre and a microradian.
+fn inline(transform: &Transform) -> InlineTable {
+    // Adding zero turns a negative zero into a positive one.
+    let rounded = |values: [f64; 3]| values.into_iter().map(|x| (x * 1e6).round() / 1e6 + 0.0).collect::<Array>();
+    let mut table = InlineTable::new();
+    table.insert("position_m", rounded(transform.position_m).into());
+    table.insert("rpy_rad", rounded(transform.rpy_rad).into());
+    table
 }
 
 #[cfg(test)]
@@ -74,15 +69,18 @@ mod tests {
     use super::*;
 
     #[test]
-    fn only_the_one_line_of_the_cell_changes() {
-        let text = "# a cell\n[striker]\nheight_m = 0.1\n\n[robot]\narm = \"indy7\"  # ours\nbase_from_table = { .. }\n[table]\n";
-        let new = with_line(text, "base_from_table = NEW");
-        assert_eq!(new, text.replace("base_from_table = { .. }", "base_from_table = NEW"));
-        let without = text.replace("base_from_table = { .. }\n", "");
-        let added = with_line(&without, "base_from_table = NEW");
-        assert!(
-            added.contains("[robot]\nbase_from_table = NEW\narm = \"indy7\"  # ours\n[table]"),
-            "{added}"
+    fn only_the_base_pose_of_the_cell_changes() {
+        let base = Transform { position_m: [0.5, -0.0, 0.03], rpy_rad: [0.0, 0.0, 1.5] };
+        let old = "base_from_table = { position_m = [1, 2, 3] }";
+        let new = "base_from_table = { position_m = [0.5, 0.0, 0.03], rpy_rad = [0.0, 0.0, 1.5] }";
+        let text = format!(
+            "# a cell\n[striker]\nheight_m = 0.1\n\n[robot]\narm = \"indy7\"  # ours\n{old}\n\n[table]\n"
         );
+        assert_eq!(with_base(&text, &base).expect("TOML"), text.replace(old, new));
+        let without = text.replace(&format!("{old}\n"), "");
+        let expected = text.replace(old, new);
+        assert_eq!(with_base(&without, &base).expect("TOML"), expected);
+        let bare = with_base("# a cell\n", &base).expect("TOML");
+        assert!(bare.contains(&format!("[robot]\n{new}")) && bare.contains("# a cell"), "{bare}");
     }
 }

@@ -11,15 +11,15 @@ use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-/// What is asked of every number (SI units).
+/// Largest permitted difference of every number (SI units).
 const SAME: f64 = 1e-9;
-/// Random poses of each arm.
+/// Number of random poses of each arm.
 const POSES: usize = 1000;
-/// Random poses that inverse kinematics has to find again.
+/// Number of random poses whose tip frames the inverse kinematics must solve.
 const TARGETS: usize = 10_000;
 const PIN: &str = "pin==4.1.0";
 
-/// Everything about single poses of arms.
+/// Compares kinematics, dynamics and inverse kinematics of single poses.
 pub(super) fn run(reference: &Path) -> Result<bool, String> {
     let mut all_hold = recorded(reference)?;
     all_hold &= live()?;
@@ -44,7 +44,7 @@ struct Recorded {
     mobility: Vec<Vec<f64>>,
 }
 
-/// What one pose of an arm comes to, row by row.
+/// The quantities of one pose of an arm.
 #[derive(Deserialize)]
 struct Pose {
     tip: Vec<f64>,
@@ -71,7 +71,7 @@ impl From<Recorded> for Pose {
     }
 }
 
-/// A pose and how the joints move in it.
+/// Joint angles, velocities and accelerations.
 #[derive(Default)]
 struct State {
     q: Vec<f64>,
@@ -80,7 +80,7 @@ struct State {
 }
 
 fn ours(arm: &Arm, state: &State) -> Pose {
-    // Matrices are kept column by column.
+    // Matrices are stored in column-major order.
     let by_rows = |m: nalgebra::DMatrix<f64>| m.transpose().as_slice().to_vec();
     let tip = arm.tip(&state.q);
     let still = vec![0.0; state.q.len()];
@@ -127,14 +127,14 @@ impl Worst {
 
     fn rows(&self) -> Vec<Row> {
         let sound = self.0.iter().filter(|(_, worst)| **worst > 0.0);
-        // In units of the target, for the table has four decimals.
+        // In units of the target, because the table has four decimals.
         sound
             .map(|(what, worst)| Row::at_most(format!("{what}, worst"), worst * 1e9, SAME * 1e9, "e-9"))
             .collect()
     }
 }
 
-/// The numbers that pinocchio gave once, kept beside the arm's files.
+/// Recorded results of pinocchio, stored with the arm's files.
 fn recorded(reference: &Path) -> Result<bool, String> {
     let path = reference.join("reference.json");
     let entries: BTreeMap<String, Recorded> =
@@ -161,7 +161,7 @@ fn recorded(reference: &Path) -> Result<bool, String> {
     ))
 }
 
-/// Every arm at hand in random poses, against pinocchio now.
+/// Every available arm in random poses, compared with the installed pinocchio.
 fn live() -> Result<bool, String> {
     let python = venv::python("pin", &[PIN])?;
     let mut all_hold = true;
@@ -201,7 +201,7 @@ fn beside_pinocchio(python: &Path, name: &str, arm: &Arm, urdf: &Path) -> Result
     Ok(row::print_all(&format!("`{name}` beside pinocchio, {POSES} random poses"), &worst.rows()))
 }
 
-/// Joint angles that real controllers reported, with the pose they reported (deg; mm, deg about x, y, z).
+/// Joint angles and poses reported by real controllers (deg; mm, deg about x, y, z).
 struct Reported {
     model: &'static str,
     q_deg: [f64; 6],
@@ -233,7 +233,7 @@ fn controllers() -> Result<bool, String> {
         let turn = Rotation3::from_euler_angles(p[3].to_radians(), p[4].to_radians(), p[5].to_radians());
         let off_deg = turn.angle_to(&flange.rotation).to_degrees();
         let what = format!("{model}: place reported by a controller, off by");
-        // The second robot's 9.9 mm along the tool are not explained; they are told, not asked for.
+        // The second robot's 9.9 mm along the tool are not explained: reported without a target.
         rows.push(if k == 0 {
             Row::at_most(what, off_mm, 0.6, "mm")
         } else {

@@ -1,4 +1,4 @@
-//! Fig. 10 for the Indy 7, and its effective masses beside recorded ones.
+//! Fig. 10 for the Indy 7, and its effective masses compared with recorded ones.
 
 use crate::example::target;
 use crate::validate::row::{self, Row};
@@ -9,7 +9,7 @@ use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::path::Path;
 
-/// What a figure with eight digits may differ by.
+/// Largest relative difference of a number recorded with eight digits.
 const SAME: f64 = 1e-6;
 
 /// The entries of `reference.json` and `fig10_reference.json` that are compared.
@@ -37,11 +37,11 @@ struct Impulses {
     least: f64,
 }
 
-/// The paper's heaviest object, without restitution, as the reference has it.
+/// The paper's heaviest object, without restitution, as in the reference.
 const HIT: ImpulseConditions =
     ImpulseConditions { object_mass_kg: 0.143, restitution: 0.0, speed_cap_m_s: 1.0 };
 
-/// Compares, draws, prints the table.
+/// Compares the masses, draws the figure and prints the table.
 pub(super) fn run(reference: &Path) -> Result<bool, String> {
     let read = |name: &str| reference.join(name);
     let masses: BTreeMap<String, serde_json::Value> =
@@ -100,9 +100,9 @@ pub(super) fn run(reference: &Path) -> Result<bool, String> {
     let what = [
         "effective masses along x, y, z",
         "heaviest and lightest along the table",
-        "largest and smallest impulse on 143 g (the recorded ones on whole degrees)",
+        "largest and smallest impulse on 143 g (recorded at whole degrees)",
     ];
-    // The recorded impulses were looked for in steps of a degree.
+    // The recorded extremes were searched in steps of one degree.
     let targets = [SAME, SAME, 1e-4];
     let rows: Vec<Row> = what
         .iter()
@@ -111,10 +111,10 @@ pub(super) fn run(reference: &Path) -> Result<bool, String> {
             Row::at_most(format!("{what}: worst"), worst * 1e6, target * 1e6, "ppm")
         })
         .collect();
-    Ok(row::print_all("Effective masses beside pinocchio's, both generations, all recorded poses", &rows))
+    Ok(row::print_all("Effective masses compared with pinocchio's, both generations, all recorded poses", &rows))
 }
 
-/// An arm without a tool whose table is its base plane.
+/// An arm without a tool; the table frame is its base frame.
 fn mounted(model: &str) -> Result<MountedArm, String> {
     let robot =
         RobotSpec { arm: model.into(), base_from_table: Some(Transform::default()), ..RobotSpec::default() };

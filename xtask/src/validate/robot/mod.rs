@@ -1,4 +1,4 @@
-//! The arm against other programs: `cargo xtask validate robot`.
+//! The arm compared with other programs: `cargo xtask validate robot`.
 //!
 //! Kinematics and dynamics against pinocchio's, strike paths in MuJoCo, the driver against a mock controller, the mock against the
 //! vendor's own client.  The Python packages are installed into environments of their own.
@@ -12,7 +12,7 @@ use serde::de::DeserializeOwned;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// Everything that is measured about the arm.
+/// Runs all comparisons of the arm, or the part named.
 pub(crate) fn run(shared: &Path, part: Option<&str>) -> Result<bool, String> {
     let mut all_hold = true;
     let is_wanted = |name: &str| part.is_none_or(|part| part == name);
@@ -31,7 +31,7 @@ pub(crate) fn run(shared: &Path, part: Option<&str>) -> Result<bool, String> {
     Ok(all_hold)
 }
 
-/// A file that lives as long as the value, with this text.
+/// A temporary file with this text, deleted when dropped.
 fn temporary(text: &str, ending: &str) -> Result<tempfile::NamedTempFile, String> {
     let file = tempfile::Builder::new().suffix(ending).tempfile().map_err(|e| e.to_string())?;
     std::fs::write(file.path(), text).map_err(|e| e.to_string())?;

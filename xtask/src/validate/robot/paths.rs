@@ -1,4 +1,4 @@
-//! Strike paths for the plans of the filmed piles, and the same strikes by torques alone in MuJoCo.
+//! Strike paths for the plans of the filmed piles, and the same strikes driven by torques alone in MuJoCo.
 
 use super::{lines, temporary};
 use crate::bench::physics::mujoco;
@@ -66,20 +66,20 @@ fn robot() -> RobotSpec {
     }
 }
 
-/// What MuJoCo found.
+/// MuJoCo's result.
 #[derive(Deserialize)]
 struct Moved {
     velocity: [f64; 3],
     q: Vec<f64>,
 }
 
-/// The tip's speed at the contact: by our kinematics, and where our torques bring MuJoCo's arm.
+/// The tip's speed at the contact by our kinematics, and of MuJoCo's arm driven by our torques.
 fn carried_out(name: &str, python: &Path, scene: &Scene, command: &Command) -> Result<Vec<Row>, String> {
     let mounted = command.mounted_arm().map_err(|e| e.to_string())?;
     let arm = mounted.arm();
     let strike = command.phase(PhaseName::Strike).ok_or("no strike")?;
     let [begins_s, _] = strike.span_s();
-    // Whole steps to the instant of the contact.
+    // An integer number of steps to the contact.
     let steps = ((command.stroke.contact_time_s - begins_s) / STEP_S).floor().max(1.0);
     let step_s = (command.stroke.contact_time_s - begins_s) / steps;
     let torques: Vec<Vec<f64>> = (0..steps as usize)
@@ -94,7 +94,7 @@ fn carried_out(name: &str, python: &Path, scene: &Scene, command: &Command) -> R
     });
     let (urdf, task) = (temporary(&arm.urdf(), ".urdf")?, temporary(&task.to_string(), ".json")?);
     let moved: Vec<Moved> = lines(python, "mujoco_arm.py", &[urdf.path(), task.path()])?;
-    let moved = moved.first().ok_or("MuJoCo told nothing")?;
+    let moved = moved.first().ok_or("MuJoCo printed nothing")?;
     let spec = scene.cell.robot.as_ref().and_then(|robot| robot.base_from_table).unwrap_or_default();
     let along = Vec2::from_heading(command.strike.heading_rad).rotated(spec.rpy_rad[2]);
     let simulated_m_s = along.x * moved.velocity[0] + along.y * moved.velocity[1];

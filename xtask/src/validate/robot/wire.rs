@@ -1,4 +1,4 @@
-//! The driver against the mock controller, the mock against the vendor's own client, our messages beside others'.
+//! The driver against the mock controller, the mock against the vendor's client, our messages against other libraries'.
 
 use super::{lines, temporary};
 use crate::check::cargo;
@@ -15,10 +15,10 @@ use std::process::{Child, Command, Stdio};
 const PORTS: [&str; 4] = ["20001", "20002", "20003", "20004"];
 const VENDOR: &str = "neuromeka==3.5.0.11";
 const ROSLIBPY: &str = "roslibpy==2.1.0";
-/// From knowing of a trouble, or from the first unanswered look, to the stop (s).
+/// Largest time from the detection of a fault, or from the first unanswered request, to the stop (s).
 const REACTION_S: f64 = 0.2;
 
-/// Everything that goes over a network.
+/// Checks of all network messages.
 pub(super) fn run() -> Result<bool, String> {
     cargo(&["build", "--package", "breakshot-drivers", "--example", "mock_indy"], &[])?;
     let mock = target().join("debug/examples/mock_indy");
@@ -28,7 +28,7 @@ pub(super) fn run() -> Result<bool, String> {
     Ok(all_hold)
 }
 
-/// What the mock prints for one way to fail.
+/// The mock's output for one injected fault.
 #[derive(Deserialize)]
 struct Failure {
     fault: String,
@@ -54,13 +54,13 @@ fn failures(mock: &PathBuf) -> Result<bool, String> {
         let ms = |s: Option<f64>| s.map_or(f64::INFINITY, |s| s * 1e3);
         if let Some(silent_s) = failure.silent_s {
             rows.push(Row::at_most(
-                format!("{name}: link known to be lost after"),
+                format!("{name}: loss of the link detected after"),
                 silent_s * 1e3,
                 REACTION_S * 1e3,
                 "ms",
             ));
         } else {
-            let what = format!("{name}: stop confirmed after it was known");
+            let what = format!("{name}: stop confirmed after the detection");
             rows.push(Row::at_most(what, ms(failure.confirmed_after_s), REACTION_S * 1e3, "ms"));
         }
         if matches!(name.as_str(), "Violation" | "Collision" | "EmergencyStop" | "LostLink" | "SlowReplies") {
@@ -81,7 +81,7 @@ fn failures(mock: &PathBuf) -> Result<bool, String> {
     ))
 }
 
-/// Ends the mock with the value.
+/// Terminates the mock when dropped.
 struct Server(Child);
 
 impl Drop for Server {
@@ -91,7 +91,7 @@ impl Drop for Server {
     }
 }
 
-/// What the vendor's client found.
+/// The results of the vendor's client.
 #[derive(Deserialize)]
 struct Found {
     messages: usize,
@@ -119,7 +119,7 @@ fn vendor(mock: &PathBuf) -> Result<bool, String> {
         return Err(format!("mock_indy cannot serve on the ports {}", PORTS.join(", ")));
     }
     let found: Vec<Found> = lines(&python, "indy_client.py", &[messages.path()])?;
-    let found = found.first().ok_or("the vendor's client told nothing")?;
+    let found = found.first().ok_or("the vendor's client printed nothing")?;
     found.unlike.iter().for_each(|name| println!("not as the vendor's class: {name}"));
     let apart = found.p.iter().zip(&found.forward).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
     let rows = [
@@ -136,7 +136,7 @@ fn vendor(mock: &PathBuf) -> Result<bool, String> {
             0.0,
             "",
         ),
-        Row::at_most("place it reads against forward kinematics it asks for", apart, 0.01, "mm"),
+        Row::at_most("difference of the position it reads from the forward kinematics it requests", apart, 0.01, "mm"),
         Row::at_most("its movej ends off by", found.movej_off_deg, 0.001, "deg"),
         Row::at_most("its movel ends off by", found.movel_off_mm, 0.01, "mm"),
         Row::at_most("its move_joint_traj ends off by", found.traj_off_rad * 1e3, 0.01, "mrad"),
@@ -145,7 +145,7 @@ fn vendor(mock: &PathBuf) -> Result<bool, String> {
     Ok(row::print_all(&format!("The vendor's client ({VENDOR}) on the mock"), &rows))
 }
 
-/// How our rosbridge messages differ from roslibpy's.
+/// The differences between our rosbridge messages and roslibpy's.
 #[derive(Deserialize)]
 struct Layout {
     kinds: Vec<String>,
@@ -156,11 +156,11 @@ fn rosbridge(mock: &PathBuf) -> Result<bool, String> {
     let python = venv::python("roslibpy", &[ROSLIBPY])?;
     let messages = temporary(&printed(mock, "rosbridge")?, ".json")?;
     let layout: Vec<Layout> = lines(&python, "rosbridge_layout.py", &[messages.path()])?;
-    let layout = layout.first().ok_or("roslibpy told nothing")?;
+    let layout = layout.first().ok_or("roslibpy printed nothing")?;
     layout.differences.iter().for_each(|difference| println!("not as roslibpy: {difference}"));
     let rows = [
         Row::at_least("kinds of messages compared", layout.kinds.len() as f64, 5.0, ""),
         Row::at_most("keys or values that differ", layout.differences.len() as f64, 0.0, ""),
     ];
-    Ok(row::print_all(&format!("Messages to a rosbridge beside those of {ROSLIBPY}"), &rows))
+    Ok(row::print_all(&format!("Messages to a rosbridge compared with those of {ROSLIBPY}"), &rows))
 }
