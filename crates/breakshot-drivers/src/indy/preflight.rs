@@ -153,7 +153,7 @@ impl Indy {
             stroke.acceleration_m_s2,
         );
         let found = match self.control.clone().get_motion_l(request).await {
-            Ok(answer) => fastest_m_s(&answer.into_inner(), mounted, (from, command.strike.heading_rad)),
+            Ok(answer) => fastest_m_s(&answer.into_inner(), mounted, from, command.strike.heading_rad),
             Err(status) => Err(format!("not available: {}", status.message())),
         };
         match found {
@@ -171,7 +171,8 @@ impl Indy {
 fn fastest_m_s(
     planned: &GetMotionRes,
     mounted: &MountedArm,
-    (start, heading_rad): (&[f64], f64),
+    start: &[f64],
+    heading_rad: f64,
 ) -> Result<f64, String> {
     let first = planned.q_list.first().ok_or("not available: an empty plan")?;
     // The vendor's documents do not give the unit; it follows from the known start pose.

@@ -154,8 +154,8 @@ impl Control for Service {
         let count = (duration_s / PERIOD_S) as usize;
         let rows = (0..=count).map(|k| {
             let part = k as f64 / count.max(1) as f64;
-            let share = part * part * (3.0 - 2.0 * part);
-            from.iter().zip(&to).map(|(from, to)| from + share * (to - from)).collect()
+            let eased = part * part * (3.0 - 2.0 * part);
+            from.iter().zip(&to).map(|(from, to)| from + eased * (to - from)).collect()
         });
         Ok(done(self.0.begin(rows.collect(), PERIOD_S)))
     }

@@ -150,17 +150,17 @@ fn a_heavy_tool_is_refused_with_the_overloaded_joint() {
 #[test]
 fn rotating_the_table_rotates_the_strike_and_changes_nothing_else() {
     let plain = ready(&strike(0.3, 0.4));
-    let mut turned_cell = cell();
-    let robot = turned_cell.robot.as_mut().expect("an arm");
+    let mut rotated_cell = cell();
+    let robot = rotated_cell.robot.as_mut().expect("an arm");
     robot.base_from_table.as_mut().expect("a base pose").rpy_rad[2] += 1.0;
-    let mut turned = scene();
-    turned.cell = turned_cell.clone();
-    turned_cell.workspace.min_m = Point::new(-0.4, -0.4);
-    turned_cell.workspace.max_m = Point::new(0.4, 0.4);
+    let mut rotated = scene();
+    rotated.cell = rotated_cell.clone();
+    rotated_cell.workspace.min_m = Point::new(-0.4, -0.4);
+    rotated_cell.workspace.max_m = Point::new(0.4, 0.4);
     let answer =
-        command(&turned_cell, &strike(0.3 - 1.0, 0.4), Some(&turned), &Options::default()).expect("an arm");
-    let Answer::Ready(turned) = answer else { panic!("refused: {answer:?}") };
-    let (one, other) = (plain.stroke.effective_mass_kg, turned.stroke.effective_mass_kg);
+        command(&rotated_cell, &strike(0.3 - 1.0, 0.4), Some(&rotated), &Options::default()).expect("an arm");
+    let Answer::Ready(rotated) = answer else { panic!("refused: {answer:?}") };
+    let (one, other) = (plain.stroke.effective_mass_kg, rotated.stroke.effective_mass_kg);
     assert!((one - other).abs() < 1e-6, "{one} kg and {other} kg");
 }
 

@@ -230,16 +230,16 @@ fn controllers() -> Result<bool, String> {
         let flange = arm.flange_frame(&q_deg.map(f64::to_radians));
         let theirs = Translation3::new(p[0], p[1], p[2]);
         let off_mm = (flange.translation.vector * 1e3 - theirs.vector).norm();
-        let turn = Rotation3::from_euler_angles(p[3].to_radians(), p[4].to_radians(), p[5].to_radians());
-        let off_deg = turn.angle_to(&flange.rotation).to_degrees();
-        let what = format!("{model}: place reported by a controller, off by");
+        let rotation = Rotation3::from_euler_angles(p[3].to_radians(), p[4].to_radians(), p[5].to_radians());
+        let off_deg = rotation.angle_to(&flange.rotation).to_degrees();
+        let what = format!("{model}: position reported by a controller, off by");
         // The second robot's 9.9 mm along the tool are not explained: reported without a target.
         rows.push(if k == 0 {
             Row::at_most(what, off_mm, 0.6, "mm")
         } else {
             Row::plain(what, off_mm, "mm")
         });
-        let what = format!("{model}: its turn, off by");
+        let what = format!("{model}: its rotation, off by");
         rows.push(if k == 0 {
             Row::at_most(what, off_deg, 1e-3, "deg")
         } else {
@@ -268,12 +268,12 @@ fn inverse() -> Result<bool, String> {
         let Some(angles) = angles else { return false };
         let tip = arm.tip(angles);
         let apart_m = (tip.translation.vector - target.translation.vector).amax();
-        let turn = (tip.rotation.matrix() - target.rotation.matrix()).amax();
+        let rotation = (tip.rotation.matrix() - target.rotation.matrix()).amax();
         let within = angles
             .iter()
             .zip(&arm.links)
             .all(|(q, link)| (link.joint.range_rad[0]..=link.joint.range_rad[1]).contains(q));
-        apart_m.max(turn) < SAME && within
+        apart_m.max(rotation) < SAME && within
     };
     let met = targets.iter().zip(&found).filter(|&pair| is_met(pair)).count();
     let rows = [

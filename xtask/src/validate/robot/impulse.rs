@@ -111,7 +111,10 @@ pub(super) fn run(reference: &Path) -> Result<bool, String> {
             Row::at_most(format!("{what}: worst"), worst * 1e6, target * 1e6, "ppm")
         })
         .collect();
-    Ok(row::print_all("Effective masses compared with pinocchio's, both generations, all recorded poses", &rows))
+    Ok(row::print_all(
+        "Effective masses compared with pinocchio's, both generations, all recorded poses",
+        &rows,
+    ))
 }
 
 /// An arm without a tool; the table frame is its base frame.

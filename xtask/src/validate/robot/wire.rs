@@ -136,7 +136,12 @@ fn vendor(mock: &PathBuf) -> Result<bool, String> {
             0.0,
             "",
         ),
-        Row::at_most("difference of the position it reads from the forward kinematics it requests", apart, 0.01, "mm"),
+        Row::at_most(
+            "difference of the position it reads from the forward kinematics it requests",
+            apart,
+            0.01,
+            "mm",
+        ),
         Row::at_most("its movej ends off by", found.movej_off_deg, 0.001, "deg"),
         Row::at_most("its movel ends off by", found.movel_off_mm, 0.01, "mm"),
         Row::at_most("its move_joint_traj ends off by", found.traj_off_rad * 1e3, 0.01, "mrad"),

@@ -17,8 +17,8 @@ impl Arm {
     pub fn link_frames(&self, angles_rad: &[f64]) -> Vec<Frame> {
         let mut base_from_link = Frame::identity();
         let frames = self.links.iter().enumerate().map(|(k, link)| {
-            let turn = Rotation3::from_axis_angle(&link.joint.axis, angles_rad[k]);
-            base_from_link *= link.joint.parent_from_joint * turn;
+            let rotation = Rotation3::from_axis_angle(&link.joint.axis, angles_rad[k]);
+            base_from_link *= link.joint.parent_from_joint * rotation;
             base_from_link
         });
         frames.collect()

@@ -33,7 +33,7 @@ pub fn impulse_figure(geometries: &[ImpulseGeometry]) -> String {
         text(&mut svg, (GAP, GAP), "(a) the tip's own impulse per approach speed, normalized");
         let view =
             View { center: (GAP + LARGE / 2.0, GAP * 2.0 + LARGE / 2.0), origin: [0.0; 3], px: LARGE * 0.42 };
-        surface(&mut svg, &view, ([0.0; 3], 1.0), first);
+        surface(&mut svg, &view, [0.0; 3], 1.0, first);
         axes(&mut svg, &view);
     }
     for (k, geometry) in poses.iter().enumerate() {
@@ -72,8 +72,8 @@ impl View {
     }
 }
 
-fn text(svg: &mut String, (x, y): (f64, f64), words: &str) {
-    let _ = writeln!(svg, "<text x=\"{x:.1}\" y=\"{y:.1}\" fill=\"#222\">{words}</text>");
+fn text(svg: &mut String, (x, y): (f64, f64), content: &str) {
+    let _ = writeln!(svg, "<text x=\"{x:.1}\" y=\"{y:.1}\" fill=\"#222\">{content}</text>");
 }
 
 fn polyline(svg: &mut String, points: &[(f64, f64)], style: &str) {
@@ -82,7 +82,7 @@ fn polyline(svg: &mut String, points: &[(f64, f64)], style: &str) {
 }
 
 /// The normalized surface around a point, with a largest radius of `size` metres.
-fn surface(svg: &mut String, view: &View, (at, size): ([f64; 3], f64), geometry: &ImpulseGeometry) {
+fn surface(svg: &mut String, view: &View, at: [f64; 3], size: f64, geometry: &ImpulseGeometry) {
     let point = |azimuth: f64, polar: f64| {
         let direction = [polar.sin() * azimuth.cos(), polar.sin() * azimuth.sin(), polar.cos()];
         let radius = size * geometry.normalized(direction, &HEAVY);
@@ -122,7 +122,7 @@ fn pose(svg: &mut String, (left, top): (f64, f64), geometry: &ImpulseGeometry) {
     let middle =
         std::array::from_fn(|k| f64::midpoint(base[k], geometry.tip_m[k]) + if k == 2 { 0.2 } else { 0.0 });
     let view = View { center: (left + PANEL / 2.0, top + PANEL / 2.0), origin: middle, px: PANEL / WIDTH_M };
-    surface(svg, &view, (geometry.tip_m, SIZE_M), geometry);
+    surface(svg, &view, geometry.tip_m, SIZE_M, geometry);
     let stick: Vec<_> = geometry.skeleton_m.iter().map(|&point| view.px(point)).collect();
     polyline(
         svg,
@@ -141,17 +141,17 @@ fn polar(svg: &mut String, (left, top): (f64, f64), geometry: &ImpulseGeometry) 
     if most <= 0.0 {
         return;
     }
-    let at = |heading: f64, share: f64| {
-        let radius = share * PANEL * 0.42;
+    let at = |heading: f64, fraction: f64| {
+        let radius = fraction * PANEL * 0.42;
         (center.0 + radius * heading.cos(), center.1 - radius * heading.sin())
     };
-    for share in [0.5, 1.0] {
+    for fraction in [0.5, 1.0] {
         let _ = writeln!(
             svg,
             "<circle cx=\"{:.1}\" cy=\"{:.1}\" r=\"{:.1}\" stroke=\"#ccc\" stroke-dasharray=\"2 3\"/>",
             center.0,
             center.1,
-            share * PANEL * 0.42
+            fraction * PANEL * 0.42
         );
     }
     let mut curve: Vec<_> =

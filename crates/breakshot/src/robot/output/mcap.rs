@@ -75,10 +75,10 @@ impl Container {
         push_text(&mut body, "");
         push_text(&mut body, concat!("breakshot ", env!("CARGO_PKG_VERSION")));
         push_record(&mut file, Opcode::Header, &body);
-        let span = self.span_ns();
-        let chunk_index = self.push_chunk(&mut file, span);
+        let (first_ns, last_ns) = self.span_ns();
+        let chunk_index = self.push_chunk(&mut file, first_ns, last_ns);
         push_record(&mut file, Opcode::DataEnd, &0_u32.to_le_bytes());
-        self.push_summary(&mut file, &chunk_index, span);
+        self.push_summary(&mut file, &chunk_index, first_ns, last_ns);
         file.extend(MAGIC);
         file
     }
@@ -90,7 +90,7 @@ impl Container {
     }
 
     /// Writes the chunk and its message indices; returns the body of the chunk's index record.
-    fn push_chunk(&self, file: &mut Vec<u8>, (first_ns, last_ns): (u64, u64)) -> Vec<u8> {
+    fn push_chunk(&self, file: &mut Vec<u8>, first_ns: u64, last_ns: u64) -> Vec<u8> {
         let start = file.len() as u64;
         let records = [self.schemas.as_slice(), &self.channels, &self.messages].concat();
         let size = records.len() as u64;
@@ -137,7 +137,7 @@ impl Container {
     }
 
     /// The summary, the offsets into it and the footer.
-    fn push_summary(&self, file: &mut Vec<u8>, chunk_index: &[u8], (first_ns, last_ns): (u64, u64)) {
+    fn push_summary(&self, file: &mut Vec<u8>, chunk_index: &[u8], first_ns: u64, last_ns: u64) {
         let mut statistics = Vec::new();
         let count: usize = self.index.values().map(Vec::len).sum();
         statistics.extend((count as u64).to_le_bytes());
@@ -239,6 +239,6 @@ mod tests {
         }
         let footer = all[15].2;
         assert_eq!(number(&footer[..8]) as usize, all[5].1, "the summary starts at the first schema");
-        assert_eq!(number(&all[10].2[16..24]) as usize, chunk_at, "the chunk's place");
+        assert_eq!(number(&all[10].2[16..24]) as usize, chunk_at, "the chunk's offset");
     }
 }

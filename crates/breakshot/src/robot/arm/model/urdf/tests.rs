@@ -4,7 +4,7 @@ fn read(text: &str) -> Result<Arm> {
     arm(text, Path::new("arm.urdf"), None)
 }
 
-/// A chain of `joints` turning joints with a gripper behind it.
+/// A chain of `joints` revolute joints with a gripper.
 fn text(joints: usize) -> String {
     let mut text = String::from("<robot name=\"made_up\"><link name=\"world\"/><link name=\"l0\"/>");
     text.push_str("<joint name=\"w\" type=\"fixed\"><parent link=\"world\"/><child link=\"l0\"/></joint>");
