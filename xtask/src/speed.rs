@@ -4,7 +4,7 @@ use crate::process;
 use crate::validate::row::{self, Row};
 use crate::validate::saved::Saved;
 use breakshot::estimate::{self, ClipTracks, Options};
-use breakshot::synthetic::campaign::{self, Recipe};
+use breakshot::synthetic::campaign::{CampaignSpec, campaign};
 use breakshot::{cell::Cell, object::Object};
 use std::path::Path;
 use std::time::Instant;
@@ -15,8 +15,8 @@ const HALVINGS: u32 = 3;
 
 /// Times drawn campaigns of growing size.
 pub(crate) fn drawn() -> Result<(), String> {
-    let recipe = Recipe { objects: 6, ..Recipe::default() };
-    let whole = campaign::campaign(&recipe, 1);
+    let spec = CampaignSpec { objects: 6, ..CampaignSpec::default() };
+    let whole = campaign(&spec, 1);
     let mut rows = Vec::new();
     let mut per_clip = Vec::new();
     for halving in (0..=HALVINGS).rev() {

@@ -1,126 +1,147 @@
-//! Drawn campaigns of known truth and known noise: do 95 % intervals hold the truth in 95 % of the cases?
+//! Do 95 % intervals contain the true value in 95 % of the cases?  `cargo xtask validate estimate [COUNT]`.
 //!
-//! `cargo xtask validate estimate [COUNT]`.
+//! Synthetic campaigns with known truth and noise are estimated, and the coverage of every kind of quantity is counted by
+//! itself: a kind that is covered too often would hide one that is covered too rarely.
 
-use super::row::{self, Row};
+use super::row::{self, Row, median};
 use breakshot::estimate::{self, Options};
 use breakshot::properties::Properties;
-use breakshot::synthetic::campaign::{self, Campaign, Recipe};
+use breakshot::synthetic::campaign::{CampaignSpec, SyntheticCampaign, Truth, campaign};
 use breakshot::uncertain::Estimate;
 use std::collections::BTreeMap;
 
-/// Campaigns unless told otherwise.
+/// Default number of campaigns.
 pub(crate) const COUNT: u64 = 200;
+/// Nominal coverage of the intervals, and its largest accepted error (percent).
+const NOMINAL_PERCENT: f64 = 95.0;
+const TOLERANCE_PERCENT: f64 = 2.0;
 
-/// Learned against true values of one kind of quantity, over all campaigns.
+/// Estimated against true values of one kind of quantity, over all campaigns.
 #[derive(Default)]
 struct Tally {
     count: usize,
     covered: usize,
-    /// Sum of squares of error over standard error.
-    squares: f64,
-    errors: Vec<f64>,
-    half_widths: Vec<f64>,
+    /// Sum of the squares of error over standard error.
+    chi_square: f64,
+    errors_percent: Vec<f64>,
+    half_widths_percent: Vec<f64>,
 }
 
 impl Tally {
-    fn add(&mut self, learned: &Estimate, truth: f64) {
-        let [low, high] = learned.interval_95;
+    fn add(&mut self, estimate: &Estimate, truth: f64) {
+        let [low, high] = estimate.interval_95;
         self.count += 1;
         self.covered += usize::from((low..=high).contains(&truth));
-        self.squares += ((learned.mean - truth) / learned.standard_error).powi(2);
-        self.errors.push(100.0 * (learned.mean / truth - 1.0).abs());
-        self.half_widths.push(50.0 * (high - low) / truth);
+        self.chi_square += ((estimate.mean - truth) / estimate.standard_error).powi(2);
+        self.errors_percent.push(100.0 * (estimate.mean / truth - 1.0).abs());
+        self.half_widths_percent.push(50.0 * (high - low) / truth);
     }
 
-    fn add_all(&mut self, learned: &BTreeMap<String, Estimate>, truth: &BTreeMap<String, f64>) {
-        for (name, estimate) in learned.iter().filter(|(_, e)| e.standard_error > 0.0) {
+    fn add_all(&mut self, estimates: &BTreeMap<String, Estimate>, truth: &BTreeMap<String, f64>) {
+        for (name, estimate) in estimates.iter().filter(|(_, e)| e.standard_error > 0.0) {
             if let Some(&truth) = truth.get(name) {
                 self.add(estimate, truth);
             }
         }
     }
 
-    fn coverage(&self) -> f64 {
+    fn coverage_percent(&self) -> f64 {
         100.0 * self.covered as f64 / self.count.max(1) as f64
     }
-}
 
-/// The films of the `n`-th campaign: noise, codec, spread and aim vary.
-fn recipe(n: u64) -> Recipe {
-    let pick = |step: u64, values: [f64; 3]| values[(n / step % 3) as usize];
-    Recipe {
-        noise_m: pick(1, [1e-5, 2e-5, 4e-5]),
-        still_noise: pick(3, [0.05, 0.5, 1.0]),
-        friction_spread: pick(9, [0.03, 0.01, 0.05]),
-        restitution_spread: pick(27, [0.02, 0.01, 0.03]),
-        // Every other campaign strikes off centre, with markers that tell the turn.
-        off_centre: if n.is_multiple_of(2) { 0.1 } else { 0.6 },
-        bars: !n.is_multiple_of(2),
-        ..Recipe::default()
+    /// The row of this kind: how far its coverage is from the nominal one, with the binomial error of so few intervals.
+    fn row(&self, what: &str) -> Row {
+        let nominal = NOMINAL_PERCENT / 100.0;
+        let sampling = 100.0 * (nominal * (1.0 - nominal) / self.count.max(1) as f64).sqrt();
+        let coverage = self.coverage_percent();
+        Row::at_most(
+            format!("{what}: {coverage:.1} % of {} cover (+- {sampling:.1}), off 95", self.count),
+            (coverage - NOMINAL_PERCENT).abs(),
+            TOLERANCE_PERCENT,
+            "%",
+        )
     }
 }
 
-/// Draws campaigns, learns from them, and prints how often the intervals hold the truth.
+/// The conditions of the `n`-th campaign: noise, codec, variation and offsets differ.
+fn spec(n: u64) -> CampaignSpec {
+    let pick = |step: u64, values: [f64; 3]| values[(n / step % 3) as usize];
+    CampaignSpec {
+        noise_m: pick(1, [1e-5, 2e-5, 4e-5]),
+        still_noise: pick(3, [0.05, 0.5, 1.0]),
+        friction_std: pick(9, [0.03, 0.01, 0.05]),
+        restitution_std: pick(27, [0.02, 0.01, 0.03]),
+        // Every other campaign has impacts off the centre, and markers that show the yaw.
+        max_offset: if n.is_multiple_of(2) { 0.1 } else { 0.6 },
+        bar_markers: !n.is_multiple_of(2),
+        ..CampaignSpec::default()
+    }
+}
+
+/// Estimates synthetic campaigns and prints how often the intervals contain the truth; whether every target holds.
 pub(crate) fn validate(count: u64) -> Result<bool, String> {
     let mut tallies: BTreeMap<&str, Tally> = BTreeMap::new();
     for n in 0..count {
-        let campaign = campaign::campaign(&recipe(n), n);
-        let learned = learned(&campaign)?;
-        let truth = &campaign.truth;
-        let groups = [
-            ("friction", &learned.friction, &truth.friction),
-            ("striker restitution", &learned.striker_restitution, &truth.striker_restitution),
-            ("pair restitution", &learned.restitution, &truth.restitution),
-            ("mass ratio", &learned.mass_ratio, &truth.mass_ratio),
-        ];
-        for (what, learned, truth) in groups {
-            tallies.entry(what).or_default().add_all(learned, truth);
-        }
-        let contact = [
-            ("contact friction", learned.contact_friction.objects, truth.contact_friction),
-            ("striker friction", learned.contact_friction.striker, truth.striker_friction),
-        ];
-        for (what, learned, truth) in contact {
-            if let Some(learned) = learned {
-                tallies.entry(what).or_default().add(&learned, truth);
-            }
+        let drawn = campaign(&spec(n), n);
+        add(&mut tallies, &estimated(&drawn)?, &drawn.truth);
+    }
+    print_table(&tallies);
+    let mut rows = vec![Row::plain("campaigns", count as f64, "")];
+    rows.extend(tallies.iter().map(|(what, tally)| tally.row(what)));
+    let pooled = Tally {
+        count: tallies.values().map(|t| t.count).sum(),
+        covered: tallies.values().map(|t| t.covered).sum(),
+        ..Tally::default()
+    };
+    rows.push(pooled.row("all kinds together"));
+    Ok(row::print_all("Coverage of 95 % intervals on synthetic campaigns", &rows))
+}
+
+/// Adds all estimates of one campaign.
+fn add(tallies: &mut BTreeMap<&str, Tally>, estimated: &Properties, truth: &Truth) {
+    let groups = [
+        ("friction", &estimated.friction, &truth.friction),
+        ("striker restitution", &estimated.striker_restitution, &truth.striker_restitution),
+        ("pair restitution", &estimated.restitution, &truth.restitution),
+        ("mass ratio", &estimated.mass_ratio, &truth.mass_ratio),
+    ];
+    for (what, estimates, values) in groups {
+        tallies.entry(what).or_default().add_all(estimates, values);
+    }
+    let pair_truth: BTreeMap<String, f64> = (estimated.pair_mass_ratio.keys())
+        .filter_map(|pair| {
+            let (a, b) = pair.split_once('/')?;
+            Some((pair.clone(), truth.mass_ratio.get(a)? / truth.mass_ratio.get(b)?))
+        })
+        .collect();
+    tallies.entry("pair mass ratio").or_default().add_all(&estimated.pair_mass_ratio, &pair_truth);
+    let contact = [
+        ("contact friction", estimated.contact_friction.objects, truth.contact_friction),
+        ("striker friction", estimated.contact_friction.striker, truth.striker_friction),
+    ];
+    for (what, estimate, value) in contact {
+        if let Some(estimate) = estimate {
+            tallies.entry(what).or_default().add(&estimate, value);
         }
     }
+}
+
+fn print_table(tallies: &BTreeMap<&str, Tally>) {
     println!("{:<20} {:>6} {:>9} {:>8} {:>9} {:>8}", "", "count", "covered %", "chi^2", "error %", "+-95 %");
-    for (what, tally) in &tallies {
-        let mid = |values: &[f64]| {
-            let mut sorted = values.to_vec();
-            sorted.sort_by(f64::total_cmp);
-            sorted.get(sorted.len() / 2).copied().unwrap_or(f64::NAN)
-        };
+    for (what, tally) in tallies {
         println!(
             "{what:<20} {:>6} {:>9.2} {:>8.3} {:>9.3} {:>8.3}",
             tally.count,
-            tally.coverage(),
-            tally.squares / tally.count as f64,
-            mid(&tally.errors),
-            mid(&tally.half_widths)
+            tally.coverage_percent(),
+            tally.chi_square / tally.count as f64,
+            median(tally.errors_percent.clone()),
+            median(tally.half_widths_percent.clone())
         );
     }
-    let (covered, all) = tallies.values().fold((0, 0), |(c, n), t| (c + t.covered, n + t.count));
-    let coverage = 100.0 * covered as f64 / all.max(1) as f64;
-    Ok(row::print_all(
-        "Drawn campaigns",
-        &[
-            Row::plain("campaigns", count as f64, ""),
-            Row::at_most(
-                "95 % intervals hold the truth: distance from 95",
-                (coverage - 95.0).abs(),
-                2.0,
-                "%",
-            ),
-        ],
-    ))
 }
 
-fn learned(campaign: &Campaign) -> Result<Properties, String> {
-    let options = Options { reference: Some(campaign.objects[0].name.clone()) };
-    let found = estimate::estimation(&campaign.clips, &campaign.cell, &campaign.objects, &options);
+fn estimated(drawn: &SyntheticCampaign) -> Result<Properties, String> {
+    let options = Options { reference: Some(drawn.objects[0].name.clone()) };
+    let found = estimate::estimation(&drawn.clips, &drawn.cell, &drawn.objects, &options);
     Ok(found.map_err(|e| e.to_string())?.properties)
 }
