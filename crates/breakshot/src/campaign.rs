@@ -1,4 +1,4 @@
-//! The strike videos that the properties are learned from (`campaign.toml`).
+//! The list of strike videos from which the properties are estimated (`campaign.toml`).
 
 use crate::cell::Cell;
 use crate::error::{Error, Result};
@@ -11,7 +11,7 @@ use std::path::PathBuf;
 pub struct Campaign {
     /// The robot cell.
     pub cell: Cell,
-    /// The kinds of objects there are.
+    /// All kinds of objects in the clips.
     pub objects: Vec<Object>,
     /// The videos.
     pub clips: Vec<Clip>,
@@ -20,28 +20,28 @@ pub struct Campaign {
 /// One strike video.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Clip {
-    /// The film.
+    /// The path of the film.
     pub video: PathBuf,
-    /// What is seen in it, the struck object first.
+    /// The objects in the film, the struck one first; a second copy is `a#2`.
     pub objects: Vec<String>,
-    /// What the robot was told.
+    /// The commanded strike.
     pub strike: Strike,
-    /// Where each object lay, for piles whose markers look alike.
+    /// The initial pose of each object, for piles whose markers look alike.
     pub placed: Option<Vec<Placed>>,
 }
 
 impl Clip {
-    /// The file's name, as messages call the clip.
+    /// The name of the video file, which identifies the clip in messages.
     pub fn name(&self) -> String {
         self.video.file_name().unwrap_or_default().to_string_lossy().into_owned()
     }
 }
 
 impl Campaign {
-    /// An error that names the clip unless the campaign can exist.
+    /// Checks that every clip is complete and consistent.
     ///
     /// # Errors
-    /// Unknown or repeated objects, strikes that cannot be, videos that are not there.
+    /// No clips, a video that does not exist, unknown or repeated objects, an impossible strike; the error names the clip.
     pub fn check(&self, file: &str) -> Result<()> {
         if self.clips.is_empty() {
             return Err(Error::invalid(file, "clips", "none", "at least one [[clips]] entry"));

@@ -1,4 +1,4 @@
-//! Can a parallel gripper take an object from above without touching its neighbours?
+//! Can a parallel-jaw gripper grasp an object from above without touching its neighbours?
 
 use crate::error::Result;
 use crate::geometry::{Point, Pose, Vec2};
@@ -7,15 +7,15 @@ use crate::outline::Outline;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;
 
-/// Two fingers that come down on both sides of an object and close.
+/// A parallel-jaw gripper: two fingers that descend on both sides of an object and close.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Gripper {
-    /// How far apart the fingers' insides are when it is open (m).
+    /// Distance between the inner faces of the open fingers (m).
     pub opening_m: f64,
-    /// A finger's thickness, the way it closes, and its breadth, across (m).
+    /// Size of a finger (m): thickness along the closing direction, breadth across it.
     pub finger_size_m: [f64; 2],
-    /// Room that is left between each finger and the object before it closes (m).
+    /// Clearance between each open finger and the object (m).
     #[serde(default = "default_clearance_m")]
     pub clearance_m: f64,
 }
@@ -24,11 +24,11 @@ fn default_clearance_m() -> f64 {
     0.003
 }
 
-/// Closing directions that are tried: over half a turn from the object's own x axis on, every 10 degrees.
+/// Number of closing directions that are tried: every 10 degrees over 180 degrees, from the object's x axis.
 const DIRECTIONS: u8 = 18;
 
 impl Gripper {
-    /// An error that names `owner` unless such a gripper can exist.
+    /// Checks the dimensions; the error names `owner`.
     ///
     /// # Errors
     /// Sizes that are not positive.
@@ -39,7 +39,7 @@ impl Gripper {
         object::zero_or_more(owner, "gripper.clearance_m", self.clearance_m, "metres")
     }
 
-    /// Every way in which it can take a shape.
+    /// All closing directions in which the gripper is wide enough for a shape.
     pub fn grasps(&self, shape: &Shape) -> Grasps {
         let [thickness_m, breadth_m] = self.finger_size_m;
         let swept_m = self.clearance_m + thickness_m;
@@ -57,23 +57,22 @@ impl Gripper {
     }
 }
 
-/// The ways in which a gripper can take one kind of object.
+/// The possible grasps of one kind of object.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Grasps {
-    /// For every closing direction that is wide enough the middle lines of what both fingers sweep, in the object's frame (m).
+    /// For every possible closing direction the centre lines of the areas that both fingers sweep, in the object's frame (m).
     fingers: Vec<[[Point; 2]; 2]>,
-    /// Half the way from a finger's outside, open, to the object (m).
+    /// Half the width of a swept area: half of clearance plus finger thickness (m).
     radius_m: f64,
 }
 
 impl Grasps {
-    /// Whether the object is too wide in every direction.
+    /// Whether the object is too wide in all closing directions.
     pub fn is_empty(&self) -> bool {
         self.fingers.is_empty()
     }
 
-    /// How far the neighbours stay from the fingers of the best grasp (m): negative if every grasp touches one, without bound if
-    /// none is near.
+    /// Largest clearance of any grasp from the neighbours (m): negative if every grasp touches one, infinite without neighbours.
     pub fn room_m<'a>(&self, pose: Pose, neighbours: impl Iterator<Item = &'a Outline> + Clone) -> f64 {
         let room_m = |sides: &[[Point; 2]; 2]| {
             let fingers = sides.map(|[from, to]| {
@@ -82,7 +81,7 @@ impl Grasps {
             let gaps = neighbours.clone().flat_map(|n| fingers.each_ref().map(|finger| finger.gap_m(n)));
             gaps.fold(f64::INFINITY, f64::min)
         };
-        // A gripper that is too small touches at once, whatever lies near.
+        // Without a possible grasp the clearance is negative for any neighbours.
         self.fingers.iter().map(room_m).fold(-self.radius_m, f64::max)
     }
 }
@@ -103,7 +102,7 @@ mod tests {
     }
 
     #[test]
-    fn fingers_fit_beside_what_leaves_them_room() {
+    fn a_grasp_is_free_if_the_gaps_exceed_the_swept_width() {
         // A finger sweeps the 15 mm beside the square.
         let beside = |gap_m: f64| [square(0.04 + gap_m, 0.0), square(-0.04 - gap_m, 0.0)];
         let free_above = room_m(&beside(0.001));
@@ -118,18 +117,18 @@ mod tests {
     }
 
     #[test]
-    fn less_room_is_less_room_even_where_fingers_touch() {
+    fn clearance_grows_with_the_gaps_even_where_fingers_touch() {
         let around = |gap_m: f64| {
             let far_m = 0.04 + gap_m;
             [square(far_m, 0.0), square(-far_m, 0.0), square(0.0, far_m), square(0.0, -far_m)]
         };
-        // Nearer than half of what a finger sweeps all is equally bad.
+        // The penetration is at most half of the swept width.
         let rooms = [0.008, 0.010, 0.014, 0.018].map(|gap_m| room_m(&around(gap_m)));
         assert!(rooms.is_sorted_by(|less, more| less < more), "{rooms:?}");
     }
 
     #[test]
-    fn what_is_wider_than_the_gripper_opens_cannot_be_taken() {
+    fn an_object_wider_than_the_opening_cannot_be_grasped() {
         assert!(GRIPPER.grasps(&Shape::Disc { radius_m: 0.026 }).is_empty());
         let bar = GRIPPER.grasps(&Shape::Rectangle { size_m: [0.2, 0.03] });
         assert!(!bar.is_empty() && bar.fingers.len() < usize::from(DIRECTIONS));

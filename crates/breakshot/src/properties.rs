@@ -1,4 +1,4 @@
-//! What the videos told about the objects: friction, restitution, mass ratios (`properties.json`).
+//! The estimated physical properties of objects and pairs: friction, restitution, mass ratios (`properties.json`).
 
 use crate::error::{Error, Result};
 use crate::evidence::Evidence;
@@ -15,30 +15,30 @@ pub struct Properties {
     pub version: u32,
     /// The object whose mass is the unit of mass.
     pub reference: String,
-    /// Friction against the table, by object.
+    /// Coulomb friction coefficient against the table, by object.
     pub friction: BTreeMap<String, Estimate>,
-    /// Restitution against the striker, by object.
+    /// Coefficient of restitution against the striker, by object.
     pub striker_restitution: BTreeMap<String, Estimate>,
-    /// Restitution of a pair, by [`pair_key`].
+    /// Coefficient of restitution of a pair, by [`pair_key`].
     pub restitution: BTreeMap<String, Estimate>,
-    /// Mass over the reference object's mass, by object, all clips jointly.
+    /// Mass over the reference object's mass, by object, from all clips jointly.
     pub mass_ratio: BTreeMap<String, Estimate>,
     /// `a/b`: mass of a over mass of b, from the clips of that pair alone (Table 1).
     pub pair_mass_ratio: BTreeMap<String, Estimate>,
-    /// Friction where objects touch each other or the striker.
+    /// Friction coefficients of contacts between objects and with the striker.
     pub contact_friction: ContactFriction,
-    /// How the errors of the values above go together.
+    /// Joint covariance of the errors of the values above.
     #[serde(default)]
     pub covariance: Covariance,
-    /// What the data did not support, and what looked wrong.
+    /// Quantities that the data do not support, and clips that look wrong.
     #[serde(default)]
     pub warnings: Vec<String>,
-    /// What each clip told, for estimates that add later clips.
+    /// The measurements of every clip, so that later clips can be added without the old films.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub evidence: Option<Evidence>,
 }
 
-/// Coulomb friction of impacts.
+/// Coulomb friction coefficients at the contact points of impacts.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ContactFriction {
@@ -51,24 +51,24 @@ pub struct ContactFriction {
 }
 
 impl ContactFriction {
-    /// A coefficient that nobody measured is anything from zero to this: dry wood, plastic and metal.
+    /// Upper bound of an unmeasured coefficient, which is assumed to be uniform from zero to this: dry wood, plastic and metal.
     pub const MOST_ASSUMED: f64 = 0.3;
-    /// The mean of all those.
+    /// The mean of that uniform distribution.
     pub const ASSUMED: f64 = 0.5 * Self::MOST_ASSUMED;
 }
 
-/// A covariance matrix with names.
+/// A covariance matrix with named rows and columns.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Covariance {
-    /// What each row and column is, such as `friction/a`, `striker_restitution/a`, `restitution/a/b`, `log_mass_ratio/b`.
+    /// The quantity of each row and column, such as `friction/a`, `striker_restitution/a`, `restitution/a/b`, `log_mass_ratio/b`.
     pub names: Vec<String>,
     /// The matrix, row by row.
     pub matrix: Vec<Vec<f64>>,
 }
 
 impl Properties {
-    /// The values alone, without how their errors go together and where they come from: cheap to copy.
+    /// A copy without covariance, warnings and evidence, which is cheap to clone.
     pub(crate) fn values(&self) -> Self {
         Self {
             version: self.version,
@@ -141,7 +141,7 @@ impl Properties {
         })
     }
 
-    /// Lets `restitution` stand in for every pair of `objects` that was never filmed; gives those pairs.
+    /// Assumes `restitution` for every pair of `objects` that was never filmed; returns those pairs.
     ///
     /// # Errors
     /// A restitution outside 0..1.
@@ -162,10 +162,10 @@ impl Properties {
         Ok(assumed)
     }
 
-    /// An error that names the entry unless every value is physically possible.
+    /// Checks that every value is physically possible; the error names the entry.
     ///
     /// # Errors
-    /// Restitution outside 0..1, negative friction, masses not above zero, numbers that are none.
+    /// Restitution outside 0..1, friction or mass ratios that are not positive, values that are not finite.
     pub fn check(&self, file: &str) -> Result<()> {
         let restitution = |v: f64| (0.0..=1.0).contains(&v);
         let positive = |v: f64| v > 0.0 && v.is_finite();
@@ -189,7 +189,7 @@ impl Properties {
     }
 }
 
-/// An error that names the first entry whose mean is not possible.
+/// Checks the means of one group; the error names the first entry that fails.
 fn check_group(
     file: &str,
     group: &str,

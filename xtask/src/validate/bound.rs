@@ -1,15 +1,15 @@
-//! How small could the errors be at best? The Cramer-Rao bound that the positions' noise alone sets.
+//! How small could the errors be at best?  The Cramer-Rao bound that the noise of the positions sets.
 //!
-//! Every clip's fit tells the least deviation that any unbiased estimate of its numbers can have (the inverse of the
-//! information in its positions, at the noise that the clips themselves show); clips add their information.  What the
-//! objects do differently from clip to clip comes on top and is not counted.
+//! The fit of a clip gives the smallest standard deviation that an unbiased estimate of its quantities can have: the inverse
+//! of the Fisher information in its positions, at the noise level that the clips themselves show.  The information of all
+//! clips adds up.  Variation of the objects' behaviour from clip to clip is not included.
 
 use breakshot::estimate::{ClipFit, Measured};
 use breakshot::object::{kind, pair_key};
 use nalgebra::DMatrix;
 use std::collections::{BTreeMap, BTreeSet};
 
-/// The least deviation of every quantity (masses relative), by name.
+/// The smallest possible standard deviation of every quantity, by name; of mass ratios it is relative.
 #[derive(Default)]
 pub(crate) struct Bounds {
     pub(crate) friction: BTreeMap<String, f64>,
@@ -19,10 +19,10 @@ pub(crate) struct Bounds {
     pub(crate) mass_ratio: BTreeMap<String, f64>,
 }
 
-/// A Gaussian error of deviation 1 has this mean absolute value.
+/// Mean absolute value of a standard normal error: sqrt(2 / pi).
 pub(crate) const MEAN_PER_STD: f64 = 0.797_884_560_802_865_4;
 
-/// The bounds from the fits of all clips.
+/// The bounds of all quantities from the fits of all clips, masses relative to `reference`.
 pub(crate) fn bounds(fits: &[ClipFit], reference: &str) -> Bounds {
     let mut information = [const { BTreeMap::<String, f64>::new() }; 4];
     let mut add = |which: usize, name: String, measured: Option<Measured>| {
@@ -52,7 +52,7 @@ pub(crate) fn bounds(fits: &[ClipFit], reference: &str) -> Bounds {
     Bounds { friction, striker_restitution, restitution, pair_mass_ratio, mass_ratio }
 }
 
-/// Pairs add their information about the logarithms of the masses.
+/// Bounds of the logarithms of all masses over the reference's, from the information about each pair's logarithmic ratio.
 fn masses(pairs: &BTreeMap<String, f64>, reference: &str) -> BTreeMap<String, f64> {
     let split = |key: &String| key.split_once('/').map(|(a, b)| (a.to_owned(), b.to_owned()));
     let ends: BTreeSet<String> = pairs.keys().filter_map(split).flat_map(|(a, b)| [a, b]).collect();

@@ -1,4 +1,4 @@
-//! Learned properties against the lab's own.
+//! Estimated properties against the true ones of the lab.
 
 use super::bound::{Bounds, MEAN_PER_STD};
 use super::row::{Row, mean_and_worst};
@@ -7,67 +7,67 @@ use breakshot::properties::Properties;
 use breakshot::uncertain::Estimate;
 use std::collections::BTreeMap;
 
-/// One learned value beside the true one.
+/// One estimated value and the true one.
 struct Pair {
     name: String,
-    learned: Estimate,
+    estimate: Estimate,
     truth: f64,
 }
 
 impl Pair {
     fn error_percent(&self) -> f64 {
-        100.0 * (self.learned.mean / self.truth - 1.0)
+        100.0 * (self.estimate.mean / self.truth - 1.0)
     }
 
     fn covered(&self) -> bool {
-        (self.learned.interval_95[0]..=self.learned.interval_95[1]).contains(&self.truth)
+        (self.estimate.interval_95[0]..=self.estimate.interval_95[1]).contains(&self.truth)
     }
 
     fn half_width_percent(&self) -> f64 {
-        50.0 * (self.learned.interval_95[1] - self.learned.interval_95[0]) / self.truth
+        50.0 * (self.estimate.interval_95[1] - self.estimate.interval_95[0]) / self.truth
     }
 }
 
-/// So many of few truths may lie outside 95 % intervals.
+/// Largest accepted percentage of true values outside their 95 % intervals, where only a few are counted.
 const MOST_OUTSIDE_PERCENT: f64 = 12.0;
 
-/// Learned against true values of every kind.
-struct Groups {
+/// Estimated and true values by kind of quantity.
+struct ByKind {
     friction: Vec<Pair>,
-    striker: Vec<Pair>,
-    between: Vec<Pair>,
+    striker_restitution: Vec<Pair>,
+    pair_restitution: Vec<Pair>,
     pair_masses: Vec<Pair>,
     masses: Vec<Pair>,
 }
 
-impl Groups {
-    fn new(truth: &Truth, learned: &Properties) -> Self {
+impl ByKind {
+    fn new(truth: &Truth, estimated: &Properties) -> Self {
         let restitutions = truth.mean_restitution();
         let mass = |name: &str| truth.mass_kg.get(name).copied();
         let ratio = |name: &str| name.split_once('/').and_then(|(a, b)| Some(mass(a)? / mass(b)?));
-        let reference_kg = mass(&learned.reference).unwrap_or(f64::NAN);
-        let mut masses = pairs(&learned.mass_ratio, |name| Some(mass(name)? / reference_kg));
-        masses.retain(|p| p.name != learned.reference);
+        let reference_kg = mass(&estimated.reference).unwrap_or(f64::NAN);
+        let mut masses = pairs(&estimated.mass_ratio, |name| Some(mass(name)? / reference_kg));
+        masses.retain(|p| p.name != estimated.reference);
         Self {
-            friction: pairs(&learned.friction, |name| truth.mean_friction().get(name).copied()),
-            striker: pairs(&learned.striker_restitution, |name| {
+            friction: pairs(&estimated.friction, |name| truth.mean_friction().get(name).copied()),
+            striker_restitution: pairs(&estimated.striker_restitution, |name| {
                 restitutions.get(&format!("{name}/striker")).copied()
             }),
-            between: pairs(&learned.restitution, |name| restitutions.get(name).copied()),
-            pair_masses: pairs(&learned.pair_mass_ratio, ratio),
+            pair_restitution: pairs(&estimated.restitution, |name| restitutions.get(name).copied()),
+            pair_masses: pairs(&estimated.pair_mass_ratio, ratio),
             masses,
         }
     }
 
-    /// The quantities whose intervals are counted.
+    /// The quantities whose coverage is counted.
     fn counted(&self) -> [&Vec<Pair>; 4] {
-        [&self.friction, &self.masses, &self.striker, &self.between]
+        [&self.friction, &self.masses, &self.striker_restitution, &self.pair_restitution]
     }
 }
 
-/// The mean errors that the noise of the positions alone would leave, beside those found.
-pub(crate) fn bound_rows(truth: &Truth, learned: &Properties, bounds: &Bounds) -> Vec<Row> {
-    let groups = Groups::new(truth, learned);
+/// The mean errors at the Cramer-Rao bound of the positions' noise, and those found.
+pub(crate) fn bound_rows(truth: &Truth, estimated: &Properties, bounds: &Bounds) -> Vec<Row> {
+    let kinds = ByKind::new(truth, estimated);
     let of = |what: &str, pairs: &[Pair], least: &BTreeMap<String, f64>, relative: bool| {
         let percent = |p: &Pair| {
             let std = least.get(&p.name).copied().unwrap_or(f64::NAN);
@@ -80,7 +80,7 @@ pub(crate) fn bound_rows(truth: &Truth, learned: &Properties, bounds: &Bounds) -
             Row::plain(format!("{what}: mean error found"), found, "%"),
         ]
     };
-    let worst = (groups.pair_masses.iter())
+    let worst = (kinds.pair_masses.iter())
         .max_by(|p, q| p.error_percent().abs().total_cmp(&q.error_percent().abs()))
         .map(|p| {
             let least = bounds.pair_mass_ratio.get(&p.name).copied().unwrap_or(f64::NAN);
@@ -90,15 +90,15 @@ pub(crate) fn bound_rows(truth: &Truth, learned: &Properties, bounds: &Bounds) -
                     p.error_percent().abs(),
                     "%",
                 ),
-                Row::plain("its deviation at best", 100.0 * least, "%"),
+                Row::plain("its standard deviation at best", 100.0 * least, "%"),
             ]
         });
     [
-        of("friction", &groups.friction, &bounds.friction, false),
-        of("striker restitution", &groups.striker, &bounds.striker_restitution, false),
-        of("pair restitution", &groups.between, &bounds.restitution, false),
-        of("pair mass ratio", &groups.pair_masses, &bounds.pair_mass_ratio, true),
-        of("joint mass ratio", &groups.masses, &bounds.mass_ratio, true),
+        of("friction", &kinds.friction, &bounds.friction, false),
+        of("striker restitution", &kinds.striker_restitution, &bounds.striker_restitution, false),
+        of("pair restitution", &kinds.pair_restitution, &bounds.restitution, false),
+        of("pair mass ratio", &kinds.pair_masses, &bounds.pair_mass_ratio, true),
+        of("joint mass ratio", &kinds.masses, &bounds.mass_ratio, true),
     ]
     .into_iter()
     .chain(worst)
@@ -106,9 +106,9 @@ pub(crate) fn bound_rows(truth: &Truth, learned: &Properties, bounds: &Bounds) -
     .collect()
 }
 
-/// What fewer clips or frames still tell: coverage, and by how much the intervals widen.
+/// Results of a campaign with fewer clips or frames: coverage, and by how much the intervals widen.
 pub(crate) fn thin_rows(truth: &Truth, whole: &Properties, thin: &Properties) -> Vec<Row> {
-    let (whole, thin) = (Groups::new(truth, whole), Groups::new(truth, thin));
+    let (whole, thin) = (ByKind::new(truth, whole), ByKind::new(truth, thin));
     let mut wider: Vec<f64> = Vec::new();
     for (before, now) in whole.counted().into_iter().zip(thin.counted()) {
         for pair in now {
@@ -137,14 +137,15 @@ pub(crate) fn thin_rows(truth: &Truth, whole: &Properties, thin: &Properties) ->
     rows
 }
 
-/// Compares every learned value with the truth.
-pub(crate) fn rows(truth: &Truth, learned: &Properties, details: bool) -> Vec<Row> {
-    let Groups { friction, striker, between, pair_masses, masses } = Groups::new(truth, learned);
+/// Errors of all estimated values, and their coverage; `details` prints every value.
+pub(crate) fn rows(truth: &Truth, estimated: &Properties, details: bool) -> Vec<Row> {
+    let ByKind { friction, striker_restitution, pair_restitution, pair_masses, masses } =
+        ByKind::new(truth, estimated);
     let mut rows = Vec::new();
     let groups = [
         ("friction", &friction, 0.6),
-        ("striker restitution", &striker, 0.5),
-        ("pair restitution", &between, 1.0),
+        ("striker restitution", &striker_restitution, 0.5),
+        ("pair restitution", &pair_restitution, 1.0),
         ("pair mass ratio", &pair_masses, 0.6),
         ("joint mass ratio", &masses, 0.3),
     ];
@@ -161,11 +162,11 @@ pub(crate) fn rows(truth: &Truth, learned: &Properties, details: bool) -> Vec<Ro
             Row::plain(format!("{what}: worst error"), worst, "%")
         });
     }
-    rows.extend(coverage([&friction, &masses, &striker, &between]));
+    rows.extend(coverage([&friction, &masses, &striker_restitution, &between]));
     rows
 }
 
-/// How often the 95 % intervals hold the truth, over friction, masses, striker and pair restitution.
+/// Number of true values outside their 95 % intervals and the widest intervals, over friction, masses and both restitutions.
 fn coverage(groups: [&Vec<Pair>; 4]) -> Vec<Row> {
     let all: Vec<&Pair> = groups.into_iter().flatten().collect();
     let outside = all.iter().filter(|p| !p.covered()).count();
@@ -185,29 +186,29 @@ fn coverage(groups: [&Vec<Pair>; 4]) -> Vec<Row> {
     ]
 }
 
-fn pairs(learned: &BTreeMap<String, Estimate>, truth: impl Fn(&str) -> Option<f64>) -> Vec<Pair> {
-    learned
+fn pairs(estimates: &BTreeMap<String, Estimate>, truth: impl Fn(&str) -> Option<f64>) -> Vec<Pair> {
+    estimates
         .iter()
-        .filter_map(|(name, &learned)| Some(Pair { name: name.clone(), learned, truth: truth(name)? }))
+        .filter_map(|(name, &estimate)| Some(Pair { name: name.clone(), estimate, truth: truth(name)? }))
         .collect()
 }
 
 fn print_details(what: &str, group: &[Pair]) {
     println!(
         "\n{what:<22} {:>9} {:>9} {:>8} {:>9} {:>8} {:>3}",
-        "learned", "true", "error %", "spread %", "+-95 %", "n"
+        "estimate", "true", "error %", "std %", "+-95 %", "n"
     );
     for pair in group {
-        let spread = pair.learned.std.map_or(f64::NAN, |s| 100.0 * s / pair.truth);
+        let std = pair.estimate.std.map_or(f64::NAN, |s| 100.0 * s / pair.truth);
         println!(
             "{:<22} {:>9.4} {:>9.4} {:>8.2} {:>9.2} {:>8.2} {:>3}{}",
             pair.name,
-            pair.learned.mean,
+            pair.estimate.mean,
             pair.truth,
             pair.error_percent(),
-            spread,
+            std,
             pair.half_width_percent(),
-            pair.learned.n,
+            pair.estimate.n,
             if pair.covered() { "" } else { "  outside" }
         );
     }

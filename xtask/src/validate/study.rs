@@ -1,7 +1,8 @@
-//! Which parameter or law explains how far the predicted strikes on piles are from the filmed ones?
+//! Which parameter or law explains the difference between predicted and filmed strikes on piles?
 //!
-//! `cargo xtask validate scatter LAB`: every film of `scatter/` is simulated again with one thing changed: the learned
-//! properties replaced by the lab's own, a law replaced by another.  The truth is read for measuring; nothing is tuned to it.
+//! `cargo xtask validate scatter LAB`: every film of `scatter/` is simulated again with one change: some of the estimated
+//! properties replaced by the true ones of the lab, or one law replaced by another.  The truth is read for measuring only; no
+//! parameter is tuned to it.
 
 use super::row::mean_and_worst;
 use super::truth::{Clip, Truth};
@@ -20,7 +21,7 @@ use std::fmt::Write;
 use std::path::Path;
 use std::process::Command;
 
-/// One film.
+/// One film of a strike on a pile.
 struct Film {
     name: String,
     scene: Scene,
@@ -28,10 +29,10 @@ struct Film {
     clip: Clip,
 }
 
-/// What is taken from the lab instead of from the films.
-#[allow(clippy::struct_excessive_bools)] // each answers a question of its own
+/// The inputs that are replaced by the true ones of the lab.
+#[allow(clippy::struct_excessive_bools)] // independent switches
 #[derive(Clone, Copy, Default)]
-struct Given {
+struct TrueInputs {
     poses: bool,
     friction: bool,
     restitution: bool,
@@ -39,49 +40,56 @@ struct Given {
     contact_friction: bool,
 }
 
-impl Given {
+impl TrueInputs {
     const ALL: Self =
         Self { poses: true, friction: true, restitution: true, masses: true, contact_friction: true };
 }
 
-/// One way to predict.
+/// The estimated properties, and the truth of the films that they come from and of the films on piles.
+struct Sources {
+    estimated: Properties,
+    campaign: Truth,
+    scatter: Truth,
+}
+
+/// One prediction: which inputs are true, and by which laws it is computed.
 struct Variant {
     name: String,
-    given: Given,
+    true_inputs: TrueInputs,
     options: Options,
-    /// Instead of the lab's contact friction.
+    /// Replaces the contact friction of the lab.
     contact_friction: Option<f64>,
-    /// Whether objects press on the table along their rims or corners only.
+    /// Whether objects press on the table only along their rims or at their corners.
     on_rims: bool,
 }
 
 impl Variant {
-    fn new(name: &str, given: Given) -> Self {
+    fn new(name: &str, true_inputs: TrueInputs) -> Self {
         let options = Options::default();
-        Self { name: name.into(), given, options, contact_friction: None, on_rims: false }
+        Self { name: name.into(), true_inputs, options, contact_friction: None, on_rims: false }
     }
 
     fn touching(name: &str, touching: Touching) -> Self {
         let options = Options { touching, ..Options::default() };
-        Self { options, ..Self::new(name, Given::ALL) }
+        Self { options, ..Self::new(name, TrueInputs::ALL) }
     }
 }
 
-/// The study's lines: first one property after the other, then one law after the other with all properties true.
+/// The rows of the table: one input after the other, then one law after the other with all inputs true.
 fn variants() -> Vec<Variant> {
-    let given = Given::default();
+    let none = TrueInputs::default();
     let springs = |contact_time_s: f64, force: ContactForce, stiffness: Stiffness| {
         Touching::Compliant(Compliance { contact_time_s, force, stiffness, ..Compliance::default() })
     };
     let soft = springs(LAB_CONTACT_S, ContactForce::Linear, Stiffness::SameContactTime);
     let mut all = vec![
-        Variant::new("learned properties, as shipped", given),
-        Variant::new("true start poses", Given { poses: true, ..given }),
-        Variant::new("true table friction", Given { friction: true, ..given }),
-        Variant::new("true restitution", Given { restitution: true, ..given }),
-        Variant::new("true masses", Given { masses: true, ..given }),
-        Variant::new("true contact friction", Given { contact_friction: true, ..given }),
-        Variant::new("all true", Given::ALL),
+        Variant::new("estimated properties, as shipped", none),
+        Variant::new("true start poses", TrueInputs { poses: true, ..none }),
+        Variant::new("true table friction", TrueInputs { friction: true, ..none }),
+        Variant::new("true restitution", TrueInputs { restitution: true, ..none }),
+        Variant::new("true masses", TrueInputs { masses: true, ..none }),
+        Variant::new("true contact friction", TrueInputs { contact_friction: true, ..none }),
+        Variant::new("all true", TrueInputs::ALL),
         Variant::touching("all true; impacts one by one", Touching::Pairwise),
         Variant::touching("all true; linear springs", springs(1e-4, ContactForce::Linear, Stiffness::Same)),
         Variant::touching(
@@ -96,31 +104,38 @@ fn variants() -> Vec<Variant> {
     ];
     for friction in [0.0, 0.1, 0.2, 0.3] {
         let name = format!("all true; contact friction {friction}");
-        all.push(Variant { contact_friction: Some(friction), ..Variant::new(&name, Given::ALL) });
+        all.push(Variant { contact_friction: Some(friction), ..Variant::new(&name, TrueInputs::ALL) });
     }
     let laws = Options { impact: ImpactLaw::Newton, ..Options::default() };
-    all.push(Variant { options: laws, ..Variant::new("all true; Newton's restitution", Given::ALL) });
+    all.push(Variant { options: laws, ..Variant::new("all true; Newton's restitution", TrueInputs::ALL) });
     let apart = Options { spin: Spin::Decoupled, ..Options::default() };
-    all.push(Variant { options: apart, ..Variant::new("all true; slide and spin apart", Given::ALL) });
-    all.push(Variant { on_rims: true, ..Variant::new("all true; pressed on rims and corners", Given::ALL) });
+    all.push(Variant { options: apart, ..Variant::new("all true; slide and spin apart", TrueInputs::ALL) });
+    all.push(Variant {
+        on_rims: true,
+        ..Variant::new("all true; pressed on rims and corners", TrueInputs::ALL)
+    });
     all.push(Variant { on_rims: true, ..Variant::touching("all true; rims and every contact 1 ms", soft) });
     all
 }
 
-/// The lab says that its contacts last about a millisecond.
+/// Contact time of the lab's physics engine, by its own documentation: about a millisecond.
 const LAB_CONTACT_S: f64 = 1e-3;
 
-/// Takes what the last `validate LAB` learned from the campaign, or learns it; predicts every film of `scatter/` in every way, prints the table; then runs the exported
-/// models in MuJoCo.
+/// Predicts every film of `scatter/` in every variant and prints the table, then runs the exported models in MuJoCo.
+///
+/// The properties are those that the last `validate LAB` estimated from the campaign; without any, they are estimated first.
 pub(crate) fn run(lab: &Path, python: Option<&str>) -> Result<(), String> {
     let program = Program::build()?;
-    let learned = program.output.join("properties.json");
-    if !learned.exists() {
-        campaign(&program, &lab.join("campaign"), &learned, false)?;
+    let file = program.output.join("properties.json");
+    if !file.exists() {
+        campaign(&program, &lab.join("campaign"), &file, false)?;
     }
-    let learned = files::load_properties(&learned).map_err(|e| e.to_string())?;
-    let (cell, scatter) = (Truth::read(&lab.join("campaign"))?, Truth::read(&lab.join("scatter"))?);
-    let films = films(&lab.join("scatter"), &scatter)?;
+    let sources = Sources {
+        estimated: files::load_properties(&file).map_err(|e| e.to_string())?,
+        campaign: Truth::read(&lab.join("campaign"))?,
+        scatter: Truth::read(&lab.join("scatter"))?,
+    };
+    let films = films(&lab.join("scatter"), &sources.scatter)?;
     println!("\nDistances between centres, predicted against the lab's own, mean (and worst) in mm");
     let names: Vec<String> = films.iter().map(|film| format!("{:>14}", film.name)).collect();
     println!("{:<42} {:>16} {:>10} {}", "", "all pairs", "explained", names.join(""));
@@ -129,7 +144,7 @@ pub(crate) fn run(lab: &Path, python: Option<&str>) -> Result<(), String> {
         let mut errors_mm = Vec::new();
         let mut each = String::new();
         for film in &films {
-            let of_film = errors(film, &variant, (&learned, &cell, &scatter))?;
+            let of_film = distance_errors_mm(film, &variant, &sources)?;
             let (mean, worst) = mean_and_worst(&of_film);
             let _ = write!(each, " {mean:>6.1} ({worst:>4.1})");
             errors_mm.extend(of_film);
@@ -141,7 +156,7 @@ pub(crate) fn run(lab: &Path, python: Option<&str>) -> Result<(), String> {
     exported(&program, &films, &lab.join("scatter"), &peers::mujoco(python)?)
 }
 
-/// Exports every film's scene with the learned properties, runs it in MuJoCo and compares distances with our own.
+/// Exports the scene of every film with the estimated properties, runs it in MuJoCo, and compares distances with the lab's.
 fn exported(program: &Program, films: &[Film], folder: &Path, python: &Path) -> Result<(), String> {
     println!(
         "\nThe exported models in MuJoCo: distances between centres against the lab's own, mean (and worst) in mm"
@@ -165,19 +180,19 @@ fn exported(program: &Program, films: &[Film], folder: &Path, python: &Path) -> 
             &model,
         ])?;
         let run = crate::process::run(Command::new(python).args(["xtask/peers/mujoco_run.py", &model]))?;
-        let mut places = Vec::new();
+        let mut positions = Vec::new();
         for line in run.stdout.lines() {
             let fields: Vec<&str> = line.split(',').collect();
             let number = |k: usize| fields.get(k).and_then(|f| f.parse::<f64>().ok()).unwrap_or(f64::NAN);
             let truth = film.clip.last.get(fields[0]).copied().unwrap_or([f64::NAN; 3]);
-            places.push(([number(1), number(2)], truth));
+            positions.push(([number(1), number(2)], truth));
         }
-        if run.code != 0 || places.len() != film.scene.placed.len() {
+        if run.code != 0 || positions.len() != film.scene.placed.len() {
             return Err(format!("{}: MuJoCo did not run the exported model", film.name));
         }
         let mut errors_mm = Vec::new();
-        for (k, (p, p_true)) in places.iter().enumerate() {
-            for (q, q_true) in &places[..k] {
+        for (k, (p, p_true)) in positions.iter().enumerate() {
+            for (q, q_true) in &positions[..k] {
                 let ours_m = (p[0] - q[0]).hypot(p[1] - q[1]);
                 errors_mm.push(1e3 * (ours_m - (p_true[0] - q_true[0]).hypot(p_true[1] - q_true[1])));
             }
@@ -199,14 +214,10 @@ fn films(folder: &Path, truth: &Truth) -> Result<Vec<Film>, String> {
     truth.clips.iter().map(film).collect()
 }
 
-/// Predicted less true distance of every pair (mm).
-fn errors(
-    film: &Film,
-    variant: &Variant,
-    (learned, cell, scatter): (&Properties, &Truth, &Truth),
-) -> Result<Vec<f64>, String> {
+/// Predicted minus true distance of every pair (mm).
+fn distance_errors_mm(film: &Film, variant: &Variant, sources: &Sources) -> Result<Vec<f64>, String> {
     let mut scene = film.scene.clone();
-    if variant.given.poses {
+    if variant.true_inputs.poses {
         for placed in &mut scene.placed {
             if let Some([x, y, yaw]) = film.clip.start.get(&placed.object) {
                 let pose = Pose::new(*x, *y, *yaw);
@@ -214,7 +225,7 @@ fn errors(
             }
         }
     }
-    let properties = properties(learned, variant, (cell, scatter), film.clip.friction_scale);
+    let properties = properties(sources, variant, film.clip.friction_scale);
     let mut world = World::new(&scene, &properties, &variant.options).map_err(|e| e.to_string())?;
     if variant.on_rims {
         for (index, placed) in scene.placed.iter().enumerate() {
@@ -236,28 +247,24 @@ fn errors(
     Ok(errors_mm)
 }
 
-/// The learned properties with what is given put in their place.
-fn properties(
-    learned: &Properties,
-    variant: &Variant,
-    (cell, scatter): (&Truth, &Truth),
-    friction_scale: f64,
-) -> Properties {
-    let mut properties = learned.clone();
-    let given = variant.given;
-    if given.friction {
+/// The estimated properties, with the true values of a variant in their place.
+fn properties(sources: &Sources, variant: &Variant, friction_scale: f64) -> Properties {
+    let Sources { estimated, campaign, scatter } = sources;
+    let mut properties = estimated.clone();
+    let true_inputs = variant.true_inputs;
+    if true_inputs.friction {
         for (name, friction) in &scatter.friction {
             properties.friction.insert(name.clone(), Estimate::exact(friction * friction_scale));
         }
     }
-    if given.masses {
+    if true_inputs.masses {
         let reference = scatter.mass_kg[kind(&properties.reference)];
         for (name, mass) in &scatter.mass_kg {
             properties.mass_ratio.insert(name.clone(), Estimate::exact(mass / reference));
         }
     }
-    if given.restitution {
-        for (pair, restitution) in cell.mean_restitution() {
+    if true_inputs.restitution {
+        for (pair, restitution) in campaign.mean_restitution() {
             match pair.split_once('/') {
                 Some((object, "striker")) => {
                     properties.striker_restitution.insert(object.into(), Estimate::exact(restitution));
@@ -269,7 +276,7 @@ fn properties(
             }
         }
     }
-    if given.contact_friction {
+    if true_inputs.contact_friction {
         let estimate = |own: Option<f64>| variant.contact_friction.or(own).map(Estimate::exact);
         properties.contact_friction = ContactFriction {
             objects: estimate(scatter.surface_friction),
@@ -279,7 +286,7 @@ fn properties(
     properties
 }
 
-/// The mean distance of an outline's rim or corners from the centroid (m).
+/// Mean distance of the rim or the corners of an outline from its centroid (m).
 fn rim_arm_m(shape: &Shape) -> f64 {
     let corners = shape.corners();
     if corners.is_empty() {
