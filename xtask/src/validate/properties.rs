@@ -162,7 +162,7 @@ pub(crate) fn rows(truth: &Truth, estimated: &Properties, details: bool) -> Vec<
             Row::plain(format!("{what}: worst error"), worst, "%")
         });
     }
-    rows.extend(coverage([&friction, &masses, &striker_restitution, &between]));
+    rows.extend(coverage([&friction, &masses, &striker_restitution, &pair_restitution]));
     rows
 }
 

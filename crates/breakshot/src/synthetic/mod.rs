@@ -1,4 +1,4 @@
-//! Generators of drawn truth, against which tests and tutorials measure.
+//! Generators of synthetic data with known truth, for tests, benchmarks and tutorials; not part of the product.
 
 pub mod campaign;
 pub mod film;
