@@ -10,19 +10,15 @@
 //! The robots: Neuromeka's Indy 7 ([`indy`]), any arm with ROS 2 behind a rosbridge ([`rosbridge`]), and a simulated arm whose
 //! strike is simulated by [`breakshot::physics`].
 
-mod arm;
 mod event_log;
 mod fault;
-pub mod indy;
 mod interlock;
 mod job;
 mod motion;
 mod preflight;
 mod report;
 mod robot;
-pub mod rosbridge;
 mod session;
-mod sim;
 #[cfg(test)]
 mod tests;
 
@@ -38,6 +34,7 @@ pub use interlock::{FRESH_S, Permission, objections};
 pub use job::{Job, Watchdog};
 pub use preflight::PreflightCheck;
 pub use report::{Ending, Report, StopReport};
-pub use robot::Driver;
+pub use robot::driver::Driver;
+pub use robot::sim::SimulatedStrike;
+pub use robot::{indy, rosbridge};
 pub use session::{carry_out, strike};
-pub use sim::SimulatedStrike;

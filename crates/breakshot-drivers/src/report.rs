@@ -2,7 +2,7 @@
 
 use crate::fault::Fault;
 use crate::preflight::PreflightCheck;
-use crate::sim::SimulatedStrike;
+use crate::robot::sim::SimulatedStrike;
 use serde::Serialize;
 
 /// How a run ended.

@@ -1,6 +1,5 @@
 //! One strike, from the preflight checks to the return home, with the arm monitored throughout.
 
-use crate::arm::{ArmState, Stop};
 use crate::event_log::{Event, EventLog};
 use crate::fault::Fault;
 use crate::interlock;
@@ -8,7 +7,8 @@ use crate::job::Job;
 use crate::motion::{Motion, Motions, largest_difference};
 use crate::preflight::PreflightCheck;
 use crate::report::{Ending, Report, StopReport};
-use crate::robot::{Driver, Robot};
+use crate::robot::arm::{ArmState, Stop};
+use crate::robot::driver::{Driver, Robot};
 use std::future::Future;
 use std::pin::Pin;
 use std::time::Duration;

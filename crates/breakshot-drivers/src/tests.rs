@@ -4,9 +4,9 @@
 #[allow(unreachable_pub, reason = "shared with the integration tests")]
 mod example;
 
-use crate::robot::Robot;
+use crate::robot::driver::Robot;
+use crate::robot::sim::{InjectedFault, Sim};
 use crate::session::Session;
-use crate::sim::{InjectedFault, Sim};
 use crate::{Ending, EventLog, Fault, Job, Permission, Watchdog, objections};
 use breakshot::geometry::Point;
 use breakshot::properties::Properties;

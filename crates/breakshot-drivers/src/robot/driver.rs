@@ -1,12 +1,12 @@
 //! The robots that a command can be sent to, behind one set of requests.
 
-use crate::arm::{ArmState, Stop};
 use crate::fault::Fault;
-use crate::indy::{self, Indy};
 use crate::motion::Motion;
 use crate::preflight::PreflightCheck;
-use crate::rosbridge::{self, Rosbridge};
-use crate::sim::Sim;
+use crate::robot::arm::{ArmState, Stop};
+use crate::robot::indy::{self, Indy};
+use crate::robot::rosbridge::{self, Rosbridge};
+use crate::robot::sim::Sim;
 use breakshot::properties::Properties;
 use breakshot::robot::Command;
 

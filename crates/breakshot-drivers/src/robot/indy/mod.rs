@@ -3,9 +3,9 @@
 mod preflight;
 pub mod requests;
 
-use crate::arm::{ArmState, Stop};
 use crate::fault::Fault;
 use crate::motion::Motion;
+use crate::robot::arm::{ArmState, Stop};
 use crate::wire::config_client::ConfigClient;
 use crate::wire::control_client::ControlClient;
 use crate::wire::device_client::DeviceClient;

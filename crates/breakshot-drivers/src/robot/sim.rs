@@ -1,9 +1,9 @@
 //! The simulated robot: an arm that follows its path exactly, and a simulation of the struck pile.
 
-use crate::arm::ArmState;
 use crate::fault::Fault;
 use crate::motion::Motion;
 use crate::preflight::PreflightCheck;
+use crate::robot::arm::ArmState;
 use breakshot::geometry::{Pose, Vec2};
 use breakshot::physics;
 use breakshot::properties::Properties;

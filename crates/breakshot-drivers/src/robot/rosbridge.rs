@@ -3,10 +3,10 @@
 //! A goal is a whole motion. A stop cancels the goal and publishes a trajectory that holds the current joint angles: not every
 //! rosbridge processes a cancellation while its action runs (issue 909 of `rosbridge_suite`).
 
-use crate::arm::ArmState;
 use crate::fault::Fault;
 use crate::motion::Motion;
 use crate::preflight::PreflightCheck;
+use crate::robot::arm::ArmState;
 use breakshot::robot::{Command, FollowJointTrajectory, JointTrajectory, RosDuration, TrajectoryPoint};
 use futures_util::{SinkExt, StreamExt};
 use serde_json::{Value, json};

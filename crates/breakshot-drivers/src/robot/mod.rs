@@ -1,0 +1,7 @@
+//! The robots that a command can be sent to: an Indy 7, any arm behind a rosbridge, and a simulation.
+
+pub(crate) mod arm;
+pub(crate) mod driver;
+pub mod indy;
+pub mod rosbridge;
+pub(crate) mod sim;
