@@ -12,7 +12,45 @@ pub(crate) fn test() -> Result<(), String> {
         &["doc", "--workspace", "--no-deps", "--document-private-items"],
         &[("RUSTDOCFLAGS", "-D warnings")],
     )?;
+    proto(Proto::Check)?;
     cargo(&["test", "--workspace"], &[])
+}
+
+/// What to do with the generated code of the robot's messages.
+#[derive(Clone, Copy)]
+pub(crate) enum Proto {
+    /// Compare it with what `proto/indy.proto` generates today.
+    Check,
+    /// Write it anew.
+    Write,
+}
+
+/// Generates the Rust code of the Indy's messages from its proto file, to compare the code in the repository or to write it.
+///
+/// The generator takes longer to compile than the driver, so its code is kept and the generator is a workspace of its own.
+pub(crate) fn proto(what: Proto) -> Result<(), String> {
+    const MANIFEST: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/peers/proto/Cargo.toml");
+    const TARGET: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../target/peers");
+    const FOLDER: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../crates/breakshot-drivers/proto");
+    let flag = match what {
+        Proto::Check => "--check",
+        Proto::Write => "--write",
+    };
+    cargo(
+        &[
+            "run",
+            "--quiet",
+            "--locked",
+            "--manifest-path",
+            MANIFEST,
+            "--target-dir",
+            TARGET,
+            "--",
+            FOLDER,
+            flag,
+        ],
+        &[],
+    )
 }
 
 /// Licences, duplicate versions and sources of all dependencies.

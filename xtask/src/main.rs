@@ -66,6 +66,7 @@ usage: cargo xtask TASK
   bench physics [--scenes DIR] [--python PYTHON]
                    piles simulated per CPU second beside rapier2d and MuJoCo; growth with the number of objects
                    (DIR is ../shared/reference/scenes if not given; without PYTHON a venv with MuJoCo is made)
+  proto            the Rust code of the Indy's messages is generated again from crates/breakshot-drivers/proto/indy.proto
   deny             licences and sources of all dependencies (installs cargo-deny)
 ";
 
@@ -74,6 +75,7 @@ fn main() -> ExitCode {
     let words: Vec<&str> = arguments.iter().map(String::as_str).collect();
     let done = match words.as_slice() {
         ["test"] => check::test(),
+        ["proto"] => check::proto(check::Proto::Write),
         ["validate", "physics", rest @ ..] => validate::physics(&shared(rest)),
         ["validate", "scatter", lab] => validate::scatter(lab.as_ref(), None),
         ["validate", "scatter", lab, "--python", python] => validate::scatter(lab.as_ref(), Some(python)),

@@ -22,10 +22,10 @@ mod session;
 #[cfg(test)]
 mod tests;
 
-/// The controller's messages and clients, made from `proto/indy.proto`.
-#[allow(missing_docs, clippy::pedantic, unreachable_pub, reason = "made by a program")]
+/// The controller's messages and clients, generated from `proto/indy.proto` (`cargo xtask proto`).
+#[allow(missing_docs, clippy::pedantic, unreachable_pub, reason = "generated code")]
 pub mod wire {
-    include!(concat!(env!("OUT_DIR"), "/client/nrmk.indy_framework.rs"));
+    include!("../proto/generated/client.rs");
 }
 
 pub use event_log::{Event, EventLog};

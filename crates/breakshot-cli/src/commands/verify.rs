@@ -10,7 +10,7 @@ use breakshot::estimate::{self, ClipTracks};
 use breakshot::plan::Plan;
 use breakshot::properties::Properties;
 use breakshot::report::{self, FilmedStrike, Page};
-use breakshot::scene::{Scene, Strike};
+use breakshot::scene::Scene;
 use breakshot::verify::{self, Observed, Report};
 use breakshot::{Error, Result, files, physics};
 use std::path::Path;
@@ -20,7 +20,9 @@ use std::path::Path;
 pub(crate) fn run(args: &VerifyArgs) -> Result<Outcome> {
     let inputs = simulate::inputs(&args.scene, &args.properties, &args.assumptions)?;
     let SimulationInputs { scene, properties, .. } = &inputs;
-    let PlannedStrike { strike, plan } = planned_strike(&args.strike)?;
+    let strike = files::load_strike(&args.strike)?;
+    // A plan file adds a chapter to the page; a file with only the strike does not.
+    let plan: Option<Plan> = files::read_json(&args.strike).ok();
     let trajectory = physics::trajectory(scene, properties, &strike, &physics::Options::default())?;
     let TrackedStrike { tracks, end_frames } =
         tracked_strike(scene, args.decoder.film(&args.video, &scene.cell)?)?;
@@ -72,23 +74,6 @@ pub(crate) fn run(args: &VerifyArgs) -> Result<Outcome> {
         }
     }
     Ok(outcome.and(Outcome::doubtful_if(!report.warnings.is_empty())))
-}
-
-/// The strike that was executed.
-struct PlannedStrike {
-    strike: Strike,
-    /// The plan, which adds a chapter to the page; none for a file with only the strike.
-    plan: Option<Plan>,
-}
-
-/// Reads a plan file, or a file with only the strike.
-fn planned_strike(path: &Path) -> Result<PlannedStrike> {
-    let plan: Option<Plan> = files::read_json(path).ok();
-    let Some(strike) = plan.as_ref().and_then(|plan| plan.strike.clone()) else {
-        return Ok(PlannedStrike { strike: files::load_strike(path)?, plan: None });
-    };
-    strike.check(&path.display().to_string())?;
-    Ok(PlannedStrike { strike, plan })
 }
 
 /// Adds the measurements of the film to the measured properties, without assumed values, and writes the result.

@@ -18,9 +18,9 @@ use tonic::transport::Server;
 use tonic::transport::server::Router;
 use tonic::{Request, Response as Reply, Status};
 
-#[allow(clippy::pedantic, unreachable_pub, reason = "made by a program")]
+#[allow(clippy::pedantic, unreachable_pub, reason = "generated code")]
 mod server {
-    include!(concat!(env!("OUT_DIR"), "/server/nrmk.indy_framework.rs"));
+    include!("../../proto/generated/server.rs");
 }
 
 type Answer<T> = Result<Reply<T>, Status>;

@@ -56,15 +56,11 @@ fn drawings(plan: &Plan, palette: &Palette) -> String {
     let view = Viewport::of(&[&before, &after], HALF_WORKSPACE_FACTOR);
     let left = top_view(&before, view, HALF_WIDTH_PX, "The pile and the strike, from above");
     let right = top_view(&after, view, HALF_WIDTH_PX, "The expected poses after the strike, from above");
-    let mut caption = "Arrow: the path of the striker's centre. Right: pale outlines are the poses before the strike, filled \
-                       outlines the expected final poses."
-        .to_owned();
-    if plan.robustness.is_some() {
-        caption += " Faint outlines: final poses in sampled scenarios.";
-    }
+    let caption = "Arrow: the path of the striker's centre. Right: pale outlines are the poses before the strike, filled \
+                   outlines the expected final poses; faint outlines are final poses in sampled scenarios.";
     let left = Half { title: "The pile and the strike", image: &left };
     let right = Half { title: "The expected outcome", image: &right };
-    figure_pair(&left, &right, &caption)
+    figure_pair(&left, &right, caption)
 }
 
 /// The pile, the strike, the expected and the possible final poses in one drawing.
