@@ -2,7 +2,7 @@
 
 use breakshot::cell::Cell;
 use breakshot::geometry::{Point, Vec2};
-use breakshot::robot::{self, Answer, Arm, Frame, MountedArm, Options, PhaseName};
+use breakshot::robot::{self, Answer, Arm, Command, Frame, MountedArm, Options, PhaseName};
 use breakshot::scene::Strike;
 use std::path::{Path, PathBuf};
 
@@ -29,6 +29,10 @@ fn cell(name: &str) -> Cell {
     let mut cell: Cell = toml::from_str(&text).expect("a cell");
     breakshot::files::load_arm(cell.robot.as_mut().expect("an arm")).expect("a test file");
     cell
+}
+
+fn strike() -> Strike {
+    Strike { object: None, start_m: Point::new(-0.05, 0.0), heading_rad: 0.4, speed_m_s: 0.3, travel_m: 0.08 }
 }
 
 #[test]
@@ -76,21 +80,32 @@ fn the_inverse_reaches_points_in_front_of_every_arm() {
 fn every_arm_strikes_straight_at_the_planned_speed() {
     for name in ARMS {
         let cell = cell(name);
-        let strike = Strike {
-            object: None,
-            start_m: Point::new(-0.05, 0.0),
-            heading_rad: 0.4,
-            speed_m_s: 0.3,
-            travel_m: 0.08,
-        };
-        let answer = robot::command(&cell, &strike, None, &Options::default()).expect("a cell with an arm");
+        let answer = robot::command(&cell, &strike(), None, &Options::default()).expect("a cell with an arm");
         let Answer::Ready(command) = answer else { panic!("{name}: {answer:?}") };
         let speed_m_s = command.stroke.contact_speed_m_s;
         assert!((speed_m_s - 0.3).abs() < 0.003, "{name}: {speed_m_s} m/s");
         let mounted = MountedArm::of_cell(&cell).expect("an arm");
         for q in &command.phase(PhaseName::Strike).expect("a strike").q_rad {
-            let aside_m = Vec2::from_heading(0.4).cross(mounted.tip_on_table(q).0 - strike.start_m);
+            let aside_m = Vec2::from_heading(0.4).cross(mounted.tip_on_table(q).0 - strike().start_m);
             assert!(aside_m.abs() < 1e-9, "{name}: {aside_m} m off the line");
         }
     }
+}
+
+#[test]
+fn a_command_contains_the_urdf_of_its_arm() {
+    let answer = robot::command(&cell(ARMS[0]), &strike(), None, &Options::default()).expect("an arm");
+    let Answer::Ready(command) = answer else { panic!("{answer:?}") };
+    let text = serde_json::to_string(&command).expect("JSON");
+    let mut again: Command = serde_json::from_str(&text).expect("the command just written");
+    again.robot.arm = "moved.urdf".into();
+    again.check().expect("an arm without its file");
+}
+
+#[test]
+fn a_urdf_that_was_not_loaded_is_an_error() {
+    let mut cell = cell(ARMS[0]);
+    cell.robot.as_mut().expect("an arm").urdf = None;
+    let message = MountedArm::of_cell(&cell).expect_err("no text").to_string();
+    assert!(message.contains("loaded with the cell"), "{message}");
 }
