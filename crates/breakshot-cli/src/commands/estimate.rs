@@ -25,7 +25,7 @@ pub(crate) fn run(args: &EstimateArgs) -> Result<Outcome> {
     if let Some(old) = &old {
         let names: Vec<String> = campaign.clips.iter().map(Clip::name).collect();
         let names: Vec<&str> = names.iter().map(String::as_str).collect();
-        estimate::check_update(old, &names, (cell, objects), &options)?;
+        estimate::check_update(old, &names, cell, objects, &options)?;
     }
     let (clips, unread) = tracked(&campaign, args.decoder.into())?;
     if let Some(folder) = &args.tracks {

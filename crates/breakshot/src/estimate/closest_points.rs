@@ -1,90 +1,92 @@
-//! Where two outlines touch: the normal, the point, and whether flat faces meet.
+//! The closest points of two outlines, the normal between them, and whether flat sides face each other.
 
 use crate::geometry::{Point, Pose, Vec2};
 use crate::object::Shape;
 
-/// An outline lying on the table.
+/// An outline at a pose on the table.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Outline<'a> {
+pub(crate) struct PlacedShape<'a> {
     pub(crate) shape: &'a Shape,
     pub(crate) pose: Pose,
 }
 
-/// The nearest points of two outlines that do not overlap.
+/// The closest points of two outlines that do not overlap.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Touch {
-    /// How far apart the outlines are (m); below zero, how deep they were pressed into each other.
+pub(crate) struct ClosestPoints {
+    /// The distance between the outlines (m); negative: the depth of penetration.
     pub(crate) gap_m: f64,
-    /// From a to b.
+    /// The unit normal from a to b.
     pub(crate) normal_ab: Vec2,
-    /// The point in the middle of the gap.
+    /// The point midway between the closest points.
     pub(crate) point: Point,
-    /// Where the other end of two nearly parallel faces would touch, and how much wider the gap is there (m).
-    pub(crate) face: Option<Face>,
+    /// The far end of two nearly parallel sides, if such sides face each other.
+    pub(crate) facing_sides: Option<FacingSides>,
 }
 
-/// Two flat sides that face each other.
+/// The far end of two flat sides that face each other.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Face {
-    /// The end that is farther apart.
+pub(crate) struct FacingSides {
+    /// The point midway between the sides at the end at which they are farther apart.
     pub(crate) far_point: Point,
-    /// How much wider the gap is there (m).
+    /// The gap there minus that at the closest points (m).
     pub(crate) wedge_m: f64,
 }
 
-/// Sides count as facing each other up to this angle: beyond it the far ends do not meet within an impact.
+/// Sides face each other up to this angle (rad): beyond it the far ends do not meet within an impact.
 const FACING_RAD: f64 = 0.15;
-/// Faces that overlap by less than this part of the shorter one touch at a corner.
-const FACING_OVERLAP: f64 = 0.05;
+/// Sides that overlap by less than this fraction of the shorter one touch at a corner.
+const MIN_OVERLAP: f64 = 0.05;
 
-/// The nearest points of two outlines; `None` if they overlap.
-pub(crate) fn touch(a: Outline, b: Outline) -> Option<Touch> {
+/// The closest points of two outlines; `None` if they overlap.
+pub(crate) fn closest_points(a: PlacedShape, b: PlacedShape) -> Option<ClosestPoints> {
     match (a.shape, b.shape) {
         (Shape::Disc { radius_m: ra }, Shape::Disc { radius_m: rb }) => {
             between_points(a.pose.position, b.pose.position, *ra, *rb)
         }
         (Shape::Disc { radius_m }, _) => disc_polygon(a.pose.position, *radius_m, &placed(b)),
         (_, Shape::Disc { radius_m }) => {
-            disc_polygon(b.pose.position, *radius_m, &placed(a)).map(Touch::swapped)
+            disc_polygon(b.pose.position, *radius_m, &placed(a)).map(ClosestPoints::swapped)
         }
         _ => polygon_polygon(&placed(a), &placed(b)),
     }
 }
 
-/// As [`touch`]; outlines that overlap are first moved apart: b along `away` (a unit vector), as far as needed.
-pub(crate) fn touch_apart(a: Outline, b: Outline, away: Vec2) -> Option<Touch> {
-    // Measured outlines overlap by tenths of a millimetre at an impact, not by centimetres.
+/// The closest points of two outlines, after moving b along the unit vector `away` until they do not overlap.
+///
+/// The gap is negative by the part of that distance along the normal.  `None` if 10 mm do not suffice.
+pub(crate) fn separated_closest_points(a: PlacedShape, b: PlacedShape, away: Vec2) -> Option<ClosestPoints> {
+    // Measured outlines overlap by tenths of a millimetre at an impact.
     const STEP_M: f64 = 2.5e-4;
     const STEPS: usize = 40;
     (0..STEPS).find_map(|k| {
-        let back_m = STEP_M * k as f64;
-        let moved = Pose { position: b.pose.position + away * back_m, ..b.pose };
-        let mut touch = touch(a, Outline { pose: moved, ..b })?;
-        touch.gap_m -= back_m * away.dot(touch.normal_ab).max(0.0);
-        touch.point = touch.point - away * (back_m / 2.0);
-        Some(touch)
+        let moved_m = STEP_M * k as f64;
+        let moved = Pose { position: b.pose.position + away * moved_m, ..b.pose };
+        let mut closest = closest_points(a, PlacedShape { pose: moved, ..b })?;
+        closest.gap_m -= moved_m * away.dot(closest.normal_ab).max(0.0);
+        closest.point = closest.point - away * (moved_m / 2.0);
+        Some(closest)
     })
 }
 
-impl Touch {
+impl ClosestPoints {
     fn swapped(self) -> Self {
         Self { normal_ab: -self.normal_ab, ..self }
     }
 }
 
-fn placed(outline: Outline) -> Vec<Point> {
+fn placed(outline: PlacedShape) -> Vec<Point> {
     outline.shape.corners().iter().map(|&p| outline.pose.table_from_body(p)).collect()
 }
 
-/// The touch of two points with thickness.
-fn between_points(p: Point, q: Point, thick_p: f64, thick_q: f64) -> Option<Touch> {
+/// The closest points of two discs, or of points as discs without a radius.
+fn between_points(p: Point, q: Point, radius_p: f64, radius_q: f64) -> Option<ClosestPoints> {
     let normal_ab = (q - p).direction()?;
-    let gap_m = p.distance(q) - thick_p - thick_q;
-    let point = p + normal_ab * (thick_p + gap_m / 2.0);
-    (gap_m >= 0.0).then_some(Touch { gap_m, normal_ab, point, face: None })
+    let gap_m = p.distance(q) - radius_p - radius_q;
+    let point = p + normal_ab * (radius_p + gap_m / 2.0);
+    (gap_m >= 0.0).then_some(ClosestPoints { gap_m, normal_ab, point, facing_sides: None })
 }
 
-fn disc_polygon(centre: Point, radius_m: f64, polygon: &[Point]) -> Option<Touch> {
+fn disc_polygon(centre: Point, radius_m: f64, polygon: &[Point]) -> Option<ClosestPoints> {
     if inside(centre, polygon) {
         return None;
     }
@@ -94,7 +96,7 @@ fn disc_polygon(centre: Point, radius_m: f64, polygon: &[Point]) -> Option<Touch
     between_points(centre, nearest, radius_m, 0.0)
 }
 
-fn polygon_polygon(a: &[Point], b: &[Point]) -> Option<Touch> {
+fn polygon_polygon(a: &[Point], b: &[Point]) -> Option<ClosestPoints> {
     if crossing(a, b) || inside(a[0], b) || inside(b[0], a) {
         return None;
     }
@@ -103,18 +105,18 @@ fn polygon_polygon(a: &[Point], b: &[Point]) -> Option<Touch> {
     let (p, q) = from_a
         .chain(from_b)
         .min_by(|one, other| one.0.distance(one.1).total_cmp(&other.0.distance(other.1)))?;
-    let mut touch = between_points(p, q, 0.0, 0.0)?;
-    if let Some((normal, face)) = facing(a, b, &touch) {
-        touch.normal_ab = normal;
-        touch.face = Some(face);
+    let mut closest = between_points(p, q, 0.0, 0.0)?;
+    if let Some((normal, sides)) = facing(a, b, &closest) {
+        closest.normal_ab = normal;
+        closest.facing_sides = Some(sides);
     }
-    Some(touch)
+    Some(closest)
 }
 
-/// The two sides that meet nearly parallel at the touch, if any: their mean normal and their far end.
-fn facing(a: &[Point], b: &[Point], touch: &Touch) -> Option<(Vec2, Face)> {
-    let near = |(from, to): &(Point, Point)| nearest_on(*from, *to, touch.point).distance(touch.point);
-    let reach_m = touch.gap_m / 2.0 + 1e-9;
+/// The mean normal and the far end of two nearly parallel sides at the closest points, if there are such sides.
+fn facing(a: &[Point], b: &[Point], closest: &ClosestPoints) -> Option<(Vec2, FacingSides)> {
+    let near = |(from, to): &(Point, Point)| nearest_on(*from, *to, closest.point).distance(closest.point);
+    let reach_m = closest.gap_m / 2.0 + 1e-9;
     edges(a).filter(|e| near(e) <= reach_m).find_map(|side_a| {
         edges(b).filter(|e| near(e) <= reach_m).find_map(|side_b| {
             let along_a = (side_a.1 - side_a.0).direction()?;
@@ -124,18 +126,18 @@ fn facing(a: &[Point], b: &[Point], touch: &Touch) -> Option<(Vec2, Face)> {
             }
             let along = (along_a + along_b).direction()?;
             let span = |(from, to): (Point, Point)| {
-                let (s, e) = ((from - touch.point).dot(along), (to - touch.point).dot(along));
+                let (s, e) = ((from - closest.point).dot(along), (to - closest.point).dot(along));
                 (s.min(e), s.max(e))
             };
             let ((low_a, high_a), (low_b, high_b)) = (span(side_a), span(side_b));
             let (low, high) = (low_a.max(low_b), high_a.min(high_b));
-            if high - low < FACING_OVERLAP * (high_a - low_a).min(high_b - low_b) {
+            if high - low < MIN_OVERLAP * (high_a - low_a).min(high_b - low_b) {
                 return None;
             }
             let far = if high.abs() > low.abs() { high } else { low };
-            let far_point = touch.point + along * far;
+            let far_point = closest.point + along * far;
             let wedge_m = along_a.cross(along_b).abs() * far.abs();
-            Some((-along.perpendicular(), Face { far_point, wedge_m }))
+            Some((-along.perpendicular(), FacingSides { far_point, wedge_m }))
         })
     })
 }
@@ -146,9 +148,9 @@ fn edges(polygon: &[Point]) -> impl Iterator<Item = (Point, Point)> + '_ {
 
 /// The point of a segment that is nearest to `p`.
 fn nearest_on(from: Point, to: Point, p: Point) -> Point {
-    let way = to - from;
-    let part = ((p - from).dot(way) / way.length_squared()).clamp(0.0, 1.0);
-    from + way * part
+    let side = to - from;
+    let fraction = ((p - from).dot(side) / side.length_squared()).clamp(0.0, 1.0);
+    from + side * fraction
 }
 
 fn inside(p: Point, polygon: &[Point]) -> bool {
@@ -177,51 +179,53 @@ mod tests {
     const DISC: Shape = Shape::Disc { radius_m: 0.03 };
     const SQUARE: Shape = Shape::Rectangle { size_m: [0.04, 0.04] };
 
-    fn at(shape: &Shape, x: f64, y: f64, yaw: f64) -> Outline<'_> {
-        Outline { shape, pose: Pose::new(x, y, yaw) }
+    fn at(shape: &Shape, x: f64, y: f64, yaw: f64) -> PlacedShape<'_> {
+        PlacedShape { shape, pose: Pose::new(x, y, yaw) }
     }
 
     #[test]
-    fn discs_touch_on_the_line_of_centres() {
-        let touch = touch(at(&DISC, 0.0, 0.0, 0.0), at(&DISC, 0.061, 0.0, 0.0)).expect("apart");
+    fn the_contact_of_two_discs_is_on_the_line_of_centres() {
+        let found = closest_points(at(&DISC, 0.0, 0.0, 0.0), at(&DISC, 0.061, 0.0, 0.0)).expect("apart");
         assert!(
-            (touch.gap_m - 0.001).abs() < 1e-12 && (touch.normal_ab - Vec2::new(1.0, 0.0)).length() < 1e-12
+            (found.gap_m - 0.001).abs() < 1e-12 && (found.normal_ab - Vec2::new(1.0, 0.0)).length() < 1e-12
         );
-        assert!(touch.point.distance(Point::new(0.0305, 0.0)) < 1e-12);
+        assert!(found.point.distance(Point::new(0.0305, 0.0)) < 1e-12);
     }
 
     #[test]
-    fn swapping_the_outlines_turns_the_normal() {
-        let turned = at(&SQUARE, 0.06, 0.01, 0.6);
-        let one = touch(at(&DISC, 0.0, 0.0, 0.0), turned).expect("apart");
-        let other = touch(turned, at(&DISC, 0.0, 0.0, 0.0)).expect("apart");
+    fn swapping_the_outlines_reverses_the_normal() {
+        let rotated = at(&SQUARE, 0.06, 0.01, 0.6);
+        let one = closest_points(at(&DISC, 0.0, 0.0, 0.0), rotated).expect("apart");
+        let other = closest_points(rotated, at(&DISC, 0.0, 0.0, 0.0)).expect("apart");
         assert!(
             (one.normal_ab + other.normal_ab).length() < 1e-12 && one.point.distance(other.point) < 1e-12
         );
     }
 
     #[test]
-    fn a_corner_meets_a_flat_side_along_the_sides_normal() {
-        let touch = touch(at(&SQUARE, 0.0, 0.0, 0.0), at(&SQUARE, 0.05, 0.0, FRAC_PI_4)).expect("apart");
-        assert!((touch.normal_ab - Vec2::new(1.0, 0.0)).length() < 1e-9 && touch.face.is_none());
+    fn the_normal_between_a_corner_and_a_flat_side_is_that_of_the_side() {
+        let found =
+            closest_points(at(&SQUARE, 0.0, 0.0, 0.0), at(&SQUARE, 0.05, 0.0, FRAC_PI_4)).expect("apart");
+        assert!((found.normal_ab - Vec2::new(1.0, 0.0)).length() < 1e-9 && found.facing_sides.is_none());
     }
 
     #[test]
-    fn flat_sides_that_face_each_other_tell_both_ends() {
-        let touch = touch(at(&SQUARE, 0.0, 0.0, 0.0), at(&SQUARE, 0.041, 0.005, 0.02)).expect("apart");
-        let face = touch.face.expect("faces");
+    fn flat_sides_that_face_each_other_have_a_far_end() {
+        let found =
+            closest_points(at(&SQUARE, 0.0, 0.0, 0.0), at(&SQUARE, 0.041, 0.005, 0.02)).expect("apart");
+        let sides = found.facing_sides.expect("facing sides");
         // Of the 40 mm sides, 35 mm face each other.
-        let length_m = face.far_point.distance(touch.point);
+        let length_m = sides.far_point.distance(found.point);
         assert!((length_m - 0.035).abs() < 5e-4, "{length_m} m");
-        assert!((face.wedge_m - 0.02 * length_m).abs() < 1e-5, "{} m", face.wedge_m);
+        assert!((sides.wedge_m - 0.02 * length_m).abs() < 1e-5, "{} m", sides.wedge_m);
     }
 
     #[test]
     fn overlapping_outlines_are_moved_apart_before_the_normal_is_taken() {
         let away = Vec2::new(1.0, 0.0);
-        let touch =
-            touch_apart(at(&SQUARE, 0.0, 0.0, 0.0), at(&DISC, 0.0495, 0.004, 0.0), away).expect("apart");
-        assert!((touch.gap_m + 0.0005).abs() < 1e-9, "{} m", touch.gap_m);
-        assert!((touch.normal_ab - away).length() < 1e-12);
+        let found = separated_closest_points(at(&SQUARE, 0.0, 0.0, 0.0), at(&DISC, 0.0495, 0.004, 0.0), away)
+            .expect("apart");
+        assert!((found.gap_m + 0.0005).abs() < 1e-9, "{} m", found.gap_m);
+        assert!((found.normal_ab - away).length() < 1e-12);
     }
 }

@@ -1,17 +1,24 @@
 //! How do the objects slide and bounce?
 //!
-//! Sections 4.1 to 4.3 of the paper with the corrected equations.  Every clip is fitted as rest, slide, impact, slide,
-//! rest, or right around its impacts alone (`clip`); what its impacts tell (`measure`) is weighed against the other
-//! clips, and all clips together give friction, restitution and mass ratios with their uncertainty (`joint`).
+//! Sections 4.1 to 4.3 of the paper with the corrected equations, in three steps:
+//!
+//! 1. `clip`: the tracks of one clip give the motion that fits them best: rest, slide, impact, slide, rest.
+//! 2. `measure`: the fitted motion gives frictions, restitutions and mass ratios with their covariance.
+//! 3. `joint`: the measurements of all clips give the [`Properties`] with their covariance; clips that contradict the
+//!    others are left out.
+//!
+//! `design` answers which clips to film next.
 
 mod clip;
+mod clip_tracks;
 mod closest_points;
 mod design;
 mod joint;
 mod measure;
 
 pub use clip::result::{BodyFit, ClipFit, Impact, Measured};
-pub use clip::sliding::Motion;
+pub use clip::sliding::MotionState;
+pub use clip_tracks::ClipTracks;
 pub use design::experiment::Shot;
 pub use design::simulated_clip::{Filming, staged};
 pub use design::{
@@ -20,39 +27,27 @@ pub use design::{
 pub use joint::clip_values::{ClipValue, clip_values};
 
 use crate::cell::Cell;
-use crate::detect::Tracks;
 use crate::error::{Error, Result};
 use crate::object::{self, Object};
 use crate::properties::Properties;
-use crate::scene::Strike;
-use clip::fit::Noise;
-use clip::{Story, exposure, initial_guess};
+use crate::statistics::median;
+use clip::fit::{NoiseStatistics, VarianceRatio};
+use clip::{ClipEstimate, exposure};
 use joint::properties;
-use joint::record::{self, Record};
+use joint::record;
+use measure::ClipMeasurements;
 use rayon::prelude::*;
-
-/// The tracks of one clip and what the robot was told in it.
-#[derive(Clone, Debug, PartialEq)]
-pub struct ClipTracks {
-    /// The clip's name, as messages call it.
-    pub name: String,
-    /// Its objects, the struck one first.
-    pub objects: Vec<String>,
-    /// The strike; none if the objects were set in motion otherwise.
-    pub strike: Option<Strike>,
-    /// Where the objects were.
-    pub tracks: Tracks,
-}
 
 /// How to estimate.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Options {
-    /// The object whose mass is the unit; the first one in the alphabet if not given.
+    /// The object whose mass is the unit; by default the alphabetically first one.
     pub reference: Option<String>,
 }
 
-/// The properties, and the fit of every clip that they rest on.
+/// The properties, and the fitted motion of every clip.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Estimation {
     /// Friction, restitution, mass ratios.
     pub properties: Properties,
@@ -60,26 +55,26 @@ pub struct Estimation {
     pub clips: Vec<ClipFit>,
 }
 
-/// Friction, restitution and mass ratios from the tracks of all clips, and the fits that they rest on.
+/// Friction, restitution and mass ratios from the tracks of all clips, and the fits of the clips.
 ///
 /// A quantity that no clip supports is absent and listed in the warnings; a clip that contradicts the others or the
 /// model is named there and left out.
 ///
 /// # Errors
-/// No clip at all, an object that is not known, a reference that is no object.
+/// No clip at all, a track of an unknown object, a reference that is not an object.
 pub fn estimation(
     clips: &[ClipTracks],
     cell: &Cell,
     objects: &[Object],
     options: &Options,
 ) -> Result<Estimation> {
-    joint(&[], clips, (cell, objects), &reference(objects, options)?)
+    combined(&[], clips, cell, objects, &reference(objects, options)?)
 }
 
-/// The properties after more clips, without the films of those that the old properties rest on.
+/// The properties from the stored measurements of the old clips and the tracks of the new ones.
 ///
-/// The old evidence is heard again together with the new clips: the result is that of all clips at once, but that the old
-/// clips' fits keep the level of noise, and the exposure, that the old clips had agreed on among themselves.
+/// The result is that of all clips at once, except that the fits of the old clips keep the noise level and the exposure
+/// that the old clips gave by themselves.
 ///
 /// # Errors
 /// As [`estimation`]; also another cell, reference or outline than the old clips had, and a clip given twice.
@@ -90,56 +85,70 @@ pub fn updated(
     objects: &[Object],
     options: &Options,
 ) -> Result<Estimation> {
-    let earlier = record::earlier(old, clips, (cell, objects), options)?;
+    let earlier = record::earlier(old, clips, cell, objects, options.reference.as_deref())?;
     let all = record::all_objects(old.evidence.as_ref(), objects);
-    let mut estimation = joint(&earlier, clips, (cell, &all), &old.reference)?;
+    let mut estimation = combined(&earlier, clips, cell, &all, &old.reference)?;
     if let (Some(now), Some(then)) = (&mut estimation.properties.evidence, &old.evidence) {
         now.clips.splice(0..0, then.clips.iter().cloned());
     }
     Ok(estimation)
 }
 
-/// An error unless clips of these names, filmed in this cell, may join the old properties: to ask before any film is read.
+/// An error unless [`updated`] would accept clips of these names, filmed in this cell; needs no film.
 ///
 /// # Errors
-/// Properties without evidence; another cell, reference or outline than the old clips had; a name that is known.
+/// Properties without evidence; another cell, reference or outline than the old clips had; the name of an old clip.
 pub fn check_update(
     old: &Properties,
     names: &[&str],
-    (cell, objects): (&Cell, &[Object]),
+    cell: &Cell,
+    objects: &[Object],
     options: &Options,
 ) -> Result<()> {
-    record::check_basis(old, names, (cell, objects), options).map(|_| ())
+    record::check_basis(old, names, cell, objects, options.reference.as_deref()).map(|_| ())
 }
 
-/// Earlier clips by their records and new clips by their tracks; the evidence holds the new ones.
-fn joint(
-    earlier: &[Record],
+/// The estimate from the measurements of earlier clips and the tracks of new ones; its evidence holds the new ones only.
+fn combined(
+    earlier: &[ClipMeasurements],
     clips: &[ClipTracks],
-    (cell, objects): (&Cell, &[Object]),
+    cell: &Cell,
+    objects: &[Object],
     reference: &str,
 ) -> Result<Estimation> {
     if clips.is_empty() {
         return Err(Error::invalid("estimate", "clips", "none", "the tracks of at least one clip"));
     }
-    let first: Vec<Story> =
-        clips.par_iter().map(|clip| Story::new(clip, cell, objects)).collect::<Result<_>>()?;
-    let noises: Vec<Noise> = earlier.iter().map(|r| r.noise).chain(first.iter().map(Story::noise)).collect();
-    let (place_scales, yaw_scale) = noise_scales(&noises);
-    let place_scales = &place_scales[earlier.len()..];
-    let misfits: Vec<_> = first.iter().zip(place_scales).map(|(s, scale)| s.misfits(*scale)).collect();
-    let all_misfits: Vec<_> = earlier.iter().map(|r| r.misfits).chain(misfits.iter().copied()).collect();
-    let found_frames = exposure::found_frames(&all_misfits);
-    let (fits, new): (Vec<ClipFit>, Vec<Record>) =
-        (first.par_iter().zip(clips).zip(place_scales).zip(misfits))
-            .map(|(((story, clip), scale), misfits)| {
-                let (fit, record) = story.refined(*scale, yaw_scale, found_frames).told(clip);
-                (fit, Record { noise: story.noise(), misfits, ..record })
+
+    // First fits, and what all clips together show of noise and exposure
+    let first: Vec<ClipEstimate> =
+        clips.par_iter().map(|clip| ClipEstimate::new(clip, cell, objects)).collect::<Result<_>>()?;
+    let noises: Vec<NoiseStatistics> =
+        earlier.iter().map(|r| r.noise).chain(first.iter().map(ClipEstimate::noise)).collect();
+    let (position_scales, yaw_scale) = noise_scales(&noises);
+    let position_scales = &position_scales[earlier.len()..];
+    let chi2: Vec<_> = first
+        .iter()
+        .zip(position_scales)
+        .map(|(estimate, scale)| estimate.chi2_by_exposure(*scale))
+        .collect();
+    let all_chi2: Vec<_> = earlier.iter().map(|r| r.chi2_by_exposure).chain(chi2.iter().copied()).collect();
+    let exposure_frames = exposure::best_frames(&all_chi2);
+
+    // Final fits and their measurements
+    let (fits, new): (Vec<ClipFit>, Vec<ClipMeasurements>) =
+        (first.par_iter().zip(clips).zip(position_scales).zip(chi2))
+            .map(|(((estimate, clip), scale), chi2_by_exposure)| {
+                let refitted = estimate.refitted(*scale, yaw_scale, exposure_frames);
+                let (fit, measured) = measure::measured(&refitted, clip);
+                (fit, ClipMeasurements { noise: estimate.noise(), chi2_by_exposure, ..measured })
             })
             .unzip();
+
+    // All clips together
     let evidence = record::evidence(&new, clips, cell, objects)?;
-    let records: Vec<&Record> = earlier.iter().chain(&new).collect();
-    let mut properties = properties::properties(&records, objects, reference);
+    let all: Vec<&ClipMeasurements> = earlier.iter().chain(&new).collect();
+    let mut properties = properties::properties(&all, objects, reference);
     properties.evidence = Some(evidence);
     Ok(Estimation { properties, clips: fits })
 }
@@ -152,21 +161,23 @@ fn reference(objects: &[Object], options: &Options) -> Result<String> {
     }
 }
 
-/// By how much the noise of each clip's places exceeds the claimed one, and of all yaws; clips with few moving sights
-/// lean on the others.
-fn noise_scales(noises: &[Noise]) -> (Vec<f64>, f64) {
-    /// The common noise counts as much as this many residuals of the clip's own.
-    const COMMON: f64 = 20.0;
-    let typical = |sums: &dyn Fn(&Noise) -> [f64; 2]| {
-        let all = noises.iter().map(sums).filter(|[_, freedom]| *freedom > 2.0);
-        let value = initial_guess::median(all.map(|[squares, freedom]| squares / freedom));
+/// Factors between the actual standard deviation of the noise and the one that the tracks claim: of the positions of each
+/// clip, and of all yaws.
+///
+/// A clip's factor is drawn towards the median of all clips, so that one with few residuals gets nearly that.
+fn noise_scales(noises: &[NoiseStatistics]) -> (Vec<f64>, f64) {
+    /// The median over all clips has the weight of this many residuals of the clip's own.
+    const MEDIAN_WEIGHT: f64 = 20.0;
+    let typical = |ratio: &dyn Fn(&NoiseStatistics) -> VarianceRatio| {
+        let all = noises.iter().map(ratio).filter(|ratio| ratio.freedom > 2.0);
+        let value = median(all.map(|ratio| ratio.squares / ratio.freedom)).unwrap_or(0.0);
         if value > 0.0 { value } else { 1.0 }
     };
-    let place = typical(&|n| n.place);
-    let yaw = typical(&|n| n.yaw);
+    let position = typical(&|noise| noise.position);
+    let yaw = typical(&|noise| noise.yaw);
     let scales = noises.iter().map(|noise| {
-        let [squares, freedom] = noise.place;
-        ((COMMON * place + squares) / (COMMON + freedom)).sqrt()
+        let VarianceRatio { squares, freedom } = noise.position;
+        ((MEDIAN_WEIGHT * position + squares) / (MEDIAN_WEIGHT + freedom)).sqrt()
     });
     (scales.collect(), yaw.sqrt())
 }

@@ -1,67 +1,92 @@
 //! How long was the shutter open?
 //!
-//! A moving marker is seen at its mean place over the exposure.  Between impacts that is the place at mid-exposure; a
-//! frame whose exposure holds an impact is off, by up to some tenths of a millimetre, and so tells the exposure.
+//! A moving marker is observed at its mean position over the exposure.  Between impacts that is the position at
+//! mid-exposure; in a frame whose exposure contains an impact it differs by up to some tenths of a millimetre.  The frames
+//! around the impacts of all clips therefore determine the exposure.
 
-use super::fit::Fitted;
+use super::fit::MotionFit;
 use super::initial_guess::frame_s;
-use super::motion_model::{Exposure, Model};
+use super::motion_model::{Exposure, MotionModel};
 use crate::cell::Cell;
+use serde::{Deserialize, Serialize};
 
-/// Exposures that are tried, in frames.
-const TRIED_FRAMES: [f64; 10] = [0.0, 0.0625, 0.125, 0.1875, 0.25, 0.3125, 0.375, 0.5, 0.7, 0.9];
-/// For every tried exposure its sum of squares, and the number of frames.
-pub(crate) type Misfits = ([f64; TRIED_FRAMES.len()], usize);
-/// Fewer frames around impacts than this leave the exposure open.
-const FRAMES_NEEDED: usize = 8;
-/// The exposure is believed if its mean squared residual around impacts is below this many variances.
-const BELIEVED: f64 = 6.0;
-/// As long as a shutter is usually open if nobody says (frames).
+/// Candidate exposures, in frames.
+const CANDIDATE_FRAMES: [f64; 10] = [0.0, 0.0625, 0.125, 0.1875, 0.25, 0.3125, 0.375, 0.5, 0.7, 0.9];
+const CANDIDATES: usize = CANDIDATE_FRAMES.len();
+/// Fewer frames around impacts than this do not determine the exposure.
+const MIN_FRAMES: usize = 8;
+/// The best candidate is accepted if its mean squared residual around impacts is below this many variances.
+const MAX_MEAN_CHI2: f64 = 6.0;
+/// The longest exposure of usual cameras, assumed where the cell does not specify it (frames).
 const LONGEST_FRAMES: f64 = 0.5;
 
-/// The exposure that the cell gives; else the frames around impacts count less.
-pub(crate) fn told(cell: &Cell, frame_s: f64) -> Exposure {
+/// How well each candidate exposure explains the frames around the impacts of a clip.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(from = "([f64; CANDIDATES], usize)", into = "([f64; CANDIDATES], usize)")]
+pub(crate) struct ExposureChi2 {
+    /// For each candidate the sum of squared residuals over their variances.
+    chi2: [f64; CANDIDATES],
+    /// The number of frames in the sums.
+    frames: usize,
+}
+
+impl From<([f64; CANDIDATES], usize)> for ExposureChi2 {
+    fn from((chi2, frames): ([f64; CANDIDATES], usize)) -> Self {
+        Self { chi2, frames }
+    }
+}
+
+impl From<ExposureChi2> for ([f64; CANDIDATES], usize) {
+    fn from(value: ExposureChi2) -> Self {
+        (value.chi2, value.frames)
+    }
+}
+
+/// The exposure that the cell specifies, else that it is unknown up to half a frame.
+pub(crate) fn specified(cell: &Cell, frame_s: f64) -> Exposure {
     cell.camera.exposure_s.map_or(Exposure::UpTo(LONGEST_FRAMES * frame_s), Exposure::Known)
 }
 
-/// How badly each of the tried exposures explains a clip's frames around impacts: sums of squares over variances,
-/// bounded for outliers, and how many frames there are.
-pub(crate) fn misfits(fitted: &Fitted, place_scale: f64) -> Misfits {
-    /// A frame that fits none of them says nothing beyond this.
-    const MOST: f64 = 25.0;
-    let Model { bodies, exposure, .. } = &fitted.model;
+/// For each candidate exposure the chi-square of a clip's frames around impacts, bounded for outliers.
+///
+/// No frames if the exposure is known.
+pub(crate) fn chi2_by_exposure(fitted: &MotionFit, position_scale: f64) -> ExposureChi2 {
+    /// A frame that contradicts all candidates must not outweigh the others.
+    const MAX_CHI2: f64 = 25.0;
+    let MotionModel { bodies, exposure, .. } = &fitted.model;
+    let mut sums = ExposureChi2::default();
     if matches!(exposure, Exposure::Known(_)) {
-        return Misfits::default();
+        return sums;
     }
     let frame_s = frame_s(bodies);
-    let mut squares = [0.0; TRIED_FRAMES.len()];
-    let mut frames = 0;
     for (body, path) in bodies.iter().zip(&fitted.paths) {
-        let near = |t: f64| path.impacts_s().any(|at| (at - t).abs() < frame_s / 4.0);
-        for sight in body.sights.iter().filter(|s| !s.ignored && near(s.time_s)) {
-            frames += 1;
-            for (sum, tried) in squares.iter_mut().zip(TRIED_FRAMES) {
-                let place = path.mean_pose(sight.time_s, tried * frame_s).position;
-                let off = (sight.position - place).length() / (sight.std_m * place_scale);
-                *sum += (off * off / 2.0).min(MOST);
+        let near_impact = |t: f64| path.impacts_s().any(|at| (at - t).abs() < frame_s / 4.0);
+        for observation in body.observations.iter().filter(|o| !o.excluded && near_impact(o.time_s)) {
+            sums.frames += 1;
+            for (sum, candidate) in sums.chi2.iter_mut().zip(CANDIDATE_FRAMES) {
+                let position = path.mean_pose(observation.time_s, candidate * frame_s).position;
+                let residual =
+                    (observation.position - position).length() / (observation.std_m * position_scale);
+                *sum += (residual * residual / 2.0).min(MAX_CHI2);
             }
         }
     }
-    (squares, frames)
+    sums
 }
 
-/// The exposure that explains the frames around all impacts best, in frames; `None` if none explains them.
-pub(crate) fn found_frames(misfits: &[Misfits]) -> Option<f64> {
-    let frames: usize = misfits.iter().map(|(_, n)| n).sum();
-    let total = |k: usize| misfits.iter().map(|(squares, _)| squares[k]).sum::<f64>();
-    let best = (0..TRIED_FRAMES.len()).min_by(|&p, &q| total(p).total_cmp(&total(q)))?;
-    let believed = frames >= FRAMES_NEEDED && total(best) < BELIEVED * frames as f64;
-    believed.then_some(TRIED_FRAMES[best])
+/// The exposure (in frames) that explains the frames around the impacts of all clips best; `None` if too few frames
+/// contain an impact or no candidate explains them.
+pub(crate) fn best_frames(clips: &[ExposureChi2]) -> Option<f64> {
+    let frames: usize = clips.iter().map(|clip| clip.frames).sum();
+    let total = |k: usize| clips.iter().map(|clip| clip.chi2[k]).sum::<f64>();
+    let best = (0..CANDIDATES).min_by(|&p, &q| total(p).total_cmp(&total(q)))?;
+    let accepted = frames >= MIN_FRAMES && total(best) < MAX_MEAN_CHI2 * frames as f64;
+    accepted.then_some(CANDIDATE_FRAMES[best])
 }
 
-/// The exposure for the final fit of a clip.
-pub(crate) fn settled(fitted: &Fitted, found_frames: Option<f64>) -> Exposure {
-    match (fitted.model.exposure, found_frames) {
+/// The exposure for the final fit of a clip: as known for this clip, else as all clips together show it.
+pub(crate) fn resolved(fitted: &MotionFit, best_frames: Option<f64>) -> Exposure {
+    match (fitted.model.exposure, best_frames) {
         (Exposure::UpTo(_), Some(frames)) => Exposure::Known(frames * frame_s(&fitted.model.bodies)),
         (exposure, _) => exposure,
     }

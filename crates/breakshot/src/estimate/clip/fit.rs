@@ -1,103 +1,137 @@
-//! The fit of one clip: how many impacts it shows, and the most likely motion of all its bodies.
+//! The fit of one clip: how many impacts it contains, and the motion of all its bodies with the least loss.
 
-use super::initial_guess::{Draft, SIGHTS_NEEDED, fitted_partner, frame_s};
-use super::least_squares::{AT_REST, Minimum, NEAR, ROUGH, minimum};
-use super::motion_model::{Cause, Event, Exposure, Law, Layout, Model, ModelFit, Path};
-use super::striker_path::StrikerRun;
-use crate::estimate::closest_points::{Outline, touch};
+use super::initial_guess::{InitialGuess, OBSERVATIONS_NEEDED, fitted_partner, frame_s};
+use super::least_squares::{COARSE, FINAL, INTERMEDIATE, Minimum, minimum};
+use super::motion_model::{
+    BodyPath, Cause, Event, EventIndices, Exposure, MotionLaw, MotionModel, MotionProblem, ParameterLayout,
+};
+use super::striker_path::StrikerPath;
+use crate::estimate::closest_points::{PlacedShape, closest_points};
 use crate::geometry::Vec2;
 use nalgebra::{DMatrix, DVector};
 use serde::{Deserialize, Serialize};
 
-/// The most likely motion of a clip's bodies.
+/// The fitted motion of a clip's bodies.
 #[derive(Clone, Debug)]
-pub(crate) struct Fitted {
-    pub(crate) model: Model,
-    pub(crate) layout: Layout,
+pub(crate) struct MotionFit {
+    pub(crate) model: MotionModel,
+    pub(crate) layout: ParameterLayout,
     pub(crate) minimum: Minimum,
-    pub(crate) paths: Vec<Path>,
-    /// How many times larger than claimed the noise of the moving bodies is, and how sure that is.
-    pub(crate) noise: Noise,
-    /// Whether a body changes its velocity with nothing near: then something else than Coulomb friction slows it.
-    pub(crate) uneven: bool,
-    /// What the user should know.
+    pub(crate) paths: Vec<BodyPath>,
+    /// Squared residuals of the moving bodies over the variances that the tracks claim.
+    pub(crate) noise: NoiseStatistics,
+    /// Whether a body decelerates otherwise than by Coulomb friction: its velocity changes with nothing near it.
+    pub(crate) non_coulomb: bool,
+    /// Warnings for the user.
     pub(crate) remarks: Vec<String>,
 }
 
-/// Sums of squares over claimed variances, and the degrees of freedom that they stand for.
+/// Noise of positions and yaws compared with what the tracks claim.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub(crate) struct Noise {
-    pub(crate) place: [f64; 2],
-    pub(crate) yaw: [f64; 2],
+pub(crate) struct NoiseStatistics {
+    #[serde(rename = "place")]
+    pub(crate) position: VarianceRatio,
+    pub(crate) yaw: VarianceRatio,
 }
 
-/// Which residual tells of a place, and what was seen.
+/// A sum of squared residuals over the claimed variances, and its degrees of freedom.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(from = "[f64; 2]", into = "[f64; 2]")]
+pub(crate) struct VarianceRatio {
+    pub(crate) squares: f64,
+    pub(crate) freedom: f64,
+}
+
+impl VarianceRatio {
+    /// The sum of two independent ones.
+    pub(crate) fn plus(self, other: Self) -> Self {
+        Self { squares: self.squares + other.squares, freedom: self.freedom + other.freedom }
+    }
+}
+
+impl From<[f64; 2]> for VarianceRatio {
+    fn from([squares, freedom]: [f64; 2]) -> Self {
+        Self { squares, freedom }
+    }
+}
+
+impl From<VarianceRatio> for [f64; 2] {
+    fn from(ratio: VarianceRatio) -> Self {
+        [ratio.squares, ratio.freedom]
+    }
+}
+
+/// The residual of an observed position.
 #[derive(Clone, Copy, Debug)]
-struct PlaceRow {
+struct PositionRow {
     row: usize,
     time_s: f64,
     std_m: f64,
 }
 
-/// A sight farther off than this many deviations is an outlier and is left out.
+/// An observation with a residual of more than this many standard deviations is an outlier and is excluded.
 const OUTLIER_STDS: f64 = 8.0;
-/// No strike makes more impacts than this in a clip that is still of use.
-const MOST_EVENTS: usize = 12;
-/// An impact that nobody was seen to start is believed if it lowers the loss by this much (in variances), and changes
-/// the velocity by this many of its deviations.
+/// Clips with more impacts than this are not useful.
+const MAX_EVENTS: usize = 12;
+/// An impact that sets no body at rest in motion is accepted if it lowers the loss by this much (in variances), and
+/// changes the velocity by this many of its standard deviations.
 const EVENT_GAIN: f64 = 40.0;
 const EVENT_STDS: f64 = 5.0;
-/// No impact changes the velocity by a smaller part: a body that rocks after an impact slides unevenly.
+/// It must also change the velocity by this fraction: rocking after an impact changes it slightly.
 const EVENT_JUMP: f64 = 0.04;
-/// The gain needed where no partner is near.
+/// A body nearer to the striker than this may be hit by it again (m).
+const STRUCK_AGAIN_M: f64 = 0.003;
+/// The initial friction of a body that starts to move by an added impact.
+const USUAL_FRICTION: f64 = 0.2;
+/// The gain that is required where no partner is near.
 const LONE_EVENT_GAIN: f64 = 400.0;
 
-impl Fitted {
-    /// The most likely motion, from the sights of this clip alone.
-    pub(crate) fn new(draft: Draft, striker: Option<&StrikerRun>) -> Self {
-        let mut fitted = best_start(draft);
-        while fitted.model.events.len() < MOST_EVENTS && !fitted.uneven {
+impl MotionFit {
+    /// The fit of a guess, with further impacts where the observations demand them.
+    pub(crate) fn new(guess: InitialGuess, striker: Option<&StrikerPath>) -> Self {
+        let mut fitted = best_start(guess);
+        while fitted.model.events.len() < MAX_EVENTS && !fitted.non_coulomb {
             match fitted.with_one_more_event(striker) {
                 Some(better) => fitted = better,
                 None => break,
             }
         }
-        if let Some(run) = striker {
-            fitted = fitted.until_caught(run);
+        if let Some(striker) = striker {
+            fitted = fitted.until_pushed(striker);
         }
         fitted.without_outliers()
     }
 
-    /// The most likely motion with the draft's impacts and no others.
-    pub(crate) fn of_draft(draft: Draft) -> Self {
-        Self::run(draft.model, draft.parameters).without_outliers()
+    /// The fit with the impacts of a guess and no others.
+    pub(crate) fn from_guess(guess: InitialGuess) -> Self {
+        Self::run(guess.model, guess.parameters).without_outliers()
     }
 
-    /// Fits again with what all clips together tell about noise and shutter.
-    pub(crate) fn refined(&self, place_scale: f64, yaw_scale: f64, exposure: Exposure) -> Self {
-        let Self { mut model, .. } = self.noisier(place_scale, yaw_scale);
+    /// Fits again with the noise and the exposure that all clips together give.
+    pub(crate) fn refitted(&self, position_scale: f64, yaw_scale: f64, exposure: Exposure) -> Self {
+        let Self { mut model, .. } = self.with_noise_scaled(position_scale, yaw_scale);
         model.exposure = exposure;
-        if model.law == Law::Free {
+        if model.law == MotionLaw::ConstantRates {
             return Self::run(model, self.minimum.parameters.clone());
         }
-        let refined =
+        let refitted =
             Self { remarks: self.remarks.clone(), ..Self::run(model, self.minimum.parameters.clone()) };
-        refined.without_idle_events()
+        refitted.without_negligible_events()
     }
 
-    /// The same fit of sights whose noise is otherwise than claimed.
-    pub(crate) fn noisier(&self, place_scale: f64, yaw_scale: f64) -> Self {
+    /// The same motion, with other standard deviations of the observations.
+    pub(crate) fn with_noise_scaled(&self, position_scale: f64, yaw_scale: f64) -> Self {
         let mut fitted = self.clone();
-        for sight in fitted.model.bodies.iter_mut().flat_map(|body| &mut body.sights) {
-            sight.std_m *= place_scale;
+        for observation in fitted.model.bodies.iter_mut().flat_map(|body| &mut body.observations) {
+            observation.std_m *= position_scale;
         }
         fitted.model.yaw_std_rad *= yaw_scale;
         fitted
     }
 
-    /// The fit without the events that, seen closely, change no velocity.
-    fn without_idle_events(self) -> Self {
-        let idle = (0..self.model.events.len()).find(|&n| {
+    /// The fit without the impacts whose velocity change turns out to be negligible.
+    fn without_negligible_events(self) -> Self {
+        let negligible = (0..self.model.events.len()).find(|&n| {
             let at_s = self.minimum.parameters[self.layout.events[n].time];
             self.model.events[n].members.iter().all(|&k| {
                 let speed_m_s = self.paths[k].motion_before(at_s).velocity.length();
@@ -105,99 +139,107 @@ impl Fitted {
                 speed_m_s > 0.0 && (jump_m_s < EVENT_STDS * std_m_s || jump_m_s < EVENT_JUMP * speed_m_s)
             })
         });
-        let Some(n) = idle else { return self };
+        let Some(n) = negligible else { return self };
         let mut model = self.model.clone();
         model.events.remove(n);
-        let slots = &self.layout.events[n];
+        let indices = &self.layout.events[n];
         let mut parameters = self.minimum.parameters.clone();
-        parameters.drain(slots.time..slots.time + layout_len(&self.layout, slots));
-        Self { remarks: self.remarks.clone(), ..Self::run(model, parameters) }.without_idle_events()
+        parameters.drain(indices.time..indices.time + event_len(&self.layout, indices));
+        Self { remarks: self.remarks.clone(), ..Self::run(model, parameters) }.without_negligible_events()
     }
 
-    /// The least loss from these parameters.
-    fn run(model: Model, parameters: Vec<f64>) -> Self {
-        // The weights depend on the motion, which the first fit finds.
-        let first = Self::weighed(model, parameters, NEAR);
-        Self::weighed(first.model, first.minimum.parameters, AT_REST)
+    /// The fit that starts from these parameters.
+    fn run(model: MotionModel, parameters: Vec<f64>) -> Self {
+        // The weights depend on the motion: the second fit uses those of the first.
+        let first = Self::weighted(model, parameters, INTERMEDIATE);
+        Self::weighted(first.model, first.minimum.parameters, FINAL)
     }
 
-    /// The least loss with the weights that these parameters give.
-    fn weighed(mut model: Model, parameters: Vec<f64>, close_enough: f64) -> Self {
+    /// The fit with weights for the motion of these parameters.
+    fn weighted(mut model: MotionModel, parameters: Vec<f64>, tolerance: f64) -> Self {
         let layout = model.layout();
-        model.weigh(&layout, &parameters);
-        let minimum = minimum(parameters, &layout.steps, close_enough, &ModelFit::new(&model, &layout));
+        model.set_weights(&layout, &parameters);
+        let minimum = minimum(parameters, &layout.steps, tolerance, &MotionProblem::new(&model, &layout));
         let paths = model.paths(&layout, &minimum.parameters);
         let noise = noise(&model, &minimum, &paths);
-        Self { model, layout, minimum, paths, noise, uneven: false, remarks: Vec::new() }
+        Self { model, layout, minimum, paths, noise, non_coulomb: false, remarks: Vec::new() }
     }
 
-    /// The factor by which this clip's noise exceeds the claimed one, squared.
-    pub(crate) fn place_variance(&self) -> f64 {
-        let [squares, freedom] = self.noise.place;
-        // A clip that fits better than claimed by luck does not become surer by it.
-        if freedom > 2.0 { (squares / freedom).max(SMALLEST_VARIANCE) } else { 1.0 }
+    /// The variance of this clip's positions over the one that the tracks claim.
+    pub(crate) fn position_variance(&self) -> f64 {
+        let VarianceRatio { squares, freedom } = self.noise.position;
+        // Bounded below: few residuals may be small by chance.
+        if freedom > 2.0 { (squares / freedom).max(MIN_VARIANCE) } else { 1.0 }
     }
 
-    /// The same fit with one more impact, if the sights demand one; one with nothing near is none.
-    fn with_one_more_event(&self, striker: Option<&StrikerRun>) -> Option<Self> {
-        let variance = self.place_variance();
-        let (gain, body, time_s, jump) = self.best_kink()?;
-        // The score is a lower bound of the gain: far from the instant it is a poor one.
+    /// The fit with one more impact, if the observations demand one.
+    ///
+    /// If they demand one with no partner near it, the same fit, marked as not Coulomb's.
+    fn with_one_more_event(&self, striker: Option<&StrikerPath>) -> Option<Self> {
+        // Body and instant with the largest gain to first order
+        let variance = self.position_variance();
+        let (gain, body, time_s, jump) = self.best_jump()?;
+        // The score is a lower bound of the gain, and a weak one far from the true instant.
         if gain < EVENT_GAIN / 4.0 * variance {
             return None;
         }
+
+        // Its partner
         let partner = fitted_partner(&self.model.bodies, &self.paths, body, time_s);
         let struck_again =
-            striker.is_some_and(|run| self.striker_gap_m(run, body, time_s).is_some_and(|g| g < 0.003));
+            striker.is_some_and(|s| self.striker_gap_m(s, body, time_s).is_some_and(|g| g < STRUCK_AGAIN_M));
         let event = match partner {
             Some(other) => Event { cause: Cause::Contact, members: vec![other, body] },
             None if struck_again => Event { cause: Cause::Striker, members: vec![body] },
             None => Event { cause: Cause::Unknown, members: vec![body] },
         };
         let (model, parameters) = self.inserted(event.clone(), time_s, body, jump);
-        // Most trials gain too little, as a first fit shows already.
-        let first = Self::weighed(model, parameters, NEAR);
-        if self.place_loss() - first.place_loss() < EVENT_GAIN / 4.0 * first.place_variance() {
+
+        // The fit with the impact; for most candidates a first fit already shows too little gain
+
+        let first = Self::weighted(model, parameters, INTERMEDIATE);
+        if self.position_loss() - first.position_loss() < EVENT_GAIN / 4.0 * first.position_variance() {
             return None;
         }
-        let trial = Self::weighed(first.model, first.minimum.parameters, AT_REST);
+        let trial = Self::weighted(first.model, first.minimum.parameters, FINAL);
         let trial = Self { remarks: self.remarks.clone(), ..trial };
-        // A spin that does not decay as told is no impact: only the places count.
-        let gained = self.place_loss() - trial.place_loss();
+
+        // Positions alone decide: a spin that decays otherwise than modelled does not show an impact.
+        let gained = self.position_loss() - trial.position_loss();
         let (at_s, jump_m_s, std_m_s) = trial.jump_near(body, time_s)?;
-        // The instant has moved in the fit: the partner must still be near.
+        // The fit has changed the instant: the partner must still be near.
         let alone = match event.cause {
             Cause::Contact => fitted_partner(&trial.model.bodies, &trial.paths, body, at_s) != partner,
             cause => cause == Cause::Unknown,
         };
         let needed = if alone { LONE_EVENT_GAIN } else { EVENT_GAIN };
         let speed_m_s = trial.paths[body].motion_before(at_s).velocity.length();
-        let believed = gained > needed * trial.place_variance()
-            && jump_m_s > EVENT_STDS * std_m_s * trial.place_variance().sqrt()
+        let accepted = gained > needed * trial.position_variance()
+            && jump_m_s > EVENT_STDS * std_m_s * trial.position_variance().sqrt()
             && jump_m_s > EVENT_JUMP * speed_m_s;
-        believed.then(|| if alone { Self { uneven: true, ..self.clone() } } else { trial })
+        accepted.then(|| if alone { Self { non_coulomb: true, ..self.clone() } } else { trial })
     }
 
-    /// The part of the loss that the places are to blame for.
-    fn place_loss(&self) -> f64 {
+    /// The loss of the positions alone.
+    fn position_loss(&self) -> f64 {
         let mut row = 0;
         let rows =
-            (0..self.model.bodies.len()).flat_map(|k| self.place_rows(k, &mut row)).collect::<Vec<_>>();
+            (0..self.model.bodies.len()).flat_map(|k| self.position_rows(k, &mut row)).collect::<Vec<_>>();
         rows.iter().map(|r| self.minimum.residuals[r.row].loss()).sum()
     }
 
-    /// The instant at which a jump of one body's velocity would lower the loss most: gain, body, time, jump.
-    fn best_kink(&self) -> Option<(f64, usize, f64, Vec2)> {
+    /// The velocity jump of one body that would lower the loss most: gain, body, time (s), jump (m/s).
+    fn best_jump(&self) -> Option<(f64, usize, f64, Vec2)> {
         let mut best: Option<(f64, usize, f64, Vec2)> = None;
         let mut row = 0;
         for (k, body) in self.model.bodies.iter().enumerate() {
-            let rows = self.place_rows(k, &mut row);
+            let rows = self.position_rows(k, &mut row);
             let (onset_s, stop_s) = (self.paths[k].onset_s(), self.paths[k].stop_s());
-            let moving: Vec<f64> = (body.sights.windows(2))
+            let moving: Vec<f64> = (body.observations.windows(2))
                 .map(|w| f64::midpoint(w[0].time_s, w[1].time_s))
                 .filter(|t| *t > onset_s && *t < stop_s)
                 .collect();
-            let stride = moving.len().div_ceil(CANDIDATES).max(1);
+            let stride = moving.len().div_ceil(MAX_CANDIDATES).max(1);
             for &time_s in moving.iter().step_by(stride) {
                 let end_s = self.next_event_s(k, time_s).min(stop_s);
                 let lever = |t: f64| (t.min(end_s) - time_s).max(0.0);
@@ -210,13 +252,15 @@ impl Fitted {
         best
     }
 
-    /// The residuals of a body's places; moves `row` on to the next body.
-    fn place_rows(&self, k: usize, row: &mut usize) -> Vec<PlaceRow> {
+    /// The residuals of a body's positions; `row` is advanced to the next body.
+    fn position_rows(&self, k: usize, row: &mut usize) -> Vec<PositionRow> {
         let body = &self.model.bodies[k];
         let mut rows = Vec::new();
-        for (sight, &std_m) in body.sights.iter().zip(&self.model.stds_m[k]).filter(|(s, _)| !s.ignored) {
-            rows.push(PlaceRow { row: *row, time_s: sight.time_s, std_m });
-            *row += if body.sees_yaw && sight.yaw_rad.is_some() { 2 } else { 1 };
+        for (observation, &std_m) in
+            body.observations.iter().zip(&self.model.stds_m[k]).filter(|(o, _)| !o.excluded)
+        {
+            rows.push(PositionRow { row: *row, time_s: observation.time_s, std_m });
+            *row += if body.yaw_observed && observation.yaw_rad.is_some() { 2 } else { 1 };
         }
         rows
     }
@@ -224,18 +268,18 @@ impl Fitted {
     fn next_event_s(&self, k: usize, after_s: f64) -> f64 {
         (self.model.events.iter().zip(&self.layout.events))
             .filter(|(event, _)| event.members.contains(&k))
-            .map(|(_, slots)| self.minimum.parameters[slots.time])
+            .map(|(_, indices)| self.minimum.parameters[indices.time])
             .filter(|t| *t > after_s)
             .fold(f64::INFINITY, f64::min)
     }
 
-    /// By how much the loss would fall if the places moved by `lever` times a velocity, the other parameters
-    /// following (a score test), and that velocity.
-    fn score(&self, rows: &[PlaceRow], lever: impl Fn(f64) -> f64) -> (f64, Vec2) {
+    /// The decrease of the loss if the positions were displaced by `lever` times a velocity and the other parameters were
+    /// adapted to first order (a score test), and that velocity.
+    fn score(&self, rows: &[PositionRow], lever: impl Fn(f64) -> f64) -> (f64, Vec2) {
         let mut gain = 0.0;
         let mut jump = [0.0; 2];
         for (axis, jump) in [Vec2::new(1.0, 0.0), Vec2::new(0.0, 1.0)].into_iter().zip(&mut jump) {
-            if let Some((value, variance)) = self.pulled(rows, |t| axis * lever(t)) {
+            if let Some((value, variance)) = self.added_parameter(rows, |t| axis * lever(t)) {
                 gain += value * value / variance;
                 *jump = value;
             }
@@ -243,41 +287,46 @@ impl Fitted {
         (gain, jump.into())
     }
 
-    /// What a further parameter would be that moves body `k` by `moved` per unit, the others following, and its
-    /// deviation.
-    pub(crate) fn response(&self, k: usize, moved: impl Fn(f64) -> Vec2) -> Option<(f64, f64)> {
+    /// The value of an additional parameter that displaces body `k` by `displacement` per unit, and its standard deviation,
+    /// with the other parameters adapted to first order.
+    pub(crate) fn response(&self, k: usize, displacement: impl Fn(f64) -> Vec2) -> Option<(f64, f64)> {
         let mut row = 0;
-        let rows = (0..=k).map(|j| self.place_rows(j, &mut row)).last()?;
-        let (value, variance) = self.pulled(&rows, moved)?;
+        let rows = (0..=k).map(|j| self.position_rows(j, &mut row)).last()?;
+        let (value, variance) = self.added_parameter(&rows, displacement)?;
         Some((value, variance.sqrt()))
     }
 
-    /// The value of a parameter that moves the places of `rows` by `moved` per unit, and its variance.
-    fn pulled(&self, rows: &[PlaceRow], moved: impl Fn(f64) -> Vec2) -> Option<(f64, f64)> {
-        /// Less than this part of the pull left by the other parameters is rounding.
+    /// The value of an additional parameter that displaces the positions of `rows` by `displacement` per unit, and its
+    /// variance; `None` if the other parameters can produce the same displacement.
+    fn added_parameter(
+        &self,
+        rows: &[PositionRow],
+        displacement: impl Fn(f64) -> Vec2,
+    ) -> Option<(f64, f64)> {
+        /// A smaller fraction of the information left by the other parameters is rounding.
         const ROUNDING: f64 = 1e-9;
         let minimum = &self.minimum;
         let mut cross = DVector::zeros(minimum.parameters.len());
-        let (mut own, mut against) = (0.0, 0.0);
-        for &PlaceRow { row, time_s, std_m } in rows {
-            let pull: [f64; 2] = (moved(time_s) / -std_m).into();
+        let (mut own, mut gradient) = (0.0, 0.0);
+        for &PositionRow { row, time_s, std_m } in rows {
+            let slope: [f64; 2] = (displacement(time_s) / -std_m).into();
             let weight = minimum.weights[row];
-            for (part, pull) in pull.into_iter().enumerate() {
-                own += weight * pull * pull;
-                against += weight * pull * minimum.residuals[row].value[part];
+            for (axis, slope) in slope.into_iter().enumerate() {
+                own += weight * slope * slope;
+                gradient += weight * slope * minimum.residuals[row].value[axis];
                 for (column, sum) in cross.iter_mut().enumerate() {
-                    *sum += weight * pull * minimum.jacobian[(2 * row + part, column)];
+                    *sum += weight * slope * minimum.jacobian[(2 * row + axis, column)];
                 }
             }
         }
         let free = own - (cross.transpose() * &minimum.covariance * &cross)[(0, 0)];
-        (free > ROUNDING * own && free > 0.0).then(|| (-against / free, 1.0 / free))
+        (free > ROUNDING * own && free > 0.0).then(|| (-gradient / free, 1.0 / free))
     }
 
     /// Model and parameters with an event added at a time, at which `body` jumps by `jump`.
-    fn inserted(&self, event: Event, time_s: f64, body: usize, jump: Vec2) -> (Model, Vec<f64>) {
+    fn inserted(&self, event: Event, time_s: f64, body: usize, jump: Vec2) -> (MotionModel, Vec<f64>) {
         let times: Vec<f64> =
-            self.layout.events.iter().map(|slots| self.minimum.parameters[slots.time]).collect();
+            self.layout.events.iter().map(|indices| self.minimum.parameters[indices.time]).collect();
         let at = times.partition_point(|t| *t < time_s);
         let mut model = self.model.clone();
         model.events.insert(at, event);
@@ -287,96 +336,102 @@ impl Fitted {
         for (new, from) in layout.bodies.iter().zip(&self.layout.bodies) {
             let size = new.len().min(from.len());
             parameters[new.position..][..size].copy_from_slice(&old[from.position..][..size]);
-            if let (Some(slot), None) = (new.friction, from.friction) {
-                parameters[slot] = 0.2;
+            if let (Some(index), None) = (new.friction, from.friction) {
+                parameters[index] = USUAL_FRICTION;
             }
         }
-        let kept = layout.events.iter().enumerate().filter(|(n, _)| *n != at).map(|(_, slots)| slots);
+        // The parameters of the other events
+        let kept = layout.events.iter().enumerate().filter(|(n, _)| *n != at).map(|(_, indices)| indices);
         for (new, from) in kept.zip(&self.layout.events) {
-            let size = layout_len(&layout, new);
+            let size = event_len(&layout, new);
             parameters[new.time..][..size].copy_from_slice(&old[from.time..][..size]);
         }
-        let slots = &layout.events[at];
-        parameters[slots.time] = time_s;
-        for (&member, &slot) in model.events[at].members.iter().zip(&slots.velocities) {
+        // Those of the new one
+        let indices = &layout.events[at];
+        parameters[indices.time] = time_s;
+        for (&member, &index) in model.events[at].members.iter().zip(&indices.velocities) {
             let motion = self.paths[member].motion(time_s);
             let velocity = motion.velocity + if member == body { jump } else { Vec2::ZERO };
-            parameters[slot] = velocity.x;
-            parameters[slot + 1] = velocity.y;
-            if model.bodies[member].sees_yaw {
-                parameters[slot + 2] = motion.spin_rad_s;
+            parameters[index] = velocity.x;
+            parameters[index + 1] = velocity.y;
+            if model.bodies[member].yaw_observed {
+                parameters[index + 2] = motion.spin_rad_s;
             }
         }
         (model, parameters)
     }
 
-    /// A body's event next to a time: when, its jump of velocity, and the jump's deviation (m/s).
+    /// A body's event nearest to a time: its time (s), its velocity jump, and the standard deviation of a component of the
+    /// jump (m/s).
     fn jump_near(&self, body: usize, time_s: f64) -> Option<(f64, f64, f64)> {
-        let (event, slots) = (self.model.events.iter().zip(&self.layout.events))
+        let (event, indices) = (self.model.events.iter().zip(&self.layout.events))
             .filter(|(event, _)| event.members.contains(&body))
             .min_by(|p, q| {
-                let off = |slots: &super::motion_model::EventSlots| {
-                    (self.minimum.parameters[slots.time] - time_s).abs()
-                };
-                off(p.1).total_cmp(&off(q.1))
+                let apart_s = |indices: &EventIndices| (self.minimum.parameters[indices.time] - time_s).abs();
+                apart_s(p.1).total_cmp(&apart_s(q.1))
             })?;
-        let at_s = self.minimum.parameters[slots.time];
+        let at_s = self.minimum.parameters[indices.time];
         let jump = self.paths[body].motion(at_s).velocity - self.paths[body].motion_before(at_s).velocity;
-        let slot = slots.velocities[event.members.iter().position(|&m| m == body)?];
+        let index = indices.velocities[event.members.iter().position(|&m| m == body)?];
         let covariance = &self.minimum.covariance;
         Some((
             at_s,
             jump.length(),
-            f64::midpoint(covariance[(slot, slot)], covariance[(slot + 1, slot + 1)]).sqrt(),
+            f64::midpoint(covariance[(index, index)], covariance[(index + 1, index + 1)]).sqrt(),
         ))
     }
 
-    /// The gap between the striker and a body (m), if the clip begins with the striker's impact.
-    pub(crate) fn striker_gap_m(&self, run: &StrikerRun, body: usize, time_s: f64) -> Option<f64> {
-        let (event, slots) = (self.model.events.iter().zip(&self.layout.events)).next()?;
+    /// The gap between the striker and a body at a time (m), if the first impact is the striker's; 0 if they overlap.
+    pub(crate) fn striker_gap_m(&self, striker: &StrikerPath, body: usize, time_s: f64) -> Option<f64> {
+        let (event, indices) = (self.model.events.iter().zip(&self.layout.events)).next()?;
         if event.cause != Cause::Striker {
             return None;
         }
         let struck = event.members[0];
-        let impact_s = self.minimum.parameters[slots.time];
-        let outline = |k: usize, pose| Outline { shape: &self.model.bodies[k].shape, pose };
-        let way_m = run.way_to_m(outline(struck, self.paths[struck].motion_before(impact_s).pose))?;
-        let striker = run.outline_after(run.way_at_m(way_m, time_s - impact_s));
-        let there = outline(body, self.paths[body].motion(time_s).pose);
-        Some(touch(striker, there).map_or(0.0, |t| t.gap_m))
+        let impact_s = self.minimum.parameters[indices.time];
+        let placed = |k: usize, pose| PlacedShape { shape: &self.model.bodies[k].shape, pose };
+        let at_impact = placed(struck, self.paths[struck].motion_before(impact_s).pose);
+        let impact_m = striker.distance_to_contact_m(at_impact)?;
+        let outline = striker.outline_at(striker.distance_at_m(impact_m, time_s - impact_s));
+        let other = placed(body, self.paths[body].motion(time_s).pose);
+        Some(closest_points(outline, other).map_or(0.0, |c| c.gap_m))
     }
 
-    /// The fit up to the moment in which the striker catches up with the struck body and pushes it.
-    fn until_caught(self, run: &StrikerRun) -> Self {
-        // A grazing pass is no push: the outlines would have to overlap for this long.
+    /// The fit without the struck body's observations after the striker catches up with it and pushes it.
+    fn until_pushed(self, striker: &StrikerPath) -> Self {
+        // A oblique_impact pass is no push: the outlines would have to overlap for this long.
         const PUSH_FRAMES: f64 = 1.0;
-        let Some((event, slots)) = self.model.events.iter().zip(&self.layout.events).next() else {
+        let Some((event, indices)) = self.model.events.iter().zip(&self.layout.events).next() else {
             return self;
         };
         if event.cause != Cause::Striker {
             return self;
         }
-        let (struck, impact_s) = (event.members[0], self.minimum.parameters[slots.time]);
+        let (struck, impact_s) = (event.members[0], self.minimum.parameters[indices.time]);
         let frame_s = frame_s(&self.model.bodies);
-        let touches = |t: f64| self.striker_gap_m(run, struck, t).is_some_and(|gap_m| gap_m <= 0.0);
-        let caught = (self.model.bodies[struck].sights.iter())
+        let touches = |t: f64| self.striker_gap_m(striker, struck, t).is_some_and(|gap_m| gap_m <= 0.0);
+
+        // The instant at which the push begins
+        let push = (self.model.bodies[struck].observations.iter())
             .map(|s| s.time_s)
             .filter(|t| *t > impact_s + frame_s)
             .find(|t| touches(*t) && touches(*t + PUSH_FRAMES * frame_s));
-        let Some(caught_s) = caught else { return self };
-        let uneven = self.uneven;
-        let caught_s = caught_s - frame_s;
+        let Some(push_s) = push else { return self };
+        let non_coulomb = self.non_coulomb;
+        let push_s = push_s - frame_s;
         let mut model = self.model.clone();
-        for sight in model.bodies[struck].sights.iter_mut().filter(|s| s.time_s > caught_s) {
-            sight.ignored = true;
+        for observation in model.bodies[struck].observations.iter_mut().filter(|s| s.time_s > push_s) {
+            observation.excluded = true;
         }
+
+        // The impacts without the struck body after that
         let object = model.bodies[struck].object.clone();
         let mut times = Vec::new();
         let mut events = Vec::new();
-        for (event, slots) in model.events.iter().zip(&self.layout.events) {
-            let time_s = self.minimum.parameters[slots.time];
+        for (event, indices) in model.events.iter().zip(&self.layout.events) {
+            let time_s = self.minimum.parameters[indices.time];
             let mut event = event.clone();
-            if time_s > caught_s {
+            if time_s > push_s {
                 event.members.retain(|m| *m != struck);
                 event.cause = Cause::Unknown;
             }
@@ -386,56 +441,57 @@ impl Fitted {
             }
         }
         model.events = events;
-        let mut fitted = Self { uneven, ..best_start(Draft::from_times(model, &times)) };
+        let mut fitted = Self { non_coulomb, ..best_start(InitialGuess::from_times(model, &times)) };
         fitted.remarks.push(format!(
-            "the striker catches up with `{object}` at {caught_s:.3} s and pushes it: what it does then is left out"
+            "the striker catches up with `{object}` at {push_s:.3} s and pushes it: its motion after that is left out"
         ));
         fitted
     }
 
-    /// The fit without the sights that are farther off than noise can be.
+    /// The fit without outliers among the observed positions.
     fn without_outliers(self) -> Self {
-        let scale = self.place_variance().sqrt();
+        let scale = self.position_variance().sqrt();
         let mut model = self.model.clone();
         let mut row = 0;
-        let mut left_out = 0;
+        let mut excluded = 0;
         for (k, body) in model.bodies.iter_mut().enumerate() {
-            let rows = self.place_rows(k, &mut row);
-            let sights = body.sights.iter_mut().filter(|s| !s.ignored);
-            for (sight, place) in sights.zip(rows) {
-                let [x, y] = self.minimum.residuals[place.row].value;
+            let rows = self.position_rows(k, &mut row);
+            let observations = body.observations.iter_mut().filter(|o| !o.excluded);
+            for (observation, position) in observations.zip(rows) {
+                let [x, y] = self.minimum.residuals[position.row].value;
                 if x.hypot(y) > OUTLIER_STDS * scale {
-                    sight.ignored = true;
-                    left_out += 1;
+                    observation.excluded = true;
+                    excluded += 1;
                 }
             }
         }
-        if left_out == 0 {
+        if excluded == 0 {
             return self;
         }
-        let (uneven, remarks) = (self.uneven, self.remarks);
-        Self { uneven, remarks, ..Self::run(model, self.minimum.parameters) }
+        let (non_coulomb, remarks) = (self.non_coulomb, self.remarks);
+        Self { non_coulomb, remarks, ..Self::run(model, self.minimum.parameters) }
     }
 
-    /// How far the sights of moving bodies lie from the fit (m, root mean square, both axes together).
+    /// The root mean square distance between the observations of moving bodies and the fit (m).
     pub(crate) fn residual_rms_m(&self) -> f64 {
         root_mean_square((0..self.model.bodies.len()).flat_map(|k| self.distances_m(k)))
     }
 
-    /// The same for one body, and along one axis.
-    pub(crate) fn residual_rms_of(&self, k: usize) -> f64 {
+    /// The root mean square residual of one moving body along one axis (m).
+    pub(crate) fn residual_rms_of_m(&self, k: usize) -> f64 {
         root_mean_square(self.distances_m(k)) / std::f64::consts::SQRT_2
     }
 
-    /// How far each sight of a body lies from the fit while it moves.
+    /// The distance between each observation of a body and the fit while it moves (m).
     fn distances_m(&self, k: usize) -> impl Iterator<Item = f64> + '_ {
         let (body, path) = (&self.model.bodies[k], &self.paths[k]);
         let moving = path.onset_s()..path.stop_s();
-        let sights = body.sights.iter().filter(move |s| !s.ignored && moving.contains(&s.time_s));
-        sights.map(|s| s.position.distance(path.motion(s.time_s).pose.position))
+        let observations =
+            body.observations.iter().filter(move |o| !o.excluded && moving.contains(&o.time_s));
+        observations.map(|s| s.position.distance(path.motion(s.time_s).pose.position))
     }
 
-    /// The covariance of functions of the parameters, and their values.
+    /// The values of functions of the parameters, and their covariance by linear propagation (central differences).
     pub(crate) fn propagated(&self, functions: impl Fn(&[f64]) -> Vec<f64>) -> (Vec<f64>, DMatrix<f64>) {
         let parameters = &self.minimum.parameters;
         let values = functions(parameters);
@@ -456,58 +512,59 @@ impl Fitted {
     }
 }
 
-/// Candidate instants of an impact that are tried for each body.
-const CANDIDATES: usize = 80;
-/// Noise is not believed to be smaller than this part of what the track claims (variance).
-const SMALLEST_VARIANCE: f64 = 0.04;
+/// At most this many instants of a further impact are tried for each body.
+const MAX_CANDIDATES: usize = 80;
+/// NoiseStatistics is not believed to be smaller than this part of what the track claims (variance).
+const MIN_VARIANCE: f64 = 0.04;
 
-/// Zero of nothing.
+/// The root mean square; 0 without values.
 fn root_mean_square(values: impl Iterator<Item = f64>) -> f64 {
     let (squares, count) = values.fold((0.0, 0.0), |(squares, count), v| (squares + v * v, count + 1.0));
     if count > 0.0 { f64::sqrt(squares / count) } else { 0.0 }
 }
 
-fn layout_len(layout: &Layout, slots: &super::motion_model::EventSlots) -> usize {
-    let next = layout.events.iter().map(|e| e.time).filter(|t| *t > slots.time).min();
-    next.unwrap_or(layout.steps.len()) - slots.time
+/// The number of parameters of an event.
+fn event_len(layout: &ParameterLayout, indices: &EventIndices) -> usize {
+    let next = layout.events.iter().map(|e| e.time).filter(|t| *t > indices.time).min();
+    next.unwrap_or(layout.steps.len()) - indices.time
 }
 
-/// The best of several first guesses of friction.
-fn best_start(mut draft: Draft) -> Fitted {
-    draft.model.weigh(&draft.layout, &draft.parameters);
+/// The fit from the best of three initial frictions.
+fn best_start(mut guess: InitialGuess) -> MotionFit {
+    guess.model.set_weights(&guess.layout, &guess.parameters);
     let starts = [1.0, 0.5, 2.0].map(|factor| {
-        let mut parameters = draft.parameters.clone();
-        for slots in &draft.layout.bodies {
-            if let Some(slot) = slots.friction {
-                parameters[slot] *= factor;
+        let mut parameters = guess.parameters.clone();
+        for indices in &guess.layout.bodies {
+            if let Some(index) = indices.friction {
+                parameters[index] *= factor;
             }
         }
-        minimum(parameters, &draft.layout.steps, ROUGH, &ModelFit::new(&draft.model, &draft.layout))
+        minimum(parameters, &guess.layout.steps, COARSE, &MotionProblem::new(&guess.model, &guess.layout))
     });
     let best = starts.into_iter().min_by(|p, q| p.loss.total_cmp(&q.loss));
-    Fitted::run(draft.model, best.map_or(draft.parameters, |b| b.parameters))
+    MotionFit::run(guess.model, best.map_or(guess.parameters, |b| b.parameters))
 }
 
-/// How large the residuals of moving bodies are against what the track claims.
-fn noise(model: &Model, minimum: &Minimum, paths: &[Path]) -> Noise {
-    let mut noise = Noise::default();
+/// Squared residuals of the moving bodies over the variances that the tracks claim.
+fn noise(model: &MotionModel, minimum: &Minimum, paths: &[BodyPath]) -> NoiseStatistics {
+    let mut noise = NoiseStatistics::default();
     let leverage = &minimum.jacobian * &minimum.covariance;
     let mut row = 0;
     for (body, path) in model.bodies.iter().zip(paths) {
-        for sight in body.sights.iter().filter(|s| !s.ignored) {
-            let moving = sight.time_s > path.onset_s() && sight.time_s < path.stop_s();
-            let add = |row: usize, parts: usize, sum: &mut [f64; 2]| {
+        for observation in body.observations.iter().filter(|o| !o.excluded) {
+            let moving = observation.time_s > path.onset_s() && observation.time_s < path.stop_s();
+            let add = |row: usize, axes: usize, sum: &mut VarianceRatio| {
                 let weight = minimum.weights[row];
-                for part in 0..parts {
-                    let r = 2 * row + part;
+                for axis in 0..axes {
+                    let r = 2 * row + axis;
                     let used = leverage.row(r).dot(&minimum.jacobian.row(r)) * weight;
-                    sum[0] += weight * minimum.residuals[row].value[part].powi(2);
-                    sum[1] += (1.0 - used).max(0.0);
+                    sum.squares += weight * minimum.residuals[row].value[axis].powi(2);
+                    sum.freedom += (1.0 - used).max(0.0);
                 }
             };
-            let with_yaw = body.sees_yaw && sight.yaw_rad.is_some();
-            if moving && body.sights.len() >= SIGHTS_NEEDED {
-                add(row, 2, &mut noise.place);
+            let with_yaw = body.yaw_observed && observation.yaw_rad.is_some();
+            if moving && body.observations.len() >= OBSERVATIONS_NEEDED {
+                add(row, 2, &mut noise.position);
                 if with_yaw {
                     add(row + 1, 1, &mut noise.yaw);
                 }

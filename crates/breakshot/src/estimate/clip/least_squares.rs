@@ -2,56 +2,57 @@
 
 use nalgebra::{DMatrix, DVector};
 
-/// One or two residuals, over their standard deviations, that are right or wrong together.
+/// One or two residuals over their standard deviations, with a common robust weight.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Residual {
     pub(crate) value: [f64; 2],
-    /// Whether the loss is soft: a measurement may be an outlier, a prior may not.
-    pub(crate) soft: bool,
+    /// Whether the loss is robust, as of a measurement that may be an outlier; a prior is quadratic.
+    pub(crate) robust: bool,
 }
 
-/// Where the loss is least.
+/// A minimum of the loss.
 #[derive(Clone, Debug)]
 pub(crate) struct Minimum {
     pub(crate) parameters: Vec<f64>,
     pub(crate) loss: f64,
     pub(crate) residuals: Vec<Residual>,
-    /// The weight that the loss gives to each residual.
+    /// The weight of each residual in the robust loss, 1 for a quadratic one.
     pub(crate) weights: Vec<f64>,
-    /// Derivatives of the residuals, two rows each.
+    /// The derivatives of the residuals by the parameters, two rows per residual.
     pub(crate) jacobian: DMatrix<f64>,
-    /// Of the parameters, if the residuals' deviations are what they claim.
+    /// The covariance of the parameters, if the standard deviations of the residuals are as claimed.
     pub(crate) covariance: DMatrix<f64>,
 }
 
-/// Residuals beyond this many standard deviations count less than squared; it costs 2 % of efficiency.
-const SOFT_FROM: f64 = 3.0;
+/// The scale of the soft-L1 loss in standard deviations: beyond it the loss grows linearly.  Costs 2 % of efficiency for
+/// normal noise.
+const ROBUST_SCALE: f64 = 3.0;
 const ITERATIONS: usize = 60;
-/// Steps that are shortened more than this go nowhere.
-const MOST_DAMPING: f64 = 1e9;
-/// Steps that gain less than this part of what is close enough do not come to an end.
-const CRAWL: f64 = 1e-3;
-/// The loss counts as least when a full step would lower it by less than this: the parameters are a hundredth of their
-/// deviations away.
-pub(crate) const AT_REST: f64 = 1e-4;
-/// The same while it is still open which motion is fitted.
-pub(crate) const NEAR: f64 = 1e-2;
-/// The same to tell motions apart whose losses differ by many variances.
-pub(crate) const ROUGH: f64 = 1.0;
+/// With more damping than this the steps are too short to lower the loss.
+const MAX_DAMPING: f64 = 1e9;
+/// The iteration ends when a step lowers the loss by less than this fraction of the tolerance.
+const MIN_PROGRESS: f64 = 1e-3;
+/// Tolerance of a final fit: the iteration ends when a full step would lower the loss by less than this; the parameters are
+/// then within a hundredth of their standard deviations of the minimum.
+pub(crate) const FINAL: f64 = 1e-4;
+/// Tolerance while the sequence of impacts is not yet decided.
+pub(crate) const INTERMEDIATE: f64 = 1e-2;
+/// Tolerance for comparing initial guesses, whose losses differ by many variances.
+pub(crate) const COARSE: f64 = 1.0;
 
 impl Residual {
-    /// What it adds to the loss (soft-L1).
+    /// Its contribution to the loss: squared, or soft-L1 if robust.
     pub(crate) fn loss(&self) -> f64 {
         self.loss_and_weight().0
     }
 
-    /// The same, and its weight against a plain square.
+    /// Its contribution to the loss, and its weight in the normal equations.
     fn loss_and_weight(&self) -> (f64, f64) {
         let squared = self.value[0].powi(2) + self.value[1].powi(2);
-        if !self.soft {
+        if !self.robust {
             return (squared, 1.0);
         }
-        let scale = SOFT_FROM * SOFT_FROM;
+        let scale = ROBUST_SCALE * ROBUST_SCALE;
         let root = (1.0 + squared / scale).sqrt();
         (2.0 * scale * (root - 1.0), 1.0 / root)
     }
@@ -62,27 +63,31 @@ pub(crate) trait Problem {
     /// All residuals.
     fn residuals(&self, parameters: &[f64]) -> Vec<Residual>;
 
-    /// Calls `changed` with every residual that may depend on the parameter at `column`, and its place.
+    /// Calls `changed` with the index and value of every residual that may depend on the parameter at `column`.
     fn residuals_of(&self, parameters: &[f64], column: usize, changed: impl FnMut(usize, Residual));
 }
 
-/// The least loss that Levenberg-Marquardt reaches from `start`; `steps` are the parameters' steps for derivatives.
-pub(crate) fn minimum(start: Vec<f64>, steps: &[f64], close_enough: f64, problem: &impl Problem) -> Minimum {
+/// The minimum of the loss that Levenberg-Marquardt reaches from `start`.
+///
+/// `steps` are the parameters' steps for central differences.  If the normal equations are singular, the covariance is NaN.
+pub(crate) fn minimum(start: Vec<f64>, steps: &[f64], tolerance: f64, problem: &impl Problem) -> Minimum {
     let residuals = |parameters: &[f64]| problem.residuals(parameters);
     let total = |all: &[Residual]| all.iter().map(Residual::loss).sum::<f64>();
     let mut parameters = start;
-    let mut now = residuals(&parameters);
-    let mut loss = total(&now);
+    let mut current = residuals(&parameters);
+    let mut loss = total(&current);
     let mut damping = 1e-3;
     for _ in 0..ITERATIONS {
-        let (normal, gradient, _) = normal_equations(&parameters, steps, problem, &now);
-        // What a full step would gain if the residuals were linear.
-        let within = normal.clone().cholesky().map(|factor| gradient.dot(&factor.solve(&gradient)));
-        if within.is_some_and(|gain| gain < close_enough) {
+        let (normal, gradient, _) = normal_equations(&parameters, steps, problem, &current);
+        // The decrease of the loss by a full step if the residuals were linear
+        let decrease = normal.clone().cholesky().map(|factor| gradient.dot(&factor.solve(&gradient)));
+        if decrease.is_some_and(|decrease| decrease < tolerance) {
             break;
         }
+
+        // The first step that lowers the loss, with more damping after each that does not
         let mut improved = None;
-        while improved.is_none() && damping < MOST_DAMPING {
+        while improved.is_none() && damping < MAX_DAMPING {
             let mut damped = normal.clone();
             for k in 0..damped.nrows() {
                 damped[(k, k)] *= 1.0 + damping;
@@ -92,27 +97,29 @@ pub(crate) fn minimum(start: Vec<f64>, steps: &[f64], close_enough: f64, problem
                 parameters.iter().zip(step.iter()).map(|(p, s)| p - s).collect::<Vec<_>>()
             });
             improved = trial.and_then(|trial| {
-                let there = residuals(&trial);
-                let trial_loss = total(&there);
-                (trial_loss < loss).then_some((trial, there, trial_loss))
+                let values = residuals(&trial);
+                let trial_loss = total(&values);
+                (trial_loss < loss).then_some((trial, values, trial_loss))
             });
             damping *= if improved.is_some() { 0.2 } else { 5.0 };
         }
-        let Some((trial, there, trial_loss)) = improved else { break };
+        let Some((trial, values, trial_loss)) = improved else { break };
         let change = loss - trial_loss;
-        (parameters, now, loss) = (trial, there, trial_loss);
+        (parameters, current, loss) = (trial, values, trial_loss);
         damping = damping.max(1e-9);
-        if change < close_enough * CRAWL {
+        if change < tolerance * MIN_PROGRESS {
             break;
         }
     }
-    let (normal, _, jacobian) = normal_equations(&parameters, steps, problem, &now);
+
+    // The covariance at the minimum
+    let (normal, _, jacobian) = normal_equations(&parameters, steps, problem, &current);
     let size = normal.nrows();
     let covariance = normal
         .cholesky()
         .map_or_else(|| DMatrix::from_element(size, size, f64::NAN), |factor| factor.inverse());
-    let weights = now.iter().map(|r| r.loss_and_weight().1).collect();
-    Minimum { parameters, loss, residuals: now, weights, jacobian, covariance }
+    let weights = current.iter().map(|r| r.loss_and_weight().1).collect();
+    Minimum { parameters, loss, residuals: current, weights, jacobian, covariance }
 }
 
 /// `JᵀWJ`, `JᵀWr` and `J` (central differences).
@@ -120,22 +127,22 @@ fn normal_equations(
     parameters: &[f64],
     steps: &[f64],
     problem: &impl Problem,
-    now: &[Residual],
+    current: &[Residual],
 ) -> (DMatrix<f64>, DVector<f64>, DMatrix<f64>) {
-    let jacobian = jacobian(parameters, steps, problem, now.len());
+    let jacobian = jacobian(parameters, steps, problem, current.len());
     let mut weighted = jacobian.clone();
-    let mut values = DVector::zeros(2 * now.len());
-    for (k, residual) in now.iter().enumerate() {
+    let mut values = DVector::zeros(2 * current.len());
+    for (k, residual) in current.iter().enumerate() {
         let weight = residual.loss_and_weight().1;
-        for part in 0..2 {
-            values[2 * k + part] = residual.value[part];
-            weighted.row_mut(2 * k + part).scale_mut(weight);
+        for axis in 0..2 {
+            values[2 * k + axis] = residual.value[axis];
+            weighted.row_mut(2 * k + axis).scale_mut(weight);
         }
     }
     (product(&jacobian, &weighted), weighted.tr_mul(&values), jacobian)
 }
 
-/// `JᵀWJ` from `J` and `WJ`: every parameter moves some blocks of rows only.
+/// `JᵀWJ` from `J` and `WJ`, skipping blocks of rows in which a parameter has no effect.
 fn product(jacobian: &DMatrix<f64>, weighted: &DMatrix<f64>) -> DMatrix<f64> {
     const ROWS: usize = 16;
     let (rows, columns) = jacobian.shape();
@@ -144,13 +151,14 @@ fn product(jacobian: &DMatrix<f64>, weighted: &DMatrix<f64>) -> DMatrix<f64> {
     }
     let [own, other]: [Vec<&[f64]>; 2] =
         [jacobian, weighted].map(|matrix| matrix.as_slice().chunks(rows).collect());
-    let moves = |column: &&[f64]| column.chunks(ROWS).map(|block| block.iter().any(|v| *v != 0.0)).collect();
-    let moved: Vec<Vec<bool>> = own.iter().map(moves).collect();
+    let affected =
+        |column: &&[f64]| column.chunks(ROWS).map(|block| block.iter().any(|v| *v != 0.0)).collect();
+    let nonzero: Vec<Vec<bool>> = own.iter().map(affected).collect();
     let mut product = DMatrix::zeros(columns, columns);
     for c in 0..columns {
         for r in 0..=c {
             let blocks = own[r].chunks(ROWS).zip(other[c].chunks(ROWS));
-            let both = moved[r].iter().zip(&moved[c]).map(|(r, c)| *r && *c);
+            let both = nonzero[r].iter().zip(&nonzero[c]).map(|(r, c)| *r && *c);
             let sum = blocks.zip(both).filter(|(_, both)| *both).map(|((a, b), _)| dot(a, b)).sum();
             product[(r, c)] = sum;
             product[(c, r)] = sum;
@@ -159,7 +167,7 @@ fn product(jacobian: &DMatrix<f64>, weighted: &DMatrix<f64>) -> DMatrix<f64> {
     product
 }
 
-/// In four sums, which a processor adds at once.
+/// The scalar product in four independent sums, which a processor adds in parallel.
 fn dot(a: &[f64], b: &[f64]) -> f64 {
     let (fours_a, fours_b) = (a.chunks_exact(4), b.chunks_exact(4));
     let rest: f64 = fours_a.remainder().iter().zip(fours_b.remainder()).map(|(a, b)| a * b).sum();
@@ -179,8 +187,8 @@ fn jacobian(parameters: &[f64], steps: &[f64], problem: &impl Problem, count: us
         for (to, sign) in [(parameters[column] + step, 1.0), (parameters[column] - step, -1.0)] {
             moved[column] = to;
             problem.residuals_of(&moved, column, |k, residual| {
-                for part in 0..2 {
-                    jacobian[(2 * k + part, column)] += sign * residual.value[part] / (2.0 * step);
+                for axis in 0..2 {
+                    jacobian[(2 * k + axis, column)] += sign * residual.value[axis] / (2.0 * step);
                 }
             });
         }
@@ -193,7 +201,7 @@ fn jacobian(parameters: &[f64], steps: &[f64], problem: &impl Problem, count: us
 mod tests {
     use super::*;
 
-    /// Every residual may depend on every parameter.
+    /// A problem in which every residual may depend on every parameter.
     struct Plain<F>(F);
 
     impl<F: Fn(&[f64]) -> Vec<Residual>> Problem for Plain<F> {
@@ -213,7 +221,7 @@ mod tests {
 
     fn line(data: &[(f64, f64)]) -> Minimum {
         least(vec![0.0, 0.0], |p| {
-            data.iter().map(|&(x, y)| Residual { value: [y - p[0] - p[1] * x, 0.0], soft: true }).collect()
+            data.iter().map(|&(x, y)| Residual { value: [y - p[0] - p[1] * x, 0.0], robust: true }).collect()
         })
     }
 
@@ -234,8 +242,8 @@ mod tests {
     }
 
     #[test]
-    fn a_parameter_that_nothing_tells_about_gives_no_panic() {
-        let fit = least(vec![1.0, 1.0], |p| vec![Residual { value: [p[0] - 3.0, 0.0], soft: false }]);
+    fn a_parameter_without_any_residual_stays_finite() {
+        let fit = least(vec![1.0, 1.0], |p| vec![Residual { value: [p[0] - 3.0, 0.0], robust: false }]);
         assert!(fit.parameters.iter().all(|p| p.is_finite()));
     }
 }

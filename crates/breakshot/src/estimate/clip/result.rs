@@ -1,74 +1,77 @@
-//! What a fitted clip tells the outside.
+//! The fitted motion and the impacts of a clip, as the user gets them.
 
-use super::motion_model::Path;
-use super::sliding::Motion;
+use super::motion_model::BodyPath;
+use super::sliding::MotionState;
 use crate::geometry::{Point, Vec2};
 use serde::{Deserialize, Serialize};
 
-/// A value and one standard deviation of its error.
+/// A value and the standard deviation of its error.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Measured {
     /// The value.
     pub value: f64,
-    /// One standard deviation, from the noise of the track.
+    /// One standard deviation in the unit of the value, from the noise of the track.
     pub std: f64,
 }
 
-/// The most likely motion of one clip's bodies.
+/// The motion of one clip's bodies with the least squared residuals.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct ClipFit {
-    /// The clip.
+    /// The clip's name.
     pub name: String,
     /// One fit per object, in the order of the clip's objects.
     pub bodies: Vec<BodyFit>,
     /// All impacts, in order of time.
     pub impacts: Vec<Impact>,
-    /// How far the sights of moving bodies lie from the fit (m, root mean square, both axes together).
+    /// The root mean square distance between the observations of moving bodies and the fit (m).
     pub residual_rms_m: f64,
-    /// What the user should know.
+    /// Warnings for the user.
     pub remarks: Vec<String>,
 }
 
-/// One object of a fitted clip.
+/// The fitted motion of one object in one clip.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct BodyFit {
     /// The object.
     pub object: String,
-    /// Its friction against the table, if it slid.
+    /// Its coefficient of friction against the table; `None` if it did not slide.
     pub friction: Option<Measured>,
-    pub(crate) path: Path,
+    pub(crate) path: BodyPath,
 }
 
 impl BodyFit {
-    /// Its fitted motion at a time of the clip; at the instant of an impact, the one after it.
-    pub fn motion(&self, time_s: f64) -> Motion {
+    /// Its pose and velocity at a time of the clip (s); at the instant of an impact, those just after it.
+    pub fn motion(&self, time_s: f64) -> MotionState {
         self.path.motion(time_s)
     }
 }
 
 /// One impact of a clip.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Impact {
     /// When (s).
     pub time: Measured,
-    /// Who hit: an object, `striker`, or nothing that was filmed or told.
+    /// The hitting body: an object, `striker`, or `None` if it was neither filmed nor specified.
     pub a: Option<String>,
-    /// Who was hit.
+    /// The body that was hit.
     pub b: String,
-    /// The unit vector from a to b.
+    /// The unit normal from a to b.
     pub normal_ab: Vec2,
-    /// Where they touched.
+    /// The contact point.
     pub point: Point,
-    /// How far apart the outlines were at that moment (m); far from zero if names or outlines are wrong.
+    /// The distance between the outlines at the impact (m); far from zero if names or outlines are wrong.
     pub gap_m: f64,
-    /// Motions of a and b just before.
-    pub before: [Motion; 2],
-    /// Motions of a and b just after.
-    pub after: [Motion; 2],
-    /// The restitution, where one impact along one normal took place.
+    /// The motions of a and b just before.
+    pub before: [MotionState; 2],
+    /// The motions of a and b just after.
+    pub after: [MotionState; 2],
+    /// The restitution; `None` unless this is a single impact with a known normal.
     pub restitution: Option<Measured>,
-    /// Mass of a over mass of b, for two objects; its standard deviation is relative.
+    /// The mass of a over the mass of b; `None` unless this is an impact of two objects alone.
     pub mass_ratio: Option<Measured>,
-    /// Why something was left out.
+    /// Why a value is absent, and other warnings.
     pub remarks: Vec<String>,
 }

@@ -1,29 +1,31 @@
-//! Where the striker is: it was told its motion, only the moment of its start is unknown.
+//! The striker's position over time: its motion is prescribed, only the instant of its start is unknown.
 
 use crate::cell::Striker;
-use crate::estimate::closest_points::{Outline, touch};
+use crate::estimate::closest_points::{PlacedShape, closest_points};
 use crate::geometry::{Pose, Vec2};
 use crate::object::Shape;
 use crate::scene::Strike;
 
-/// The striker's prescribed run.
+/// The striker's prescribed motion: straight out by the travel of the strike, then back.
+///
+/// Distances are measured along the heading from the start of the strike.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct StrikerRun {
-    pub(crate) shape: Shape,
+pub(crate) struct StrikerPath {
+    shape: Shape,
     strike: Strike,
     retract_speed_m_s: f64,
 }
 
-/// Past its start the striker draws back by this much.
+/// The striker retracts to this distance behind its start (m).
 const BEHIND_START_M: f64 = 0.02;
 
-impl StrikerRun {
+impl StrikerPath {
     pub(crate) fn new(striker: &Striker, strike: &Strike) -> Self {
         let (shape, retract_speed_m_s) = (striker.shape.clone(), striker.retract_speed_m_s);
         Self { shape, strike: strike.clone(), retract_speed_m_s }
     }
 
-    /// Its velocity on the way to the first impact.
+    /// Its velocity on the way out.
     pub(crate) fn velocity(&self) -> Vec2 {
         self.along() * self.strike.speed_m_s
     }
@@ -32,44 +34,41 @@ impl StrikerRun {
         Vec2::from_heading(self.strike.heading_rad)
     }
 
-    /// Where it is after so much of its way.
-    pub(crate) fn pose_after(&self, way_m: f64) -> Pose {
-        Pose { position: self.strike.start_m + self.along() * way_m, yaw_rad: self.strike.heading_rad }
+    /// Its outline at a distance from the start.
+    pub(crate) fn outline_at(&self, distance_m: f64) -> PlacedShape<'_> {
+        let position = self.strike.start_m + self.along() * distance_m;
+        PlacedShape { shape: &self.shape, pose: Pose { position, yaw_rad: self.strike.heading_rad } }
     }
 
-    /// Its outline there.
-    pub(crate) fn outline_after(&self, way_m: f64) -> Outline<'_> {
-        Outline { shape: &self.shape, pose: self.pose_after(way_m) }
-    }
-
-    /// How far it runs until it touches an outline at rest; `None` if it passes by or stops short (m).
-    pub(crate) fn way_to_m(&self, outline: Outline) -> Option<f64> {
-        const CLOSE_M: f64 = 1e-6;
+    /// The distance (m) at which it touches an outline at rest; `None` if it passes the outline or stops short of it.
+    ///
+    /// Conservative advancement (Mirtich 1996): no step is longer than the gap, so none passes through the outline.
+    pub(crate) fn distance_to_contact_m(&self, outline: PlacedShape) -> Option<f64> {
+        const CONTACT_M: f64 = 1e-6;
         const STEPS: usize = 200;
-        // A struck object lies on the way; the ruler may have been wrong by a little.
+        // Measured positions and outlines may be wrong by a few millimetres.
         let longest_m = self.strike.travel_m + 0.005;
-        let mut way_m = 0.0;
+        let mut distance_m = 0.0;
         for _ in 0..STEPS {
-            let gap_m = touch(self.outline_after(way_m), outline).map_or(0.0, |t| t.gap_m);
-            if gap_m < CLOSE_M {
-                return (way_m > 0.0).then_some(way_m);
+            let gap_m = closest_points(self.outline_at(distance_m), outline).map_or(0.0, |c| c.gap_m);
+            if gap_m < CONTACT_M {
+                return (distance_m > 0.0).then_some(distance_m);
             }
-            // Nothing can be nearer than the gap: advancing by it never passes through.
-            way_m += gap_m;
-            if way_m > longest_m {
+            distance_m += gap_m;
+            if distance_m > longest_m {
                 return None;
             }
         }
-        Some(way_m)
+        Some(distance_m)
     }
 
-    /// How much of its way it has behind it, `since_s` after it was `way_m` on its way out.
-    pub(crate) fn way_at_m(&self, way_m: f64, since_s: f64) -> f64 {
-        let turn_s = (self.strike.travel_m - way_m) / self.strike.speed_m_s;
-        if since_s <= turn_s {
-            (way_m + self.strike.speed_m_s * since_s).max(0.0)
+    /// Its distance from the start, `since_s` after it was at `distance_m` on the way out (m).
+    pub(crate) fn distance_at_m(&self, distance_m: f64, since_s: f64) -> f64 {
+        let turning_s = (self.strike.travel_m - distance_m) / self.strike.speed_m_s;
+        if since_s <= turning_s {
+            (distance_m + self.strike.speed_m_s * since_s).max(0.0)
         } else {
-            (self.strike.travel_m - self.retract_speed_m_s * (since_s - turn_s)).max(-BEHIND_START_M)
+            (self.strike.travel_m - self.retract_speed_m_s * (since_s - turning_s)).max(-BEHIND_START_M)
         }
     }
 }
@@ -79,7 +78,7 @@ mod tests {
     use super::*;
     use crate::geometry::Point;
 
-    fn run() -> StrikerRun {
+    fn path() -> StrikerPath {
         let shape = Shape::Disc { radius_m: 0.01 };
         let strike = Strike {
             object: None,
@@ -89,23 +88,26 @@ mod tests {
             travel_m: 0.08,
         };
         let striker = Striker { shape, height_m: 0.1, speed_range_m_s: [0.1, 1.0], retract_speed_m_s: 0.1 };
-        StrikerRun::new(&striker, &strike)
+        StrikerPath::new(&striker, &strike)
     }
 
     #[test]
-    fn the_striker_runs_until_the_outlines_touch() {
-        let object = Shape::Disc { radius_m: 0.03 };
-        let way_m = run().way_to_m(Outline { shape: &object, pose: Pose::new(0.0, 0.0, 0.0) });
-        assert!((way_m.expect("on the way") - 0.06).abs() < 2e-6, "{way_m:?} m");
-        assert_eq!(run().way_to_m(Outline { shape: &object, pose: Pose::new(0.0, 0.05, 0.0) }), None);
-        assert_eq!(run().way_to_m(Outline { shape: &object, pose: Pose::new(0.2, 0.0, 0.0) }), None);
+    fn the_distance_to_contact_ends_where_the_outlines_touch() {
+        let shape = Shape::Disc { radius_m: 0.03 };
+        let distance_m = |x: f64, y: f64| {
+            path().distance_to_contact_m(PlacedShape { shape: &shape, pose: Pose::new(x, y, 0.0) })
+        };
+        let found_m = distance_m(0.0, 0.0);
+        assert!((found_m.expect("a contact") - 0.06).abs() < 2e-6, "{found_m:?} m");
+        assert_eq!((distance_m(0.0, 0.05), distance_m(0.2, 0.0)), (None, None));
     }
 
     #[test]
-    fn the_striker_turns_at_the_end_of_its_travel() {
-        // 20 mm are left at 0.5 m/s: it turns after 40 ms.
-        for (since_s, way_m) in [(0.02, 0.07), (0.04, 0.08), (0.14, 0.07), (9.0, -0.02)] {
-            assert!((run().way_at_m(0.06, since_s) - way_m).abs() < 1e-12, "after {since_s} s");
+    fn the_striker_retracts_after_its_travel_to_behind_its_start() {
+        // 20 mm remain at 0.5 m/s: the retraction begins after 40 ms.
+        for (since_s, expected_m) in [(0.02, 0.07), (0.04, 0.08), (0.14, 0.07), (9.0, -0.02)] {
+            let found_m = path().distance_at_m(0.06, since_s);
+            assert!((found_m - expected_m).abs() < 1e-12, "after {since_s} s: {found_m} m");
         }
     }
 }

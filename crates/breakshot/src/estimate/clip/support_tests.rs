@@ -1,9 +1,9 @@
-//! Nobody tells where a body touches the table: the spin after an impact must be found all the same.
+//! Unknown tells where a body touches the table: the spin after an impact must be found all the same.
 
-use super::fit::Fitted;
-use super::initial_guess::Draft;
-use super::motion_model::{Body, Cause, Event, Exposure, Model, Sight};
-use super::sliding::{Grip, Motion, Slide, patch_radius_m};
+use super::fit::MotionFit;
+use super::initial_guess::InitialGuess;
+use super::motion_model::{Body, Cause, Event, Exposure, MotionModel, Observation};
+use super::sliding::{MotionState, Slide, SlideParameters, patch_radius_m};
 use crate::geometry::{Pose, Vec2};
 use crate::object::Shape;
 
@@ -11,32 +11,38 @@ const STRUCK_S: f64 = 0.105;
 const FRICTION: f64 = 0.22;
 
 /// How a square is set in motion, and how a fit finds it again, if its spin is braked so many times as hard as on its whole area.
-fn struck_and_found(braked: f64) -> (Motion, Motion) {
+fn struck_and_found(braked: f64) -> (MotionState, MotionState) {
     let shape = Shape::Rectangle { size_m: [0.05, 0.05] };
     let patch_radius_m = patch_radius_m(&shape);
     let gyration_m = shape.radius_of_gyration_m();
-    let grip = Grip { friction: FRICTION, patch_radius_m: braked * patch_radius_m, gyration_m };
-    let rest = Motion { pose: Pose::new(0.1, 0.2, 0.3), ..Motion::default() };
-    let struck = Motion { velocity: Vec2::new(0.3, 0.05), spin_rad_s: 8.0, ..rest };
+    let grip = SlideParameters { friction: FRICTION, patch_radius_m: braked * patch_radius_m, gyration_m };
+    let rest = MotionState { pose: Pose::new(0.1, 0.2, 0.3), ..MotionState::default() };
+    let struck = MotionState { velocity: Vec2::new(0.3, 0.05), spin_rad_s: 8.0, ..rest };
     let slide = Slide::new(STRUCK_S, struck, &grip);
-    let sights = (0..30).map(|k| {
+    let observations = (0..30).map(|k| {
         let time_s = f64::from(k) / 60.0;
         let pose = if time_s < STRUCK_S { rest.pose } else { slide.motion(time_s).pose };
-        Sight { time_s, position: pose.position, yaw_rad: Some(pose.yaw_rad), std_m: 5e-5, ignored: false }
+        Observation {
+            time_s,
+            position: pose.position,
+            yaw_rad: Some(pose.yaw_rad),
+            std_m: 5e-5,
+            excluded: false,
+        }
     });
     let body = Body {
         object: "block".into(),
-        sights: sights.collect(),
+        observations: observations.collect(),
         shape,
         patch_radius_m,
         gyration_m,
         height_m: 0.03,
-        sees_yaw: true,
+        yaw_observed: true,
         moves_at_start: false,
     };
-    let mut model = Model::new(vec![body], Exposure::Known(0.0));
+    let mut model = MotionModel::new(vec![body], Exposure::Known(0.0));
     model.events.push(Event { cause: Cause::Unknown, members: vec![0] });
-    let fitted = Fitted::of_draft(Draft::from_times(model, &[STRUCK_S - 0.004]));
+    let fitted = MotionFit::from_guess(InitialGuess::from_times(model, &[STRUCK_S - 0.004]));
     (struck, fitted.paths[0].motion(fitted.paths[0].onset_s()))
 }
 

@@ -3,7 +3,7 @@
 use super::simulated_clip::{Filming, staged};
 use crate::cell::Cell;
 use crate::error::{Error, Result};
-use crate::estimate::ClipTracks;
+use crate::estimate::clip_tracks::ClipTracks;
 use crate::geometry::{Point, Pose, Vec2};
 use crate::object::{self, Object, Shape};
 use crate::outline::Outline;

@@ -1,24 +1,25 @@
 //! Clips that could be filmed next, and what each would tell: the clip fit's own sensitivity at the learned noise.
 
 use super::experiment::Shot;
-use super::prior::{Belief, Quantity};
+use super::prior::{Belief, Parameter};
 use super::sensitivity::fastest_m_s;
 use super::simulated_clip::Filming;
 use crate::cell::Cell;
 use crate::error::Result;
-use crate::estimate::clip::Story;
+use crate::estimate::clip::ClipEstimate;
 use crate::estimate::clip::exposure;
-use crate::estimate::clip::initial_guess::median;
 use crate::estimate::joint::random_effects::{Group, spread};
-use crate::estimate::joint::record::Record;
-use crate::estimate::measure::quantity::{KINDS, Key, Readings, grouped};
-use crate::estimate::measure::restitution::MET_TWICE_STD;
+use crate::estimate::measure::measurements::{Measurements, grouped};
+use crate::estimate::measure::quantity::{KINDS, Quantity};
+use crate::estimate::measure::restitution::DOUBLE_CONTACT_STD;
+use crate::estimate::measure::{self, ClipMeasurements};
 use crate::object::{Object, kind};
+use crate::statistics::median;
 use nalgebra::DMatrix;
 use rayon::prelude::*;
 use std::collections::BTreeSet;
 
-/// A shot and what its film tells: readings are `rows` times the quantities, plus noise.
+/// A shot and what its film tells: measurements are `rows` times the quantities, plus noise.
 pub(crate) struct Candidate {
     pub(crate) shot: Shot,
     rows: DMatrix<f64>,
@@ -28,7 +29,7 @@ pub(crate) struct Candidate {
 /// What the earlier clips teach of a camera and of how much quantities vary from clip to clip.
 pub(crate) struct Habits {
     pub(crate) filming: Filming,
-    found_frames: Option<f64>,
+    exposure_frames: Option<f64>,
     /// By kind of reading, relative.
     spreads: [f64; KINDS],
 }
@@ -47,29 +48,29 @@ const SURELY_SLID: f64 = 1.3;
 const ONE_GRAZING_STD: f64 = 0.05;
 
 impl Habits {
-    pub(crate) fn new(records: &[Record]) -> Self {
-        let seen = || records.iter().map(|r| &r.seen);
+    pub(crate) fn new(records: &[ClipMeasurements]) -> Self {
+        let seen = || records.iter().map(|r| &r.recording);
         let filming = Filming {
-            frame_rate_hz: 1.0 / median(seen().map(|s| s.frame_s)).max(1e-4),
-            place_std_m: median(seen().map(|s| s.place_std_m)).max(1e-7),
-            yaw_std_rad: median(seen().map(|s| s.yaw_std_rad)),
+            frame_rate_hz: 1.0 / median(seen().map(|s| s.frame_s)).unwrap_or(0.0).max(1e-4),
+            place_std_m: median(seen().map(|s| s.position_std_m)).unwrap_or(0.0).max(1e-7),
+            yaw_std_rad: median(seen().map(|s| s.yaw_std_rad)).unwrap_or(0.0),
             seed: None,
         };
-        let misfits: Vec<_> = records.iter().map(|r| r.misfits).collect();
-        let readings: Vec<Readings> = records.iter().map(|r| r.readings.clone()).collect();
+        let chi2_by_exposure: Vec<_> = records.iter().map(|r| r.chi2_by_exposure).collect();
+        let measurements: Vec<Measurements> = records.iter().map(|r| r.measurements.clone()).collect();
         let mut spreads = [ASSUMED_SPREAD; KINDS];
         for (kind, relative) in spreads.iter_mut().enumerate() {
-            let groups: Vec<Group> = grouped(&readings)
+            let groups: Vec<Group> = grouped(&measurements)
                 .iter()
                 .filter(|(key, _)| key.kind() == kind)
-                .map(|(key, places)| Group::of(&readings, key, places))
+                .map(|(key, places)| Group::of(&measurements, key, places))
                 .collect();
             let found = spread(&groups);
             if found.freedom > 0.0 {
                 *relative = found.relative;
             }
         }
-        Self { filming, found_frames: exposure::found_frames(&misfits), spreads }
+        Self { filming, exposure_frames: exposure::best_frames(&chi2_by_exposure), spreads }
     }
 }
 
@@ -125,30 +126,30 @@ impl Candidate {
         if !rests.into_iter().all(|s| cell.workspace.contains(s.position())) {
             return Ok(None);
         }
-        let story = Story::new(&clip, cell, objects)?;
+        let story = ClipEstimate::new(&clip, cell, objects)?;
         let yaw_scale = habits.filming.yaw_std_rad / story.yaw_std_rad();
         let scale = if yaw_scale > 0.0 { yaw_scale } else { 1.0 };
-        let record = story.refined(1.0, scale, habits.found_frames).told(&clip).1;
+        let record = measure::measured(&story.refitted(1.0, scale, habits.exposure_frames), &clip).1;
         Ok(Self::from_record(belief, habits, shot, &record))
     }
 
-    fn from_record(belief: &Belief, habits: &Habits, shot: Shot, record: &Record) -> Option<Self> {
-        let readings = &record.readings;
-        let told: Vec<(usize, Vec<(usize, f64)>)> = (readings.keys.iter().enumerate())
+    fn from_record(belief: &Belief, habits: &Habits, shot: Shot, record: &ClipMeasurements) -> Option<Self> {
+        let measurements = &record.measurements;
+        let told: Vec<(usize, Vec<(usize, f64)>)> = (measurements.quantities.iter().enumerate())
             .map(|(k, key)| (k, belief.row(key)))
             .filter(|(_, row)| !row.is_empty())
             .collect();
-        let grazings = record.grazings.iter().filter_map(|g| {
+        let oblique_impacts = record.oblique_impacts.iter().filter_map(|g| {
             let quantity =
-                if g.with_striker { Quantity::StrikerContactFriction } else { Quantity::ContactFriction };
+                if g.with_striker { Parameter::StrikerContactFriction } else { Parameter::ContactFriction };
             let contact = &belief.properties.contact_friction;
             let friction = if g.with_striker { contact.striker } else { contact.objects }?.mean;
-            let slides = g.to_stick > SURELY_SLID * friction;
+            let slides = g.sticking_ratio > SURELY_SLID * friction;
             let place = belief.quantities.iter().position(|q| *q == quantity)?;
-            slides.then_some((place, g.seen.std))
+            slides.then_some((place, g.impulse_ratio.std))
         });
-        let grazings: Vec<(usize, f64)> = grazings.collect();
-        let size = told.len() + grazings.len();
+        let oblique_impacts: Vec<(usize, f64)> = oblique_impacts.collect();
+        let size = told.len() + oblique_impacts.len();
         let mut rows = DMatrix::zeros(size, belief.quantities.len());
         let mut noise = DMatrix::zeros(size, size);
         for (r, (k, row)) in told.iter().enumerate() {
@@ -156,14 +157,14 @@ impl Candidate {
                 rows[(r, column)] += factor;
             }
             for (c, (l, _)) in told.iter().enumerate() {
-                noise[(r, c)] = readings.covariance[(*k, *l)];
+                noise[(r, c)] = measurements.covariance[(*k, *l)];
             }
-            noise[(r, r)] += habits.variance(&readings.keys[*k], readings.values[*k]);
-            if readings.met_twice[*k] {
-                noise[(r, r)] += MET_TWICE_STD.powi(2);
+            noise[(r, r)] += habits.variance(&measurements.quantities[*k], measurements.values[*k]);
+            if measurements.double_contact[*k] {
+                noise[(r, r)] += DOUBLE_CONTACT_STD.powi(2);
             }
         }
-        for (n, (place, std)) in grazings.iter().enumerate() {
+        for (n, (place, std)) in oblique_impacts.iter().enumerate() {
             rows[(told.len() + n, *place)] = 1.0;
             noise[(told.len() + n, told.len() + n)] = std * std + ONE_GRAZING_STD.powi(2);
         }
@@ -182,10 +183,10 @@ impl Candidate {
 
 impl Habits {
     /// How much one clip's quantity differs from the mean of all clips, beyond the noise of its track (variance).
-    fn variance(&self, key: &Key, value: f64) -> f64 {
+    fn variance(&self, key: &Quantity, value: f64) -> f64 {
         let relative = self.spreads[key.kind()];
         match key {
-            Key::MassRatio(..) => relative.powi(2) + MASS_STD.powi(2),
+            Quantity::MassRatio(..) => relative.powi(2) + MASS_STD.powi(2),
             _ => (relative * value).powi(2),
         }
     }

@@ -21,7 +21,7 @@ pub use sensitivity::StruckPile;
 
 use crate::cell::Cell;
 use crate::error::{Error, Result};
-use crate::estimate::joint::record::Record;
+use crate::estimate::measure::ClipMeasurements;
 use crate::object::{self, Object};
 use crate::properties::Properties;
 use crate::scene::Scene;
@@ -99,8 +99,11 @@ pub fn advice(
     options: &AdviceOptions,
 ) -> Result<Advice> {
     let evidence = properties.evidence.as_ref();
-    let records =
-        evidence.into_iter().flat_map(|e| &e.clips).map(Record::from_kept).collect::<Result<Vec<_>>>()?;
+    let records = evidence
+        .into_iter()
+        .flat_map(|e| &e.clips)
+        .map(ClipMeasurements::from_kept)
+        .collect::<Result<Vec<_>>>()?;
     if records.is_empty() {
         let needed = "properties with the evidence of at least one clip";
         return Err(Error::invalid("advice", "evidence", "missing", needed));

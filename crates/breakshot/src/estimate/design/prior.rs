@@ -1,6 +1,6 @@
 //! What is known of every number that a simulation needs: means, and how their errors go together.
 
-use crate::estimate::measure::quantity::Key;
+use crate::estimate::measure::quantity::Quantity;
 use crate::object::{Object, pair_key};
 use crate::properties::Properties;
 use crate::uncertain::Estimate;
@@ -8,7 +8,7 @@ use nalgebra::DMatrix;
 
 /// One number that a simulation needs.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(crate) enum Quantity {
+pub(crate) enum Parameter {
     Friction(String),
     StrikerRestitution(String),
     /// Names in alphabetical order.
@@ -22,7 +22,7 @@ pub(crate) enum Quantity {
 /// Means and covariance; what no clip told has a wide prior.
 #[derive(Clone, Debug)]
 pub(crate) struct Belief {
-    pub(crate) quantities: Vec<Quantity>,
+    pub(crate) quantities: Vec<Parameter>,
     pub(crate) covariance: DMatrix<f64>,
     /// The means, with stand-ins for what no clip told.
     pub(crate) properties: Properties,
@@ -51,14 +51,14 @@ impl Belief {
         for (k, object) in names.iter().enumerate() {
             let name = object.name.clone();
             belief.friction(&name, &mut stds);
-            belief.restitution(Quantity::StrikerRestitution(name.clone()), &mut stds);
+            belief.restitution(Parameter::StrikerRestitution(name.clone()), &mut stds);
             if name != properties.reference {
                 belief.mass(object, reference, &mut stds);
             }
             for other in &names[k..] {
                 let known = properties.restitution.contains_key(&pair_key(&name, &other.name));
                 if other.name != name || copies || known {
-                    belief.restitution(Quantity::Restitution(name.clone(), other.name.clone()), &mut stds);
+                    belief.restitution(Parameter::Restitution(name.clone(), other.name.clone()), &mut stds);
                 }
             }
         }
@@ -72,13 +72,13 @@ impl Belief {
         let typical = mean(known.values()).unwrap_or(FRICTION[0]);
         let entry = known.entry(name.into()).or_insert(stand_in(typical, FRICTION[1]));
         stds.push(entry.standard_error);
-        self.quantities.push(Quantity::Friction(name.into()));
+        self.quantities.push(Parameter::Friction(name.into()));
     }
 
-    fn restitution(&mut self, quantity: Quantity, stds: &mut Vec<f64>) {
+    fn restitution(&mut self, quantity: Parameter, stds: &mut Vec<f64>) {
         let (known, key) = match &quantity {
-            Quantity::Restitution(a, b) => (&mut self.properties.restitution, format!("{a}/{b}")),
-            Quantity::StrikerRestitution(a) => (&mut self.properties.striker_restitution, a.clone()),
+            Parameter::Restitution(a, b) => (&mut self.properties.restitution, format!("{a}/{b}")),
+            Parameter::StrikerRestitution(a) => (&mut self.properties.striker_restitution, a.clone()),
             _ => return,
         };
         let typical = mean(known.values().filter(|e| e.n > 0)).unwrap_or(RESTITUTION);
@@ -93,7 +93,7 @@ impl Belief {
         let known = &mut self.properties.mass_ratio;
         let entry = known.entry(object.name.clone()).or_insert(stand_in(guess, guess * LOG_MASS_STD));
         stds.push(entry.standard_error / entry.mean);
-        self.quantities.push(Quantity::LogMass(object.name.clone()));
+        self.quantities.push(Parameter::LogMass(object.name.clone()));
         let unit = self.properties.reference.clone();
         self.properties.mass_ratio.entry(unit).or_insert(Estimate::exact(1.0));
     }
@@ -102,8 +102,8 @@ impl Belief {
         let [value, std] = CONTACT_FRICTION;
         let contact = &mut self.properties.contact_friction;
         for (slot, quantity) in [
-            (&mut contact.objects, Quantity::ContactFriction),
-            (&mut contact.striker, Quantity::StrikerContactFriction),
+            (&mut contact.objects, Parameter::ContactFriction),
+            (&mut contact.striker, Parameter::StrikerContactFriction),
         ] {
             stds.push(slot.get_or_insert(stand_in(value, std)).standard_error);
             self.quantities.push(quantity);
@@ -125,28 +125,28 @@ impl Belief {
     }
 
     /// What a clip's reading is a linear function of: quantities with their factors; none if it tells nothing new.
-    pub(crate) fn row(&self, key: &Key) -> Vec<(usize, f64)> {
-        let at = |wanted: Quantity, factor: f64| {
+    pub(crate) fn row(&self, key: &Quantity) -> Vec<(usize, f64)> {
+        let at = |wanted: Parameter, factor: f64| {
             self.quantities.iter().position(|q| *q == wanted).map(|k| (k, factor))
         };
         match key {
-            Key::Friction(a) => at(Quantity::Friction(a.clone()), 1.0).into_iter().collect(),
-            Key::StrikerRestitution(a) => {
-                at(Quantity::StrikerRestitution(a.clone()), 1.0).into_iter().collect()
+            Quantity::Friction(a) => at(Parameter::Friction(a.clone()), 1.0).into_iter().collect(),
+            Quantity::StrikerRestitution(a) => {
+                at(Parameter::StrikerRestitution(a.clone()), 1.0).into_iter().collect()
             }
-            Key::Restitution(a, b) => {
-                at(Quantity::Restitution(a.clone(), b.clone()), 1.0).into_iter().collect()
+            Quantity::Restitution(a, b) => {
+                at(Parameter::Restitution(a.clone(), b.clone()), 1.0).into_iter().collect()
             }
-            Key::MassRatio(a, b) if a == b => Vec::new(),
-            Key::MassRatio(a, b) => {
+            Quantity::MassRatio(a, b) if a == b => Vec::new(),
+            Quantity::MassRatio(a, b) => {
                 let masses = [(a, 1.0), (b, -1.0)];
-                masses.into_iter().filter_map(|(name, f)| at(Quantity::LogMass(name.clone()), f)).collect()
+                masses.into_iter().filter_map(|(name, f)| at(Parameter::LogMass(name.clone()), f)).collect()
             }
         }
     }
 }
 
-impl Quantity {
+impl Parameter {
     /// As the covariance of the properties calls it.
     pub(crate) fn name(&self) -> String {
         match self {
@@ -218,15 +218,15 @@ fn stand_in(mean: f64, std: f64) -> Estimate {
 }
 
 /// The properties' covariance in the order of the quantities; independent priors for what it does not hold.
-fn covariance(properties: &Properties, quantities: &[Quantity], stds: &[f64]) -> DMatrix<f64> {
-    let known = |quantity: &Quantity| match quantity {
-        Quantity::Friction(a) => properties.friction.contains_key(a),
-        Quantity::StrikerRestitution(a) => properties.striker_restitution.contains_key(a),
-        Quantity::Restitution(a, b) => properties.restitution.contains_key(&format!("{a}/{b}")),
-        Quantity::LogMass(a) => properties.mass_ratio.contains_key(a),
+fn covariance(properties: &Properties, quantities: &[Parameter], stds: &[f64]) -> DMatrix<f64> {
+    let known = |quantity: &Parameter| match quantity {
+        Parameter::Friction(a) => properties.friction.contains_key(a),
+        Parameter::StrikerRestitution(a) => properties.striker_restitution.contains_key(a),
+        Parameter::Restitution(a, b) => properties.restitution.contains_key(&format!("{a}/{b}")),
+        Parameter::LogMass(a) => properties.mass_ratio.contains_key(a),
         _ => false,
     };
-    let place = |quantity: &Quantity| {
+    let place = |quantity: &Parameter| {
         let name = quantity.name();
         let found = properties.covariance.names.iter().position(|n| *n == name);
         found.filter(|_| known(quantity))

@@ -1,6 +1,6 @@
 //! Piles to plan for, and how far each quantity's error moves what comes of them.
 
-use super::prior::{Belief, Quantity};
+use super::prior::{Belief, Parameter};
 use crate::cell::Cell;
 use crate::error::Result;
 use crate::geometry::{Point, Pose, Vec2};
@@ -204,10 +204,10 @@ impl Response {
     fn new(belief: &Belief, pile: &StruckPile) -> Option<Self> {
         let lies = |name: &str| pile.scene.placed.iter().any(|p| kind(&p.object) == name);
         let struck = pile.strike.object.as_deref().map(kind);
-        let matters = |quantity: &Quantity| match quantity {
+        let matters = |quantity: &Parameter| match quantity {
             // The striker stops behind its target, and rarely meets another one.
-            Quantity::StrikerRestitution(a) => Some(a.as_str()) == struck,
-            Quantity::Restitution(a, b) if a == b => {
+            Parameter::StrikerRestitution(a) => Some(a.as_str()) == struck,
+            Parameter::Restitution(a, b) if a == b => {
                 pile.scene.placed.iter().filter(|p| kind(&p.object) == a).count() > 1
             }
             other => other.objects().into_iter().all(lies),

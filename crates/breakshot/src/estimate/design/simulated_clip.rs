@@ -5,7 +5,7 @@
 
 use crate::detect::{Sample, Track, Tracks};
 use crate::error::{Error, Result};
-use crate::estimate::ClipTracks;
+use crate::estimate::clip_tracks::ClipTracks;
 use crate::object::{Object, Shape};
 use crate::physics::{self, Trajectory};
 use crate::properties::Properties;

@@ -1,8 +1,8 @@
 //! What the single clips said, quantity by quantity, as the evidence of the properties keeps it.
 
-use super::record::Record;
 use crate::error::Result;
-use crate::estimate::measure::quantity::Key;
+use crate::estimate::measure::ClipMeasurements;
+use crate::estimate::measure::quantity::Quantity;
 use crate::properties::Properties;
 
 /// What one clip says of one quantity.
@@ -27,17 +27,17 @@ pub struct ClipValue {
 pub fn clip_values(properties: &Properties) -> Result<Vec<ClipValue>> {
     let mut values = Vec::new();
     for kept in properties.evidence.iter().flat_map(|e| &e.clips) {
-        let readings = Record::from_kept(kept)?.readings;
-        for (k, key) in readings.keys.iter().enumerate() {
-            let measured = readings.measured(k);
+        let measurements = ClipMeasurements::from_kept(kept)?.measurements;
+        for (k, key) in measurements.quantities.iter().enumerate() {
+            let measured = measurements.measured(k);
             let (group, name) = match key {
-                Key::Friction(object) => ("friction", object.clone()),
-                Key::StrikerRestitution(object) => ("striker_restitution", object.clone()),
-                Key::Restitution(a, b) => ("restitution", format!("{a}/{b}")),
-                Key::MassRatio(a, b) => ("pair_mass_ratio", format!("{a}/{b}")),
+                Quantity::Friction(object) => ("friction", object.clone()),
+                Quantity::StrikerRestitution(object) => ("striker_restitution", object.clone()),
+                Quantity::Restitution(a, b) => ("restitution", format!("{a}/{b}")),
+                Quantity::MassRatio(a, b) => ("pair_mass_ratio", format!("{a}/{b}")),
             };
             let (value, std) = match key {
-                Key::MassRatio(..) => (measured.value.exp(), measured.std * measured.value.exp()),
+                Quantity::MassRatio(..) => (measured.value.exp(), measured.std * measured.value.exp()),
                 _ => (measured.value, measured.std),
             };
             values.push(ClipValue { clip: kept.clip.clone(), group, name, value, std });

@@ -1,7 +1,7 @@
 //! The mass ratios of all objects from those of all pairs (Eq. 33 and 34 as corrected).
 
 use super::random_effects::{Group, Mean};
-use crate::estimate::measure::quantity::Key;
+use crate::estimate::measure::quantity::Quantity;
 use nalgebra::{DMatrix, DVector};
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -9,7 +9,7 @@ use std::collections::{BTreeMap, BTreeSet};
 #[derive(Clone, Debug)]
 pub(crate) struct Masses {
     pub(crate) objects: Vec<String>,
-    pub(crate) pairs: Vec<Key>,
+    pub(crate) pairs: Vec<Quantity>,
     /// One row per object, one column per pair.
     pub(crate) from_pairs: DMatrix<f64>,
     pub(crate) values: DVector<f64>,
@@ -22,7 +22,7 @@ pub(crate) struct Masses {
 
 /// One pair's logarithm of the mass of the first over the second.
 struct Pair<'a> {
-    key: &'a Key,
+    key: &'a Quantity,
     first: &'a str,
     second: &'a str,
     mean: &'a Mean,
@@ -31,11 +31,11 @@ struct Pair<'a> {
 impl Masses {
     /// Weighted least squares on the logarithms; objects that no chain of pairs connects with the reference are left
     /// out.
-    pub(crate) fn new(groups: &BTreeMap<Key, (Group, Mean)>, reference: &str) -> Self {
+    pub(crate) fn new(groups: &BTreeMap<Quantity, (Group, Mean)>, reference: &str) -> Self {
         let mut pairs: Vec<Pair> = groups
             .iter()
             .filter_map(|(key, (_, mean))| match key {
-                Key::MassRatio(a, b) if a != b => Some(Pair { key, first: a, second: b, mean }),
+                Quantity::MassRatio(a, b) if a != b => Some(Pair { key, first: a, second: b, mean }),
                 _ => None,
             })
             .collect();

@@ -1,8 +1,9 @@
 //! All clips at once: means over clips, masses that agree around every loop of pairs, and how their errors go together.
 
 pub(crate) mod clip_values;
+pub(crate) mod contact_friction;
+pub(crate) mod friction;
 pub(crate) mod mass_network;
-pub(crate) mod matrix_serde;
 pub(crate) mod outliers;
 pub(crate) mod properties;
 pub(crate) mod random_effects;
@@ -11,8 +12,9 @@ pub(crate) mod record;
 pub(crate) mod update_tests;
 
 use crate::estimate::clip::result::Measured;
-use crate::estimate::measure::impulse_ratio::pressing_std;
-use crate::estimate::measure::quantity::{KINDS, Key, Readings, grouped};
+use crate::estimate::measure::impulse_ratio::vertical_impulse_std;
+use crate::estimate::measure::measurements::{Measurements, grouped};
+use crate::estimate::measure::quantity::{KINDS, Quantity};
 use crate::properties::Covariance;
 use crate::uncertain::Estimate;
 use mass_network::Masses;
@@ -23,7 +25,7 @@ use std::collections::BTreeMap;
 /// The means of all quantities.
 #[derive(Clone, Debug)]
 pub(crate) struct Joint {
-    pub(crate) groups: BTreeMap<Key, (Group, Mean)>,
+    pub(crate) groups: BTreeMap<Quantity, (Group, Mean)>,
     /// The logarithm of every object's mass over the reference's, where pairs connect them.
     pub(crate) log_masses: BTreeMap<String, Mean>,
     pub(crate) covariance: Covariance,
@@ -35,18 +37,18 @@ const ROCKING_STD: f64 = 0.005;
 
 impl Joint {
     /// The means over all clips, with the object whose mass is the unit.
-    pub(crate) fn new(clips: &[Readings], reference: &str, contact_friction: Measured) -> Self {
+    pub(crate) fn new(clips: &[Measurements], reference: &str, contact_friction: Measured) -> Self {
         let places = grouped(clips);
-        let all: BTreeMap<&Key, Group> =
+        let all: BTreeMap<&Quantity, Group> =
             places.iter().map(|(key, p)| (*key, Group::of(clips, key, p))).collect();
         let mut typical = [Spread { relative: 0.0, freedom: 0.0 }; KINDS];
         for (kind, typical) in typical.iter_mut().enumerate() {
             let alike: Vec<Group> =
                 all.iter().filter(|(k, _)| k.kind() == kind).map(|(_, g)| g.clone()).collect();
             // A mass is the same in all clips.
-            *typical = if kind == Key::MASS_RATIO { spread(&alike) } else { guessed_spread(&alike) };
+            *typical = if kind == Quantity::MASS_RATIO { spread(&alike) } else { guessed_spread(&alike) };
         }
-        let mut groups: BTreeMap<Key, (Group, Mean)> = all
+        let mut groups: BTreeMap<Quantity, (Group, Mean)> = all
             .into_iter()
             .filter_map(|(key, group)| {
                 let mean = group.mean(typical[key.kind()])?;
@@ -55,13 +57,13 @@ impl Joint {
             .collect();
         let frictions: BTreeMap<String, f64> = (groups.iter())
             .filter_map(|(key, (_, mean))| match key {
-                Key::Friction(object) => Some((object.clone(), mean.value)),
+                Quantity::Friction(object) => Some((object.clone(), mean.value)),
                 _ => None,
             })
             .collect();
         let mut masses = Masses::new(&groups, reference);
         let misfit = masses.misfit.max(ROCKING_STD);
-        let pressing = pressing_std(contact_friction);
+        let pressing = vertical_impulse_std(contact_friction);
         let base = base_covariance(clips, &places, &groups);
         // What is common to all pairs shifts the masses as the frictions differ; loops of pairs do not show it.
         let shift = |object: &str| {
@@ -71,7 +73,7 @@ impl Joint {
         masses.shifts =
             masses.objects.iter().map(|o| shift(o).unwrap_or(pressing * ASSUMED_DIFFERENCE)).collect();
         masses.misfit = misfit;
-        let keys: Vec<&Key> = groups.keys().collect();
+        let keys: Vec<&Quantity> = groups.keys().collect();
         let (covariance, log_masses) = covariance(&keys, &base, &masses);
         widen_pairs(&mut groups, &frictions, misfit, pressing);
         Self { groups, log_masses, covariance }
@@ -83,13 +85,13 @@ const ASSUMED_DIFFERENCE: f64 = 0.1;
 
 /// What a pair's own clips cannot tell widens its interval too.
 fn widen_pairs(
-    groups: &mut BTreeMap<Key, (Group, Mean)>,
+    groups: &mut BTreeMap<Quantity, (Group, Mean)>,
     frictions: &BTreeMap<String, f64>,
     misfit: f64,
     pressing: f64,
 ) {
     for (key, (_, mean)) in groups {
-        if let Key::MassRatio(a, b) = key
+        if let Quantity::MassRatio(a, b) = key
             && a != b
         {
             let difference = match (frictions.get(a), frictions.get(b)) {
@@ -103,11 +105,11 @@ fn widen_pairs(
 
 /// The covariance of all means: within a clip the noise of different quantities goes together.
 fn base_covariance(
-    clips: &[Readings],
-    places: &BTreeMap<&Key, Vec<(usize, usize)>>,
-    groups: &BTreeMap<Key, (Group, Mean)>,
+    clips: &[Measurements],
+    places: &BTreeMap<&Quantity, Vec<(usize, usize)>>,
+    groups: &BTreeMap<Quantity, (Group, Mean)>,
 ) -> DMatrix<f64> {
-    let keys: Vec<&Key> = groups.keys().collect();
+    let keys: Vec<&Quantity> = groups.keys().collect();
     let shares: Vec<BTreeMap<usize, Vec<(usize, f64)>>> = keys
         .iter()
         .map(|key| {
@@ -136,10 +138,14 @@ fn base_covariance(
 }
 
 /// The named covariance, frictions and restitutions as they are, masses from their pairs; and the masses' means.
-fn covariance(keys: &[&Key], base: &DMatrix<f64>, masses: &Masses) -> (Covariance, BTreeMap<String, Mean>) {
-    let kept: Vec<usize> = (0..keys.len()).filter(|&k| !matches!(keys[k], Key::MassRatio(..))).collect();
+fn covariance(
+    keys: &[&Quantity],
+    base: &DMatrix<f64>,
+    masses: &Masses,
+) -> (Covariance, BTreeMap<String, Mean>) {
+    let kept: Vec<usize> = (0..keys.len()).filter(|&k| !matches!(keys[k], Quantity::MassRatio(..))).collect();
     let size = kept.len() + masses.objects.len();
-    let column = |pair: &Key| keys.iter().position(|k| *k == pair);
+    let column = |pair: &Quantity| keys.iter().position(|k| *k == pair);
     let columns: Vec<usize> = masses.pairs.iter().filter_map(column).collect();
     let mut widened = base.clone();
     for &pair in &columns {

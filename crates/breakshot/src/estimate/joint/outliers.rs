@@ -1,9 +1,10 @@
 //! Clips that contradict the others: named with the evidence, and left out.
 
 use super::random_effects::Group;
-use crate::estimate::clip::initial_guess::median;
 use crate::estimate::clip::result::Measured;
-use crate::estimate::measure::quantity::{Key, Readings, grouped};
+use crate::estimate::measure::measurements::{Measurements, grouped};
+use crate::estimate::measure::quantity::Quantity;
+use crate::statistics::median;
 use std::collections::{BTreeMap, BTreeSet};
 
 /// A reading this many deviations away from the other clips' counts less and less, ...
@@ -26,38 +27,42 @@ struct Majority {
     spread: f64,
 }
 
-/// The readings without those that contradict the other clips', and a sentence about each clip concerned.
+/// The measurements without those that contradict the other clips', and a sentence about each clip concerned.
 ///
 /// What lies nearly as far off has more noise than it had: else one reading that is a little farther off than another would
 /// count for nothing, and the other one in full.
-pub(crate) fn without_contradictions(clips: &[Readings], names: &[String]) -> (Vec<Readings>, Vec<String>) {
+pub(crate) fn without_contradictions(
+    clips: &[Measurements],
+    names: &[String],
+) -> (Vec<Measurements>, Vec<String>) {
     let majorities = majorities(clips);
     let mut kept = Vec::with_capacity(clips.len());
     let mut warnings = Vec::new();
-    for (readings, name) in clips.iter().zip(names) {
-        let wrong: Vec<usize> =
-            (0..readings.keys.len()).filter(|&k| contradicts(readings, k, &majorities)).collect();
+    for (measurements, name) in clips.iter().zip(names) {
+        let wrong: Vec<usize> = (0..measurements.quantities.len())
+            .filter(|&k| contradicts(measurements, k, &majorities))
+            .collect();
         if wrong.is_empty() {
-            kept.push(doubted(readings.clone(), &majorities));
+            kept.push(doubted(measurements.clone(), &majorities));
             continue;
         }
-        let evidence: Vec<String> = wrong.iter().map(|&k| told(readings, k, &majorities)).collect();
+        let evidence: Vec<String> = wrong.iter().map(|&k| told(measurements, k, &majorities)).collect();
         let all_out = wrong.len() >= HOPELESS;
-        let hint = if all_out { hint(readings, &majorities) } else { String::new() };
+        let hint = if all_out { hint(measurements, &majorities) } else { String::new() };
         let what = if all_out { "left out" } else { "left out in part" };
         warnings.push(format!("{name}: {what}: {}{hint}", evidence.join("; ")));
-        kept.push(doubted(readings.retained(|k| !all_out && !wrong.contains(&k)), &majorities));
+        kept.push(doubted(measurements.retained(|k| !all_out && !wrong.contains(&k)), &majorities));
     }
     (kept, warnings)
 }
 
-fn majorities(clips: &[Readings]) -> BTreeMap<Key, Majority> {
-    let groups: Vec<(Key, Group)> = grouped(clips)
+fn majorities(clips: &[Measurements]) -> BTreeMap<Quantity, Majority> {
+    let groups: Vec<(Quantity, Group)> = grouped(clips)
         .into_iter()
         .filter(|(_, places)| places.len() >= CLIPS_NEEDED)
         .map(|(key, places)| (key.clone(), Group::of(clips, key, &places)))
         .collect();
-    let middle = |group: &Group| median(group.values.iter().map(|m| m.value));
+    let middle = |group: &Group| median(group.values.iter().map(|m| m.value)).unwrap_or(0.0);
     let mut spreads = [0.0; crate::estimate::measure::quantity::KINDS];
     for (kind, spread) in spreads.iter_mut().enumerate() {
         let deviations = groups.iter().filter(|(key, _)| key.kind() == kind).flat_map(|(_, group)| {
@@ -68,7 +73,7 @@ fn majorities(clips: &[Readings]) -> BTreeMap<Key, Majority> {
             group.values.iter().map(move |m| (m.value - centre).abs() * widened)
         });
         // For a Gaussian the median distance is 0.6745 deviations.
-        *spread = median(deviations) / 0.6745;
+        *spread = median(deviations).unwrap_or(0.0) / 0.6745;
     }
     groups
         .iter()
@@ -83,18 +88,18 @@ fn majorities(clips: &[Readings]) -> BTreeMap<Key, Majority> {
         .collect()
 }
 
-/// The readings, with as much more noise as they are far from the other clips'.
-fn doubted(mut readings: Readings, majorities: &BTreeMap<Key, Majority>) -> Readings {
-    for k in 0..readings.keys.len() {
-        let Some(majority) = majorities.get(&readings.keys[k]) else { continue };
-        let measured = readings.measured(k);
+/// The measurements, with as much more noise as they are far from the other clips'.
+fn doubted(mut measurements: Measurements, majorities: &BTreeMap<Quantity, Majority>) -> Measurements {
+    for k in 0..measurements.quantities.len() {
+        let Some(majority) = majorities.get(&measurements.quantities[k]) else { continue };
+        let measured = measurements.measured(k);
         let part = (CONTRADICTS - majority.deviations(measured)) / (CONTRADICTS - DOUBTED);
         if part < 1.0 {
             let variance = majority.variance(measured.std);
-            readings.covariance[(k, k)] += variance * (part.max(LEAST_PART).powi(-2) - 1.0);
+            measurements.covariance[(k, k)] += variance * (part.max(LEAST_PART).powi(-2) - 1.0);
         }
     }
-    readings
+    measurements
 }
 
 impl Majority {
@@ -114,33 +119,35 @@ impl Majority {
     }
 }
 
-fn contradicts(readings: &Readings, k: usize, majorities: &BTreeMap<Key, Majority>) -> bool {
-    majorities.get(&readings.keys[k]).is_some_and(|majority| majority.is_contradicted(readings.measured(k)))
+fn contradicts(measurements: &Measurements, k: usize, majorities: &BTreeMap<Quantity, Majority>) -> bool {
+    majorities
+        .get(&measurements.quantities[k])
+        .is_some_and(|majority| majority.is_contradicted(measurements.measured(k)))
 }
 
 /// The evidence in words.
-fn told(readings: &Readings, k: usize, majorities: &BTreeMap<Key, Majority>) -> String {
-    let key = &readings.keys[k];
-    let (mut here, mut there) = (readings.values[k], majorities[key].value);
-    if matches!(key, Key::MassRatio(..)) {
+fn told(measurements: &Measurements, k: usize, majorities: &BTreeMap<Quantity, Majority>) -> String {
+    let key = &measurements.quantities[k];
+    let (mut here, mut there) = (measurements.values[k], majorities[key].value);
+    if matches!(key, Quantity::MassRatio(..)) {
         (here, there) = (here.exp(), there.exp());
     }
     format!("{key} is {here:.3}, in the other clips {there:.3}")
 }
 
 /// What would explain all of a clip's contradictions at once.
-fn hint(readings: &Readings, majorities: &BTreeMap<Key, Majority>) -> String {
-    let objects: BTreeSet<&String> = (readings.keys.iter())
+fn hint(measurements: &Measurements, majorities: &BTreeMap<Quantity, Majority>) -> String {
+    let objects: BTreeSet<&String> = (measurements.quantities.iter())
         .filter_map(|key| match key {
-            Key::Friction(object) => Some(object),
+            Quantity::Friction(object) => Some(object),
             _ => None,
         })
         .collect();
     for one in &objects {
         for other in objects.iter().filter(|o| *o > one) {
-            let explained = (0..readings.keys.len()).all(|k| {
-                let (key, sign) = readings.keys[k].swapped(one, other);
-                let Measured { value, std } = readings.measured(k);
+            let explained = (0..measurements.quantities.len()).all(|k| {
+                let (key, sign) = measurements.quantities[k].swapped(one, other);
+                let Measured { value, std } = measurements.measured(k);
                 let here = Measured { value: sign * value, std };
                 majorities.get(&key).is_none_or(|majority| !majority.is_contradicted(here))
             });
@@ -149,9 +156,9 @@ fn hint(readings: &Readings, majorities: &BTreeMap<Key, Majority>) -> String {
             }
         }
     }
-    let ratios: Vec<f64> = (readings.keys.iter().enumerate())
-        .filter(|(_, key)| matches!(key, Key::Friction(_)))
-        .filter_map(|(k, key)| majorities.get(key).map(|m| readings.values[k] / m.value))
+    let ratios: Vec<f64> = (measurements.quantities.iter().enumerate())
+        .filter(|(_, key)| matches!(key, Quantity::Friction(_)))
+        .filter_map(|(k, key)| majorities.get(key).map(|m| measurements.values[k] / m.value))
         .collect();
     // Deceleration goes with the square of the frame rate.
     let close =
@@ -172,20 +179,20 @@ mod tests {
 
     const STD: f64 = 0.01;
 
-    fn reading(pair: usize, value: f64) -> Readings {
-        Readings {
-            keys: vec![Key::Restitution(format!("a{pair}"), format!("b{pair}"))],
+    fn reading(pair: usize, value: f64) -> Measurements {
+        Measurements {
+            quantities: vec![Quantity::Restitution(format!("a{pair}"), format!("b{pair}"))],
             values: DVector::from_element(1, value),
             covariance: DMatrix::from_element(1, 1, STD * STD),
-            pressing: vec![0.0],
-            met_twice: vec![false],
+            vertical_fractions: vec![0.0],
+            double_contact: vec![false],
         }
     }
 
     /// The mean over five clips of one pair, four of which agree, and whether the fifth is named.
     fn mean(fifth: f64) -> (f64, bool) {
         let scattered = |pair: usize| [-0.01, -0.005, 0.0, 0.005, 0.01].map(|off| reading(pair, 0.6 + off));
-        let mut clips: Vec<Readings> = (0..6).flat_map(scattered).collect();
+        let mut clips: Vec<Measurements> = (0..6).flat_map(scattered).collect();
         clips[4] = reading(0, fifth);
         let names: Vec<String> = (0..clips.len()).map(|k| k.to_string()).collect();
         let (kept, warnings) = without_contradictions(&clips, &names);

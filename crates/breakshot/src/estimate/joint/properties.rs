@@ -1,11 +1,12 @@
 //! From what every clip tells to the properties and their warnings.
 
 use super::outliers;
-use super::record::Record;
 use super::{Joint, exponential};
+use super::{contact_friction, friction};
 use crate::estimate::clip::result::Measured;
-use crate::estimate::measure::quantity::{Key, Readings, poor_ones_last};
-use crate::estimate::measure::{contact_friction, friction};
+use crate::estimate::measure::ClipMeasurements;
+use crate::estimate::measure::measurements::{Measurements, without_replaceable_double_contacts};
+use crate::estimate::measure::quantity::Quantity;
 use crate::object::{Object, kind};
 use crate::properties::Properties;
 use crate::uncertain::Estimate;
@@ -15,30 +16,31 @@ use std::collections::{BTreeMap, BTreeSet};
 const ASSUMED_CONTACT_FRICTION: Measured = Measured { value: 0.2, std: 0.1 };
 
 /// All clips together.
-pub(crate) fn properties(clips: &[&Record], objects: &[Object], reference: &str) -> Properties {
+pub(crate) fn properties(clips: &[&ClipMeasurements], objects: &[Object], reference: &str) -> Properties {
     let names: Vec<String> = clips.iter().map(|c| c.name.clone()).collect();
-    let readings: Vec<Readings> = clips.iter().map(|c| c.readings.clone()).collect();
+    let measurements: Vec<Measurements> = clips.iter().map(|c| c.measurements.clone()).collect();
     let drags: Vec<_> = clips.iter().flat_map(|c| c.drags.iter().cloned()).collect();
-    let grazings: Vec<_> = clips.iter().flat_map(|c| c.grazings.iter().copied()).collect();
+    let oblique_impacts: Vec<_> = clips.iter().flat_map(|c| c.oblique_impacts.iter().copied()).collect();
 
-    let readings = poor_ones_last(&readings);
-    let (readings, contradictions) = outliers::without_contradictions(&readings, &names);
-    let uneven: Vec<&String> = clips.iter().flat_map(|c| &c.uneven).collect();
-    let refused = friction::refused(&readings, &drags, &uneven);
-    let expected = friction::expected(&readings);
+    let measurements = without_replaceable_double_contacts(&measurements);
+    let (measurements, contradictions) = outliers::without_contradictions(&measurements, &names);
+    let non_coulomb: Vec<&String> = clips.iter().flat_map(|c| &c.non_coulomb).collect();
+    let refused = friction::refused(&measurements, &drags, &non_coulomb);
+    let expected = friction::expected(&measurements);
     let [of_objects, of_striker] = [false, true].map(|with_striker| {
-        let some: Vec<_> = grazings.iter().copied().filter(|g| g.with_striker == with_striker).collect();
+        let some: Vec<_> =
+            oblique_impacts.iter().copied().filter(|g| g.with_striker == with_striker).collect();
         contact_friction::coefficient(&some)
     });
     let contact =
         of_objects.map_or(ASSUMED_CONTACT_FRICTION, |e| Measured { value: e.mean, std: e.standard_error });
-    let readings: Vec<Readings> = readings
+    let measurements: Vec<Measurements> = measurements
         .iter()
-        .map(|r| r.given_friction(&expected).without_pressing(&expected, contact.value))
+        .map(|r| r.conditioned_on_friction(&expected).corrected_for_table_friction(&expected, contact.value))
         .collect();
-    let joint = Joint::new(&readings, reference, contact);
+    let joint = Joint::new(&measurements, reference, contact);
 
-    let mut properties = means(&joint, &readings, reference.to_owned());
+    let mut properties = means(&joint, &measurements, reference.to_owned());
     properties.contact_friction.objects = of_objects;
     properties.contact_friction.striker = of_striker;
     for (object, why) in &refused {
@@ -47,7 +49,7 @@ pub(crate) fn properties(clips: &[&Record], objects: &[Object], reference: &str)
     }
     properties.warnings.extend(contradictions);
     remove_impossible(&mut properties);
-    properties.warnings.extend(poor(&readings));
+    properties.warnings.extend(poor(&measurements));
     properties.warnings.extend(absent(&properties, clips, objects, &refused));
     for clip in clips {
         properties.warnings.extend(clip.remarks.iter().map(|r| format!("{}: {r}", clip.name)));
@@ -55,16 +57,18 @@ pub(crate) fn properties(clips: &[&Record], objects: &[Object], reference: &str)
     properties
 }
 
-fn means(joint: &Joint, readings: &[Readings], reference: String) -> Properties {
+fn means(joint: &Joint, measurements: &[Measurements], reference: String) -> Properties {
     let mut properties = Properties { version: 1, reference: reference.clone(), ..Properties::default() };
     for (key, (group, mean)) in &joint.groups {
         match key {
-            Key::Friction(object) => properties.friction.insert(object.clone(), mean.estimate(group)),
-            Key::StrikerRestitution(object) => {
+            Quantity::Friction(object) => properties.friction.insert(object.clone(), mean.estimate(group)),
+            Quantity::StrikerRestitution(object) => {
                 properties.striker_restitution.insert(object.clone(), mean.estimate(group))
             }
-            Key::Restitution(a, b) => properties.restitution.insert(format!("{a}/{b}"), mean.estimate(group)),
-            Key::MassRatio(a, b) => {
+            Quantity::Restitution(a, b) => {
+                properties.restitution.insert(format!("{a}/{b}"), mean.estimate(group))
+            }
+            Quantity::MassRatio(a, b) => {
                 let estimate = exponential(mean, mean.std(group), group.values.len());
                 properties.pair_mass_ratio.insert(format!("{a}/{b}"), estimate)
             }
@@ -74,15 +78,17 @@ fn means(joint: &Joint, readings: &[Readings], reference: String) -> Properties 
     for (object, mean) in &joint.log_masses {
         properties
             .mass_ratio
-            .insert(object.clone(), exponential(mean, None, clips_that_weigh(readings, object)));
+            .insert(object.clone(), exponential(mean, None, clips_that_weigh(measurements, object)));
     }
     properties.covariance = joint.covariance.clone();
     properties
 }
 
 /// The pairs whose restitution comes from flat sides that met twice.
-fn poor(readings: &[Readings]) -> Vec<String> {
-    let keys = readings.iter().flat_map(|r| r.keys.iter().zip(&r.met_twice).filter(|(_, twice)| **twice));
+fn poor(measurements: &[Measurements]) -> Vec<String> {
+    let keys = measurements
+        .iter()
+        .flat_map(|r| r.quantities.iter().zip(&r.double_contact).filter(|(_, twice)| **twice));
     let names: BTreeSet<String> = keys.map(|(key, _)| key.to_string()).collect();
     let told =
         |name| format!("{name} is only known within wide bounds: in all its clips flat sides met twice");
@@ -90,9 +96,10 @@ fn poor(readings: &[Readings]) -> Vec<String> {
 }
 
 /// How many clips show an object hit another kind.
-fn clips_that_weigh(readings: &[Readings], object: &str) -> usize {
-    let weighs = |key: &Key| matches!(key, Key::MassRatio(a, b) if a != b && (a == object || b == object));
-    readings.iter().filter(|r| r.keys.iter().any(weighs)).count()
+fn clips_that_weigh(measurements: &[Measurements], object: &str) -> usize {
+    let weighs =
+        |key: &Quantity| matches!(key, Quantity::MassRatio(a, b) if a != b && (a == object || b == object));
+    measurements.iter().filter(|r| r.quantities.iter().any(weighs)).count()
 }
 
 /// Means that no body can have are taken out, and told.
@@ -115,7 +122,7 @@ fn remove_impossible(properties: &mut Properties) {
 /// What the clips' objects need and no clip tells.
 fn absent(
     properties: &Properties,
-    clips: &[&Record],
+    clips: &[&ClipMeasurements],
     objects: &[Object],
     refused: &BTreeMap<String, String>,
 ) -> Vec<String> {

@@ -4,9 +4,10 @@
 //! (the friction of every object, the restitution of every pair) vary alike: the typical spread of all groups
 //! steadies the spread of one group with few clips (an empirical Bayes estimate of the variance).
 
-use crate::estimate::clip::initial_guess::median;
 use crate::estimate::clip::result::Measured;
-use crate::estimate::measure::quantity::{Key, Readings};
+use crate::estimate::measure::measurements::Measurements;
+use crate::estimate::measure::quantity::Quantity;
+use crate::statistics::median;
 use crate::uncertain::{Estimate, student_t_95};
 
 /// The typical spread of groups of one kind.
@@ -47,13 +48,13 @@ const MANY_GROUPS: usize = 6;
 const SMALLEST_SCALE: f64 = 1e-3;
 
 impl Group {
-    /// The readings at these places of the clips.
-    pub(crate) fn of(clips: &[Readings], key: &Key, places: &[(usize, usize)]) -> Self {
+    /// The measurements at these places of the clips.
+    pub(crate) fn of(clips: &[Measurements], key: &Quantity, places: &[(usize, usize)]) -> Self {
         let values: Vec<Measured> = places.iter().map(|&(clip, k)| clips[clip].measured(k)).collect();
         let scale = match key {
             // A logarithm is relative as it is.
-            Key::MassRatio(..) => 1.0,
-            _ => median(values.iter().map(|m| m.value.abs())).max(SMALLEST_SCALE),
+            Quantity::MassRatio(..) => 1.0,
+            _ => median(values.iter().map(|m| m.value.abs())).unwrap_or(0.0).max(SMALLEST_SCALE),
         };
         Self { values, scale }
     }

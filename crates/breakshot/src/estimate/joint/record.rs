@@ -1,76 +1,17 @@
 //! What is kept of a clip, so that later clips can be added without its film.
 //!
-//! A record holds everything that the joint estimate asks of a clip: readings with the covariance of their noise, and
+//! A record holds everything that the joint estimate asks of a clip: measurements with the covariance of their noise, and
 //! what its noise and its frames around impacts say about those of all clips.
 
 use crate::cell::Cell;
 use crate::error::{Error, Result};
-use crate::estimate::clip::exposure::Misfits;
-use crate::estimate::clip::fit::{Fitted, Noise};
-use crate::estimate::clip::initial_guess::{frame_s, median};
-use crate::estimate::measure::contact_friction::Grazing;
-use crate::estimate::measure::friction::Drag;
-use crate::estimate::measure::quantity::Readings;
-use crate::estimate::{ClipTracks, Options};
+use crate::estimate::clip_tracks::ClipTracks;
+use crate::estimate::measure::ClipMeasurements;
 use crate::evidence::{ClipRecord, Difference, Evidence, FilmedWith};
 use crate::object::{self, Object, kind};
 use crate::properties::Properties;
-use serde::{Deserialize, Serialize};
 
-/// What one clip tells before the others are heard.
-#[derive(Clone, Debug, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(crate) struct Record {
-    #[serde(skip)]
-    pub(crate) name: String,
-    /// Its objects, copies by their own names.
-    #[serde(skip)]
-    pub(crate) objects: Vec<String>,
-    pub(crate) readings: Readings,
-    pub(crate) drags: Vec<Drag>,
-    /// The objects whose deceleration is not Coulomb's in this clip.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub(crate) uneven: Vec<String>,
-    pub(crate) grazings: Vec<Grazing>,
-    /// Of the fit before all clips shared their noise.
-    pub(crate) noise: Noise,
-    pub(crate) misfits: Misfits,
-    pub(crate) seen: Seen,
-    /// What the user should know.
-    pub(crate) remarks: Vec<String>,
-}
-
-/// How a clip was filmed, as its fit found it.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(crate) struct Seen {
-    /// From frame to frame.
-    pub(crate) frame_s: f64,
-    /// The noise of a place along each axis.
-    pub(crate) place_std_m: f64,
-    /// The noise of a yaw.
-    pub(crate) yaw_std_rad: f64,
-}
-
-impl Seen {
-    pub(crate) fn new(fitted: &Fitted) -> Self {
-        let bodies = &fitted.model.bodies;
-        let sights = bodies.iter().flat_map(|b| &b.sights).filter(|s| !s.ignored);
-        Self {
-            frame_s: frame_s(bodies),
-            place_std_m: median(sights.map(|s| s.std_m)),
-            yaw_std_rad: fitted.model.yaw_std_rad,
-        }
-    }
-}
-
-impl Record {
-    /// The record with nothing to say.
-    pub(crate) fn silenced(self) -> Self {
-        let readings = self.readings.retained(|_| false);
-        Self { readings, drags: Vec::new(), uneven: Vec::new(), grazings: Vec::new(), ..self }
-    }
-
+impl ClipMeasurements {
     /// As the properties keep it.
     fn kept(&self, tracks: &ClipTracks) -> Result<ClipRecord> {
         let measurements = serde_json::to_value(self)
@@ -84,7 +25,7 @@ impl Record {
         let mut record: Self = serde_json::from_value(kept.measurements.clone()).map_err(|e| {
             Error::invalid(owner(), "told", e, "what `breakshot estimate` of this version wrote")
         })?;
-        if !record.readings.is_sound() {
+        if !record.measurements.is_valid() {
             let needed = "as many values and covariances as keys, all of them numbers";
             return Err(Error::invalid(owner(), "readings", "not sound", needed));
         }
@@ -96,7 +37,7 @@ impl Record {
 
 /// The evidence of these clips.
 pub(crate) fn evidence(
-    records: &[Record],
+    records: &[ClipMeasurements],
     clips: &[ClipTracks],
     cell: &Cell,
     objects: &[Object],
@@ -125,18 +66,19 @@ pub(crate) fn all_objects(old: Option<&Evidence>, new: &[Object]) -> Vec<Object>
 pub(crate) fn earlier(
     old: &Properties,
     clips: &[ClipTracks],
-    (cell, objects): (&Cell, &[Object]),
-    options: &Options,
-) -> Result<Vec<Record>> {
+    cell: &Cell,
+    objects: &[Object],
+    reference: Option<&str>,
+) -> Result<Vec<ClipMeasurements>> {
     let names: Vec<&str> = clips.iter().map(|c| c.name.as_str()).collect();
-    let evidence = check_basis(old, &names, (cell, objects), options)?;
+    let evidence = check_basis(old, &names, cell, objects, reference)?;
     check_new(clips, evidence)?;
     for record in &evidence.clips {
         for name in &record.objects {
             object::find(&evidence.objects, name, &format!("properties: evidence of `{}`", record.clip))?;
         }
     }
-    evidence.clips.iter().map(Record::from_kept).collect()
+    evidence.clips.iter().map(ClipMeasurements::from_kept).collect()
 }
 
 /// The evidence of the properties, if clips of these names, cell and objects may join it.
@@ -146,14 +88,15 @@ pub(crate) fn earlier(
 pub(crate) fn check_basis<'a>(
     old: &'a Properties,
     names: &[&str],
-    (cell, objects): (&Cell, &[Object]),
-    options: &Options,
+    cell: &Cell,
+    objects: &[Object],
+    reference: Option<&str>,
 ) -> Result<&'a Evidence> {
     let Some(evidence) = &old.evidence else {
         let needed = "the `evidence` that `breakshot estimate` writes into properties.json";
         return Err(Error::invalid("properties", "evidence", "missing", needed));
     };
-    if let Some(asked) = options.reference.as_ref().filter(|name| **name != old.reference) {
+    if let Some(asked) = reference.filter(|name| *name != old.reference) {
         let needed = format!("`{}`, to which the masses of the properties refer", old.reference);
         return Err(Error::invalid("estimate", "reference", format!("`{asked}`"), needed));
     }

@@ -1,298 +1,240 @@
-//! Who touched whom at each impact of a fitted clip: normal, point, and what the impact can tell.
+//! The geometry of each impact of a fitted clip: partners, contact normal and contact point.
 
-use super::{impulse_ratio, restitution};
-use crate::estimate::clip::fit::Fitted;
-use crate::estimate::clip::initial_guess::frame_s;
-use crate::estimate::clip::motion_model::{Cause, Event, Path};
-use crate::estimate::clip::result::{Impact, Measured};
-use crate::estimate::clip::sliding::Motion;
-use crate::estimate::clip::striker_path::StrikerRun;
-use crate::estimate::closest_points::{Outline, Touch, touch_apart};
+use crate::estimate::clip::fit::MotionFit;
+use crate::estimate::clip::motion_model::{BodyPath, Cause, Event};
+use crate::estimate::clip::sliding::MotionState;
+use crate::estimate::clip::striker_path::StrikerPath;
+use crate::estimate::closest_points::{ClosestPoints, PlacedShape, separated_closest_points};
 use crate::geometry::{Pose, Vec2};
 use crate::object::Shape;
 
-/// One side of an impact.
+/// A partner of an impact.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Party {
+pub(crate) enum Partner {
     Striker,
+    /// The body of this index.
     Body(usize),
-    Nobody,
+    /// Something that was neither filmed nor specified, or several bodies at once.
+    Unknown,
 }
 
-/// An impact's geometry, frozen at the fitted motion.
-#[allow(clippy::struct_excessive_bools)] // each answers a question of its own
+/// An impact's geometry, held constant at the fitted motion while errors are propagated.
+#[allow(clippy::struct_excessive_bools)] // each is a property of its own
 #[derive(Clone, Debug)]
 pub(crate) struct Contact {
-    pub(crate) a: Party,
+    pub(crate) a: Partner,
+    /// The index of body b.
     pub(crate) b: usize,
-    /// Where its instant stands in the fit's parameters.
-    pub(crate) time_slot: usize,
+    /// The index of its time among the parameters of the fit.
+    pub(crate) time_index: usize,
+    /// The striker's prescribed velocity if a is the striker.
     pub(crate) striker_velocity: Vec2,
-    pub(crate) touch: Touch,
-    /// Whether the normal follows from the outlines, not from the impulse.
-    pub(crate) normal_seen: bool,
-    /// The direction in which b was pushed.
-    pub(crate) impulse: Vec2,
-    /// Whether it tells a restitution.
+    pub(crate) closest: ClosestPoints,
+    /// Whether the normal follows from the outlines; else it is the direction of the impulse.
+    pub(crate) normal_from_outlines: bool,
+    /// The direction of the impulse on b.
+    pub(crate) impulse_direction: Vec2,
+    /// Whether it measures a restitution.
     pub(crate) restitution: bool,
-    /// Whether flat sides met at both ends one after the other: then its restitution is a poor one.
-    pub(crate) met_twice: bool,
-    /// Whether it tells a mass ratio.
+    /// Whether flat sides met at one end and then at the other, which makes the restitution inaccurate.
+    pub(crate) double_contact: bool,
+    /// Whether it measures a mass ratio.
     pub(crate) mass_ratio: bool,
+    /// Warnings for the user.
     pub(crate) remarks: Vec<String>,
 }
 
-/// The motions of a and b around an impact.
+/// The motions of a and b just before and just after an impact.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Around {
-    pub(crate) before: [Motion; 2],
-    pub(crate) after: [Motion; 2],
+pub(crate) struct MotionsAtImpact {
+    pub(crate) before: [MotionState; 2],
+    pub(crate) after: [MotionState; 2],
 }
 
-/// Outlines at an impact are this near (m), or names and outlines do not fit the clip.
-const TOUCHING_M: f64 = 0.003;
-/// The striker squeezes a body if it is this near while the body hits another (m).
-const SQUEEZED_M: f64 = 5e-4;
+/// Outlines that are farther apart at an impact than this (m) show that names or outlines do not fit the clip.
+const MAX_GAP_M: f64 = 0.003;
 
-impl Around {
-    /// How the velocity of each body's centroid changed.
-    pub(crate) fn jump(&self, side: usize) -> Vec2 {
-        self.after[side].velocity - self.before[side].velocity
+impl Contact {
+    /// Measures neither restitution nor mass ratio, for this reason.
+    pub(crate) fn exclude(&mut self, reason: String) {
+        self.restitution = false;
+        self.mass_ratio = false;
+        self.remarks.push(reason);
     }
 
-    /// The velocity of a's contact point against b's, before and after.
+    /// The motions at the impact for these parameters of the fit.
+    pub(crate) fn motions(&self, fitted: &MotionFit, parameters: &[f64]) -> MotionsAtImpact {
+        let paths = fitted.model.paths(&fitted.layout, parameters);
+        let time_s = parameters[self.time_index];
+        let of = |partner: Partner, before: bool| match partner {
+            Partner::Body(k) if before => paths[k].motion_before(time_s),
+            Partner::Body(k) => paths[k].motion(time_s),
+            Partner::Striker => MotionState { velocity: self.striker_velocity, ..MotionState::default() },
+            Partner::Unknown => MotionState::default(),
+        };
+        let [a, b] = [self.a, Partner::Body(self.b)];
+        MotionsAtImpact { before: [of(a, true), of(b, true)], after: [of(a, false), of(b, false)] }
+    }
+
+    /// The velocity of a's contact point relative to b's, before and after the impact.
     ///
-    /// The striker does not turn: its every point moves alike.
-    pub(crate) fn relative_at(&self, contact: &Contact) -> [Vec2; 2] {
-        let point = contact.touch.point;
-        [&self.before, &self.after].map(|[a, b]| {
-            let of_a = if contact.a == Party::Striker { a.velocity } else { a.velocity_at(point) };
+    /// The striker does not rotate: all its points have the same velocity.
+    pub(crate) fn relative_velocities(&self, motions: &MotionsAtImpact) -> [Vec2; 2] {
+        let point = self.closest.point;
+        [&motions.before, &motions.after].map(|[a, b]| {
+            let of_a = if self.a == Partner::Striker { a.velocity } else { a.velocity_at(point) };
             of_a - b.velocity_at(point)
         })
     }
 }
 
-/// All impacts of a fitted clip.
-pub(crate) fn contacts(fitted: &Fitted, striker: Option<&StrikerRun>) -> Vec<Contact> {
+impl MotionsAtImpact {
+    /// The change of the velocity of the centroid of a (0) or b (1).
+    pub(crate) fn velocity_change(&self, side: usize) -> Vec2 {
+        self.after[side].velocity - self.before[side].velocity
+    }
+}
+
+/// The contacts of all impacts of a fitted clip, in order of time.
+pub(crate) fn contacts(fitted: &MotionFit, striker: Option<&StrikerPath>) -> Vec<Contact> {
     (fitted.model.events.iter().zip(&fitted.layout.events))
-        .filter_map(|(event, slots)| contact(fitted, striker, event, slots.time))
+        .filter_map(|(event, indices)| contact(fitted, striker, event, indices.time))
         .collect()
 }
 
 fn contact(
-    fitted: &Fitted,
-    striker: Option<&StrikerRun>,
+    fitted: &MotionFit,
+    striker: Option<&StrikerPath>,
     event: &Event,
-    time_slot: usize,
+    time_index: usize,
 ) -> Option<Contact> {
     match (event.cause, &event.members[..], striker) {
-        (Cause::Striker, &[b], Some(run)) => with_striker(fitted, run, b, time_slot),
-        (Cause::Contact, &[a, b], _) => between_objects(fitted, striker, [a, b], time_slot),
-        (_, members, _) => nothing_to_tell(fitted, members, time_slot),
+        (Cause::Striker, &[b], Some(striker)) => with_striker(fitted, striker, b, time_index),
+        (Cause::Contact, &[a, b], _) => between_objects(fitted, [a, b], time_index),
+        (_, members, _) => without_pair(fitted, members, time_index),
     }
 }
 
-fn outline(fitted: &Fitted, k: usize, pose: Pose) -> Outline<'_> {
-    Outline { shape: &fitted.model.bodies[k].shape, pose }
+fn placed(fitted: &MotionFit, k: usize, pose: Pose) -> PlacedShape<'_> {
+    PlacedShape { shape: &fitted.model.bodies[k].shape, pose }
 }
 
-/// Whether the outline's turn is known, or does not matter.
-fn turn_known(fitted: &Fitted, k: usize) -> bool {
+/// Whether the yaw of a body is observed, or its outline does not depend on it.
+fn orientation_known(fitted: &MotionFit, k: usize) -> bool {
     let body = &fitted.model.bodies[k];
-    body.sees_yaw || matches!(body.shape, Shape::Disc { .. })
+    body.yaw_observed || matches!(body.shape, Shape::Disc { .. })
 }
 
-fn jump(paths: &[Path], k: usize, time_s: f64) -> Vec2 {
+fn velocity_change(paths: &[BodyPath], k: usize, time_s: f64) -> Vec2 {
     paths[k].motion(time_s).velocity - paths[k].motion_before(time_s).velocity
 }
 
-fn with_striker(fitted: &Fitted, run: &StrikerRun, b: usize, time_slot: usize) -> Option<Contact> {
-    let time_s = fitted.minimum.parameters[time_slot];
+fn with_striker(fitted: &MotionFit, striker: &StrikerPath, b: usize, time_index: usize) -> Option<Contact> {
+    let time_s = fitted.minimum.parameters[time_index];
     let pose = fitted.paths[b].motion_before(time_s).pose;
-    let away = jump(&fitted.paths, b, time_s).direction()?;
-    let way_m = run.way_to_m(outline(fitted, b, pose));
-    let seen = match way_m {
-        Some(way_m) if turn_known(fitted, b) => {
-            touch_apart(run.outline_after(way_m), outline(fitted, b, pose), away)
+    let away = velocity_change(&fitted.paths, b, time_s).direction()?;
+    let distance_m = striker.distance_to_contact_m(placed(fitted, b, pose));
+    let from_outlines = match distance_m {
+        Some(distance_m) if orientation_known(fitted, b) => {
+            separated_closest_points(striker.outline_at(distance_m), placed(fitted, b, pose), away)
         }
         _ => None,
     };
-    let assumed = Touch { gap_m: 0.0, normal_ab: away, point: pose.position, face: None };
-    let first = fitted.layout.events.first().is_some_and(|e| e.time == time_slot);
-    let mut found = Contact {
-        a: Party::Striker,
+    let assumed = ClosestPoints { gap_m: 0.0, normal_ab: away, point: pose.position, facing_sides: None };
+    let first = fitted.layout.events.first().is_some_and(|e| e.time == time_index);
+    let mut contact = Contact {
+        a: Partner::Striker,
         b,
-        time_slot,
-        striker_velocity: run.velocity(),
-        touch: seen.unwrap_or(assumed),
-        normal_seen: seen.is_some(),
-        impulse: away,
+        time_index,
+        striker_velocity: striker.velocity(),
+        closest: from_outlines.unwrap_or(assumed),
+        normal_from_outlines: from_outlines.is_some(),
+        impulse_direction: away,
         restitution: first,
-        met_twice: false,
+        double_contact: false,
         mass_ratio: false,
         remarks: Vec::new(),
     };
     let object = &fitted.model.bodies[b].object;
-    match way_m {
-        // Where it stands by then is not known well enough to tell its velocity.
-        _ if !first => {
-            found.remarks.push(format!("the striker hits `{object}` again: it tells no restitution"));
-        }
-        None => found.leave_out(format!("the strike as told passes `{object}` by or stops short of it")),
-        Some(_) if seen.is_none() => {
-            found
-                .remarks
-                .push(format!("how `{object}` is turned is not seen: the normal is taken along its motion"));
-        }
-        Some(_) => restitution::check_faces(fitted, &mut found),
+    if !first {
+        // The striker's position, and so its velocity, is not known accurately by then.
+        contact.remarks.push(format!("the striker hits `{object}` again: this impact gives no restitution"));
+    } else if distance_m.is_none() {
+        contact.exclude(format!("the specified strike passes `{object}` or stops short of it"));
+    } else if from_outlines.is_none() {
+        contact
+            .remarks
+            .push(format!("the yaw of `{object}` is not observed: the normal is taken along its motion"));
     }
-    Some(found)
+    Some(contact)
 }
 
-fn between_objects(
-    fitted: &Fitted,
-    striker: Option<&StrikerRun>,
-    [a, b]: [usize; 2],
-    time_slot: usize,
-) -> Option<Contact> {
-    let time_s = fitted.minimum.parameters[time_slot];
+fn between_objects(fitted: &MotionFit, [a, b]: [usize; 2], time_index: usize) -> Option<Contact> {
+    let time_s = fitted.minimum.parameters[time_index];
     let pose = |k: usize| fitted.paths[k].motion_before(time_s).pose;
-    // The longer jump tells the direction better.
-    let impulse = (jump(&fitted.paths, b, time_s) - jump(&fitted.paths, a, time_s)).direction()?;
+    // The difference of both velocity changes: its relative error is smaller than that of either.
+    let impulse_direction = (velocity_change(&fitted.paths, b, time_s)
+        - velocity_change(&fitted.paths, a, time_s))
+    .direction()?;
     let between = pose(b).position - pose(a).position;
-    let known = turn_known(fitted, a) && turn_known(fitted, b);
-    let away = between.direction().unwrap_or(impulse);
-    let [own, other] = [a, b].map(|k| outline(fitted, k, pose(k)));
-    let seen = if known { touch_apart(own, other, away) } else { None };
+    let away = between.direction().unwrap_or(impulse_direction);
+    let known = orientation_known(fitted, a) && orientation_known(fitted, b);
+    let [shape_a, shape_b] = [a, b].map(|k| placed(fitted, k, pose(k)));
+    let from_outlines = if known { separated_closest_points(shape_a, shape_b, away) } else { None };
     let middle = pose(a).position + between / 2.0;
-    let assumed = Touch { gap_m: 0.0, normal_ab: impulse, point: middle, face: None };
-    let mut found = Contact {
-        a: Party::Body(a),
+    let assumed =
+        ClosestPoints { gap_m: 0.0, normal_ab: impulse_direction, point: middle, facing_sides: None };
+    let mut contact = Contact {
+        a: Partner::Body(a),
         b,
-        time_slot,
+        time_index,
         striker_velocity: Vec2::ZERO,
-        touch: seen.unwrap_or(assumed),
-        normal_seen: seen.is_some(),
-        impulse,
+        closest: from_outlines.unwrap_or(assumed),
+        normal_from_outlines: from_outlines.is_some(),
+        impulse_direction,
         restitution: true,
-        met_twice: false,
+        double_contact: false,
         mass_ratio: true,
         remarks: Vec::new(),
     };
-    match seen {
-        None => found
+    match from_outlines {
+        None => contact
             .remarks
-            .push("how the outlines are turned is not seen: the normal is taken along the impulse".into()),
-        Some(touch) if touch.gap_m.abs() > TOUCHING_M => {
-            found.leave_out(format!("the outlines are {:.1} mm apart at the impact", touch.gap_m * 1e3));
+            .push("the yaws of the outlines are not observed: the normal is taken along the impulse".into()),
+        Some(closest) if closest.gap_m.abs() > MAX_GAP_M => {
+            contact.exclude(format!("the outlines are {:.1} mm apart at the impact", closest.gap_m * 1e3));
         }
-        Some(_) => restitution::check_faces(fitted, &mut found),
+        Some(_) => {}
     }
-    impulse_ratio::check_momentum(fitted, &mut found, a);
-    if let Some(run) = striker {
-        check_squeeze(fitted, run, &mut found, time_s);
-    }
-    Some(found)
+    Some(contact)
 }
 
-/// An impact with something unknown, or of more than two at once: it is only shown.
-fn nothing_to_tell(fitted: &Fitted, members: &[usize], time_slot: usize) -> Option<Contact> {
-    let time_s = fitted.minimum.parameters[time_slot];
+/// An impact with an unknown partner, or of more than two bodies at once: it is reported but measures nothing.
+fn without_pair(fitted: &MotionFit, members: &[usize], time_index: usize) -> Option<Contact> {
+    let time_s = fitted.minimum.parameters[time_index];
     let &b = members.last()?;
-    let impulse = jump(&fitted.paths, b, time_s).direction().unwrap_or(Vec2::new(1.0, 0.0));
+    let impulse_direction =
+        velocity_change(&fitted.paths, b, time_s).direction().unwrap_or(Vec2::new(1.0, 0.0));
     let point = fitted.paths[b].motion(time_s).pose.position;
     let names: Vec<String> =
         members.iter().map(|&k| format!("`{}`", fitted.model.bodies[k].object)).collect();
     let remark = match names.as_slice() {
-        [only] => format!("at {time_s:.3} s {only} is hit by nothing that was filmed or told"),
-        _ => format!("{} are hit at once: their impulses cannot be told apart", names.join(" and ")),
+        [only] => {
+            format!("at {time_s:.3} s {only} is hit by something that is neither in the film nor specified")
+        }
+        _ => format!("{} are hit at once: their impulses cannot be separated", names.join(" and ")),
     };
     Some(Contact {
-        a: Party::Nobody,
+        a: Partner::Unknown,
         b,
-        time_slot,
+        time_index,
         striker_velocity: Vec2::ZERO,
-        touch: Touch { gap_m: 0.0, normal_ab: impulse, point, face: None },
-        normal_seen: false,
-        impulse,
+        closest: ClosestPoints { gap_m: 0.0, normal_ab: impulse_direction, point, facing_sides: None },
+        normal_from_outlines: false,
+        impulse_direction,
         restitution: false,
-        met_twice: false,
+        double_contact: false,
         mass_ratio: false,
         remarks: vec![remark],
     })
-}
-
-/// While the striker still touches a body that hits another, its impulse is in the balance.
-fn check_squeeze(fitted: &Fitted, run: &StrikerRun, contact: &mut Contact, time_s: f64) {
-    /// A second hit so soon that no sight lies between would be taken for part of the impact.
-    const UNSEEN_FRAMES: f64 = 1.0;
-    let frame_s = frame_s(&fitted.model.bodies);
-    for party in [contact.a, Party::Body(contact.b)] {
-        let Party::Body(k) = party else { continue };
-        let nearest = (0..=4)
-            .filter_map(|n| {
-                let later_s = UNSEEN_FRAMES * frame_s * f64::from(n) / 4.0;
-                fitted.striker_gap_m(run, k, time_s + later_s)
-            })
-            .fold(f64::INFINITY, f64::min);
-        if nearest < SQUEEZED_M {
-            let object = &fitted.model.bodies[k].object;
-            contact.leave_out(format!("the striker touches `{object}` at the impact"));
-        }
-    }
-}
-
-impl Contact {
-    /// It tells neither restitution nor mass ratio, for this reason.
-    pub(crate) fn leave_out(&mut self, why: String) {
-        self.restitution = false;
-        self.mass_ratio = false;
-        self.remarks.push(why);
-    }
-
-    /// The motions around the impact for these parameters.
-    pub(crate) fn around(&self, fitted: &Fitted, parameters: &[f64]) -> Around {
-        let paths = fitted.model.paths(&fitted.layout, parameters);
-        let time_s = parameters[self.time_slot];
-        let of = |party: Party, before: bool| match party {
-            Party::Body(k) if before => paths[k].motion_before(time_s),
-            Party::Body(k) => paths[k].motion(time_s),
-            Party::Striker => Motion { velocity: self.striker_velocity, ..Motion::default() },
-            Party::Nobody => Motion::default(),
-        };
-        let [a, b] = [self.a, Party::Body(self.b)];
-        Around { before: [of(a, true), of(b, true)], after: [of(a, false), of(b, false)] }
-    }
-
-    /// Time, restitution, and the logarithm of the mass ratio.
-    pub(crate) fn values(&self, fitted: &Fitted, parameters: &[f64]) -> [f64; 3] {
-        let around = self.around(fitted, parameters);
-        let log_ratio = if self.mass_ratio { impulse_ratio::log_ratio(self, &around) } else { 0.0 };
-        [parameters[self.time_slot], restitution::restitution(self, &around), log_ratio]
-    }
-
-    /// What is told about this impact; the deviations are those of [`Contact::values`].
-    pub(crate) fn impact(&self, fitted: &Fitted, stds: [f64; 3]) -> Impact {
-        let parameters = &fitted.minimum.parameters;
-        let [time_s, restitution, log_ratio] = self.values(fitted, parameters);
-        let Around { before, after } = self.around(fitted, parameters);
-        let name = |k: usize| fitted.model.bodies[k].object.clone();
-        Impact {
-            time: Measured { value: time_s, std: stds[0] },
-            a: match self.a {
-                Party::Striker => Some("striker".into()),
-                Party::Body(k) => Some(name(k)),
-                Party::Nobody => None,
-            },
-            b: name(self.b),
-            normal_ab: self.touch.normal_ab,
-            point: self.touch.point,
-            gap_m: self.touch.gap_m,
-            before,
-            after,
-            restitution: self.restitution.then_some(Measured { value: restitution, std: stds[1] }),
-            mass_ratio: self.mass_ratio.then(|| Measured { value: log_ratio.exp(), std: stds[2] }),
-            remarks: self.remarks.clone(),
-        }
-    }
 }

@@ -1,92 +1,67 @@
-//! Friction where objects touch each other or the striker, from off-centre impacts.
+//! Friction between objects, or between an object and the striker, in one oblique impact.
 //!
 //! If the contact points still slide over each other when the impact ends, the tangential impulse is the coefficient of
-//! friction times the normal one; if they stick, it is less and tells only a lower bound.
+//! friction times the normal one; if they stick, it is less and gives only a lower bound of the coefficient.
 
-use super::contact::{Contact, Party};
-use crate::estimate::clip::fit::Fitted;
+use super::contact::{Contact, Partner};
+use crate::estimate::clip::fit::MotionFit;
 use crate::estimate::clip::result::Measured;
-use crate::estimate::joint::random_effects::{Group, spread};
-use crate::uncertain::Estimate;
 use serde::{Deserialize, Serialize};
 
 /// Tangential over normal impulse of one impact.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub(crate) struct Grazing {
+pub(crate) struct ObliqueImpact {
+    /// Whether the striker is a partner.
     pub(crate) with_striker: bool,
-    /// As seen, positive against the slip.
-    pub(crate) seen: Measured,
-    /// As large as it would have to be to end the slip.
-    pub(crate) to_stick: f64,
+    /// The measured ratio, positive against the slip.
+    #[serde(rename = "seen")]
+    pub(crate) impulse_ratio: Measured,
+    /// The ratio that would have ended the slip.
+    #[serde(rename = "to_stick")]
+    pub(crate) sticking_ratio: f64,
 }
 
-/// The points surely slid if it would have taken this many times the friction to stop them.
-const SURELY_SLID: f64 = 1.3;
-/// Rocking and uneven faces change the tangential impulse by about this part of the normal one.
+/// The standard deviation of the ratio due to rocking and uneven faces.
 const MODEL_STD: f64 = 0.01;
-const IMPACTS_NEEDED: usize = 3;
-/// A coefficient known no better than this (relative) is not worth giving.
-const WORST_KNOWN: f64 = 0.25;
 
-/// What an impact tells about contact friction; the mass ratio is the impact's own.
-pub(crate) fn grazing(fitted: &Fitted, contact: &Contact) -> Option<Grazing> {
-    if !contact.normal_seen || !contact.restitution || contact.met_twice {
+/// The impulse ratio of an impact; `None` without a normal from the outlines or a single restitution.
+///
+/// Masses enter through the ratio of the impact's own velocity changes.
+pub(crate) fn oblique_impact(fitted: &MotionFit, contact: &Contact) -> Option<ObliqueImpact> {
+    if !contact.normal_from_outlines || !contact.restitution || contact.double_contact {
         return None;
     }
-    let (normal, along) = (contact.touch.normal_ab, contact.touch.normal_ab.perpendicular());
-    let around = contact.around(fitted, &fitted.minimum.parameters);
-    let slip = around.relative_at(contact)[0].dot(along);
+    let normal = contact.closest.normal_ab;
+    let along = normal.perpendicular();
+    let motions = contact.motions(fitted, &fitted.minimum.parameters);
+    let slip = contact.relative_velocities(&motions)[0].dot(along);
     let (values, covariance) = fitted.propagated(|parameters| {
-        let jump = contact.around(fitted, parameters).jump(1);
-        vec![jump.dot(along) / jump.dot(normal)]
+        let change = contact.motions(fitted, parameters).velocity_change(1);
+        vec![change.dot(along) / change.dot(normal)]
     });
-    // Velocity changes of the contact points per impulse over the mass of b.
-    let mut tangential = 0.0;
-    let mut coupling = 0.0;
+
+    // Changes of the contact points' relative tangential velocity per tangential and normal impulse over the mass of b
+    let (mut tangential, mut coupling) = (0.0, 0.0);
     let mut add = |k: usize, side: usize, mass_b_over: f64| {
-        let lever = contact.touch.point - around.before[side].pose.position;
+        let lever = contact.closest.point - motions.before[side].pose.position;
         let (n, t) = (lever.dot(normal), lever.dot(along));
         let squared = fitted.model.bodies[k].gyration_m.powi(2);
         tangential += mass_b_over * (1.0 + n * n / squared);
         coupling -= mass_b_over * n * t / squared;
     };
     add(contact.b, 1, 1.0);
-    if let Party::Body(a) = contact.a {
-        let [jump_a, jump_b] = [0, 1].map(|side| around.jump(side).dot(contact.impulse));
-        add(a, 0, -jump_a / jump_b);
+    if let Partner::Body(a) = contact.a {
+        let [change_a, change_b] =
+            [0, 1].map(|side| motions.velocity_change(side).dot(contact.impulse_direction));
+        add(a, 0, -change_a / change_b);
     }
-    let to_stick = (slip / around.jump(1).dot(normal) - coupling) / tangential;
-    let seen =
-        Measured { value: values[0] * to_stick.signum(), std: covariance[(0, 0)].sqrt().hypot(MODEL_STD) };
-    let with_striker = contact.a == Party::Striker;
-    (seen.value.is_finite() && seen.std.is_finite() && to_stick.is_finite()).then(|| Grazing {
+
+    let sticking_ratio = (slip / motions.velocity_change(1).dot(normal) - coupling) / tangential;
+    let (value, std) = (values[0] * sticking_ratio.signum(), covariance[(0, 0)].sqrt().hypot(MODEL_STD));
+    let with_striker = contact.a == Partner::Striker;
+    (value.is_finite() && std.is_finite() && sticking_ratio.is_finite()).then(|| ObliqueImpact {
         with_striker,
-        seen,
-        to_stick: to_stick.abs(),
+        impulse_ratio: Measured { value, std },
+        sticking_ratio: sticking_ratio.abs(),
     })
 }
-
-/// The coefficient that explains all impacts, if enough of them surely slid.
-pub(crate) fn coefficient(all: &[Grazing]) -> Option<Estimate> {
-    let loss = |friction: f64| -> f64 {
-        all.iter()
-            .map(|g| ((g.seen.value - friction.min(g.to_stick)) / g.seen.std).powi(2).min(OUTLIER))
-            .sum()
-    };
-    let best = (0..=MOST_TRIED).map(|k| f64::from(k) * STEP).min_by(|p, q| loss(*p).total_cmp(&loss(*q)))?;
-    let values: Vec<Measured> =
-        all.iter().filter(|g| g.to_stick > SURELY_SLID * best).map(|g| g.seen).collect();
-    if best == 0.0 || values.len() < IMPACTS_NEEDED {
-        return None;
-    }
-    let group = Group { values, scale: best };
-    let mean = group.mean(spread(std::slice::from_ref(&group)))?;
-    let known = mean.value > 0.0 && mean.half_width() < WORST_KNOWN * mean.value;
-    known.then(|| mean.estimate(&group))
-}
-
-/// Coefficients up to 1.5 are tried in steps of a thousandth.
-const STEP: f64 = 1e-3;
-const MOST_TRIED: u32 = 1500;
-/// No impact counts more than one that is five deviations off.
-const OUTLIER: f64 = 25.0;

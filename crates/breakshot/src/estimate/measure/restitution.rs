@@ -1,68 +1,74 @@
-//! Restitution of an impact (Eq. 31 and 32), and whether the impact has a single one.
+//! The restitution of an impact (Eq. 31 and 32), and whether the impact has a single one.
 
-use super::contact::{Around, Contact, Party};
-use crate::estimate::clip::fit::Fitted;
+use super::contact::{Contact, MotionsAtImpact, Partner};
+use crate::estimate::clip::fit::MotionFit;
 
-/// Faces that met at a point nearer to one end than this part of their length met at that end.
-const ONE_END: f64 = 0.25;
+/// An impulse within this fraction of the facing sides' length from one end shows a contact at that end alone.
+const END_FRACTION: f64 = 0.25;
 /// Two ends that meet within this time (s) meet in one impact: contacts of hard objects last about twice as long.
-const AT_ONCE_S: f64 = 5e-4;
+const SIMULTANEOUS_S: f64 = 5e-4;
+/// The additional standard deviation of the restitution of a double contact; the error is the same in every clip.
+pub(crate) const DOUBLE_CONTACT_STD: f64 = 0.1;
 
 /// The speed of separation over the speed of approach, of the contact points along the normal (Eq. 32; with the
 /// striker's prescribed velocity, Eq. 31 as corrected).
-pub(crate) fn restitution(contact: &Contact, around: &Around) -> f64 {
-    let [before, after] = around.relative_at(contact).map(|v| v.dot(contact.touch.normal_ab));
+pub(crate) fn restitution(contact: &Contact, motions: &MotionsAtImpact) -> f64 {
+    let [before, after] = contact.relative_velocities(motions).map(|v| v.dot(contact.closest.normal_ab));
     -after / before
 }
 
-/// Flat sides that met first at one end and then at the other have no single restitution.
+/// Moves the contact point of two facing sides to where the impulse acted, and marks a double contact: sides that met
+/// first at one end and then at the other have no single restitution.
 ///
-/// Where the impulse acted follows from the change of spin: its lever arm is `k^2 dw / dv`.
-pub(crate) fn check_faces(fitted: &Fitted, contact: &mut Contact) {
-    let Some(face) = contact.touch.face else { return };
-    let normal = contact.touch.normal_ab;
+/// The impulse acts at the lever arm `k^2 dw / dv` from the centroid (k: radius of gyration, dw: change of the angular
+/// velocity, dv: change of the velocity along the normal).
+pub(crate) fn check_facing_sides(fitted: &MotionFit, contact: &mut Contact) {
+    let Some(sides) = contact.closest.facing_sides else { return };
+    let normal = contact.closest.normal_ab;
     let along = normal.perpendicular();
-    let near = contact.touch.point.to_vec().dot(along);
-    let length = face.far_point.to_vec().dot(along) - near;
-    let sides: Vec<(usize, usize)> = [(0, contact.a), (1, Party::Body(contact.b))]
+    let near = contact.closest.point.to_vec().dot(along);
+    let length = sides.far_point.to_vec().dot(along) - near;
+
+    // The point of action along the side, as the weighted mean over the bodies whose yaw is observed
+    let bodies: Vec<(usize, usize)> = [(0, contact.a), (1, Partner::Body(contact.b))]
         .into_iter()
-        .filter_map(|(side, party)| match party {
-            Party::Body(k) if fitted.model.bodies[k].sees_yaw => Some((side, k)),
+        .filter_map(|(side, partner)| match partner {
+            Partner::Body(k) if fitted.model.bodies[k].yaw_observed => Some((side, k)),
             _ => None,
         })
         .collect();
-    let (places, covariance) = fitted.propagated(|parameters| {
-        let around = contact.around(fitted, parameters);
-        let place = |&(side, k): &(usize, usize)| {
-            let turn = around.after[side].spin_rad_s - around.before[side].spin_rad_s;
-            let lever = fitted.model.bodies[k].gyration_m.powi(2) * turn / around.jump(side).dot(normal);
-            around.after[side].pose.position.to_vec().dot(along) - lever
+    let (positions, covariance) = fitted.propagated(|parameters| {
+        let motions = contact.motions(fitted, parameters);
+        let position = |&(side, k): &(usize, usize)| {
+            let spin_change = motions.after[side].spin_rad_s - motions.before[side].spin_rad_s;
+            let gyration_m = fitted.model.bodies[k].gyration_m;
+            let lever = gyration_m.powi(2) * spin_change / motions.velocity_change(side).dot(normal);
+            motions.after[side].pose.position.to_vec().dot(along) - lever
         };
-        sides.iter().map(place).collect()
+        bodies.iter().map(position).collect()
     });
     let weights: Vec<f64> =
-        (0..places.len()).map(|k| 1.0 / covariance[(k, k)].max(f64::MIN_POSITIVE)).collect();
-    let place = places.iter().zip(&weights).map(|(p, w)| p * w).sum::<f64>() / weights.iter().sum::<f64>();
-    let part = (place - near) / length;
-    // How long after the near end the far one would have met, had the bodies gone on.
-    let around = contact.around(fitted, &fitted.minimum.parameters);
-    let closing_m_s = -(around.before[1].velocity_at(face.far_point)
-        - around.before[0].velocity_at(face.far_point))
+        (0..positions.len()).map(|k| 1.0 / covariance[(k, k)].max(f64::MIN_POSITIVE)).collect();
+    let position =
+        positions.iter().zip(&weights).map(|(p, w)| p * w).sum::<f64>() / weights.iter().sum::<f64>();
+    let fraction = (position - near) / length;
+
+    // How long after the near end the far one would have met without an impact
+    let motions = contact.motions(fitted, &fitted.minimum.parameters);
+    let closing_m_s = -(motions.before[1].velocity_at(sides.far_point)
+        - motions.before[0].velocity_at(sides.far_point))
     .dot(normal);
-    let delay_s = face.wedge_m / closing_m_s;
-    if part.is_finite() {
-        contact.touch.point += along * (part * length);
+    let delay_s = sides.wedge_m / closing_m_s;
+    if fraction.is_finite() {
+        contact.closest.point += along * (fraction * length);
     }
-    let at_one_end = !(ONE_END..=1.0 - ONE_END).contains(&part);
-    let at_once = (0.0..AT_ONCE_S).contains(&delay_s);
-    if !part.is_finite() || !(at_one_end || at_once) {
-        contact.met_twice = true;
+    let at_one_end = !(END_FRACTION..=1.0 - END_FRACTION).contains(&fraction);
+    let simultaneous = (0.0..SIMULTANEOUS_S).contains(&delay_s);
+    if !fraction.is_finite() || !(at_one_end || simultaneous) {
+        contact.double_contact = true;
         contact.remarks.push(format!(
             "flat sides met at one end and {:.1} ms later at the other: no single restitution",
             delay_s * 1e3
         ));
     }
 }
-
-/// How far the restitution of sides that met twice may be off, in every clip alike.
-pub(crate) const MET_TWICE_STD: f64 = 0.1;

@@ -1,47 +1,92 @@
-//! Impacts in a crowd: a third body near by, or another impact just before or after, takes part of the impulse.
+//! Which impacts measure restitution and mass ratio: those of two bodies alone, with opposite impulses.
 
-use super::contact::{Contact, Party};
-use crate::estimate::clip::fit::Fitted;
+use super::contact::{Contact, Partner};
+use super::{impulse_ratio, restitution};
+use crate::estimate::clip::fit::MotionFit;
 use crate::estimate::clip::initial_guess::frame_s;
+use crate::estimate::clip::striker_path::StrikerPath;
 use crate::outline::Outline;
 
-/// A body this near to a partner of an impact may have been touched by it (m): the ruler and the camera are no better.
-const NEAR_M: f64 = 0.0015;
-/// Between two impacts of one body at least so many frames show how it moved.
+/// The striker counts as touching a body that hits another one if their gap is smaller than this (m).
+const STRIKER_CONTACT_M: f64 = 5e-4;
+/// A body nearer than this to a partner of an impact may have been touched by it (m): ruler and camera are not more
+/// accurate.
+const NEIGHBOUR_M: f64 = 0.0015;
+/// Two impacts of one body need at least so many frames between them, which show its motion.
 const FRAMES_BETWEEN: f64 = 1.5;
 
-/// Leaves out the impacts of clips of three bodies and more that were not single and clean, with the reason.
-pub(crate) fn leave_out(fitted: &Fitted, contacts: &mut [Contact]) {
+/// Excludes from the measurements the contacts that fail a check, and adds the reason to their remarks.
+pub(crate) fn screen(fitted: &MotionFit, striker: Option<&StrikerPath>, contacts: &mut [Contact]) {
+    for contact in contacts.iter_mut() {
+        if contact.normal_from_outlines && contact.restitution {
+            restitution::check_facing_sides(fitted, contact);
+        }
+        if let Partner::Body(a) = contact.a {
+            impulse_ratio::check_momentum(fitted, contact, a);
+            if let Some(striker) = striker {
+                exclude_squeezed(fitted, striker, contact);
+            }
+        }
+    }
+    exclude_crowded(fitted, contacts);
+}
+
+/// Excludes an impact during which the striker touches a partner: the striker's impulse is part of the momentum balance.
+fn exclude_squeezed(fitted: &MotionFit, striker: &StrikerPath, contact: &mut Contact) {
+    /// A second strike within this time has no observation before it and would be taken for a part of the impact.
+    const UNOBSERVED_FRAMES: f64 = 1.0;
+    const STEPS: u32 = 4;
+    let time_s = fitted.minimum.parameters[contact.time_index];
+    let frame_s = frame_s(&fitted.model.bodies);
+    for partner in [contact.a, Partner::Body(contact.b)] {
+        let Partner::Body(k) = partner else { continue };
+        let smallest_gap_m = (0..=STEPS)
+            .filter_map(|n| {
+                let later_s = UNOBSERVED_FRAMES * frame_s * f64::from(n) / f64::from(STEPS);
+                fitted.striker_gap_m(striker, k, time_s + later_s)
+            })
+            .fold(f64::INFINITY, f64::min);
+        if smallest_gap_m < STRIKER_CONTACT_M {
+            let object = &fitted.model.bodies[k].object;
+            contact.exclude(format!("the striker touches `{object}` at the impact"));
+        }
+    }
+}
+
+/// In clips of three bodies and more, excludes impacts with a third body close by or another impact shortly before or
+/// after: they may share the impulse.
+fn exclude_crowded(fitted: &MotionFit, contacts: &mut [Contact]) {
     let bodies = fitted.model.bodies.len();
     if bodies < 3 {
         return;
     }
     let frame_s = frame_s(&fitted.model.bodies);
-    let time_s = |slot: usize| fitted.minimum.parameters[slot];
+    let time_s = |index: usize| fitted.minimum.parameters[index];
     let name = |k: usize| &fitted.model.bodies[k].object;
     for contact in contacts.iter_mut().filter(|c| c.restitution || c.mass_ratio) {
-        let at_s = time_s(contact.time_slot);
+        let impact_s = time_s(contact.time_index);
         let partners = partners(contact);
-        let outline =
-            |k: usize| Outline::new(&fitted.model.bodies[k].shape, fitted.paths[k].motion_before(at_s).pose);
-        let close = |k: usize| partners.iter().any(|&p| outline(p).gap_m(&outline(k)) < NEAR_M);
+        let outline = |k: usize| {
+            Outline::new(&fitted.model.bodies[k].shape, fitted.paths[k].motion_before(impact_s).pose)
+        };
+        let close = |k: usize| partners.iter().any(|&p| outline(p).gap_m(&outline(k)) < NEIGHBOUR_M);
         if let Some(k) = (0..bodies).find(|&k| !partners.contains(&k) && close(k)) {
-            contact.leave_out(format!(
-                "`{}` lies next to the impact at {at_s:.3} s: it is not a single one",
+            contact.exclude(format!(
+                "`{}` lies next to the impact at {impact_s:.3} s and may have taken part in it",
                 name(k)
             ));
             continue;
         }
-        let soon = (fitted.model.events.iter().zip(&fitted.layout.events)).find_map(|(event, slots)| {
+        let other = (fitted.model.events.iter().zip(&fitted.layout.events)).find_map(|(event, indices)| {
             let shared = event.members.iter().find(|m| partners.contains(m))?;
-            let apart_s = (time_s(slots.time) - at_s).abs();
-            (slots.time != contact.time_slot && apart_s < FRAMES_BETWEEN * frame_s)
+            let apart_s = (time_s(indices.time) - impact_s).abs();
+            (indices.time != contact.time_index && apart_s < FRAMES_BETWEEN * frame_s)
                 .then_some((*shared, apart_s))
         });
-        if let Some((k, apart_s)) = soon {
+        if let Some((k, apart_s)) = other {
             let apart_ms = apart_s * 1e3;
-            contact.leave_out(format!(
-                "`{}` is in another impact {apart_ms:.1} ms from that at {at_s:.3} s",
+            contact.exclude(format!(
+                "`{}` is in another impact {apart_ms:.1} ms from that at {impact_s:.3} s",
                 name(k)
             ));
         }
@@ -50,7 +95,7 @@ pub(crate) fn leave_out(fitted: &Fitted, contacts: &mut [Contact]) {
 
 fn partners(contact: &Contact) -> Vec<usize> {
     match contact.a {
-        Party::Body(a) => vec![a, contact.b],
+        Partner::Body(a) => vec![a, contact.b],
         _ => vec![contact.b],
     }
 }

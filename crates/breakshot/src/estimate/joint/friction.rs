@@ -1,0 +1,94 @@
+//! The friction of each object over all clips, and whether its deceleration is Coulomb's (Eq. 29 and 30).
+
+use super::random_effects::{Group, Spread, spread};
+use crate::estimate::clip::result::Measured;
+use crate::estimate::measure::friction::Drag;
+use crate::estimate::measure::measurements::{Measurements, grouped};
+use crate::estimate::measure::quantity::Quantity;
+use crate::statistics::median;
+use std::collections::{BTreeMap, BTreeSet};
+
+/// The friction of an object is refused beyond this fraction of drag, or this relative standard deviation from clip to
+/// clip.
+const MAX_DRAG: f64 = 0.3;
+const MAX_SPREAD: f64 = 0.3;
+/// Either must also exceed this many times its own uncertainty.
+const SIGNIFICANT: f64 = 4.0;
+
+/// Mean friction and its standard deviation from clip to clip, of every object with at least three clips.
+pub(crate) fn expected(clips: &[Measurements]) -> BTreeMap<String, Measured> {
+    const CLIPS_NEEDED: usize = 3;
+    let (groups, typical) = groups(clips);
+    groups
+        .iter()
+        .filter(|(_, group)| group.values.len() >= CLIPS_NEEDED)
+        .filter_map(|(object, group)| {
+            let mean = group.mean(typical)?;
+            let spread = typical.relative * group.scale * mean.dispersion.sqrt();
+            Some((object.clone(), Measured { value: mean.value, std: spread.hypot(mean.standard_error) }))
+        })
+        .collect()
+}
+
+fn groups(clips: &[Measurements]) -> (BTreeMap<String, Group>, Spread) {
+    let groups: BTreeMap<String, Group> = grouped(clips)
+        .into_iter()
+        .filter_map(|(key, places)| match key {
+            Quantity::Friction(object) => Some((object.clone(), Group::of(clips, key, &places))),
+            _ => None,
+        })
+        .collect();
+    let typical = spread(&groups.values().cloned().collect::<Vec<_>>());
+    (groups, typical)
+}
+
+/// The objects whose deceleration is not Coulomb's, with the evidence.
+///
+/// `non_coulomb` lists an object once for every clip whose fit already found that.
+pub(crate) fn refused(
+    clips: &[Measurements],
+    drags: &[Drag],
+    non_coulomb: &[&String],
+) -> BTreeMap<String, String> {
+    let mut refused = BTreeMap::new();
+    let coulomb = groups(clips).0;
+    for object in non_coulomb.iter().copied().collect::<BTreeSet<_>>() {
+        let count = non_coulomb.iter().filter(|name| **name == object).count();
+        let total = count + coulomb.get(object).map_or(0, |group| group.values.len());
+        if 2 * count > total {
+            refused.insert(
+                object.clone(),
+                format!("its deceleration is not Coulomb's in {count} of {total} clips"),
+            );
+        }
+    }
+    let mut fractions: BTreeMap<&str, Group> = BTreeMap::new();
+    for drag in drags {
+        let group = fractions.entry(&drag.object).or_insert(Group { values: Vec::new(), scale: 1.0 });
+        group.values.push(drag.fraction);
+    }
+    for (object, group) in fractions {
+        let own = spread(std::slice::from_ref(&group));
+        let Some(mean) = group.mean(own) else { continue };
+        if mean.value.abs() > MAX_DRAG && mean.value.abs() > SIGNIFICANT * mean.standard_error {
+            let grows = if mean.value > 0.0 { "grows" } else { "falls" };
+            refused.entry(object.to_owned()).or_insert_with(|| {
+                format!(
+                    "its deceleration {grows} with speed: {:.0} % of the constant part at the highest speed (+- {:.0} %)",
+                    mean.value.abs() * 100.0,
+                    mean.standard_error * 100.0
+                )
+            });
+        }
+    }
+    for (object, group) in coulomb {
+        let own = spread(std::slice::from_ref(&group));
+        let noise = median(group.values.iter().map(|m| m.std / group.scale)).unwrap_or(0.0);
+        if own.relative > MAX_SPREAD && own.relative > SIGNIFICANT * noise && group.values.len() > 3 {
+            refused
+                .entry(object)
+                .or_insert_with(|| format!("it differs from clip to clip by {:.0} %", own.relative * 100.0));
+        }
+    }
+    refused
+}

@@ -1,0 +1,173 @@
+//! The measurements of one clip: values of quantities, and the covariance of their noise.
+
+use super::matrix_serde;
+use super::quantity::Quantity;
+use super::restitution::DOUBLE_CONTACT_STD;
+use crate::estimate::clip::result::Measured;
+use nalgebra::{DMatrix, DVector};
+use serde::{Deserialize, Serialize};
+use std::collections::{BTreeMap, BTreeSet};
+
+/// The values that one clip measures, and the covariance of their noise.
+///
+/// All lists have one entry per value; a quantity occurs as often as the clip measures it.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Measurements {
+    #[serde(rename = "keys")]
+    pub(crate) quantities: Vec<Quantity>,
+    #[serde(with = "matrix_serde::vector")]
+    pub(crate) values: DVector<f64>,
+    #[serde(with = "matrix_serde::matrix")]
+    pub(crate) covariance: DMatrix<f64>,
+    /// Of a mass ratio the fraction of contact friction that acts vertically, see
+    /// [`impulse_ratio::vertical_fraction`](super::impulse_ratio::vertical_fraction); else 0.
+    #[serde(rename = "pressing")]
+    pub(crate) vertical_fractions: Vec<f64>,
+    /// Whether the value is the restitution of flat sides that met at one end and then at the other.
+    #[serde(rename = "met_twice")]
+    pub(crate) double_contact: Vec<bool>,
+}
+
+impl Measurements {
+    /// The measurements of several fits of one clip, whose errors are independent.
+    pub(crate) fn joined(parts: &[Self]) -> Self {
+        let size = parts.iter().map(|p| p.quantities.len()).sum();
+        let mut covariance = DMatrix::zeros(size, size);
+        let mut at = 0;
+        for part in parts {
+            let n = part.quantities.len();
+            covariance.view_mut((at, at), (n, n)).copy_from(&part.covariance);
+            at += n;
+        }
+        Self {
+            quantities: parts.iter().flat_map(|p| p.quantities.iter().cloned()).collect(),
+            values: DVector::from_iterator(size, parts.iter().flat_map(|p| p.values.iter().copied())),
+            covariance,
+            vertical_fractions: parts.iter().flat_map(|p| p.vertical_fractions.iter().copied()).collect(),
+            double_contact: parts.iter().flat_map(|p| p.double_contact.iter().copied()).collect(),
+        }
+    }
+
+    /// Whether all lists have the same length and all numbers are finite.
+    pub(crate) fn is_valid(&self) -> bool {
+        let n = self.quantities.len();
+        let sizes = [self.values.len(), self.vertical_fractions.len(), self.double_contact.len()];
+        sizes == [n; 3]
+            && self.covariance.shape() == (n, n)
+            && self.values.iter().chain(self.covariance.iter()).all(|v| v.is_finite())
+    }
+
+    /// Value `k` with the standard deviation of its noise.
+    pub(crate) fn measured(&self, k: usize) -> Measured {
+        Measured { value: self.values[k], std: self.covariance[(k, k)].max(0.0).sqrt() }
+    }
+
+    /// The measurements whose index satisfies `keep`.
+    pub(crate) fn retained(&self, keep: impl Fn(usize) -> bool) -> Self {
+        let kept: Vec<usize> = (0..self.quantities.len()).filter(|k| keep(*k)).collect();
+        Self {
+            quantities: kept.iter().map(|&k| self.quantities[k].clone()).collect(),
+            vertical_fractions: kept.iter().map(|&k| self.vertical_fractions[k]).collect(),
+            double_contact: kept.iter().map(|&k| self.double_contact[k]).collect(),
+            values: self.values.select_rows(&kept),
+            covariance: self.covariance.select_rows(&kept).select_columns(&kept),
+        }
+    }
+
+    /// The other measurements, conditioned on the friction that all clips together give: their noise is correlated with
+    /// that of the clip's own friction (a Kalman update).
+    ///
+    /// `expected` holds the mean friction of an object and its standard deviation from clip to clip, where known.
+    pub(crate) fn conditioned_on_friction(&self, expected: &BTreeMap<String, Measured>) -> Self {
+        let known: Vec<(usize, Measured)> = (self.quantities.iter().enumerate())
+            .filter_map(|(k, quantity)| match quantity {
+                Quantity::Friction(object) => expected.get(object).map(|m| (k, *m)),
+                _ => None,
+            })
+            .collect();
+        let others: Vec<usize> = (0..self.quantities.len())
+            .filter(|k| !matches!(self.quantities[*k], Quantity::Friction(_)))
+            .collect();
+        let size = known.len();
+        let own = DMatrix::from_fn(size, size, |r, c| {
+            let spread = if r == c { known[r].1.std.powi(2) } else { 0.0 };
+            self.covariance[(known[r].0, known[c].0)] + spread
+        });
+        let Some(factor) = own.cholesky() else { return self.clone() };
+        let cross = DMatrix::from_fn(others.len(), size, |r, c| self.covariance[(others[r], known[c].0)]);
+        let innovation = DVector::from_fn(size, |r, _| self.values[known[r].0] - known[r].1.value);
+        let gain = factor.solve(&cross.transpose()).transpose();
+        let change = &gain * innovation;
+        let reduction = &gain * cross.transpose();
+        let mut updated = self.clone();
+        for (r, &k) in others.iter().enumerate() {
+            updated.values[k] -= change[r];
+            for (c, &l) in others.iter().enumerate() {
+                updated.covariance[(k, l)] -= reduction[(r, c)];
+            }
+        }
+        updated
+    }
+
+    /// The measurements with mass ratios corrected for the impulse that the table's friction takes, see
+    /// [`impulse_ratio::vertical_fraction`](super::impulse_ratio::vertical_fraction).
+    pub(crate) fn corrected_for_table_friction(
+        &self,
+        frictions: &BTreeMap<String, Measured>,
+        contact_friction: f64,
+    ) -> Self {
+        let mut corrected = self.clone();
+        for (k, quantity) in self.quantities.iter().enumerate() {
+            if let Quantity::MassRatio(a, b) = quantity
+                && let (Some(a), Some(b)) = (frictions.get(a), frictions.get(b))
+            {
+                corrected.values[k] -= self.vertical_fractions[k] * contact_friction * (a.value - b.value);
+            }
+        }
+        corrected
+    }
+}
+
+/// The measurements without restitutions of double contacts where the quantity has others; where it has none, they stay
+/// and get the additional standard deviation [`DOUBLE_CONTACT_STD`] of the mean over all clips.
+pub(crate) fn without_replaceable_double_contacts(clips: &[Measurements]) -> Vec<Measurements> {
+    let mut single: BTreeSet<Quantity> = BTreeSet::new();
+    let mut double_contacts: BTreeMap<Quantity, f64> = BTreeMap::new();
+    for measurements in clips {
+        for (quantity, twice) in measurements.quantities.iter().zip(&measurements.double_contact) {
+            if *twice {
+                *double_contacts.entry(quantity.clone()).or_default() += 1.0;
+            } else {
+                single.insert(quantity.clone());
+            }
+        }
+    }
+    clips
+        .iter()
+        .map(|measurements| {
+            let keep =
+                |k: usize| !measurements.double_contact[k] || !single.contains(&measurements.quantities[k]);
+            let mut kept = measurements.retained(keep);
+            for k in 0..kept.quantities.len() {
+                if kept.double_contact[k] {
+                    // The error is the same in all clips: averaging does not reduce it.
+                    kept.covariance[(k, k)] +=
+                        double_contacts[&kept.quantities[k]] * DOUBLE_CONTACT_STD.powi(2);
+                }
+            }
+            kept
+        })
+        .collect()
+}
+
+/// The measurements of each quantity: index of the clip, and index within its measurements.
+pub(crate) fn grouped(clips: &[Measurements]) -> BTreeMap<&Quantity, Vec<(usize, usize)>> {
+    let mut indices: BTreeMap<&Quantity, Vec<(usize, usize)>> = BTreeMap::new();
+    for (clip, measurements) in clips.iter().enumerate() {
+        for (k, quantity) in measurements.quantities.iter().enumerate() {
+            indices.entry(quantity).or_default().push((clip, k));
+        }
+    }
+    indices
+}
