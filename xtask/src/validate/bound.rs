@@ -39,7 +39,8 @@ pub(crate) fn bounds(fits: &[ClipFit], reference: &str) -> Bounds {
                 Some("striker") => add(1, kind(&impact.b).into(), impact.restitution),
                 Some(a) => {
                     add(2, pair_key(kind(a), kind(&impact.b)), impact.restitution);
-                    add(3, pair_key(kind(a), kind(&impact.b)), impact.mass_ratio);
+                    let relative = |m: Measured| Measured { value: 1.0, std: m.std / m.value };
+                    add(3, pair_key(kind(a), kind(&impact.b)), impact.mass_ratio.map(relative));
                 }
                 None => {}
             }

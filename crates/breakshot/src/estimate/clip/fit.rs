@@ -514,7 +514,7 @@ impl MotionFit {
 
 /// At most this many instants of a further impact are tried for each body.
 const MAX_CANDIDATES: usize = 80;
-/// NoiseStatistics is not believed to be smaller than this part of what the track claims (variance).
+/// The smallest accepted variance of the noise over the one that the track claims.
 const MIN_VARIANCE: f64 = 0.04;
 
 /// The root mean square; 0 without values.
