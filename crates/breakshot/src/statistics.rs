@@ -6,7 +6,6 @@
 pub(crate) const STD_OVER_MEDIAN_ABSOLUTE: f64 = 1.4826;
 
 /// The median; for an even number of values the mean of the two in the middle.  `None` without values.
-#[allow(dead_code, reason = "the stages move over to it one by one")]
 pub(crate) fn median(values: impl IntoIterator<Item = f64>) -> Option<f64> {
     let mut sorted: Vec<f64> = values.into_iter().collect();
     sorted.sort_by(f64::total_cmp);

@@ -37,7 +37,7 @@ pub(crate) struct Contact {
     /// Whether it measures a restitution.
     pub(crate) restitution: bool,
     /// Whether flat sides met at one end and then at the other, which makes the restitution inaccurate.
-    pub(crate) double_contact: bool,
+    pub(crate) both_ends: bool,
     /// Whether it measures a mass ratio.
     pub(crate) mass_ratio: bool,
     /// Warnings for the user.
@@ -151,7 +151,7 @@ fn with_striker(fitted: &MotionFit, striker: &StrikerPath, b: usize, time_index:
         normal_from_outlines: from_outlines.is_some(),
         impulse_direction: away,
         restitution: first,
-        double_contact: false,
+        both_ends: false,
         mass_ratio: false,
         remarks: Vec::new(),
     };
@@ -193,7 +193,7 @@ fn between_objects(fitted: &MotionFit, [a, b]: [usize; 2], time_index: usize) ->
         normal_from_outlines: from_outlines.is_some(),
         impulse_direction,
         restitution: true,
-        double_contact: false,
+        both_ends: false,
         mass_ratio: true,
         remarks: Vec::new(),
     };
@@ -233,7 +233,7 @@ fn without_pair(fitted: &MotionFit, members: &[usize], time_index: usize) -> Opt
         normal_from_outlines: false,
         impulse_direction,
         restitution: false,
-        double_contact: false,
+        both_ends: false,
         mass_ratio: false,
         remarks: vec![remark],
     })

@@ -28,7 +28,7 @@ const MODEL_STD: f64 = 0.01;
 ///
 /// Masses enter through the ratio of the impact's own velocity changes.
 pub(crate) fn oblique_impact(fitted: &MotionFit, contact: &Contact) -> Option<ObliqueImpact> {
-    if !contact.normal_from_outlines || !contact.restitution || contact.double_contact {
+    if !contact.normal_from_outlines || !contact.restitution || contact.both_ends {
         return None;
     }
     let normal = contact.closest.normal_ab;

@@ -65,7 +65,7 @@ pub(crate) fn check_facing_sides(fitted: &MotionFit, contact: &mut Contact) {
     let at_one_end = !(END_FRACTION..=1.0 - END_FRACTION).contains(&fraction);
     let simultaneous = (0.0..SIMULTANEOUS_S).contains(&delay_s);
     if !fraction.is_finite() || !(at_one_end || simultaneous) {
-        contact.double_contact = true;
+        contact.both_ends = true;
         contact.remarks.push(format!(
             "flat sides met at one end and {:.1} ms later at the other: no single restitution",
             delay_s * 1e3
