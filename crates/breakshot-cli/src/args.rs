@@ -1,5 +1,6 @@
 //! The commands and their flags.
 
+use crate::laws::LawArgs;
 use breakshot::capture::{Capture, Decoder, Footage, GreyImage};
 use breakshot::cell::Cell;
 use breakshot::plan::{Method, Scatter};
@@ -52,7 +53,9 @@ pub(crate) enum Command {
     Estimate(EstimateArgs),
     /// Simulates one strike on a pile.
     #[command(
-        after_help = "Example: breakshot simulate scene.toml --properties properties.json --strike strike.json -o trajectory.json"
+        after_help = "Example: breakshot simulate scene.toml --properties properties.json --strike strike.json -o trajectory.json\n\
+        Example: breakshot simulate scene.toml --properties properties.json --strike strike.json \
+        --restitution-law viscoelastic --reference-speed-m-s 0.5 -o trajectory.json"
     )]
     Simulate(SimulateArgs),
     /// Plans the strike that singulates a pile.
@@ -314,6 +317,8 @@ pub(crate) struct SimulateArgs {
     pub(crate) strike: PathBuf,
     #[command(flatten)]
     pub(crate) assumptions: Assumptions,
+    #[command(flatten)]
+    pub(crate) laws: LawArgs,
     /// The output file (trajectory, JSON).
     #[arg(short, long, value_name = "FILE")]
     pub(crate) output: PathBuf,

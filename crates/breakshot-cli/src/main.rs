@@ -3,6 +3,7 @@
 mod args;
 mod commands;
 mod console;
+mod laws;
 mod outcome;
 
 pub(crate) use outcome::Outcome;

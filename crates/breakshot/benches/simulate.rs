@@ -1,4 +1,4 @@
-//! Simulating strikes on the demo's pile.  `cargo bench -p breakshot --bench simulate`
+//! Simulation of strikes on the pile of the demo.  `cargo bench -p breakshot --bench simulate`
 
 mod demo;
 
@@ -14,12 +14,12 @@ fn main() {
     divan::main();
 }
 
-/// The strike that was filmed.
+/// The filmed strike.
 fn strike() -> Strike {
     load_strike(&demo::folder().join("pile.strike.json")).expect("the strike")
 }
 
-/// Where everything comes to rest, on one thread.
+/// The final poses after one strike, on one thread.
 #[divan::bench]
 fn outcome(bencher: Bencher) {
     let demo = Demo::load();
@@ -29,7 +29,7 @@ fn outcome(bencher: Bencher) {
     bencher.bench_local(|| simulator.run(&world, &strike).expect("an outcome"));
 }
 
-/// The same with every impact and motion on the way.
+/// The same with all events and motions recorded.
 #[divan::bench]
 fn logged(bencher: Bencher) {
     let demo = Demo::load();
@@ -38,7 +38,7 @@ fn logged(bencher: Bencher) {
         .bench_local(|| trajectory(&demo.scene, &demo.properties, &strike, &options).expect("a trajectory"));
 }
 
-/// Many strikes on all cores, each a micrometre farther aside.
+/// Many strikes on all cores, each shifted by a further micrometre.
 #[divan::bench]
 fn many(bencher: Bencher) {
     let demo = Demo::load();

@@ -24,7 +24,8 @@ use breakshot::cell::{Cell, Striker, Workspace};
 use breakshot::geometry::{Point, Pose};
 use breakshot::object::{Marker, Object, Shape, pair_key};
 use breakshot::physics::{
-    AfterStrike, Compliance, ContactForce, ImpactLaw, Options, Simulator, Spin, Touching, World, rollouts,
+    AfterStrike, Compliance, ContactForce, ImpactLaw, MultipleImpact, Options, Simulator, Spin, World,
+    rollouts,
 };
 use breakshot::properties::Properties;
 use breakshot::scene::{Goal, Placed, Scene, Strike};
@@ -105,7 +106,14 @@ impl Pile {
         self.bounce.push(bounce);
         self.kinds.push(kind);
         let marker = Some(Marker::centred(Shape::Disc { radius_m: 0.001 }));
-        self.scene.objects.push(Object { name: name.into(), shape, height_m: 0.03, marker, mass_kg: None });
+        self.scene.objects.push(Object {
+            name: name.into(),
+            shape,
+            height_m: 0.03,
+            marker,
+            mass_kg: None,
+            support: None,
+        });
         for (other, bounce_of_other) in self.scene.objects.iter().zip(&self.bounce[1..]) {
             p.restitution.insert(pair_key(name, &other.name), Estimate::exact(bounce_of_other * bounce));
         }
@@ -120,10 +128,11 @@ impl Pile {
 
     fn world(&self, options: &Options) -> Answer<World> {
         let mut world = World::new(&self.scene, &self.properties, options)?;
-        for i in 0..self.scene.placed.len() {
-            world.set_striker_contact_friction(i, self.roughness[0] * self.roughness[1 + i]);
-            for k in 0..i {
-                world.set_contact_friction(i, k, self.roughness[1 + i] * self.roughness[1 + k]);
+        let names = world.names().to_vec();
+        for (i, one) in names.iter().enumerate() {
+            world.set_striker_contact_friction(one, self.roughness[0] * self.roughness[1 + i])?;
+            for (k, other) in names[..i].iter().enumerate() {
+                world.set_contact_friction(one, other, self.roughness[1 + i] * self.roughness[1 + k])?;
             }
         }
         Ok(world)
@@ -188,14 +197,14 @@ fn arguments() -> Answer<Arguments> {
                 }
             }
             "--touching" => {
-                found.options.touching = match value()?.as_str() {
-                    "compliant" => Touching::default(),
-                    "linear" => Touching::Compliant(Compliance {
+                found.options.multiple_impact = match value()?.as_str() {
+                    "compliant" => MultipleImpact::default(),
+                    "linear" => MultipleImpact::Compliant(Compliance {
                         force: ContactForce::Linear,
                         ..Compliance::default()
                     }),
-                    "pairwise" => Touching::Pairwise,
-                    other => return Err(format!("no way of touching {other}").into()),
+                    "pairwise" => MultipleImpact::Pairwise,
+                    other => return Err(format!("no law of multiple impacts {other}").into()),
                 }
             }
             "--spin" => {

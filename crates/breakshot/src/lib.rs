@@ -19,6 +19,7 @@
 pub mod campaign;
 pub mod capture;
 pub mod cell;
+mod conservative_advancement;
 pub mod detect;
 pub mod error;
 pub mod estimate;

@@ -233,6 +233,44 @@ pub struct Object {
     /// Weighed mass (kg); estimation does not use it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub mass_kg: Option<f64>,
+    /// Where it presses on the table; none: uniformly under its outline.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub support: Option<Support>,
+}
+
+/// Where an object presses on the table, in its own frame, if not uniformly under its outline.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
+pub enum Support {
+    /// On three or more feet that carry equal fractions of the weight, at these positions (m).
+    #[serde(rename = "feet_m")]
+    Feet(Vec<Point>),
+    /// Under its whole outline with the pressure `1 + gradient . x`, which is never negative; the gradient (1/m).
+    #[serde(rename = "pressure_gradient_per_m")]
+    Gradient(Vec2),
+}
+
+impl Support {
+    /// An error that names the object unless it can be supported so; `shift` is the displacement of the object's origin.
+    pub(crate) fn check(&mut self, owner: &str, shift: Vec2) -> Result<()> {
+        match self {
+            Self::Feet(feet) => {
+                for foot in feet.iter_mut() {
+                    *foot = *foot - shift;
+                }
+                if feet.len() < 3 || !feet.iter().all(|foot| foot.is_finite()) {
+                    let found = format!("{} feet", feet.len());
+                    return Err(Error::invalid(owner, "support.feet_m", found, "three or more positions"));
+                }
+            }
+            Self::Gradient(gradient_per_m) if !gradient_per_m.is_finite() => {
+                let what = "support.pressure_gradient_per_m";
+                return Err(Error::invalid(owner, what, "not a number", "two numbers in 1/m"));
+            }
+            Self::Gradient(_) => {}
+        }
+        Ok(())
+    }
 }
 
 /// The kind of an object on the table: that of `a#2`, the second copy, is `a`.
@@ -278,6 +316,9 @@ impl Object {
         let shift = self.shape.check_and_centre(&owner)?;
         if let Some(marker) = &mut self.marker {
             marker.check(&owner, shift)?;
+        }
+        if let Some(support) = &mut self.support {
+            support.check(&owner, shift)?;
         }
         let moved = shift.length() > 0.0;
         Ok(moved.then(|| {
@@ -453,8 +494,14 @@ mod tests {
         let marker = |text: &str| {
             let shape = Shape::Disc { radius_m: 0.04 };
             let marker = toml::from_str(text).expect("a marker");
-            let mut object =
-                Object { name: "a".into(), shape, height_m: 0.03, marker: Some(marker), mass_kg: None };
+            let mut object = Object {
+                name: "a".into(),
+                shape,
+                height_m: 0.03,
+                marker: Some(marker),
+                mass_kg: None,
+                support: None,
+            };
             object.check().map_err(|e| e.to_string())
         };
         let disc = "shape = { disc = { radius_m = 0.01 } }\n";

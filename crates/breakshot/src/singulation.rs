@@ -362,6 +362,7 @@ mod tests {
             shape,
             height_m: 0.03,
             mass_kg: None,
+            support: None,
         };
         let objects = vec![
             object("a", Shape::Disc { radius_m: 0.03 }),

@@ -1,4 +1,4 @@
-//! The simulator against formulas that can be written down.
+//! The simulator against closed forms.
 
 use breakshot::cell::{Cell, Striker, Workspace};
 use breakshot::geometry::{Point, Pose};
@@ -8,7 +8,7 @@ use breakshot::properties::{ContactFriction, Properties};
 use breakshot::scene::{Goal, Placed, Scene, Strike, Wall};
 use breakshot::uncertain::Estimate;
 
-/// Rounding of a few hundred operations on numbers around one.
+/// Rounding of a few hundred operations on numbers of order 1.
 const EXACT: f64 = 1e-9;
 const G: f64 = 9.81;
 
@@ -22,7 +22,7 @@ struct Bench {
 const STRIKER_RADIUS_M: f64 = 0.015;
 
 impl Bench {
-    /// A striker of 15 mm radius that runs along x at `speed_m_s` from far to the left.
+    /// A striker of 15 mm radius that moves along x at `speed_m_s`, from 0.5 m to the left of the origin.
     fn new(speed_m_s: f64) -> Self {
         let cell = Cell::from_above(
             1000.0,
@@ -73,7 +73,14 @@ impl Bench {
             position_m: pose.position,
             yaw_rad: pose.yaw_rad,
         });
-        self.scene.objects.push(Object { name: name.into(), shape, height_m: 0.03, marker, mass_kg: None });
+        self.scene.objects.push(Object {
+            name: name.into(),
+            shape,
+            height_m: 0.03,
+            marker,
+            mass_kg: None,
+            support: None,
+        });
         self
     }
 
@@ -95,7 +102,7 @@ impl Bench {
     }
 
     fn run(&self) -> Trajectory {
-        trajectory(&self.scene, &self.properties, &self.strike, &self.options).expect("a scene that can be")
+        trajectory(&self.scene, &self.properties, &self.strike, &self.options).expect("a valid scene")
     }
 }
 
@@ -108,20 +115,20 @@ fn assert_close(what: &str, found: f64, expected: f64) {
 }
 
 #[test]
-fn a_struck_disc_stops_where_friction_has_used_up_its_speed() {
+fn a_struck_disc_stops_after_v_squared_over_2_mu_g() {
     let bench = Bench::new(0.6)
         .object("a", disc(0.05), (1.0, 0.25, 0.675), Pose::new(0.0, 0.0, 0.0))
         .until(0.5 - 0.065);
     let end = bench.run();
     let speed = 1.675 * 0.6;
-    assert_close("way (m)", end.final_poses["a"].position.x, speed * speed / (2.0 * 0.25 * G));
-    assert_close("way (m)", end.final_poses["a"].position.x, 0.205_917_431);
+    assert_close("distance (m)", end.final_poses["a"].position.x, speed * speed / (2.0 * 0.25 * G));
+    assert_close("distance (m)", end.final_poses["a"].position.x, 0.205_917_431);
     let start_s = (0.5 - 0.065) / 0.6;
     assert_close("stop (s)", end.duration_s, start_s + speed / (0.25 * G));
 }
 
 #[test]
-fn a_disc_struck_off_its_centre_turns() {
+fn a_disc_struck_off_its_centre_rotates() {
     let (offset_m, e, v) = (0.02, 0.675, 0.6);
     let bench = Bench::new(v)
         .object("a", disc(0.05), (1.0, 0.25, e), Pose::new(0.0, -offset_m, 0.0))
@@ -130,11 +137,11 @@ fn a_disc_struck_off_its_centre_turns() {
     let end = bench.run().final_poses["a"];
     assert_close("x (m)", end.position.x, 0.181_444_158);
     assert_close("y (m)", end.position.y, -0.046_040_682 - offset_m);
-    assert_close("turn (rad)", end.yaw_rad, -0.046_323_942);
+    assert_close("yaw (rad)", end.yaw_rad, -0.046_323_942);
 }
 
 #[test]
-fn a_square_struck_beside_its_centre_turns() {
+fn a_square_struck_off_its_centre_rotates() {
     let d = 0.02;
     let bench = Bench::new(0.6)
         .object("a", Shape::Rectangle { size_m: [0.08, 0.08] }, (1.0, 0.25, 0.675), Pose::new(0.0, -d, 0.0))
@@ -145,7 +152,7 @@ fn a_square_struck_beside_its_centre_turns() {
 }
 
 #[test]
-fn the_striker_catches_up_after_2_e_v_over_mu_g() {
+fn the_striker_reaches_the_disc_again_after_2_e_v_over_mu_g() {
     let (e, v, mu) = (0.5, 0.4, 0.3);
     let end = Bench::new(v).object("a", disc(0.05), (1.0, mu, e), Pose::new(0.0, 0.0, 0.0)).run();
     let between_s = end.events[1].time_s - end.events[0].time_s;
@@ -153,7 +160,7 @@ fn the_striker_catches_up_after_2_e_v_over_mu_g() {
 }
 
 #[test]
-fn two_discs_part_as_momentum_and_restitution_say() {
+fn two_discs_separate_by_momentum_and_restitution() {
     let (m, e, v) = ([0.143, 0.061], 0.6, 0.5);
     let mut bench = Bench::new(v)
         .object("a", disc(0.05), (m[0], 0.25, 0.7), Pose::new(0.0, 0.0, 0.0))
@@ -191,32 +198,32 @@ fn a_disc_between_walls_loses_speed_by_restitution_and_friction() {
             restitution: e_wall,
         });
     }
-    // The left wall lies across the striker's way; the striker passes it.
+    // The left wall crosses the path of the striker, which walls do not stop.
     let end = bench.run();
     let mut speed = 1.9f64;
-    let mut way_m = gap_m;
+    let mut distance_m = gap_m;
     for hit in &end.events[1..] {
-        let before = (speed * speed - 2.0 * mu * G * way_m).sqrt();
+        let before = (speed * speed - 2.0 * mu * G * distance_m).sqrt();
         assert!(
             (hit.velocities_before_m_s[0].length() - before).abs() < 1e-6,
             "{} m/s, not {before}",
             hit.velocities_before_m_s[0].length()
         );
-        (speed, way_m) = (e_wall * before, 2.0 * gap_m);
+        (speed, distance_m) = (e_wall * before, 2.0 * gap_m);
     }
     assert!(end.events.len() > 4, "{} impacts", end.events.len());
 }
 
 #[test]
-fn the_closest_graze_tells_by_how_much() {
+fn the_closest_near_miss_tells_by_how_much() {
     let reach = STRIKER_RADIUS_M + 0.05;
-    for (aside_m, hit) in [(reach - 1e-4, true), (reach + 1e-4, false)] {
+    for (offset_m, hit) in [(reach - 1e-4, true), (reach + 1e-4, false)] {
         let run =
-            Bench::new(0.6).object("a", disc(0.05), (1.0, 0.25, 0.7), Pose::new(-0.25, aside_m, 0.0)).run();
-        let graze = run.closest_graze.expect("a graze");
-        assert_eq!((graze.hit, run.events.is_empty()), (hit, !hit), "{graze:?}");
-        assert!((graze.margin_m - 1e-4).abs() < 1e-9, "{graze:?}");
-        assert_eq!(graze.bodies, ["striker", "a"]);
+            Bench::new(0.6).object("a", disc(0.05), (1.0, 0.25, 0.7), Pose::new(-0.25, offset_m, 0.0)).run();
+        let near_miss = run.closest_near_miss.expect("a near miss");
+        assert_eq!((near_miss.hit, run.events.is_empty()), (hit, !hit), "{near_miss:?}");
+        assert!((near_miss.margin_m - 1e-4).abs() < 1e-9, "{near_miss:?}");
+        assert_eq!(near_miss.bodies, ["striker", "a"]);
     }
 }
 
@@ -233,17 +240,17 @@ fn in_line(gap_m: f64, masses: [f64; 2], frictions: [f64; 2], restitution: f64) 
 const LAUNCH_M_S: f64 = 1.7 * 0.6;
 
 #[test]
-fn a_sliding_disc_arrives_when_the_quadratic_says() {
+fn a_sliding_disc_arrives_at_the_root_of_a_quadratic() {
     let (mu, gap_m) = (0.25, 0.1);
     let end = in_line(gap_m, [0.143, 0.061], [mu, 0.3], 0.6).run();
     let left = (LAUNCH_M_S * LAUNCH_M_S - 2.0 * mu * G * gap_m).sqrt();
     let between_s = end.events[1].time_s - end.events[0].time_s;
-    assert_close("time of the way (s)", between_s, (LAUNCH_M_S - left) / (mu * G));
-    assert_close("speed there (m/s)", end.events[1].velocities_before_m_s[0].x, left);
+    assert_close("time of the slide (s)", between_s, (LAUNCH_M_S - left) / (mu * G));
+    assert_close("speed at the impact (m/s)", end.events[1].velocities_before_m_s[0].x, left);
 }
 
 #[test]
-fn the_disc_that_slides_more_easily_catches_the_other_one_up() {
+fn the_disc_with_less_friction_reaches_the_other_one_again() {
     let (mu, e, m) = ([0.1, 0.6], 0.2, [1.0, 0.2]);
     let gap_m = 0.05;
     let end = in_line(gap_m, m, mu, e).run();
@@ -256,16 +263,16 @@ fn the_disc_that_slides_more_easily_catches_the_other_one_up() {
 #[test]
 fn a_nanometre_decides_whether_a_disc_arrives() {
     let mu = 0.25;
-    let way_m = LAUNCH_M_S * LAUNCH_M_S / (2.0 * mu * G);
-    let reached = in_line(way_m - 1e-9, [0.143, 0.061], [mu, 0.3], 0.6).run();
+    let distance_m = LAUNCH_M_S * LAUNCH_M_S / (2.0 * mu * G);
+    let reached = in_line(distance_m - 1e-9, [0.143, 0.061], [mu, 0.3], 0.6).run();
     assert_eq!(reached.events.len(), 2, "{:?}", reached.events);
-    let missed = in_line(way_m + 1e-9, [0.143, 0.061], [mu, 0.3], 0.6).run();
+    let missed = in_line(distance_m + 1e-9, [0.143, 0.061], [mu, 0.3], 0.6).run();
     assert_eq!(missed.events.len(), 1, "{:?}", missed.events);
-    assert_eq!(missed.final_poses["b"].position.x, 0.08 + way_m + 1e-9);
+    assert_eq!(missed.final_poses["b"].position.x, 0.08 + distance_m + 1e-9);
 }
 
 #[test]
-fn friction_between_two_discs_is_what_sticks_or_what_coulomb_allows() {
+fn friction_between_two_discs_sticks_or_is_at_the_coulomb_limit() {
     for friction in [0.05, 2.0] {
         let m = [0.143, 0.061];
         let end = Bench::new(0.5)
@@ -282,7 +289,7 @@ fn friction_between_two_discs_is_what_sticks_or_what_coulomb_allows() {
         let tangent = (slip.abs() / (3.0 / m[0] + 3.0 / m[1])).min(friction * normal).copysign(slip);
         assert_close("impulse along the normal", hit.impulse_n_s.dot(n), normal);
         assert_close("impulse along the tangent", hit.impulse_n_s.dot(t), tangent);
-        let turn = hit.yaw_rates_after_rad_s[1];
-        assert_close("turn of b (rad/s)", turn * 0.03, -2.0 * tangent / m[1]);
+        let yaw_rate = hit.yaw_rates_after_rad_s[1];
+        assert_close("yaw rate of b (rad/s)", yaw_rate * 0.03, -2.0 * tangent / m[1]);
     }
 }

@@ -3,7 +3,7 @@
 mod piles;
 
 use breakshot::geometry::{Point, Vec2};
-use breakshot::physics::{Encounter, ImpactLaw, Mover};
+use breakshot::physics::{ImpactBody, ImpactLaw, PairImpact};
 use piles::draw;
 use piles::splitmix::Draw;
 use std::collections::BTreeMap;
@@ -11,14 +11,14 @@ use std::collections::BTreeMap;
 /// A wall: so heavy that nothing moves it.
 const WALL_KG: f64 = 1e12;
 
-fn encounter(restitution: f64, friction: f64, law: ImpactLaw) -> Encounter {
-    Encounter { point: Point::ORIGIN, normal_ab: Vec2::new(1.0, 0.0), restitution, friction, law }
+fn pair_impact(restitution: f64, friction: f64, law: ImpactLaw) -> PairImpact {
+    PairImpact { point: Point::ORIGIN, normal_ab: Vec2::new(1.0, 0.0), restitution, friction, law }
 }
 
 /// A body that touches the origin with a corner of a rectangle (whatever its sides: gyration = arm / sqrt 3).
-fn corner(draw: &mut Draw, mass_kg: f64, side: f64) -> Mover {
+fn corner(draw: &mut Draw, mass_kg: f64, side: f64) -> ImpactBody {
     let (arm_m, heading) = (draw.between(0.02, 0.06), draw.between(-1.2, 1.2));
-    Mover {
+    ImpactBody {
         mass_kg,
         gyration_m: arm_m / 3f64.sqrt(),
         position: Point::ORIGIN + Vec2::from_heading(heading) * (side * arm_m),
@@ -28,49 +28,53 @@ fn corner(draw: &mut Draw, mass_kg: f64, side: f64) -> Mover {
 }
 
 /// Velocity of the body's point at the origin.
-fn point_velocity(mover: &Mover) -> Vec2 {
-    mover.velocity + (Point::ORIGIN - mover.position).perpendicular() * mover.yaw_rate_rad_s
+fn point_velocity(body: &ImpactBody) -> Vec2 {
+    body.velocity + (Point::ORIGIN - body.position).perpendicular() * body.yaw_rate_rad_s
 }
 
-fn energy_j(mover: &Mover) -> f64 {
-    0.5 * mover.mass_kg
-        * (mover.velocity.length_squared() + (mover.gyration_m * mover.yaw_rate_rad_s).powi(2))
+fn energy_j(body: &ImpactBody) -> f64 {
+    0.5 * body.mass_kg * (body.velocity.length_squared() + (body.gyration_m * body.yaw_rate_rad_s).powi(2))
 }
 
 /// The contact's approach and slip after an impact whose normal impulse grows in `steps` small parts, and how the slip
 /// went: Coulomb friction step by step, the end where the work regained is e^2 of the work of compression.
-fn grown(movers: [&Mover; 2], restitution: f64, friction: f64, steps: f64) -> ([f64; 2], &'static str) {
-    let arms = movers.map(|m| Point::ORIGIN - m.position);
+fn stepped_impact(
+    bodies: [&ImpactBody; 2],
+    restitution: f64,
+    friction: f64,
+    steps: f64,
+) -> ([f64; 2], &'static str) {
+    let arms = bodies.map(|m| Point::ORIGIN - m.position);
     let softness = |i: usize, k: usize| -> f64 {
-        let of = |m: &Mover, r: Vec2| {
+        let of = |m: &ImpactBody, r: Vec2| {
             let turn = [-r.y, r.x];
             let own = if i == k { 1.0 } else { 0.0 };
             (own + turn[i] * turn[k] / (m.gyration_m * m.gyration_m)) / m.mass_kg
         };
-        of(movers[0], arms[0]) + of(movers[1], arms[1])
+        of(bodies[0], arms[0]) + of(bodies[1], arms[1])
     };
-    let relative = point_velocity(movers[0]) - point_velocity(movers[1]);
+    let relative = point_velocity(bodies[0]) - point_velocity(bodies[1]);
     let (mut approach, mut slip) = (relative.x, relative.y);
     let part = approach / softness(0, 0) / steps;
-    let (mut compression, mut regained, mut way) = (0.0, 0.0, "slips");
+    let (mut compression, mut regained, mut slip_history) = (0.0, 0.0, "slips");
     let first_slip = slip;
     while approach > 0.0 || regained < restitution * restitution * compression {
-        let kick =
+        let change_per_impulse =
             |sign: f64| [softness(0, 0) + softness(0, 1) * sign, softness(0, 1) + softness(1, 1) * sign];
         let hold = -softness(0, 1) / softness(1, 1);
-        let slipping = kick(friction * if slip < 0.0 { -1.0 } else { 1.0 });
+        let slipping = change_per_impulse(friction * if slip < 0.0 { -1.0 } else { 1.0 });
         let stops = slip.abs() <= (part * slipping[1]).abs() && slip * slipping[1] >= 0.0;
         let change = if !stops {
             slipping
         } else if hold.abs() <= friction {
             slip = 0.0;
-            if way == "slips" {
-                way = if approach > 0.0 { "sticks early" } else { "sticks late" };
+            if slip_history == "slips" {
+                slip_history = if approach > 0.0 { "sticks early" } else { "sticks late" };
             }
-            kick(hold)
+            change_per_impulse(hold)
         } else {
             slip = 0.0;
-            kick(friction.copysign(hold))
+            change_per_impulse(friction.copysign(hold))
         };
         let next = approach - part * change[0];
         let work = 0.5 * part * (approach + next);
@@ -81,11 +85,11 @@ fn grown(movers: [&Mover; 2], restitution: f64, friction: f64, steps: f64) -> ([
         }
         approach = next;
         slip -= part * change[1];
-        if slip * first_slip < 0.0 && way == "slips" {
-            way = if approach > 0.0 { "turns early" } else { "turns late" };
+        if slip * first_slip < 0.0 && slip_history == "slips" {
+            slip_history = if approach > 0.0 { "turns early" } else { "turns late" };
         }
     }
-    ([approach, slip], way)
+    ([approach, slip], slip_history)
 }
 
 #[test]
@@ -99,15 +103,15 @@ fn impacts_end_as_impulses_that_grow_in_small_steps() {
         if before.x < 0.05 {
             continue;
         }
-        let ([approach, slip], way) = grown([&a, &b], restitution, friction, 20_000.0);
-        let [a, b] = encounter(restitution, friction, ImpactLaw::Stronge).after([a, b]).expect("possible");
+        let ([approach, slip], slip_history) = stepped_impact([&a, &b], restitution, friction, 20_000.0);
+        let [a, b] = pair_impact(restitution, friction, ImpactLaw::Stronge).after([a, b]).expect("possible");
         let after = point_velocity(&a) - point_velocity(&b);
         let apart = (after.x - approach).hypot(after.y - slip);
         assert!(
             apart < 1e-3 * before.length(),
-            "{way}: {after:?}, in small steps [{approach}, {slip}], e {restitution}, mu {friction}"
+            "{slip_history}: {after:?}, in small steps [{approach}, {slip}], e {restitution}, mu {friction}"
         );
-        *seen.entry(way).or_default() += 1;
+        *seen.entry(slip_history).or_default() += 1;
     }
     assert_eq!(seen.len(), 5, "the five ways of slip: {seen:?}");
 }
@@ -117,7 +121,7 @@ fn greatest_gain(law: ImpactLaw) -> f64 {
     let mut draw = draw(11);
     let mut greatest: f64 = -1.0;
     for _ in 0..100_000 {
-        let wall = Mover {
+        let wall = ImpactBody {
             mass_kg: WALL_KG,
             gyration_m: 1.0,
             position: Point::new(-1.0, 0.0),
@@ -125,7 +129,7 @@ fn greatest_gain(law: ImpactLaw) -> f64 {
             yaw_rate_rad_s: 0.0,
         };
         let body = corner(&mut draw, 0.1, 1.0);
-        let law = encounter(draw.between(0.8, 1.0), draw.between(0.1, 1.0), law);
+        let law = pair_impact(draw.between(0.8, 1.0), draw.between(0.1, 1.0), law);
         let [_, after] = law.after([wall, body]).expect("possible");
         greatest = greatest.max(energy_j(&after) / energy_j(&body) - 1.0);
     }

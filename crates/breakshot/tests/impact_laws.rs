@@ -3,15 +3,15 @@
 mod piles;
 
 use breakshot::geometry::{Point, Vec2};
-use breakshot::physics::{Encounter, ImpactLaw, Mover};
+use breakshot::physics::{ImpactBody, ImpactLaw, PairImpact};
 use piles::draw;
 use piles::splitmix::Draw;
 
 const IMPACTS: usize = 1_000_000;
 
-fn mover(draw: &mut Draw) -> Mover {
+fn body(draw: &mut Draw) -> ImpactBody {
     let mass_kg = 10f64.powf(draw.between(-2.5, 0.5));
-    Mover {
+    ImpactBody {
         mass_kg,
         gyration_m: draw.between(0.005, 0.06),
         position: Point::new(draw.between(-0.05, 0.05), draw.between(-0.05, 0.05)),
@@ -20,8 +20,8 @@ fn mover(draw: &mut Draw) -> Mover {
     }
 }
 
-fn encounter(draw: &mut Draw, law: ImpactLaw) -> Encounter {
-    Encounter {
+fn pair_impact(draw: &mut Draw, law: ImpactLaw) -> PairImpact {
+    PairImpact {
         point: Point::new(draw.between(-0.05, 0.05), draw.between(-0.05, 0.05)),
         normal_ab: Vec2::from_heading(draw.between(-3.2, 3.2)),
         restitution: draw.between(0.0, 1.0),
@@ -30,17 +30,17 @@ fn encounter(draw: &mut Draw, law: ImpactLaw) -> Encounter {
     }
 }
 
-fn energy_j(movers: &[Mover; 2]) -> f64 {
-    let one = |m: &Mover| {
+fn energy_j(bodies: &[ImpactBody; 2]) -> f64 {
+    let one = |m: &ImpactBody| {
         0.5 * m.mass_kg * (m.velocity.dot(m.velocity) + (m.gyration_m * m.yaw_rate_rad_s).powi(2))
     };
-    movers.iter().map(one).sum()
+    bodies.iter().map(one).sum()
 }
 
 /// Linear momentum and angular momentum about the origin, and the sum of their parts' sizes.
-fn momentum(movers: &[Mover; 2]) -> ([f64; 3], [f64; 3]) {
+fn momentum(bodies: &[ImpactBody; 2]) -> ([f64; 3], [f64; 3]) {
     let (mut sum, mut size) = ([0.0; 3], [0.0; 3]);
-    for m in movers {
+    for m in bodies {
         let (p, spin) = (m.velocity * m.mass_kg, m.mass_kg * m.gyration_m * m.gyration_m * m.yaw_rate_rad_s);
         for (k, part) in [p.x, p.y, m.position.to_vec().cross(p) + spin].into_iter().enumerate() {
             sum[k] += part;
@@ -50,17 +50,17 @@ fn momentum(movers: &[Mover; 2]) -> ([f64; 3], [f64; 3]) {
     (sum, size)
 }
 
-fn approach(movers: &[Mover; 2], hit: &Encounter) -> f64 {
-    let at = |m: &Mover| m.velocity + (hit.point - m.position).perpendicular() * m.yaw_rate_rad_s;
-    (at(&movers[0]) - at(&movers[1])).dot(hit.normal_ab)
+fn approach(bodies: &[ImpactBody; 2], hit: &PairImpact) -> f64 {
+    let at = |m: &ImpactBody| m.velocity + (hit.point - m.position).perpendicular() * m.yaw_rate_rad_s;
+    (at(&bodies[0]) - at(&bodies[1])).dot(hit.normal_ab)
 }
 
 /// The greatest gain of energy (relative), and how many of the impacts leave the bodies approaching.
-fn survey(law: ImpactLaw, impacts: usize) -> (f64, usize) {
+fn statistics(law: ImpactLaw, impacts: usize) -> (f64, usize) {
     let mut draw = draw(law as u64 + 77);
     let (mut gain, mut approaching): (f64, usize) = (f64::NEG_INFINITY, 0);
     for _ in 0..impacts {
-        let (before, hit) = ([mover(&mut draw), mover(&mut draw)], encounter(&mut draw, law));
+        let (before, hit) = ([body(&mut draw), body(&mut draw)], pair_impact(&mut draw, law));
         if approach(&before, &hit) <= 1e-6 {
             continue;
         }
@@ -80,7 +80,7 @@ fn survey(law: ImpactLaw, impacts: usize) -> (f64, usize) {
 #[test]
 fn stronge_and_poisson_make_no_energy_and_leave_nothing_approaching() {
     for law in [ImpactLaw::Stronge, ImpactLaw::Poisson] {
-        let (gain, approaching) = survey(law, IMPACTS);
+        let (gain, approaching) = statistics(law, IMPACTS);
         assert!(gain < 1e-12, "{law:?} makes {gain} of the energy");
         assert_eq!(approaching, 0, "{law:?}");
     }
@@ -88,24 +88,26 @@ fn stronge_and_poisson_make_no_energy_and_leave_nothing_approaching() {
 
 #[test]
 fn newtons_law_makes_energy_and_the_papers_leaves_bodies_approaching() {
-    let (gain, approaching) = survey(ImpactLaw::Newton, 100_000);
+    let (gain, approaching) = statistics(ImpactLaw::Newton, 100_000);
     assert!(gain > 0.01 && approaching == 0, "Newton: gain {gain}, {approaching} approach");
-    let (gain, approaching) = survey(ImpactLaw::Paper, 100_000);
+    let (gain, approaching) = statistics(ImpactLaw::Paper, 100_000);
     assert!(gain > 0.1 && approaching > 1000, "the paper's: gain {gain}, {approaching} approach");
 }
 
 #[test]
 fn an_elastic_impact_without_friction_runs_backwards() {
     let mut draw = draw(5);
-    let turned = |m: Mover| Mover { velocity: -m.velocity, yaw_rate_rad_s: -m.yaw_rate_rad_s, ..m };
+    let reversed =
+        |m: ImpactBody| ImpactBody { velocity: -m.velocity, yaw_rate_rad_s: -m.yaw_rate_rad_s, ..m };
     for _ in 0..10_000 {
-        let before = [mover(&mut draw), mover(&mut draw)];
-        let hit = Encounter { restitution: 1.0, friction: 0.0, ..encounter(&mut draw, ImpactLaw::Stronge) };
+        let before = [body(&mut draw), body(&mut draw)];
+        let hit =
+            PairImpact { restitution: 1.0, friction: 0.0, ..pair_impact(&mut draw, ImpactLaw::Stronge) };
         if approach(&before, &hit) <= 0.0 {
             continue;
         }
         let after = hit.after(before).expect("an impact that can be");
-        let back = hit.after(after.map(turned)).expect("an impact that can be").map(turned);
+        let back = hit.after(after.map(reversed)).expect("an impact that can be").map(reversed);
         for (now, then) in back.iter().zip(&before) {
             let off =
                 (now.velocity - then.velocity).length() + (now.yaw_rate_rad_s - then.yaw_rate_rad_s).abs();

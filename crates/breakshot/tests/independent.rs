@@ -1,4 +1,4 @@
-//! The simulator against a second one that shares nothing with it (`stepper`): many small steps, no events.
+//! The simulator against an independent one (`stepper`), which takes small time steps and has no events.
 //!
 //! `cargo xtask validate physics` does the same over files of forty piles each.
 
@@ -7,12 +7,12 @@ mod stepper;
 
 use breakshot::geometry::{Point, Pose};
 use breakshot::object::Shape;
-use breakshot::physics::Touching;
+use breakshot::physics::MultipleImpact;
 use piles::{Pile, disc, four_discs, four_shapes};
 use stepper::outline::Outline;
 use stepper::{Body, Contact, Striker, settled};
 
-/// The same pile for the stepper.
+/// The pile in the types of the stepper.
 fn stepped(pile: &Pile) -> stepper::Pile {
     let (properties, strike) = (&pile.properties, &pile.strike);
     let Shape::Disc { radius_m } = pile.scene.cell.striker.shape else {
@@ -62,10 +62,10 @@ fn summed_arms_m(corners: &[[f64; 2]]) -> (f64, f64) {
         let whole = 0.5 * (p[0] * q[1] - p[1] * q[0]);
         area += whole;
         for i in 0..cuts {
-            // A thin triangle from the origin: the mean of r is 2/3 and of r^2 1/2 of those at its far side.
+            // A thin triangle from the origin: the mean of r is 2/3 and of r^2 1/2 of those at its outer side.
             let part = (f64::from(i) + 0.5) / f64::from(cuts);
-            let far = [0, 1].map(|c| p[c] + part * (q[c] - p[c]));
-            let r = far[0].hypot(far[1]);
+            let outer = [0, 1].map(|c| p[c] + part * (q[c] - p[c]));
+            let r = outer[0].hypot(outer[1]);
             arms += whole / f64::from(cuts) * r * 2.0 / 3.0;
             squares += whole / f64::from(cuts) * r * r / 2.0;
         }
@@ -73,43 +73,43 @@ fn summed_arms_m(corners: &[[f64; 2]]) -> (f64, f64) {
     ((squares / area).sqrt(), arms / area)
 }
 
-/// The farthest that any body's final place is from the stepper's (m).
+/// Greatest distance of a body's final position from the one of the stepper (m).
 fn difference_m(pile: &Pile, contact: Contact, step_s: f64) -> f64 {
     let run = pile.run();
     let steps = settled(&stepped(pile), contact, step_s);
-    let apart = pile.scene.placed.iter().zip(steps).map(|(placed, [x, y, _])| {
+    let distances = pile.scene.placed.iter().zip(steps).map(|(placed, [x, y, _])| {
         let position = run.final_poses[&placed.object].position;
         (position.x - x).hypot(position.y - y)
     });
-    apart.fold(0.0, f64::max)
+    distances.fold(0.0, f64::max)
 }
 
-/// The pile with impacts that take no time, as the stepper's rigid contacts.
-fn at_once(mut pile: Pile) -> Pile {
-    pile.options.touching = Touching::Pairwise;
+/// The pile with pairwise impacts of no duration, like the rigid contacts of the stepper.
+fn pairwise(mut pile: Pile) -> Pile {
+    pile.options.multiple_impact = MultipleImpact::Pairwise;
     pile
 }
 
 #[test]
-fn discs_come_to_rest_where_small_steps_bring_them() {
+fn discs_rest_at_the_positions_of_a_simulation_in_small_steps() {
     for seed in 0..6 {
-        let apart_m = difference_m(&at_once(four_discs(seed)), Contact::Rigid, 4e-7);
+        let apart_m = difference_m(&pairwise(four_discs(seed)), Contact::Rigid, 4e-7);
         assert!(apart_m < 1e-5, "seed {seed}: {} mm", apart_m * 1e3);
     }
 }
 
 #[test]
-fn polygons_come_to_rest_where_small_steps_bring_them() {
+fn polygons_rest_at_the_positions_of_a_simulation_in_small_steps() {
     let mut apart_m: Vec<f64> =
-        (0..7).map(|seed| difference_m(&at_once(four_shapes(seed)), Contact::Rigid, 1e-6)).collect();
+        (0..7).map(|seed| difference_m(&pairwise(four_shapes(seed)), Contact::Rigid, 1e-6)).collect();
     apart_m.sort_by(f64::total_cmp);
-    // A corner that barely hits or barely misses is another answer: the median counts.
+    // A corner that narrowly hits or misses changes everything after it: the median is compared.
     assert!(apart_m[3] < 5e-5, "median {} mm of {apart_m:?} m", apart_m[3] * 1e3);
 }
 
 #[test]
-fn discs_that_touch_part_as_springs_part_them() {
-    // What touches parts alike whatever the contact time: this one needs fewer steps than the default.
+fn touching_discs_separate_like_springs() {
+    // The result does not depend on the contact time; this one needs fewer steps than the default.
     let contact_time_s = 1e-4;
     let mut apart_m = Vec::new();
     for offset_m in [-0.008, 0.001, 0.006] {
@@ -119,12 +119,12 @@ fn discs_that_touch_part_as_springs_part_them() {
         let (rs, rt, st): (f64, f64, f64) = (r + s, r + t, s + t);
         let angle = ((rs * rs + rt * rt - st * st) / (2.0 * rs * rt)).acos();
         let (one, other) = (0.55, 0.55 - angle);
-        for (radius_m, material, way_m, heading) in [
+        for (radius_m, material, distance_m, heading) in [
             (r, (0.143, 0.25, 0.9), 0.0, 0.0),
             (s, (0.112, 0.3, 0.8), rs, one),
             (t, (0.061, 0.35, 0.7), rt, other),
         ] {
-            let pose = Pose::new(way_m * heading.cos(), way_m * heading.sin(), 0.0);
+            let pose = Pose::new(distance_m * heading.cos(), distance_m * heading.sin(), 0.0);
             pile.add(disc(radius_m), material, pose);
         }
         pile.strike.start_m = Point::new(-0.085, offset_m);
@@ -132,18 +132,18 @@ fn discs_that_touch_part_as_springs_part_them() {
         apart_m.push(difference_m(&pile, Contact::Springs { contact_time_s, exponent: 1.5 }, 1e-6));
     }
     apart_m.sort_by(f64::total_cmp);
-    // After the springs, a graze more or less is another answer: the median counts.
+    // A narrow hit or miss after the springs changes everything after it: the median is compared.
     assert!(apart_m[1] < 1e-3, "median {} mm of {apart_m:?} m", apart_m[1] * 1e3);
 }
 
-/// A body let go with these speeds, slowed down in small steps: its final pose and when it rests.
+/// Final pose and time of rest (s) of a body released with its speeds and braked in small steps.
 fn slid(mut body: Body, step_s: f64) -> ([f64; 3], f64) {
     let patch = stepper::patch::Patch::new();
     let mut time_s = 0.0;
     while body.speed != [0.0; 3] {
         patch.rub(&mut body, 0.5 * step_s);
-        for (place, speed) in body.pose.iter_mut().zip(body.speed) {
-            *place += step_s * speed;
+        for (coordinate, speed) in body.pose.iter_mut().zip(body.speed) {
+            *coordinate += step_s * speed;
         }
         patch.rub(&mut body, 0.5 * step_s);
         time_s += step_s;
@@ -152,9 +152,9 @@ fn slid(mut body: Body, step_s: f64) -> ([f64; 3], f64) {
 }
 
 #[test]
-fn what_slides_and_spins_goes_as_far_as_the_sum_over_its_support_says() {
+fn a_slide_with_spin_ends_where_friction_summed_over_the_support_leads() {
     let square = Shape::Rectangle { size_m: [0.08, 0.08] };
-    // Shape, how far from its centre it is struck, and where the striker touches it along its way.
+    // Shape, offset of the strike from the centre (m), and distance of the striker's centre at the contact (m).
     let rim = |offset_m: f64| (0.055f64.powi(2) - offset_m * offset_m).sqrt();
     for (shape, offset_m, contact_m) in [
         (disc(0.04), 0.004, rim(0.004)),
@@ -176,9 +176,9 @@ fn what_slides_and_spins_goes_as_far_as_the_sum_over_its_support_says() {
         let v = hit.velocities_after_m_s[struck];
         body.speed = [v.x, v.y, hit.yaw_rates_after_rad_s[struck]];
         let ([x, y, yaw], time_s) = slid(body, 4e-6);
-        let way_m = (x * x + (y + offset_m).powi(2)).sqrt();
+        let distance_m = (x * x + (y + offset_m).powi(2)).sqrt();
         let apart_m = (end.position.x - x).hypot(end.position.y - y);
-        assert!(apart_m < 1e-4 * way_m, "struck {offset_m} m beside: {apart_m} m of {way_m} m");
+        assert!(apart_m < 1e-4 * distance_m, "struck {offset_m} m beside: {apart_m} m of {distance_m} m");
         assert!(
             (end.yaw_rad / yaw - 1.0).abs() < 2e-4,
             "struck {offset_m} m beside: {} rad, not {yaw}",

@@ -1,4 +1,4 @@
-//! Laws that every simulation obeys, whatever the pile.
+//! Laws that hold in every simulation of every pile.
 
 mod piles;
 
@@ -6,7 +6,7 @@ use breakshot::geometry::Pose;
 use breakshot::physics::Trajectory;
 use piles::{Pile, anything, depth_m, four_discs, four_shapes};
 
-/// The deepest overlap of any two bodies at times `step_s` apart: depth (m), time (s), the two.
+/// The deepest overlap of any two bodies at times in steps of `step_s`: depth (m), time (s), names.
 fn deepest(pile: &Pile, run: &Trajectory, step_s: f64) -> (f64, f64, String) {
     let mut bodies = pile.bodies();
     if pile.options.after_strike == breakshot::physics::AfterStrike::Retract {
@@ -34,20 +34,20 @@ fn deepest(pile: &Pile, run: &Trajectory, step_s: f64) -> (f64, f64, String) {
     worst
 }
 
-/// Deepest overlap at any time (m): what pressing contacts may sink in before they are looked at again.
+/// Greatest overlap at any time (m): sustained contacts penetrate by less before they are resolved.
 const DEEPEST_M: f64 = 2e-6;
 
 fn check_depth(seeds: std::ops::Range<u64>, pile: impl Fn(u64) -> Pile) {
     for seed in seeds {
         let pile = pile(seed);
         let run = pile.run();
-        let (depth, time_s, who) = deepest(&pile, &run, 5e-4);
-        assert!(depth < DEEPEST_M, "seed {seed}: {who} overlap by {} um at {time_s} s", depth * 1e6);
+        let (depth, time_s, names) = deepest(&pile, &run, 5e-4);
+        assert!(depth < DEEPEST_M, "seed {seed}: {names} overlap by {} um at {time_s} s", depth * 1e6);
     }
 }
 
 #[test]
-fn bodies_never_enter_each_other() {
+fn bodies_never_penetrate_each_other() {
     check_depth(0..20, four_discs);
     check_depth(0..20, four_shapes);
     check_depth(0..50, anything);
@@ -56,27 +56,27 @@ fn bodies_never_enter_each_other() {
 /// The ten thousand scenes of the validation; about ten minutes.
 #[test]
 #[ignore = "long: cargo test --release -- --ignored"]
-fn bodies_never_enter_each_other_in_ten_thousand_piles() {
+fn bodies_never_penetrate_each_other_in_ten_thousand_piles() {
     check_depth(1000..11_000, anything);
 }
 
 /// Rounding of a few thousand operations on millijoules.
-const LEDGER_J: f64 = 1e-9;
+const ENERGY_TOLERANCE_J: f64 = 1e-9;
 
 #[test]
-fn the_energy_ledger_closes() {
+fn work_minus_losses_is_zero() {
     for seed in 0..60 {
         for pile in [four_discs(seed), four_shapes(seed), anything(seed)] {
             let energy = pile.run().energy;
             let open =
                 energy.striker_work_j - energy.impact_loss_j - energy.friction_loss_j - energy.fallen_j;
-            assert!(open.abs() < LEDGER_J, "seed {seed}: {open} J of {energy:?}");
+            assert!(open.abs() < ENERGY_TOLERANCE_J, "seed {seed}: {open} J of {energy:?}");
         }
     }
 }
 
 #[test]
-fn no_impact_makes_energy() {
+fn no_impact_gains_energy() {
     for seed in 0..60 {
         for event in anything(seed).run().events {
             assert!(event.loss_j > -1e-12, "seed {seed}: {event:?}");

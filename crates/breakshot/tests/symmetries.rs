@@ -1,4 +1,4 @@
-//! What must not matter: names and order, where and how the table is turned, mirrors, units of mass, threads.
+//! Results do not depend on names, order, the pose of the table, reflection, the unit of mass, or the number of threads.
 
 mod piles;
 
@@ -73,32 +73,32 @@ fn names_and_order_change_not_one_bit() {
     }
 }
 
-/// The pile turned about the origin and shifted.
-fn turned(pile: &Pile, turn_rad: f64, shift: Vec2) -> Pile {
-    let frame = Pose { position: Point::ORIGIN + shift, yaw_rad: turn_rad };
+/// The pile rotated about the origin and shifted.
+fn rotated(pile: &Pile, rotation_rad: f64, shift: Vec2) -> Pile {
+    let frame = Pose { position: Point::ORIGIN + shift, yaw_rad: rotation_rad };
     let mut other = pile.clone();
     for placed in &mut other.scene.placed {
         placed.position_m = frame.table_from_body(placed.position_m);
-        placed.yaw_rad += turn_rad;
+        placed.yaw_rad += rotation_rad;
     }
     for wall in &mut other.scene.walls {
         (wall.from_m, wall.to_m) = (frame.table_from_body(wall.from_m), frame.table_from_body(wall.to_m));
     }
     other.strike.start_m = frame.table_from_body(other.strike.start_m);
-    other.strike.heading_rad += turn_rad;
+    other.strike.heading_rad += rotation_rad;
     other
 }
 
-/// How far two answers may differ (m): what the contact search leaves open, grown by a few impacts.
+/// Greatest difference of two results (m): the tolerance of the contact search, amplified by a few impacts.
 const SAME_M: f64 = 2e-6;
 
 #[test]
-fn turning_the_table_turns_the_answer() {
+fn rotating_the_table_rotates_the_result() {
     for seed in 0..25 {
         for pile in [four_discs(seed), four_shapes(seed), touching_discs(seed)] {
-            let (turn_rad, shift) = (0.3 + seed as f64, Vec2::new(0.11, -0.07));
-            let frame = Pose { position: Point::ORIGIN + shift, yaw_rad: turn_rad };
-            let (one, two) = (final_poses(&pile), final_poses(&turned(&pile, turn_rad, shift)));
+            let (rotation_rad, shift) = (0.3 + seed as f64, Vec2::new(0.11, -0.07));
+            let frame = Pose { position: Point::ORIGIN + shift, yaw_rad: rotation_rad };
+            let (one, two) = (final_poses(&pile), final_poses(&rotated(&pile, rotation_rad, shift)));
             for (name, pose) in one {
                 let off = frame.table_from_body(pose.position).distance(two[&name].position);
                 assert!(off < SAME_M, "seed {seed}: {name} is off by {off} m");
@@ -108,7 +108,7 @@ fn turning_the_table_turns_the_answer() {
 }
 
 #[test]
-fn a_mirror_mirrors_the_answer() {
+fn reflecting_the_pile_reflects_the_result() {
     for seed in 0..25 {
         for pile in [four_discs(seed), four_shapes(seed), touching_discs(seed)] {
             let mut other = pile.clone();
@@ -145,7 +145,7 @@ fn the_unit_of_mass_does_not_matter() {
 }
 
 #[test]
-fn what_lies_far_away_does_not_matter() {
+fn distant_objects_do_not_change_the_result() {
     for seed in 0..25 {
         for pile in [four_discs(seed), touching_discs(seed)] {
             let mut other = pile.clone();
@@ -161,12 +161,12 @@ fn what_lies_far_away_does_not_matter() {
     }
 }
 
-/// Piles made without sines, so that they are the same everywhere.
+/// Piles drawn without trigonometric functions, so that they are the same on every machine.
 fn plain_pile(seed: u64) -> Pile {
     let mut draw = draw(seed ^ 0x601D);
     let mut pile = Pile::new();
     for k in 0..6 {
-        let place = Pose::new(
+        let pose = Pose::new(
             0.09 * f64::from(k % 3) + draw.between(0.0, 0.008),
             0.09 * f64::from(k / 3) + draw.between(0.0, 0.008),
             draw.between(0.0, 1.5),
@@ -178,7 +178,7 @@ fn plain_pile(seed: u64) -> Pile {
                 points_m: vec![Point::new(-0.02, -0.02), Point::new(0.03, -0.01), Point::new(-0.01, 0.03)],
             },
         };
-        pile.add(shape, (draw.between(0.02, 0.2), draw.between(0.2, 0.5), draw.between(0.2, 0.9)), place);
+        pile.add(shape, (draw.between(0.02, 0.2), draw.between(0.2, 0.5), draw.between(0.2, 0.9)), pose);
     }
     pile.contact_friction(0.2);
     pile.strike.start_m = Point::new(-0.08, draw.between(-0.02, 0.1));
@@ -193,7 +193,7 @@ fn strikes(pile: &Pile) -> Vec<Strike> {
     (0..8).map(strike).collect()
 }
 
-/// The bits of a few hundred answers: a change of the physics changes them, and belongs into the changelog.
+/// Hash of the bits of a few hundred results; a change of the physics changes it and needs an entry in the changelog.
 const GOLDEN: u64 = 0x8de7_d03d_614d_9f8b;
 
 #[test]

@@ -1,4 +1,4 @@
-//! What falls off the table, and what enters where nothing should.
+//! Objects that fall off the table, and bodies that enter keep-out areas.
 
 mod piles;
 
@@ -23,7 +23,7 @@ fn one_disc() -> Pile {
     pile
 }
 
-fn open_j(run: &Trajectory) -> f64 {
+fn energy_balance_j(run: &Trajectory) -> f64 {
     let e = &run.energy;
     e.striker_work_j - e.impact_loss_j - e.friction_loss_j - e.fallen_j
 }
@@ -39,13 +39,13 @@ fn an_object_falls_when_its_centre_passes_the_edge() {
     assert!((fall.velocities_after_m_s[0].x - speed).abs() < 1e-9, "{fall:?}, not {speed} m/s");
     assert!((run.final_poses["o000"].position.x - 0.1).abs() < 1e-12, "{:?}", run.final_poses);
     assert!((run.energy.fallen_j - 0.05 * speed * speed).abs() < 1e-9, "{:?}", run.energy);
-    assert!(open_j(&run).abs() < 1e-9, "{} J", open_j(&run));
+    assert!(energy_balance_j(&run).abs() < 1e-9, "{} J", energy_balance_j(&run));
 }
 
 #[test]
 fn an_object_that_stops_before_the_edge_stays() {
-    let way_m = HIT_M_S * HIT_M_S / (2.0 * 0.25 * G);
-    for (edge_m, falls) in [(way_m + 1e-9, false), (way_m - 1e-9, true)] {
+    let distance_m = HIT_M_S * HIT_M_S / (2.0 * 0.25 * G);
+    for (edge_m, falls) in [(distance_m + 1e-9, false), (distance_m - 1e-9, true)] {
         let mut pile = one_disc();
         pile.scene.cell.table = Some(Table { outline_m: rectangle([-1.0, -1.0], [edge_m, 1.0]) });
         assert_eq!(
@@ -57,7 +57,7 @@ fn an_object_that_stops_before_the_edge_stays() {
 }
 
 #[test]
-fn what_has_fallen_is_in_nobodys_way() {
+fn a_fallen_object_collides_with_nothing() {
     let mut pile = one_disc();
     pile.add(disc(0.03), (0.05, 0.25, 0.7), Pose::new(0.2, 0.0, 0.0));
     pile.scene.cell.table = Some(Table { outline_m: rectangle([-1.0, -1.0], [0.1, 1.0]) });
@@ -66,7 +66,7 @@ fn what_has_fallen_is_in_nobodys_way() {
 }
 
 #[test]
-fn whoever_enters_an_area_is_reported_and_goes_on() {
+fn entering_an_area_is_recorded_and_changes_no_motion() {
     let free = one_disc().run();
     let mut pile = one_disc();
     pile.scene.keep_out = vec![KeepOut { points_m: rectangle([0.1, -0.1], [0.12, 0.1]) }];
@@ -79,11 +79,11 @@ fn whoever_enters_an_area_is_reported_and_goes_on() {
 }
 
 #[test]
-fn the_ledger_closes_with_objects_that_fall() {
+fn work_minus_losses_is_zero_with_objects_that_fall() {
     for seed in 0..40 {
         let mut pile = four_shapes(seed);
         pile.scene.cell.table = Some(Table { outline_m: rectangle([-0.3, -0.12], [0.15, 0.12]) });
         let run = pile.run();
-        assert!(open_j(&run).abs() < 1e-9, "seed {seed}: {} J", open_j(&run));
+        assert!(energy_balance_j(&run).abs() < 1e-9, "seed {seed}: {} J", energy_balance_j(&run));
     }
 }

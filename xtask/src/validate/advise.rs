@@ -150,7 +150,7 @@ fn object(name: &str, k: usize, dice: &mut Draw) -> Object {
     let marker =
         if block { Shape::Rectangle { size_m: [0.018, 0.009] } } else { Shape::Disc { radius_m: 0.01 } };
     let marker = Some(Marker::centred(marker));
-    Object { name: name.into(), shape, height_m: 0.04, marker, mass_kg: None }
+    Object { name: name.into(), shape, height_m: 0.04, marker, mass_kg: None, support: None }
 }
 
 fn cell() -> Cell {

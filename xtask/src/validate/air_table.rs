@@ -10,7 +10,7 @@ use breakshot::detect::{self, Track, Tracks};
 use breakshot::estimate::{self, ClipTracks, Options};
 use breakshot::geometry::{Point, Vec2};
 use breakshot::object::{Marker, Object, Shape};
-use breakshot::physics::{Encounter, ImpactLaw, Mover};
+use breakshot::physics::{ImpactBody, ImpactLaw, PairImpact};
 use breakshot::synthetic::campaign;
 use nalgebra::{Matrix3, Vector3};
 use std::path::Path;
@@ -100,8 +100,8 @@ fn unwound(last: Option<&Sample>, angle_rad: f64) -> f64 {
 /// Both pucks just before and just after their impact.
 #[derive(Clone, Debug)]
 pub(crate) struct Collision {
-    pub(crate) before: [Mover; 2],
-    pub(crate) after: [Mover; 2],
+    pub(crate) before: [ImpactBody; 2],
+    pub(crate) after: [ImpactBody; 2],
 }
 
 /// Velocities are read from so many seconds on either side.
@@ -128,7 +128,7 @@ pub(crate) fn collision(recording: &Recording) -> Result<Collision, String> {
         time_s -= (product / square).clamp(-STEP_S, STEP_S);
     }
     let [before, after] = fits.map(|side| {
-        let mover = |k: usize| Mover {
+        let mover = |k: usize| ImpactBody {
             mass_kg: MASS_KG[k],
             gyration_m: Shape::Disc { radius_m: RADIUS_M }.radius_of_gyration_m(),
             position: side[k].position,
@@ -201,13 +201,13 @@ impl Collision {
     }
 
     /// What the simulator makes of the impact.
-    fn predicted(&self, restitution: f64, friction: f64) -> Result<[Mover; 2], String> {
+    fn predicted(&self, restitution: f64, friction: f64) -> Result<[ImpactBody; 2], String> {
         let [a, b] = self.before;
         let between = b.position - a.position;
         let normal_ab = between.direction().ok_or("two pucks at one place")?;
         // The resting puck's rim; what is left of the distance is the other one's radius with its band.
         let point = b.position - normal_ab * RADIUS_M;
-        Encounter { point, normal_ab, restitution, friction, law: ImpactLaw::Stronge }
+        PairImpact { point, normal_ab, restitution, friction, law: ImpactLaw::Stronge }
             .after(self.before)
             .map_err(|e| e.to_string())
     }
@@ -220,7 +220,7 @@ impl Collision {
 
     /// How much of the slip between the rims comes back the other way.
     fn slip_regained(&self) -> f64 {
-        let slip = |[a, b]: &[Mover; 2]| {
+        let slip = |[a, b]: &[ImpactBody; 2]| {
             let normal = (b.position - a.position).direction().unwrap_or_default();
             let rims = (a.yaw_rate_rad_s + b.yaw_rate_rad_s) * RADIUS_M;
             (a.velocity - b.velocity).dot(normal.perpendicular()) + rims
@@ -344,6 +344,7 @@ fn estimated(recordings: &[Recording]) -> Result<Vec<Row>, String> {
         height_m: 0.01,
         marker: Some(Marker::centred(bar.clone())),
         mass_kg: None,
+        support: None,
     });
     let cell =
         Cell { camera: CameraSpec { exposure_s: Some(0.0), ..CameraSpec::default() }, ..campaign::cell() };

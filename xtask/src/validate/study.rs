@@ -12,7 +12,7 @@ use breakshot::files;
 use breakshot::geometry::Pose;
 use breakshot::object::{Shape, kind, pair_key};
 use breakshot::physics::{
-    Compliance, ContactForce, ImpactLaw, Options, Simulator, Spin, Stiffness, Touching, World,
+    Compliance, ContactForce, ImpactLaw, MultipleImpact, Options, Simulator, Spin, Stiffness, World,
 };
 use breakshot::properties::{ContactFriction, Properties};
 use breakshot::scene::{Scene, Strike};
@@ -69,8 +69,8 @@ impl Variant {
         Self { name: name.into(), true_inputs, options, contact_friction: None, on_rims: false }
     }
 
-    fn touching(name: &str, touching: Touching) -> Self {
-        let options = Options { touching, ..Options::default() };
+    fn multiple_impact(name: &str, multiple_impact: MultipleImpact) -> Self {
+        let options = Options { multiple_impact, ..Options::default() };
         Self { options, ..Self::new(name, TrueInputs::ALL) }
     }
 }
@@ -79,7 +79,7 @@ impl Variant {
 fn variants() -> Vec<Variant> {
     let none = TrueInputs::default();
     let springs = |contact_time_s: f64, force: ContactForce, stiffness: Stiffness| {
-        Touching::Compliant(Compliance { contact_time_s, force, stiffness, ..Compliance::default() })
+        MultipleImpact::Compliant(Compliance { contact_time_s, force, stiffness, ..Compliance::default() })
     };
     let soft = springs(LAB_CONTACT_S, ContactForce::Linear, Stiffness::SameContactTime);
     let mut all = vec![
@@ -90,17 +90,20 @@ fn variants() -> Vec<Variant> {
         Variant::new("true masses", TrueInputs { masses: true, ..none }),
         Variant::new("true contact friction", TrueInputs { contact_friction: true, ..none }),
         Variant::new("all true", TrueInputs::ALL),
-        Variant::touching("all true; impacts one by one", Touching::Pairwise),
-        Variant::touching("all true; linear springs", springs(1e-4, ContactForce::Linear, Stiffness::Same)),
-        Variant::touching(
+        Variant::multiple_impact("all true; impacts one by one", MultipleImpact::Pairwise),
+        Variant::multiple_impact(
+            "all true; linear springs",
+            springs(1e-4, ContactForce::Linear, Stiffness::Same),
+        ),
+        Variant::multiple_impact(
             "all true; Hertz, contacts of 1 ms",
             springs(LAB_CONTACT_S, ContactForce::Hertz, Stiffness::Same),
         ),
-        Variant::touching(
+        Variant::multiple_impact(
             "all true; linear, every contact 0.1 ms",
             springs(1e-4, ContactForce::Linear, Stiffness::SameContactTime),
         ),
-        Variant::touching("all true; linear, every contact 1 ms", soft),
+        Variant::multiple_impact("all true; linear, every contact 1 ms", soft),
     ];
     for friction in [0.0, 0.1, 0.2, 0.3] {
         let name = format!("all true; contact friction {friction}");
@@ -114,7 +117,10 @@ fn variants() -> Vec<Variant> {
         on_rims: true,
         ..Variant::new("all true; pressed on rims and corners", TrueInputs::ALL)
     });
-    all.push(Variant { on_rims: true, ..Variant::touching("all true; rims and every contact 1 ms", soft) });
+    all.push(Variant {
+        on_rims: true,
+        ..Variant::multiple_impact("all true; rims and every contact 1 ms", soft)
+    });
     all
 }
 
@@ -228,9 +234,9 @@ fn distance_errors_mm(film: &Film, variant: &Variant, sources: &Sources) -> Resu
     let properties = properties(sources, variant, film.clip.friction_scale);
     let mut world = World::new(&scene, &properties, &variant.options).map_err(|e| e.to_string())?;
     if variant.on_rims {
-        for (index, placed) in scene.placed.iter().enumerate() {
+        for placed in &scene.placed {
             let shape = &scene.object(&placed.object).map_err(|e| e.to_string())?.shape;
-            world.set_support_arm(index, rim_arm_m(shape)).map_err(|e| e.to_string())?;
+            world.set_support_arm(&placed.object, rim_arm_m(shape)).map_err(|e| e.to_string())?;
         }
     }
     let outcome = Simulator::new().run(&world, &film.strike).map_err(|e| e.to_string())?;

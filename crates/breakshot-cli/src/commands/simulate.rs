@@ -14,7 +14,7 @@ pub(crate) fn run(args: &SimulateArgs) -> Result<Outcome> {
     let SimulationInputs { scene, properties, outcome, .. } =
         inputs(&args.scene, &args.properties, &args.assumptions)?;
     let strike = files::load_strike(&args.strike)?;
-    let trajectory = physics::trajectory(&scene, &properties, &strike, &physics::Options::default())?;
+    let trajectory = physics::trajectory(&scene, &properties, &strike, &args.laws.options())?;
     console::warn(&trajectory.notes);
     files::write_json(&args.output, &trajectory)?;
     if args.json {

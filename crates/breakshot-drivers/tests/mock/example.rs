@@ -23,6 +23,7 @@ pub fn scene() -> Scene {
         height_m: 0.04,
         marker: None,
         mass_kg: None,
+        support: None,
     };
     Scene {
         cell,

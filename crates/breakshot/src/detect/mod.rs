@@ -66,7 +66,7 @@ impl std::fmt::Debug for Options<'_> {
 /// let cell = Cell::from_above(1000.0, Workspace::centred([0.3, 0.2]), Striker::rod(0.01, [0.1, 1.0]));
 /// let marker = Some(Marker::centred(Shape::Disc { radius_m: 0.01 }));
 /// let shape = Shape::Disc { radius_m: 0.03 };
-/// let puck = Object { name: "puck".into(), shape, height_m: 0.02, marker, mass_kg: None };
+/// let puck = Object { name: "puck".into(), shape, height_m: 0.02, marker, mass_kg: None, support: None };
 /// let blank = GreyImage { width: 640, height: 400, pixels: vec![0; 640 * 400] };
 /// let view = View::new(camera("drawn", &[&blank], &cell)?);
 /// let frames = film(&view, &[0.00, 0.02], |t| Thing::object(&puck, Pose::new(0.05 + 0.5 * t, 0.03, 0.0)).to_vec());

@@ -1,23 +1,23 @@
-//! Turning vectors, with a sine and cosine that give the same bits on every machine.
+//! Rotations and lengths of vectors whose bits are the same on every machine.
 
 use crate::geometry::Vec2;
 use std::f64::consts::FRAC_2_PI;
 
-/// A turn in the plane: `table_from_body` for directions.
+/// A rotation in the plane, such as `table_from_body` for directions.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Rotation {
     cos: f64,
     sin: f64,
 }
 
-/// Pi/2 cut into two parts, the first with so few digits that its small multiples are exact (Cody and Waite).
+/// Pi/2 as a sum of two numbers, the first with so few digits that its small multiples are exact (Cody and Waite 1980).
 const HALF_PI_HIGH: f64 = 1.570_796_326_734_125_6;
 const HALF_PI_LOW: f64 = 6.077_100_506_506_192e-11;
-/// Adding and taking away 1.5 * 2^52 rounds to the nearest whole number.
+/// Adding and subtracting 1.5 * 2^52 rounds to the nearest integer.
 const ROUNDING: f64 = 6_755_399_441_055_744.0;
 
 impl Rotation {
-    /// The turn by an angle (rad); good to 2e-16 up to a hundred thousand turns.
+    /// The rotation by an angle (rad); error below 5e-16 up to a hundred thousand revolutions.
     ///
     /// Polynomials of fdlibm's `k_sin.c` and `k_cos.c` on [-pi/4, pi/4].
     pub(crate) fn new(angle_rad: f64) -> Self {
@@ -43,23 +43,28 @@ impl Rotation {
         }
     }
 
-    /// The turn that leads from another's frame to this one's: `other.turned_back(self.turned(v))` in one.
-    pub(crate) fn seen_from(self, other: Self) -> Self {
+    /// The rotation from this frame to another: `other.apply_inverse(self.apply(v))` in one step.
+    pub(crate) fn relative_to(self, other: Self) -> Self {
         Self {
             cos: self.cos * other.cos + self.sin * other.sin,
             sin: self.sin * other.cos - self.cos * other.sin,
         }
     }
 
-    /// A vector turned counter-clockwise.
-    pub(crate) fn turned(self, v: Vec2) -> Vec2 {
+    /// The vector rotated counter-clockwise by the angle.
+    pub(crate) fn apply(self, v: Vec2) -> Vec2 {
         Vec2::new(self.cos * v.x - self.sin * v.y, self.sin * v.x + self.cos * v.y)
     }
 
-    /// A vector turned the other way.
-    pub(crate) fn turned_back(self, v: Vec2) -> Vec2 {
+    /// The vector rotated clockwise by the angle.
+    pub(crate) fn apply_inverse(self, v: Vec2) -> Vec2 {
         Vec2::new(self.cos * v.x + self.sin * v.y, self.cos * v.y - self.sin * v.x)
     }
+}
+
+/// The length of a vector; faster than `hypot` because it does not guard against overflow.
+pub(crate) fn length(v: Vec2) -> f64 {
+    v.length_squared().sqrt()
 }
 
 #[cfg(test)]
@@ -67,11 +72,11 @@ mod tests {
     use super::*;
 
     #[test]
-    fn sine_and_cosine_are_those_of_the_platform() {
+    fn sine_and_cosine_equal_those_of_the_platform() {
         for k in -200_000..200_000 {
             let angle_rad = f64::from(k) * 0.001_37;
-            let turn = Rotation::new(angle_rad);
-            let error = (turn.cos - angle_rad.cos()).abs().max((turn.sin - angle_rad.sin()).abs());
+            let rotation = Rotation::new(angle_rad);
+            let error = (rotation.cos - angle_rad.cos()).abs().max((rotation.sin - angle_rad.sin()).abs());
             assert!(error < 5e-16, "{angle_rad} rad: off by {error}");
         }
     }

@@ -1,221 +1,316 @@
-//! What is on the table, ready to be simulated many times.
+//! What is on the table, checked once and ready to be simulated many times?
 //!
-//! A [`World`] holds everything that stays the same from strike to strike.  Bodies are kept in the order of their places
-//! (x, then y), so that the answer does not depend, to the last bit, on the order in which objects are listed.
+//! A [`World`] holds everything that is the same for all strikes.  Bodies are sorted by position (x, then y), so that the
+//! result does not depend, to the last bit, on the order in which objects are listed.
 
-use super::contact::witness;
-use super::rotation::Rotation;
-use super::{GRAVITY_M_S2, Options};
 use crate::error::{Error, Result};
 use crate::geometry::{Point, Pose, Vec2};
-use crate::object::{self, Shape, kind, polygon_area_m2};
-use crate::physics::contact::broadphase::{Circle, Circles};
-use crate::physics::contact::compound_shape::{Laid, Plate};
-use crate::physics::sliding::body::Body;
-use crate::physics::sliding::limit_surface::{Hold, Pressure, Surface};
+use crate::object::positive;
+use crate::physics::bodies::{
+    Material, ShapeCache, area_body, counter_clockwise, inverse_inertia, wall_body,
+};
+use crate::physics::contact::broadphase::{Circle, CircleSet};
+use crate::physics::contact::distance::gap_m;
+use crate::physics::options::{MultipleImpact, Options};
+use crate::physics::pair_coefficients::{Coefficients, Kinds};
+use crate::physics::sliding::body::{Body, STRIKER};
 use crate::physics::sliding::motion::Motion;
-use crate::physics::sliding::patch_friction::{PATCH_RADIUS_PER_ARM, mean_arm_m};
+use crate::physics::sliding::patch_friction::{GRAVITY_M_S2, PATCH_RADIUS_PER_ARM};
 use crate::physics::sliding::slide_curve::SlideCurve;
-use crate::properties::{ContactFriction, Properties};
-use crate::scene::{Scene, Strike, Wall};
+use crate::properties::Properties;
+use crate::scene::{Scene, Strike};
 use std::sync::Arc;
 
-/// How two kinds of bodies hit each other.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(crate) struct Coefficients {
-    pub(crate) restitution: f64,
-    pub(crate) friction: f64,
-}
-
-/// A pile, its properties and the table, checked and ready.
+/// A pile, its properties and the table, validated.
+///
+/// The example strikes one disc and compares where it stops with the closed form `((1 + e) v)^2 / (2 mu g)`.
+///
+/// ```
+/// use breakshot::cell::{Cell, Striker, Workspace};
+/// use breakshot::geometry::Point;
+/// use breakshot::physics::{GRAVITY_M_S2, Options, Simulator, World};
+/// # use breakshot::object::{Marker, Object, Shape};
+/// # use breakshot::properties::{ContactFriction, Properties};
+/// # use breakshot::scene::{Goal, Placed, Scene, Strike};
+/// # use breakshot::uncertain::Estimate;
+/// # let (e, friction, radius_m) = (0.5, 0.3, 0.05);
+/// # let shape = Shape::Disc { radius_m };
+/// # let disc: Object = toml::from_str("name = 'a'\nheight_m = 0.03\nshape = { disc = { radius_m = 0.05 } }").unwrap();
+/// # let cell = Cell::from_above(1000.0, Workspace::centred([2.0, 2.0]), Striker::rod(0.015, [0.01, 2.0]));
+/// # let placed = vec![Placed { object: "a".into(), position_m: Point::ORIGIN, yaw_rad: 0.0 }];
+/// # let scene = Scene { cell, objects: vec![disc], observed_unix_s: None, placed, walls: vec![], keep_out: vec![], goal: Goal::default() };
+/// # let none = Some(Estimate::exact(0.0));
+/// # let mut properties = Properties { version: 1, reference: "a".into(), contact_friction: ContactFriction { objects: none, striker: none }, ..Properties::default() };
+/// # properties.friction.insert("a".into(), Estimate::exact(friction));
+/// # properties.mass_ratio.insert("a".into(), Estimate::exact(1.0));
+/// # properties.striker_restitution.insert("a".into(), Estimate::exact(e));
+/// # let strike = Strike { start_m: Point::new(-0.2, 0.0), speed_m_s: 0.6, travel_m: 0.136, ..Strike::default() };
+/// let world = World::new(&scene, &properties, &Options::default())?;
+/// let outcome = Simulator::new().run(&world, &strike)?;
+///
+/// let launch_m_s = (1.0 + e) * strike.speed_m_s;
+/// let stop_m = launch_m_s.powi(2) / (2.0 * friction * GRAVITY_M_S2);
+/// assert!((outcome.poses[0].position.x - stop_m).abs() < 1e-9, "metres");
+/// # Ok::<(), breakshot::Error>(())
+/// ```
 #[derive(Clone, Debug)]
 pub struct World {
+    /// Names of the objects, in the order in which the scene places them.
     pub(crate) names: Vec<String>,
-    /// The body of each object, in the order in which the scene places them.
+    /// Body index of each object, in the same order.
     pub(crate) body_of: Vec<usize>,
-    /// The striker first, then the objects in order of place, then the walls, then the areas to keep out of.
+    /// The striker first, then the objects sorted by position, then the walls, then the keep-out areas.
     pub(crate) bodies: Vec<Body>,
-    /// How many bodies are objects.
+    /// Number of bodies that are objects.
     pub(crate) objects: usize,
-    /// Where the areas to keep out of begin among the bodies: they tell who enters and stop nobody.
+    /// Index of the first keep-out area among the bodies; areas report who enters and stop nothing.
     pub(crate) areas: usize,
-    /// The table's edge, counter-clockwise; empty: the table has no end.
+    /// The table's edge, counter-clockwise; empty for a table without edges.
     pub(crate) edge: Vec<Point>,
-    /// Whether any object's way can bend.
-    pub(crate) bends: bool,
-    /// How every strike begins.
+    /// Whether any object can slide along a curved path.
+    pub(crate) has_curved_paths: bool,
+    /// The state at the start of every strike.
     pub(crate) start: Start,
-    pub(crate) coefficients: Vec<Coefficients>,
-    pub(crate) kinds: usize,
     pub(crate) retract_speed_m_s: f64,
     pub(crate) options: Options,
+    /// Assumptions that a user should know about.
     pub(crate) notes: Vec<String>,
-    shapes: Shapes,
+    kinds: Kinds,
+    /// Coefficients of all pairs of kinds, row by row.
+    coefficients: Vec<Coefficients>,
+    /// Mass of the reference object (kg), or 1 if it was not weighed.
+    mass_unit_kg: f64,
+    /// Radius of gyration of each object (m), in the order of the names.
+    gyrations_m: Vec<f64>,
 }
 
-/// All bodies at rest where they lie; the striker's entry stands for its outline at the origin.
+/// All bodies at rest at their poses, and the circles around them; the striker's entry is its outline at the origin.
 #[derive(Clone, Debug)]
 pub(crate) struct Start {
     pub(crate) motions: Vec<Motion>,
-    pub(crate) circles: Circles,
+    pub(crate) circles: CircleSet,
 }
 
 impl Start {
     fn new(bodies: &[Body]) -> Self {
         let motions: Vec<Motion> = bodies.iter().map(|b| Motion::rest(b.pose, 0.0)).collect();
-        let circles = Circles::new(bodies, &motions);
+        let circles = CircleSet::new(bodies, &motions);
         Self { motions, circles }
     }
 }
 
-/// The striker's index among the bodies.
-pub(crate) const STRIKER: usize = 0;
+/// One sample of what is uncertain about a world: the same objects at other poses, with other properties.
+#[derive(Clone, Copy, Debug)]
+pub struct Perturbation<'a> {
+    /// Pose of each object, in the order of [`World::names`].
+    pub poses: &'a [Pose],
+    /// Properties of the same objects and pairs; every value must be physically possible, it is not checked again.
+    pub properties: &'a Properties,
+    /// Resolution of contacts that close at the same time.
+    pub multiple_impact: MultipleImpact,
+}
 
 impl World {
-    /// The world of a scene whose objects have these properties.
+    /// The world of a scene and the properties of its objects.
     ///
-    /// Masses are mass ratios times the reference object's weighed mass, or times one where nobody weighed it.
+    /// Masses are mass ratios times the weighed mass of the reference object, or times 1 if it was not weighed.
     ///
     /// # Errors
-    /// Scenes and properties that cannot be, objects that overlap, properties that were never measured.
+    /// Impossible scenes, properties or options, overlapping objects, properties that were never measured.
     pub fn new(scene: &Scene, properties: &Properties, options: &Options) -> Result<Self> {
-        Self::made_of(scene, properties, options, Shapes::default())
-    }
-
-    /// The world of another scene; what its objects share with this world's (outlines, slide curves) is used again.
-    ///
-    /// # Errors
-    /// As [`World::new`].
-    pub fn again(&self, scene: &Scene, properties: &Properties, options: &Options) -> Result<Self> {
-        let shapes =
-            if options.surface == self.options.surface { self.shapes.clone() } else { Shapes::default() };
-        Self::made_of(scene, properties, options, shapes)
-    }
-
-    fn made_of(
-        scene: &Scene,
-        properties: &Properties,
-        options: &Options,
-        mut shapes: Shapes,
-    ) -> Result<Self> {
         scene.check("scene")?;
         properties.check("properties")?;
         options.check()?;
         let mut notes = Vec::new();
-        let unit_kg = mass_unit_kg(scene, properties, &mut notes);
-        shapes.surface = options.surface;
-        shapes.pressure = Pressure::default();
+        let mass_unit_kg = mass_unit_kg(scene, properties, &mut notes);
+
+        // The striker
+        let mut shapes = ShapeCache::new(options.surface);
         scene.cell.striker.shape.clone().check_and_centre("striker")?;
-        let mut bodies = vec![fixed_body(&mut shapes, &scene.cell.striker.shape, Pose::default(), 0)];
+        let mut bodies = vec![shapes.striker(&scene.cell.striker.shape)];
         if let Some(mass_kg) = options.striker_mass_kg {
             bodies[STRIKER].inverse_mass = 1.0 / mass_kg;
         }
-        let kinds = kinds_of(scene);
-        let mut order: Vec<usize> = (0..scene.placed.len()).collect();
-        order.sort_by(|&i, &k| by_place(&scene.placed[i].pose(), &scene.placed[k].pose()));
-        let mut body_of = vec![0; order.len()];
-        for &i in &order {
-            let placed = &scene.placed[i];
+
+        // Objects, sorted by position
+        let kinds = Kinds::of(scene);
+        let poses: Vec<Pose> = scene.placed.iter().map(crate::scene::Placed::pose).collect();
+        let mut body_of = vec![0; poses.len()];
+        let mut gyrations_m = vec![0.0; poses.len()];
+        for i in sorted_by_position(&poses) {
+            let name = &scene.placed[i].object;
             body_of[i] = bodies.len();
-            let mass = properties.mass_ratio(&placed.object)?.mean * unit_kg;
-            let friction = properties.friction(&placed.object)?.mean;
-            let kind = 1 + kinds.iter().position(|k| *k == kind(&placed.object)).unwrap_or(0);
-            let shape = &scene.object(&placed.object)?.shape;
-            shape.clone().check_and_centre(&format!("object `{}`", placed.object))?;
-            shapes.pressure = options.pressure.get(object::kind(&placed.object)).cloned().unwrap_or_default();
-            bodies.push(shapes.body(shape, placed.pose(), (mass, friction), kind));
+            let object = scene.object(name)?;
+            let owner = format!("object `{name}`");
+            object.shape.clone().check_and_centre(&owner)?;
+            if let Some(support) = &object.support {
+                support.clone().check(&owner, Vec2::ZERO)?;
+            }
+            gyrations_m[i] = object.shape.radius_of_gyration_m();
+            let material = Material {
+                shape: &object.shape,
+                support: object.support.as_ref(),
+                mass: properties.mass_ratio(name)?.mean * mass_unit_kg,
+                friction: properties.friction(name)?.mean,
+            };
+            bodies.push(shapes.body(material, poses[i], kinds.row_of_object(name)));
         }
+
+        // Walls and keep-out areas
         for (k, wall) in scene.walls.iter().enumerate() {
-            bodies.push(wall_body(wall, 1 + kinds.len() + k, &bodies[STRIKER]));
+            bodies.push(wall_body(wall, kinds.row_of_wall(k), &bodies[STRIKER]));
         }
         let areas = bodies.len();
-        bodies.extend(
-            scene.keep_out.iter().map(|k| area_body(&k.points_m, &bodies[STRIKER])).collect::<Vec<_>>(),
-        );
-        let coefficients = coefficients(scene, properties, &kinds, &mut notes)?;
+        for area in &scene.keep_out {
+            bodies.push(area_body(&area.points_m, &bodies[STRIKER]));
+        }
+
         let world = Self {
             names: scene.placed.iter().map(|p| p.object.clone()).collect(),
-            objects: order.len(),
+            objects: body_of.len(),
             areas,
-            bends: bodies.iter().any(|b| b.hold.is_some()),
+            has_curved_paths: bodies.iter().any(|b| b.limit_surface.is_some()),
             edge: scene.cell.table.as_ref().map_or_else(Vec::new, |t| counter_clockwise(&t.outline_m)),
             body_of,
             start: Start::new(&bodies),
             bodies,
-            kinds: 1 + kinds.len() + scene.walls.len(),
-            coefficients,
+            coefficients: kinds.table(properties, &mut notes)?,
+            kinds,
             retract_speed_m_s: scene.cell.striker.retract_speed_m_s,
             options: options.clone(),
             notes,
-            shapes,
+            mass_unit_kg,
+            gyrations_m,
         };
         world.check_overlaps()?;
         Ok(world)
     }
 
-    /// The same world with other properties: outlines and slide curves are used again.  `scene` is the one that it was
-    /// made of.
+    /// The same objects at other poses and with other properties; outlines, friction tables, walls and names are shared.
+    ///
+    /// Equal to [`World::new`] with the changed scene to the last bit, but scene and property values are not validated
+    /// again, and the notes are those of this world.
     ///
     /// # Errors
-    /// Properties that cannot be or were never measured.
-    pub fn with_properties(&self, scene: &Scene, properties: &Properties) -> Result<Self> {
-        properties.check("properties")?;
-        let mut world = self.clone();
-        world.notes.clear();
-        let unit_kg = mass_unit_kg(scene, properties, &mut world.notes);
-        for (placed, &body) in scene.placed.iter().zip(&self.body_of) {
-            let body = &mut world.bodies[body];
-            let inverse_mass = 1.0 / (properties.mass_ratio(&placed.object)?.mean * unit_kg);
-            body.inverse_inertia *= inverse_mass / body.inverse_mass;
-            body.inverse_mass = inverse_mass;
-            body.grip_m_s2 = properties.friction(&placed.object)?.mean * GRAVITY_M_S2;
+    /// Objects that overlap, a number of poses that is not that of the objects, properties that were never measured.
+    pub fn perturbed(&self, sample: &Perturbation) -> Result<Self> {
+        let Perturbation { poses, properties, multiple_impact } = *sample;
+        if poses.len() != self.objects {
+            let needed = format!("{} poses, one for each object", self.objects);
+            return Err(Error::invalid("perturbation", "poses", poses.len(), needed));
         }
-        world.coefficients = coefficients(scene, properties, &kinds_of(scene), &mut world.notes)?;
+        let mut bodies = Vec::with_capacity(self.bodies.len());
+        bodies.push(self.bodies[STRIKER].clone());
+        let mut body_of = vec![0; poses.len()];
+        for i in sorted_by_position(poses) {
+            body_of[i] = bodies.len();
+            let mass = properties.mass_ratio(&self.names[i])?.mean * self.mass_unit_kg;
+            bodies.push(Body {
+                pose: poses[i],
+                inverse_mass: 1.0 / mass,
+                inverse_inertia: inverse_inertia(mass, self.gyrations_m[i]),
+                friction_deceleration_m_s2: properties.friction(&self.names[i])?.mean * GRAVITY_M_S2,
+                ..self.bodies[self.body_of[i]].clone()
+            });
+        }
+        bodies.extend_from_slice(&self.bodies[1 + self.objects..]);
+        let world = Self {
+            names: self.names.clone(),
+            body_of,
+            start: Start::new(&bodies),
+            bodies,
+            edge: self.edge.clone(),
+            options: Options { multiple_impact, ..self.options.clone() },
+            notes: self.notes.clone(),
+            kinds: self.kinds.clone(),
+            coefficients: self.kinds.table(properties, &mut Vec::new())?,
+            gyrations_m: self.gyrations_m.clone(),
+            ..*self
+        };
+        world.check_overlaps()?;
         Ok(world)
     }
 
-    /// The objects' names, in the order in which the scene places them.
+    /// The same objects at the same poses with other properties.
+    ///
+    /// # Errors
+    /// Properties that are impossible or were never measured.
+    pub fn with_properties(&self, properties: &Properties) -> Result<Self> {
+        properties.check("properties")?;
+        let mut world = self.clone();
+        for (name, &body) in self.names.iter().zip(&self.body_of) {
+            let body = &mut world.bodies[body];
+            let inverse_mass = 1.0 / (properties.mass_ratio(name)?.mean * self.mass_unit_kg);
+            body.inverse_inertia *= inverse_mass / body.inverse_mass;
+            body.inverse_mass = inverse_mass;
+            body.friction_deceleration_m_s2 = properties.friction(name)?.mean * GRAVITY_M_S2;
+        }
+        world.coefficients = self.kinds.table(properties, &mut Vec::new())?;
+        Ok(world)
+    }
+
+    /// The names of the objects, in the order in which the scene places them.
     pub fn names(&self) -> &[String] {
         &self.names
     }
 
-    /// Changes the contact friction of two kinds of objects, given as indices into [`World::names`].
-    pub fn set_contact_friction(&mut self, one: usize, other: usize, friction: f64) {
-        self.change(self.body_of[one], self.body_of[other], |c| c.friction = friction);
-    }
-
-    /// Changes the contact friction of a kind of object with the striker.
-    pub fn set_striker_contact_friction(&mut self, object: usize, friction: f64) {
-        self.change(self.body_of[object], STRIKER, |c| c.friction = friction);
-    }
-
-    /// Changes how an object stands on the table: the mean distance of its support from the centroid (m), for supports that
-    /// are not the whole outline, such as feet or a rim.
+    /// Sets the contact friction between the kinds of two objects.
     ///
     /// # Errors
-    /// A distance that is not a positive number.
-    pub fn set_support_arm(&mut self, object: usize, mean_arm_m: f64) -> Result<()> {
-        crate::object::positive(&self.names[object], "mean_arm_m", mean_arm_m)?;
-        let body = &mut self.bodies[self.body_of[object]];
+    /// A name that is not in the scene, a friction that is negative or not a number.
+    pub fn set_contact_friction(&mut self, one: &str, other: &str, friction: f64) -> Result<()> {
+        let bodies = [self.body(one)?, self.body(other)?];
+        self.set_pair_friction(bodies, friction)
+    }
+
+    /// Sets the contact friction between the striker and a kind of object.
+    ///
+    /// # Errors
+    /// A name that is not in the scene, a friction that is negative or not a number.
+    pub fn set_striker_contact_friction(&mut self, object: &str, friction: f64) -> Result<()> {
+        let bodies = [self.body(object)?, STRIKER];
+        self.set_pair_friction(bodies, friction)
+    }
+
+    /// Sets the mean distance of an object's support from its centroid (m), which gives its greatest friction torque.
+    ///
+    /// # Errors
+    /// A name that is not in the scene, a distance that is not a positive number.
+    pub fn set_support_arm(&mut self, object: &str, mean_arm_m: f64) -> Result<()> {
+        positive(object, "mean_arm_m", mean_arm_m)?;
+        let index = self.body(object)?;
+        let body = &mut self.bodies[index];
         body.patch_radius_m = PATCH_RADIUS_PER_ARM * mean_arm_m;
         let gyration_m2 = body.inverse_mass / body.inverse_inertia;
         body.curve = Arc::new(SlideCurve::new(gyration_m2 / body.patch_radius_m.powi(2)));
         Ok(())
     }
 
-    fn change(&mut self, a: usize, b: usize, change: impl Fn(&mut Coefficients)) {
-        let (a, b) = (self.bodies[a].kind, self.bodies[b].kind);
-        change(&mut self.coefficients[a * self.kinds + b]);
-        if a != b {
-            change(&mut self.coefficients[b * self.kinds + a]);
+    /// The body of a placed object.
+    fn body(&self, object: &str) -> Result<usize> {
+        let index = self.names.iter().position(|name| name == object);
+        index.map(|k| self.body_of[k]).ok_or_else(|| {
+            let needed = format!("one of {}", self.names.join(", "));
+            Error::invalid("scene", "object", format!("`{object}`"), needed)
+        })
+    }
+
+    fn set_pair_friction(&mut self, bodies: [usize; 2], friction: f64) -> Result<()> {
+        crate::object::zero_or_more("world", "contact friction", friction, "")?;
+        let [a, b] = bodies.map(|body| self.bodies[body].kind);
+        let count = self.kinds.count();
+        for index in [a * count + b, b * count + a] {
+            self.coefficients[index].friction = friction;
         }
+        Ok(())
     }
 
+    /// Restitution and contact friction of two bodies.
     pub(crate) fn coefficients(&self, a: usize, b: usize) -> Coefficients {
-        self.coefficients[self.bodies[a].kind * self.kinds + self.bodies[b].kind]
+        self.coefficients[self.bodies[a].kind * self.kinds.count() + self.bodies[b].kind]
     }
 
-    /// What a body is called.
+    /// The name of a body: an object, `striker`, `walls[k]` or `keep_out[k]`.
     pub(crate) fn name(&self, body: usize) -> String {
         match self.body_of.iter().position(|&k| k == body) {
             Some(k) => self.names[k].clone(),
@@ -225,7 +320,7 @@ impl World {
         }
     }
 
-    /// Overlaps of more than [`OVERLAP_TOLERANCE_M`] are errors that name both objects.
+    /// An error that names both objects where two overlap by more than [`OVERLAP_TOLERANCE_M`].
     fn check_overlaps(&self) -> Result<()> {
         for a in 1..=self.objects {
             for b in a + 1..self.areas {
@@ -242,14 +337,14 @@ impl World {
         Ok(())
     }
 
-    /// An error unless the striker starts clear of everything.
+    /// An error unless the striker starts clear of all objects and walls.
     pub(crate) fn check_strike(&self, strike: &Strike) -> Result<()> {
         strike.check("strike")?;
         let pose = Pose { position: strike.start_m, yaw_rad: strike.heading_rad };
         let striker = &self.bodies[STRIKER];
-        let circle = Circle { centre: pose.position, radius_m: striker.plate.outer_radius_m };
+        let circle = Circle { centre: pose.position, radius_m: striker.shape.outer_radius_m };
         let mut inside = None;
-        self.start.circles.near(circle, |b| {
+        self.start.circles.for_each_overlap(circle, |b| {
             if inside.is_none() && (1..self.areas).contains(&b) {
                 let gap_m = gap_m((striker, pose), (&self.bodies[b], self.bodies[b].pose));
                 inside = (gap_m < -OVERLAP_TOLERANCE_M).then_some((b, gap_m));
@@ -261,45 +356,21 @@ impl World {
     }
 }
 
-/// What a camera cannot see (m): placed objects may overlap by this much.
+/// Overlap of placed objects that is accepted (m): the precision of poses seen by a camera.
 const OVERLAP_TOLERANCE_M: f64 = 1e-3;
 
-/// How far apart two plates are (m), negative if they overlap.
-pub(crate) fn gap_m(a: (&Body, Pose), b: (&Body, Pose)) -> f64 {
-    let reach = a.0.plate.outer_radius_m + b.0.plate.outer_radius_m;
-    let circles_m = (a.1.position - b.1.position).length() - reach;
-    if circles_m > 0.0 && !a.0.plate.parts.is_empty() && circles_m > reach {
-        return circles_m;
-    }
-    let mut least = f64::INFINITY;
-    for part_a in &a.0.plate.parts {
-        let laid_a = Laid { part: part_a, origin: a.1.position, rotation: Rotation::new(a.1.yaw_rad) };
-        for part_b in &b.0.plate.parts {
-            let laid_b = Laid { part: part_b, origin: b.1.position, rotation: Rotation::new(b.1.yaw_rad) };
-            least = least.min(witness(&laid_a, &laid_b).gap_m);
-        }
-    }
-    least
+/// The indices of poses in the order of x, then y, then yaw.
+fn sorted_by_position(poses: &[Pose]) -> Vec<usize> {
+    let key = |i: usize| [poses[i].position.x, poses[i].position.y, poses[i].yaw_rad];
+    let mut order: Vec<usize> = (0..poses.len()).collect();
+    order.sort_by(|&i, &k| {
+        let differences = key(i).into_iter().zip(key(k)).map(|(x, y)| x.total_cmp(&y));
+        differences.into_iter().find(|o| o.is_ne()).unwrap_or(std::cmp::Ordering::Equal)
+    });
+    order
 }
 
-fn by_place(a: &Pose, b: &Pose) -> std::cmp::Ordering {
-    let key = |p: &Pose| [p.position.x, p.position.y, p.yaw_rad];
-    key(a)
-        .into_iter()
-        .zip(key(b))
-        .map(|(x, y)| x.total_cmp(&y))
-        .find(|o| o.is_ne())
-        .unwrap_or(std::cmp::Ordering::Equal)
-}
-
-fn kinds_of(scene: &Scene) -> Vec<&str> {
-    let mut kinds: Vec<&str> = scene.placed.iter().map(|p| kind(&p.object)).collect();
-    kinds.sort_unstable();
-    kinds.dedup();
-    kinds
-}
-
-/// The reference object's weighed mass; one where nobody weighed it.
+/// The weighed mass of the reference object (kg); 1, with a note, if it was not weighed.
 fn mass_unit_kg(scene: &Scene, properties: &Properties, notes: &mut Vec<String>) -> f64 {
     let weighed = scene.objects.iter().find(|o| o.name == properties.reference).and_then(|o| o.mass_kg);
     weighed.unwrap_or_else(|| {
@@ -309,133 +380,4 @@ fn mass_unit_kg(scene: &Scene, properties: &Properties, notes: &mut Vec<String>)
         ));
         1.0
     })
-}
-
-fn fixed_body(shapes: &mut Shapes, shape: &Shape, pose: Pose, kind: usize) -> Body {
-    Body { inverse_mass: 0.0, inverse_inertia: 0.0, ..shapes.body(shape, pose, (1.0, 1.0), kind) }
-}
-
-/// A wall is a body about its middle that nothing moves.
-fn wall_body(wall: &Wall, kind: usize, like: &Body) -> Body {
-    let half = (wall.to_m - wall.from_m) * 0.5;
-    let pose = Pose { position: wall.from_m + half, yaw_rad: 0.0 };
-    let plate = Arc::new(Plate::segment(Point::ORIGIN - half, Point::ORIGIN + half));
-    Body { plate, pose, inverse_mass: 0.0, inverse_inertia: 0.0, kind, ..like.clone() }
-}
-
-/// An area to keep out of, about the middle of its corners.
-fn area_body(corners: &[Point], like: &Body) -> Body {
-    let sum = corners.iter().fold(Vec2::ZERO, |sum, c| sum + c.to_vec());
-    let middle = Point::ORIGIN + sum / corners.len() as f64;
-    let about: Vec<Point> = corners.iter().map(|c| Point::ORIGIN + (*c - middle)).collect();
-    let plate = Arc::new(Plate::polygon(&counter_clockwise(&about)));
-    let pose = Pose { position: middle, yaw_rad: 0.0 };
-    Body { plate, pose, inverse_mass: 0.0, inverse_inertia: 0.0, ..like.clone() }
-}
-
-fn counter_clockwise(corners: &[Point]) -> Vec<Point> {
-    let mut corners = corners.to_vec();
-    if polygon_area_m2(&corners) < 0.0 {
-        corners.reverse();
-    }
-    corners
-}
-
-/// Outlines and slide curves already made: copies of an object share them.
-#[derive(Clone, Debug, Default)]
-struct Shapes {
-    made: Vec<Made>,
-    surface: Surface,
-    /// Where the next body presses.
-    pressure: Pressure,
-}
-
-/// What copies of an object share.
-#[derive(Clone, Debug)]
-struct Made {
-    shape: Shape,
-    pressure: Pressure,
-    /// Whether it stands on the table, as everything but the striker does.
-    stands: bool,
-    plate: Arc<Plate>,
-    curve: Arc<SlideCurve>,
-    hold: Option<Arc<Hold>>,
-}
-
-impl Shapes {
-    fn body(&mut self, shape: &Shape, pose: Pose, (mass, friction): (f64, f64), kind: usize) -> Body {
-        let gyration_m = shape.radius_of_gyration_m();
-        let patch_radius_m = PATCH_RADIUS_PER_ARM * mean_arm_m(shape);
-        let same = |m: &&Made| m.shape == *shape && m.pressure == self.pressure && m.stands == (kind > 0);
-        let known = self.made.iter().find(same).cloned();
-        let Made { plate, curve, hold, .. } = known.unwrap_or_else(|| {
-            let made = Made {
-                shape: shape.clone(),
-                pressure: self.pressure.clone(),
-                stands: kind > 0,
-                plate: Arc::new(Plate::new(shape)),
-                curve: Arc::new(SlideCurve::new((gyration_m / patch_radius_m).powi(2))),
-                // The striker hangs on the arm.
-                hold: (kind > 0)
-                    .then(|| Hold::new(shape, &self.pressure, self.surface, patch_radius_m).map(Arc::new))
-                    .flatten(),
-            };
-            self.made.push(made.clone());
-            made
-        });
-        Body {
-            plate,
-            pose,
-            inverse_mass: 1.0 / mass,
-            inverse_inertia: 1.0 / (mass * gyration_m * gyration_m),
-            grip_m_s2: friction * GRAVITY_M_S2,
-            patch_radius_m,
-            curve,
-            hold,
-            kind,
-        }
-    }
-}
-
-/// The table of pair coefficients: striker, kinds of objects, walls.
-fn coefficients(
-    scene: &Scene,
-    properties: &Properties,
-    kinds: &[&str],
-    notes: &mut Vec<String>,
-) -> Result<Vec<Coefficients>> {
-    let count = 1 + kinds.len() + scene.walls.len();
-    let mut table = vec![Coefficients::default(); count * count];
-    let mut put = |i: usize, k: usize, restitution: f64, friction: f64| {
-        table[i * count + k] = Coefficients { restitution, friction };
-        table[k * count + i] = Coefficients { restitution, friction };
-    };
-    let mut measured = |estimate: Option<crate::uncertain::Estimate>, between: &str| {
-        estimate.map_or_else(
-            || {
-                let assumed = ContactFriction::ASSUMED;
-                notes.push(format!("contact friction {between} was never measured: taken as {assumed}"));
-                assumed
-            },
-            |e| e.mean,
-        )
-    };
-    let friction = measured(properties.contact_friction.objects, "between objects");
-    let striker_friction = measured(properties.contact_friction.striker, "with the striker");
-    let copies = |name: &str| scene.placed.iter().filter(|p| kind(&p.object) == name).count();
-    for (i, one) in kinds.iter().enumerate() {
-        put(0, 1 + i, properties.striker_restitution(one)?.mean, striker_friction);
-        for (k, other) in kinds.iter().enumerate().skip(i) {
-            if i != k || copies(one) > 1 {
-                put(1 + i, 1 + k, properties.restitution(one, other)?.mean, friction);
-            }
-        }
-        for (w, wall) in scene.walls.iter().enumerate() {
-            put(1 + i, 1 + kinds.len() + w, wall.restitution, friction);
-        }
-    }
-    if !scene.walls.is_empty() {
-        notes.push("walls are taken to have the contact friction of objects".into());
-    }
-    Ok(table)
 }

@@ -15,6 +15,7 @@ fn scene() -> Scene {
         height_m: 0.04,
         marker: None,
         mass_kg: None,
+        support: None,
     };
     Scene {
         cell: cell(),

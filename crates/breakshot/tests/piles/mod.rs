@@ -1,6 +1,6 @@
-//! Random piles of known make, and how deep bodies overlap: judged by code that shares nothing with the simulator.
+//! Random piles, and the overlap of bodies, computed by code that is independent of the simulator.
 
-#![allow(dead_code)] // Each test binary uses its part.
+#![allow(dead_code)] // Each test binary uses some of the functions.
 
 use breakshot::cell::{Cell, Striker, Workspace};
 use breakshot::geometry::{Point, Pose, Vec2};
@@ -14,7 +14,7 @@ use splitmix::Draw;
 #[path = "../splitmix/mod.rs"]
 pub(crate) mod splitmix;
 
-/// Everything one simulation needs.
+/// The input of one simulation.
 #[derive(Clone)]
 pub(crate) struct Pile {
     pub(crate) scene: Scene,
@@ -23,7 +23,7 @@ pub(crate) struct Pile {
     pub(crate) options: Options,
 }
 
-/// A stream of numbers whose seeds differ from other programs'.
+/// A random stream for a seed, different from the streams of other programs.
 pub(crate) fn draw(seed: u64) -> Draw {
     Draw::new(seed.wrapping_mul(0x9E37_79B9_7F4A_7C15) ^ 0x1234_5678_9ABC_DEF0)
 }
@@ -51,7 +51,7 @@ impl Pile {
     }
 
     /// One more object: mass, friction, restitution (of a pair: the product; with the striker: its own).
-    pub(crate) fn add(&mut self, shape: Shape, (mass, friction, bounce): (f64, f64, f64), pose: Pose) {
+    pub(crate) fn add(&mut self, shape: Shape, (mass, friction, restitution): (f64, f64, f64), pose: Pose) {
         let name = format!("o{:03}", self.scene.placed.len());
         let p = &mut self.properties;
         if p.reference.is_empty() {
@@ -60,14 +60,14 @@ impl Pile {
         p.friction.insert(name.clone(), Estimate::exact(friction));
         p.mass_ratio.insert(name.clone(), Estimate::exact(mass));
         for other in self.scene.placed.iter().map(|p| p.object.clone()) {
-            let e = bounce * p.striker_restitution[&other].mean;
+            let e = restitution * p.striker_restitution[&other].mean;
             p.restitution.insert(pair_key(&name, &other), Estimate::exact(e));
         }
-        p.striker_restitution.insert(name.clone(), Estimate::exact(bounce));
+        p.striker_restitution.insert(name.clone(), Estimate::exact(restitution));
         let marker = Some(Marker::centred(Shape::Disc { radius_m: 0.001 }));
         let (position_m, yaw_rad) = (pose.position, pose.yaw_rad);
         self.scene.placed.push(Placed { object: name.clone(), position_m, yaw_rad });
-        self.scene.objects.push(Object { name, shape, height_m: 0.03, marker, mass_kg: None });
+        self.scene.objects.push(Object { name, shape, height_m: 0.03, marker, mass_kg: None, support: None });
     }
 
     pub(crate) fn contact_friction(&mut self, friction: f64) {
@@ -76,7 +76,7 @@ impl Pile {
     }
 
     pub(crate) fn run(&self) -> Trajectory {
-        trajectory(&self.scene, &self.properties, &self.strike, &self.options).expect("a pile that can be")
+        trajectory(&self.scene, &self.properties, &self.strike, &self.options).expect("a possible pile")
     }
 
     /// The name, shape and friction of every object.
@@ -110,10 +110,14 @@ pub(crate) fn four_discs(seed: u64) -> Pile {
         (0.061, 0.35, 0.7, 0.038),
         (0.016, 0.4, 0.65, 0.03),
     ];
-    for (k, (mass, friction, bounce, radius_m)) in kinds.into_iter().enumerate() {
-        let place =
-            place_beside(&pile, &disc(radius_m), &mut draw, if k == 0 { None } else { Some((0.001, 0.005)) });
-        pile.add(disc(radius_m), (mass, friction, bounce), Pose { position: place, yaw_rad: 0.0 });
+    for (k, (mass, friction, restitution, radius_m)) in kinds.into_iter().enumerate() {
+        let position = position_beside(
+            &pile,
+            &disc(radius_m),
+            &mut draw,
+            if k == 0 { None } else { Some((0.001, 0.005)) },
+        );
+        pile.add(disc(radius_m), (mass, friction, restitution), Pose { position, yaw_rad: 0.0 });
     }
     aim(&mut pile, &mut draw);
     pile
@@ -126,10 +130,10 @@ pub(crate) fn touching_discs(seed: u64) -> Pile {
     let radii_m: [f64; 4] = [0.05, 0.045, 0.038, 0.03].map(|r| r * draw.between(0.9, 1.0));
     // Where a disc touches two others, on the side where y or x is greater.
     let touching = |p: Point, q: Point, r: f64, s: f64| {
-        let (way, distance) = (q - p, p.distance(q));
+        let (offset, distance) = (q - p, p.distance(q));
         let along = (r * r - s * s + distance * distance) / (2.0 * distance);
         let aside = (r * r - along * along).sqrt();
-        p + way * (along / distance) - way.perpendicular() * (aside / distance)
+        p + offset * (along / distance) - offset.perpendicular() * (aside / distance)
     };
     let tilt = Vec2::from_heading(draw.between(0.2, 1.0));
     let a = Point::ORIGIN;
@@ -137,8 +141,8 @@ pub(crate) fn touching_discs(seed: u64) -> Pile {
     let c = touching(a, b, radii_m[0] + radii_m[2], radii_m[1] + radii_m[2]);
     let d = touching(c, b, radii_m[2] + radii_m[3], radii_m[1] + radii_m[3]);
     let kinds = [(0.143, 0.25, 0.9), (0.112, 0.3, 0.8), (0.061, 0.35, 0.7), (0.016, 0.4, 0.65)];
-    for ((kind, place), radius_m) in kinds.into_iter().zip([a, b, c, d]).zip(radii_m) {
-        pile.add(disc(radius_m), kind, Pose { position: place, yaw_rad: 0.0 });
+    for ((kind, position), radius_m) in kinds.into_iter().zip([a, b, c, d]).zip(radii_m) {
+        pile.add(disc(radius_m), kind, Pose { position, yaw_rad: 0.0 });
     }
     aim(&mut pile, &mut draw);
     pile
@@ -155,14 +159,14 @@ pub(crate) fn four_shapes(seed: u64) -> Pile {
         (0.061, 0.35, 0.7, regular(3, 0.046_188)),
         (0.016, 0.4, 0.65, regular(6, 0.03)),
     ];
-    for (mass, friction, bounce, shape) in kinds {
-        add_beside(&mut pile, shape, (mass, friction, bounce), &mut draw, (0.001, 0.005));
+    for (mass, friction, restitution, shape) in kinds {
+        add_beside(&mut pile, shape, (mass, friction, restitution), &mut draw, (0.001, 0.005));
     }
     aim(&mut pile, &mut draw);
     pile
 }
 
-/// Anything: two to seven objects of all shapes, touching or not, any friction and restitution, walls, any striker.
+/// Two to seven objects of all shapes, touching or not, with random friction, restitution, walls and striker.
 pub(crate) fn anything(seed: u64) -> Pile {
     let mut draw = draw(seed ^ 0xABCD);
     let mut pile = Pile::new();
@@ -204,7 +208,7 @@ pub(crate) fn anything(seed: u64) -> Pile {
     pile
 }
 
-/// Puts the striker 20 mm before the first object's circle, 10 mm aside at most, to run 60 mm.
+/// Starts the striker to the left of all objects, at most 10 mm off the line through the first one, to end 60 mm past its circle.
 fn aim(pile: &mut Pile, draw: &mut Draw) {
     let reach = pile.scene.objects[0].shape.outer_radius_m();
     let own = pile.scene.cell.striker.shape.outer_radius_m();
@@ -219,25 +223,25 @@ fn aim(pile: &mut Pile, draw: &mut Draw) {
     pile.strike.travel_m = (-reach - own - x) + 0.06;
 }
 
-fn place_beside(pile: &Pile, shape: &Shape, draw: &mut Draw, gaps: Option<(f64, f64)>) -> Point {
+fn position_beside(pile: &Pile, shape: &Shape, draw: &mut Draw, gaps: Option<(f64, f64)>) -> Point {
     let Some((low, high)) = gaps else { return Point::ORIGIN };
     for _ in 0..10_000 {
         let k = draw.below(pile.scene.placed.len());
         let reach =
             pile.scene.objects[k].shape.outer_radius_m() + shape.outer_radius_m() + draw.between(low, high);
         let heading = draw.between(-1.6, 1.6);
-        let place = pile.scene.placed[k].position_m + Vec2::from_heading(heading) * reach;
+        let position = pile.scene.placed[k].position_m + Vec2::from_heading(heading) * reach;
         let clear = pile.scene.placed.iter().zip(&pile.scene.objects).all(|(p, o)| {
-            p.position_m.distance(place) >= o.shape.outer_radius_m() + shape.outer_radius_m() + low - 1e-15
+            p.position_m.distance(position) >= o.shape.outer_radius_m() + shape.outer_radius_m() + low - 1e-15
         });
         if clear {
-            return place;
+            return position;
         }
     }
     panic!("no room for one more object");
 }
 
-/// Adds an object at a random angle, pushed towards another until the gap is as drawn.
+/// Adds an object at a random angle, moved towards another one until their gap is the drawn one.
 fn add_beside(pile: &mut Pile, shape: Shape, properties: (f64, f64, f64), draw: &mut Draw, gaps: (f64, f64)) {
     if pile.scene.placed.is_empty() {
         pile.add(shape, properties, Pose::new(0.0, 0.0, draw.between(0.0, 1.5)));
@@ -255,26 +259,27 @@ fn add_beside(pile: &mut Pile, shape: Shape, properties: (f64, f64, f64), draw: 
             .zip(&pile.scene.objects)
             .map(|(p, o)| (o.shape.clone(), p.pose()))
             .collect();
-        let pose = |way_m: f64| Pose { position: others[k].1.position + along * way_m, yaw_rad };
-        let clear = |way_m: f64| others.iter().all(|(s, p)| depth_m((s, *p), (&shape, pose(way_m))) < -gap);
+        let pose = |distance_m: f64| Pose { position: others[k].1.position + along * distance_m, yaw_rad };
+        let clear =
+            |distance_m: f64| others.iter().all(|(s, p)| depth_m((s, *p), (&shape, pose(distance_m))) < -gap);
         let (mut near, mut far) = (0.0, 0.3);
         if !clear(far) {
             continue;
         }
-        // The nearest place that is clear, seen from afar.
+        // Bisection for the nearest position without overlap.
         while far - near > 1e-13 {
             let middle = 0.5 * (near + far);
             if clear(middle) { far = middle } else { near = middle }
         }
         if clear(far) {
-            let place = pose(far);
-            pile.add(shape, properties, place);
+            let position = pose(far);
+            pile.add(shape, properties, position);
             return;
         }
     }
 }
 
-/// How deep two convex shapes overlap (m); negative: how far they are apart (for sharp corners at least).
+/// Overlap of two convex shapes (m); negative: their gap, a lower bound for two sharp corners.
 pub(crate) fn depth_m(a: (&Shape, Pose), b: (&Shape, Pose)) -> f64 {
     let corners = |(shape, pose): (&Shape, Pose)| -> (Vec<Point>, f64) {
         match shape {
@@ -300,8 +305,8 @@ pub(crate) fn depth_m(a: (&Shape, Pose), b: (&Shape, Pose)) -> f64 {
     if r > 0.0 || s > 0.0 {
         // A disc may be nearest to a corner.
         for corner in if p.len() > 1 { &p } else { &q } {
-            let way = if p.len() > 1 { q[0] - *corner } else { *corner - p[0] };
-            if let Some(n) = way.direction() {
+            let offset = if p.len() > 1 { q[0] - *corner } else { *corner - p[0] };
+            if let Some(n) = offset.direction() {
                 gap = gap.max(along(&q, n, false) - along(&p, n, true));
             }
         }

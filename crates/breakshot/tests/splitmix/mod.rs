@@ -1,8 +1,8 @@
-//! Numbers that depend on nothing but a seed, for tests and measurements (`SplitMix64`).
+//! Random numbers that depend on a seed only, for tests and measurements (`SplitMix64`).
 
-#![allow(dead_code)] // Each program uses its part.
+#![allow(dead_code)] // Each program uses some of the functions.
 
-/// A stream of numbers.
+/// A stream of random numbers.
 pub(crate) struct Draw(u64);
 
 impl Draw {
@@ -10,7 +10,7 @@ impl Draw {
         Self(seed)
     }
 
-    /// 64 bits, all alike.
+    /// 64 uniformly distributed bits.
     pub(crate) fn bits(&mut self) -> u64 {
         self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
         let mut z = self.0;
@@ -19,22 +19,22 @@ impl Draw {
         z ^ (z >> 31)
     }
 
-    /// Evenly from 0 to below 1.
+    /// Uniform from 0 to below 1.
     pub(crate) fn part(&mut self) -> f64 {
         (self.bits() >> 11) as f64 / (1u64 << 53) as f64
     }
 
-    /// Evenly between two numbers.
+    /// Uniform between two numbers.
     pub(crate) fn between(&mut self, low: f64, high: f64) -> f64 {
         low + (high - low) * self.part()
     }
 
-    /// One of the numbers from 0 to `count - 1`; 0 if there are none.
+    /// A uniform integer from 0 to `count - 1`; 0 for a count of 0.
     pub(crate) fn below(&mut self, count: usize) -> usize {
         ((self.part() * count as f64) as usize).min(count.saturating_sub(1))
     }
 
-    /// Normal, of mean 0 and deviation 1.
+    /// Normal, of mean 0 and standard deviation 1.
     pub(crate) fn normal(&mut self) -> f64 {
         (-2.0 * self.between(1e-12, 1.0).ln()).sqrt() * self.between(0.0, std::f64::consts::TAU).cos()
     }

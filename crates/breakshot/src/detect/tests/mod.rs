@@ -12,7 +12,7 @@ mod markerless;
 
 fn object(name: &str, shape: Shape, marker: Shape) -> Object {
     let marker = Some(Marker::centred(marker));
-    Object { name: name.into(), shape, height_m: 0.03, marker, mass_kg: None }
+    Object { name: name.into(), shape, height_m: 0.03, marker, mass_kg: None, support: None }
 }
 
 fn disc(radius_m: f64) -> Shape {

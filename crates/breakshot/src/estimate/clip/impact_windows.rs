@@ -149,6 +149,7 @@ mod tests {
             height_m: 0.01,
             marker: Some(Marker::centred(Shape::Disc { radius_m: 0.005 })),
             mass_kg: None,
+            support: None,
         });
         let clips: Vec<_> = (0..4).map(clip).collect();
         let options = Options { reference: Some("b".into()) };

@@ -188,7 +188,7 @@ impl<'a> Rolled<'a> {
 
     /// Where everything comes to rest; `None` where it cannot be followed to the end.
     pub(crate) fn finals(&self, properties: &Properties, simulator: &mut Simulator) -> Option<Vec<Point>> {
-        let world = self.world.with_properties(&self.pile.scene, properties).ok()?;
+        let world = self.world.with_properties(properties).ok()?;
         let outcome = simulator.run(&world, &self.pile.strike).ok()?;
         outcome.complete.then(|| outcome.poses.iter().map(|p| p.position).collect())
     }

@@ -201,7 +201,7 @@ mod tests {
     fn object(name: &str) -> Object {
         let shape = Shape::Disc { radius_m: RADIUS_M };
         let marker = Some(Marker::centred(Shape::Disc { radius_m: 0.01 }));
-        Object { name: name.into(), shape, height_m: 0.04, marker, mass_kg: None }
+        Object { name: name.into(), shape, height_m: 0.04, marker, mass_kg: None, support: None }
     }
 
     fn cell() -> Cell {

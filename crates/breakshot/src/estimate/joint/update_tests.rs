@@ -13,7 +13,7 @@ pub(crate) fn object(name: &str, shape: Shape) -> Object {
         _ => Shape::Rectangle { size_m: [0.018, 0.009] },
     };
     let marker = Some(Marker::centred(marker));
-    Object { name: name.into(), shape, height_m: 0.04, marker, mass_kg: None }
+    Object { name: name.into(), shape, height_m: 0.04, marker, mass_kg: None, support: None }
 }
 
 pub(crate) fn objects() -> Vec<Object> {

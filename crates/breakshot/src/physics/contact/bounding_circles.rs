@@ -1,24 +1,29 @@
 //! When can the circles around two bodies touch?
 //!
-//! All paths are straight and all speeds fall, so that cheap bounds rule out most pairs: the circles that hold the
-//! remaining paths, the ray of a body against a resting circle, and a line across the way between the centres.
+//! Speeds decrease along straight paths, so cheap bounds exclude most pairs: the circles around the remaining paths, the ray
+//! of a body against a resting circle, and the gap along the line between the centres.
 
-use super::{Mover, Outlook, time_apart_s};
+use super::time_of_impact::{MovingBody, TimeOfImpact, safe_time_s};
 use crate::geometry::Vec2;
 use crate::physics::sliding::motion::State;
 
-/// A lower bound of the time of contact from circles around both bodies.
-pub(super) fn first_look(a: Mover, b: Mover, from_s: f64) -> Outlook {
-    let reach_m = a.body.plate.outer_radius_m + b.body.plate.outer_radius_m;
+/// A lower bound of the time of impact from the circles around both bodies.
+pub(super) fn lower_bound(a: MovingBody, b: MovingBody, from_s: f64) -> TimeOfImpact {
+    let reach_m = a.body.shape.outer_radius_m + b.body.shape.outer_radius_m;
     let (state_a, state_b) = (a.motion.state(from_s, a.body), b.motion.state(from_s, b.body));
-    match time_apart((a, &state_a), (b, &state_b), reach_m, from_s) {
-        f64::INFINITY => Outlook::Never,
-        time => Outlook::NotBefore(from_s + time),
+    match free_time_s((a, &state_a), (b, &state_b), reach_m, from_s) {
+        f64::INFINITY => TimeOfImpact::Never,
+        time => TimeOfImpact::NotBefore(from_s + time),
     }
 }
 
-/// How long circles surely stay apart (s): zero if they overlap now, infinite if they never meet.
-pub(super) fn time_apart(a: (Mover, &State), b: (Mover, &State), reach_m: f64, from_s: f64) -> f64 {
+/// A time for which the circles do not touch (s): zero if they overlap now, infinite if they never touch.
+pub(super) fn free_time_s(
+    a: (MovingBody, &State),
+    b: (MovingBody, &State),
+    reach_m: f64,
+    from_s: f64,
+) -> f64 {
     let between = b.1.position - a.1.position;
     let squared = between.length_squared();
     if squared <= reach_m * reach_m {
@@ -32,30 +37,30 @@ pub(super) fn time_apart(a: (Mover, &State), b: (Mover, &State), reach_m: f64, f
             let distance_m = squared.sqrt();
             let normal = between / distance_m;
             let change = normal.dot(b.1.velocity - a.1.velocity);
-            // Only the braking of the one that runs away can bring the two together.
-            let bend = braking_along(b.0, normal) + braking_along(a.0, -normal);
-            time_apart_s(distance_m - reach_m, change, bend)
+            // Braking closes the gap only where it slows a body that moves away from the other.
+            let deceleration = braking_along(b.0, normal) + braking_along(a.0, -normal);
+            safe_time_s(distance_m - reach_m, change, deceleration)
         }
     }
 }
 
-/// How fast a body's braking pulls it against a direction (m/s2).
-fn braking_along(mover: Mover, direction: Vec2) -> f64 {
-    (mover.motion.direction.dot(direction) * mover.motion.deceleration_m_s2[1]).max(0.0)
+/// The component of a body's braking against a direction (m/s2).
+fn braking_along(moving: MovingBody, direction: Vec2) -> f64 {
+    (moving.motion.direction.dot(direction) * moving.motion.deceleration_m_s2[1]).max(0.0)
 }
 
-/// How long a body needs at least to a circle that rests `way` from it (s).
-fn time_to_circle((mover, state): (Mover, &State), way: Vec2, reach_m: f64) -> f64 {
-    let direction = mover.motion.direction;
-    let (along, across) = (way.dot(direction), way.cross(direction));
+/// The least time in which a body reaches a resting circle whose centre is `to_circle` from it (s).
+fn time_to_circle((moving, state): (MovingBody, &State), to_circle: Vec2, reach_m: f64) -> f64 {
+    let direction = moving.motion.direction;
+    let (along, across) = (to_circle.dot(direction), to_circle.cross(direction));
     let room = reach_m * reach_m - across * across;
     if along <= 0.0 || room <= 0.0 {
         return f64::INFINITY;
     }
-    let way_m = along - room.sqrt();
-    let left = mover.motion.end.position - state.position;
-    if way_m > left.dot(direction) {
+    let distance_m = along - room.sqrt();
+    let remaining = moving.motion.end.position - state.position;
+    if distance_m > remaining.dot(direction) {
         return f64::INFINITY;
     }
-    way_m / mover.motion.greatest_speeds(state).0
+    distance_m / moving.motion.greatest_speeds(state).0
 }

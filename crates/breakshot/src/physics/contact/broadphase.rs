@@ -1,29 +1,29 @@
-//! Which bodies can a body meet?
+//! Which bodies can a body collide with?
 //!
-//! A circle holds the rest of each body's path, its outline included.  The circles lie side by side in memory, eight to a block,
-//! and are tested eight at a time.  Bodies come in order of their place, so that a box around each block rules out most of
-//! them: for a few hundred bodies that is quicker than a grid or a tree.
+//! A circle contains the rest of each body's path, its outline included.  Circles are stored side by side in memory in blocks
+//! of eight and tested eight at a time.  Bodies are sorted by position, so that a box around each block excludes most of them:
+//! for a few hundred bodies this is faster than a grid or a tree.
 
 use crate::geometry::Point;
 use crate::physics::sliding::body::Body;
 use crate::physics::sliding::motion::Motion;
 
-/// Circles in a block.
-const TOGETHER: usize = 8;
-/// Up to so many blocks their boxes cost more than they spare.
+/// Circles per block, tested side by side.
+const LANES: usize = 8;
+/// Up to this number of blocks, testing their boxes costs more than it saves.
 const FEW_BLOCKS: usize = 2;
 
-/// The circles of all bodies, and who was found last.
+/// The circles of all bodies, and the results of the last query.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Neighbours {
-    circles: Circles,
-    found: Vec<u32>,
+pub(crate) struct Broadphase {
+    circles: CircleSet,
+    results: Vec<u32>,
 }
 
-/// Where bodies are and where they are going.
+/// The circles around the paths of all bodies, in blocks.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Circles {
-    /// Centres and radii (m) of the circles, filled up with circles too far away for any.
+pub(crate) struct CircleSet {
+    /// Centres and radii (m); the last block is filled up with circles at infinity.
     x_m: Vec<f64>,
     y_m: Vec<f64>,
     radius_m: Vec<f64>,
@@ -35,11 +35,11 @@ pub(crate) struct Circles {
 /// Least x, least y, greatest x and greatest y (m).
 type Bounds = [f64; 4];
 
-/// A box that holds everything, and one that holds nothing.
-const EVERYWHERE: Bounds = [f64::NEG_INFINITY, f64::NEG_INFINITY, f64::INFINITY, f64::INFINITY];
-const NOWHERE: Bounds = [f64::INFINITY, f64::INFINITY, f64::NEG_INFINITY, f64::NEG_INFINITY];
+/// A box that contains everything, and one that contains nothing.
+const EVERYTHING: Bounds = [f64::NEG_INFINITY, f64::NEG_INFINITY, f64::INFINITY, f64::INFINITY];
+const NOTHING: Bounds = [f64::INFINITY, f64::INFINITY, f64::NEG_INFINITY, f64::NEG_INFINITY];
 
-/// A circle.
+/// A circle in the table frame.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Circle {
     /// Its centre.
@@ -49,78 +49,75 @@ pub(crate) struct Circle {
 }
 
 impl Circle {
-    /// The circle that holds a body on the whole of its way.
+    /// The circle that contains a body, outline included, on the rest of its path.
     pub(crate) fn around(body: &Body, motion: &Motion) -> Self {
-        Self { centre: motion.middle(), radius_m: body.plate.outer_radius_m + motion.half_way_m }
+        Self { centre: motion.middle(), radius_m: body.shape.outer_radius_m + motion.half_distance_m }
     }
 
-    /// Whether its own box meets another.
-    fn meets(&self, [x_low, y_low, x_high, y_high]: &Bounds) -> bool {
+    /// Whether the box around it overlaps another box.
+    fn overlaps_box(&self, [x_low, y_low, x_high, y_high]: &Bounds) -> bool {
         let (Point { x, y }, r) = (self.centre, self.radius_m);
         x + r >= *x_low && x - r <= *x_high && y + r >= *y_low && y - r <= *y_high
     }
 
-    /// Squared distances less squared sums of radii (m2): negative where circles overlap.
-    fn beyond(
-        &self,
-        (x_m, y_m, radius_m): (&[f64; TOGETHER], &[f64; TOGETHER], &[f64; TOGETHER]),
-    ) -> [f64; TOGETHER] {
+    /// Squared distances minus squared sums of radii (m2): negative where circles overlap.
+    fn excess_m2(&self, (x_m, y_m, radius_m): (&[f64; LANES], &[f64; LANES], &[f64; LANES])) -> [f64; LANES] {
         std::array::from_fn(|k| {
             let (dx, dy) = (x_m[k] - self.centre.x, y_m[k] - self.centre.y);
-            let room = radius_m[k] + self.radius_m;
-            dx * dx + dy * dy - room * room
+            let radii_m = radius_m[k] + self.radius_m;
+            dx * dx + dy * dy - radii_m * radii_m
         })
     }
 }
 
-impl Neighbours {
-    /// Begins with these circles.
-    pub(crate) fn start(&mut self, circles: &Circles) {
-        self.circles.copy(circles);
+impl Broadphase {
+    /// Starts a rollout with these circles.
+    pub(crate) fn reset(&mut self, circles: &CircleSet) {
+        self.circles.copy_from(circles);
     }
 
-    /// A body goes another way.
-    pub(crate) fn change(&mut self, index: usize, body: &Body, motion: &Motion) {
-        self.circles.change(index, body, motion);
+    /// Updates the circle of a body with a new motion.
+    pub(crate) fn update(&mut self, index: usize, body: &Body, motion: &Motion) {
+        self.circles.update(index, body, motion);
     }
 
-    /// All bodies whose circles meet this one, in order; how many.
-    pub(crate) fn around(&mut self, circle: Circle) -> usize {
-        let Self { circles, found } = self;
-        found.clear();
-        circles.near(circle, |body| found.push(body as u32));
-        found.len()
+    /// Finds all bodies whose circles overlap this one, in increasing order; returns their number.
+    pub(crate) fn query(&mut self, circle: Circle) -> usize {
+        let Self { circles, results } = self;
+        results.clear();
+        circles.for_each_overlap(circle, |body| results.push(body as u32));
+        results.len()
     }
 
-    /// The k-th body that [`Neighbours::around`] found last.
-    pub(crate) fn found(&self, k: usize) -> usize {
-        self.found[k] as usize
+    /// The k-th body found by the last [`Broadphase::query`].
+    pub(crate) fn result(&self, k: usize) -> usize {
+        self.results[k] as usize
     }
 }
 
-impl Circles {
-    /// Enters all bodies.
+impl CircleSet {
+    /// The circles of all bodies.
     pub(crate) fn new(bodies: &[Body], motions: &[Motion]) -> Self {
-        let room = bodies.len().next_multiple_of(TOGETHER);
-        let blocks = room / TOGETHER;
+        let radii_m = bodies.len().next_multiple_of(LANES);
+        let blocks = radii_m / LANES;
         let mut circles = Self {
-            x_m: vec![f64::INFINITY; room],
-            y_m: vec![0.0; room],
-            radius_m: vec![0.0; room],
-            boxes: vec![EVERYWHERE; blocks],
+            x_m: vec![f64::INFINITY; radii_m],
+            y_m: vec![0.0; radii_m],
+            radius_m: vec![0.0; radii_m],
+            boxes: vec![EVERYTHING; blocks],
             bodies: bodies.len(),
         };
         for (k, (body, motion)) in bodies.iter().zip(motions).enumerate() {
-            circles.enter(k, Circle::around(body, motion));
+            circles.set(k, Circle::around(body, motion));
         }
         if blocks > FEW_BLOCKS {
-            (0..blocks).for_each(|block| circles.bound(block));
+            (0..blocks).for_each(|block| circles.update_box(block));
         }
         circles
     }
 
-    /// The same circles as others, in memory that is used again.
-    fn copy(&mut self, other: &Self) {
+    /// Copies the circles of another set without allocating.
+    fn copy_from(&mut self, other: &Self) {
         self.x_m.clone_from(&other.x_m);
         self.y_m.clone_from(&other.y_m);
         self.radius_m.clone_from(&other.radius_m);
@@ -128,14 +125,14 @@ impl Circles {
         self.bodies = other.bodies;
     }
 
-    fn enter(&mut self, index: usize, Circle { centre, radius_m }: Circle) {
+    fn set(&mut self, index: usize, Circle { centre, radius_m }: Circle) {
         (self.x_m[index], self.y_m[index], self.radius_m[index]) = (centre.x, centre.y, radius_m);
     }
 
-    /// Draws the box around a block's circles.
-    fn bound(&mut self, block: usize) {
-        let mut bounds = NOWHERE;
-        for k in block * TOGETHER..self.bodies.min((block + 1) * TOGETHER) {
+    /// Computes the box around the circles of a block.
+    fn update_box(&mut self, block: usize) {
+        let mut bounds = NOTHING;
+        for k in block * LANES..self.bodies.min((block + 1) * LANES) {
             let (x, y, r) = (self.x_m[k], self.y_m[k], self.radius_m[k]);
             let circle = [x - r, y - r, x + r, y + r];
             bounds = std::array::from_fn(|side| {
@@ -145,26 +142,26 @@ impl Circles {
         self.boxes[block] = bounds;
     }
 
-    fn change(&mut self, index: usize, body: &Body, motion: &Motion) {
-        self.enter(index, Circle::around(body, motion));
+    fn update(&mut self, index: usize, body: &Body, motion: &Motion) {
+        self.set(index, Circle::around(body, motion));
         if self.boxes.len() > FEW_BLOCKS {
-            self.bound(index / TOGETHER);
+            self.update_box(index / LANES);
         }
     }
 
-    /// Tells all bodies whose circles meet this one, in order.
-    pub(crate) fn near(&self, circle: Circle, mut tell: impl FnMut(usize)) {
+    /// Visits all bodies whose circles overlap this one, in increasing order.
+    pub(crate) fn for_each_overlap(&self, circle: Circle, mut visit: impl FnMut(usize)) {
         let Self { x_m, y_m, radius_m, boxes, .. } = self;
         let blocks = x_m.as_chunks().0.iter().zip(y_m.as_chunks().0).zip(radius_m.as_chunks().0);
         for (block, (((x_m, y_m), radius_m), bounds)) in blocks.zip(boxes).enumerate() {
-            if !circle.meets(bounds) {
+            if !circle.overlaps_box(bounds) {
                 continue;
             }
-            let beyond = circle.beyond((x_m, y_m, radius_m));
-            // A negative number has the sign bit set: most blocks hold none.
-            let signs = beyond.iter().fold(0, |bits, number| bits | number.to_bits());
+            let excess_m2 = circle.excess_m2((x_m, y_m, radius_m));
+            // A negative number has the sign bit set: most blocks contain none.
+            let signs = excess_m2.iter().fold(0, |bits, number| bits | number.to_bits());
             if signs.cast_signed() < 0 {
-                (0..TOGETHER).filter(|&k| beyond[k] < 0.0).for_each(|k| tell(block * TOGETHER + k));
+                (0..LANES).filter(|&k| excess_m2[k] < 0.0).for_each(|k| visit(block * LANES + k));
             }
         }
     }

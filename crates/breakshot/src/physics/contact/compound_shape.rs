@@ -1,36 +1,36 @@
-//! Which outline does a body show to the others?
+//! Which outline of a body do others collide with?
 //!
-//! A [`Plate`] is one or more convex parts, each a core of corners (one for a disc, two for a wall) thickened by a
-//! radius: every distance is then a distance between cores less the radii.
+//! A [`CompoundShape`] is one or more convex parts.  Each part is a core of corners (one for a disc, two for a wall) enlarged
+//! by a radius: every distance is a distance between cores minus the radii.
 
 use crate::geometry::{Point, Vec2};
 use crate::object::Shape;
 use crate::physics::contact::convex_decomposition::convex_parts;
 use crate::physics::rotation::Rotation;
 
-/// A rigid outline in its own frame.
+/// A rigid outline in the frame of its body: the union of convex parts.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Plate {
-    /// The convex parts that make it up.
-    pub(crate) parts: Vec<Convex>,
-    /// The radius of the circle about the origin that holds it (m).
+pub(crate) struct CompoundShape {
+    /// The convex parts.
+    pub(crate) parts: Vec<ConvexPart>,
+    /// Radius of the circle about the origin that contains it (m).
     pub(crate) outer_radius_m: f64,
     /// Whether it is that circle.
     pub(crate) is_disc: bool,
 }
 
-/// A convex core thickened by a radius, in the body's frame.
+/// A convex core enlarged by a radius, in the body's frame.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Convex {
+pub(crate) struct ConvexPart {
     /// The core's corners, counter-clockwise.
     pub(crate) corners: Vec<Vec2>,
     /// Edge k leads from corner k to the next; none for a single point, two for a segment.
     pub(crate) edges: Vec<Edge>,
-    /// By how much the core is thickened (m).
+    /// Radius by which the core is enlarged (m).
     pub(crate) radius_m: f64,
-    /// How far the core reaches from the body's origin (m).
+    /// Greatest distance of the core from the body's origin (m).
     pub(crate) reach_m: f64,
-    /// How far the core reaches from the body's origin at least, in any direction (m); negative if the origin lies outside.
+    /// Least extent of the core from the body's origin over all directions (m); negative if the origin is outside.
     pub(crate) least_reach_m: f64,
 }
 
@@ -43,39 +43,39 @@ pub(crate) struct Edge {
     pub(crate) offset_m: f64,
 }
 
-impl Plate {
-    /// The plate of an object's shape.
+impl CompoundShape {
+    /// The compound shape of an object's outline.
     pub(crate) fn new(shape: &Shape) -> Self {
         match shape {
-            Shape::Disc { radius_m } => Self::from_parts(vec![Convex::new(vec![Vec2::ZERO], *radius_m)]),
+            Shape::Disc { radius_m } => Self::from_parts(vec![ConvexPart::new(vec![Vec2::ZERO], *radius_m)]),
             _ => Self::polygon(&shape.corners()),
         }
     }
 
-    /// A simple polygon, cut into convex parts where it is concave.
+    /// A simple polygon, decomposed into convex parts where it is concave.
     pub(crate) fn polygon(corners: &[Point]) -> Self {
         let parts = convex_parts(corners);
         Self::from_parts(
             parts
                 .into_iter()
-                .map(|part| Convex::new(part.into_iter().map(Point::to_vec).collect(), 0.0))
+                .map(|part| ConvexPart::new(part.into_iter().map(Point::to_vec).collect(), 0.0))
                 .collect(),
         )
     }
 
     /// A wall between two points.
     pub(crate) fn segment(from: Point, to: Point) -> Self {
-        Self::from_parts(vec![Convex::new(vec![from.to_vec(), to.to_vec()], 0.0)])
+        Self::from_parts(vec![ConvexPart::new(vec![from.to_vec(), to.to_vec()], 0.0)])
     }
 
-    fn from_parts(parts: Vec<Convex>) -> Self {
+    fn from_parts(parts: Vec<ConvexPart>) -> Self {
         let outer_radius_m = parts.iter().map(|p| p.reach_m + p.radius_m).fold(0.0, f64::max);
         let is_disc = matches!(parts.as_slice(), [only] if only.corners.len() == 1 && only.reach_m == 0.0);
         Self { parts, outer_radius_m, is_disc }
     }
 }
 
-impl Convex {
+impl ConvexPart {
     fn new(corners: Vec<Vec2>, radius_m: f64) -> Self {
         let n = corners.len();
         let edges = if n > 1 {
@@ -98,20 +98,20 @@ impl Edge {
     }
 }
 
-/// A convex part where its body lies now.
+/// A convex part at the pose of its body.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Laid<'a> {
+pub(crate) struct PlacedPart<'a> {
     /// The part.
-    pub(crate) part: &'a Convex,
+    pub(crate) part: &'a ConvexPart,
     /// The body's origin.
     pub(crate) origin: Point,
-    /// How the body is turned.
+    /// The body's rotation.
     pub(crate) rotation: Rotation,
 }
 
-impl Laid<'_> {
-    /// A corner on the table.
+impl PlacedPart<'_> {
+    /// The position of a corner in the table frame.
     pub(crate) fn corner(&self, k: usize) -> Point {
-        self.origin + self.rotation.turned(self.part.corners[k])
+        self.origin + self.rotation.apply(self.part.corners[k])
     }
 }

@@ -1,11 +1,11 @@
-//! How is a concave outline cut into convex parts?
+//! How is a concave outline decomposed into convex parts?
 //!
-//! Hertel and Mehlhorn, "Fast triangulation of simple polygons" (1983): triangulate, then take away every diagonal
-//! that no concave corner needs; at most four times as many parts as the best cut has.
+//! Hertel and Mehlhorn, "Fast triangulation of simple polygons" (1983): triangulate, then remove every diagonal that no
+//! concave corner needs.  The result has at most four times as many parts as the best decomposition.
 
 use crate::geometry::Point;
 
-/// Convex parts that together cover a simple counter-clockwise polygon, each counter-clockwise.
+/// Convex parts, each counter-clockwise, whose union is a simple counter-clockwise polygon.
 pub(crate) fn convex_parts(corners: &[Point]) -> Vec<Vec<Point>> {
     let corners = without_straight_corners(corners);
     if is_convex(&corners) {
@@ -19,35 +19,35 @@ pub(crate) fn convex_parts(corners: &[Point]) -> Vec<Vec<Point>> {
     parts
 }
 
-/// How far the way turns left at `b` (m2).
-fn turn(a: Point, b: Point, c: Point) -> f64 {
+/// Cross product of the edges at corner `b` (m2): positive where the outline turns left.
+fn corner_cross_m2(a: Point, b: Point, c: Point) -> f64 {
     (b - a).cross(c - b)
 }
 
-/// Corners that do not turn add edges that no contact needs.
+/// The corners without those on straight sides, which would add edges that no contact needs.
 fn without_straight_corners(corners: &[Point]) -> Vec<Point> {
     let n = corners.len();
-    let bends = |k: usize| {
+    let is_corner = |k: usize| {
         let (a, b, c) = (corners[(k + n - 1) % n], corners[k], corners[(k + 1) % n]);
-        turn(a, b, c).abs() > STRAIGHT * (b - a).length() * (c - b).length()
+        corner_cross_m2(a, b, c).abs() > STRAIGHT_SINE * (b - a).length() * (c - b).length()
     };
-    (0..n).filter(|&k| bends(k)).map(|k| corners[k]).collect()
+    (0..n).filter(|&k| is_corner(k)).map(|k| corners[k]).collect()
 }
 
-/// The sine of the smallest turn that counts as a corner.
-const STRAIGHT: f64 = 1e-9;
+/// Sine of the smallest angle that makes a corner.
+const STRAIGHT_SINE: f64 = 1e-9;
 
 fn is_convex(corners: &[Point]) -> bool {
     let n = corners.len();
-    (0..n).all(|k| turn(corners[k], corners[(k + 1) % n], corners[(k + 2) % n]) >= 0.0)
+    (0..n).all(|k| corner_cross_m2(corners[k], corners[(k + 1) % n], corners[(k + 2) % n]) >= 0.0)
 }
 
-/// Ear clipping.
+/// Triangles of a simple polygon, by ear clipping.
 fn triangles(mut corners: Vec<Point>) -> Vec<Vec<Point>> {
     let mut found = Vec::new();
     while corners.len() > 3 {
         let n = corners.len();
-        // A simple polygon always has an ear; the fallback only keeps rounding from looping for ever.
+        // A simple polygon always has an ear; the fallback ends the loop if rounding hides it.
         let ear = (0..n).find(|&k| is_ear(&corners, k)).unwrap_or(0);
         found.push(vec![corners[(ear + n - 1) % n], corners[ear], corners[(ear + 1) % n]]);
         corners.remove(ear);
@@ -59,11 +59,15 @@ fn triangles(mut corners: Vec<Point>) -> Vec<Vec<Point>> {
 fn is_ear(corners: &[Point], k: usize) -> bool {
     let n = corners.len();
     let (a, b, c) = (corners[(k + n - 1) % n], corners[k], corners[(k + 1) % n]);
-    let inside = |p: &Point| turn(a, b, *p) >= 0.0 && turn(b, c, *p) >= 0.0 && turn(c, a, *p) >= 0.0;
-    turn(a, b, c) > 0.0 && !corners.iter().any(|p| *p != a && *p != b && *p != c && inside(p))
+    let inside = |p: &Point| {
+        corner_cross_m2(a, b, *p) >= 0.0
+            && corner_cross_m2(b, c, *p) >= 0.0
+            && corner_cross_m2(c, a, *p) >= 0.0
+    };
+    corner_cross_m2(a, b, c) > 0.0 && !corners.iter().any(|p| *p != a && *p != b && *p != c && inside(p))
 }
 
-/// Two parts that share an edge and stay convex without it.
+/// The first two parts whose union is convex, and that union.
 fn first_convex_pair(parts: &[Vec<Point>]) -> Option<(usize, usize, Vec<Point>)> {
     for i in 0..parts.len() {
         for k in i + 1..parts.len() {
@@ -77,15 +81,15 @@ fn first_convex_pair(parts: &[Vec<Point>]) -> Option<(usize, usize, Vec<Point>)>
     None
 }
 
-/// Two polygons as one, if they share an edge.
+/// The union of two polygons that share an edge; none if they share none.
 fn joined(one: &[Point], other: &[Point]) -> Option<Vec<Point>> {
     let (n, m) = (one.len(), other.len());
     for i in 0..n {
         for k in 0..m {
             if one[i] == other[(k + 1) % m] && one[(i + 1) % n] == other[k] {
-                let mine = (1..=n).map(|s| one[(i + s) % n]);
-                let yours = (2..m).map(|s| other[(k + s) % m]);
-                return Some(mine.chain(yours).collect());
+                let from_one = (1..=n).map(|s| one[(i + s) % n]);
+                let from_other = (2..m).map(|s| other[(k + s) % m]);
+                return Some(from_one.chain(from_other).collect());
             }
         }
     }
@@ -116,7 +120,7 @@ mod tests {
     }
 
     #[test]
-    fn a_corner_on_a_straight_side_is_left_out() {
+    fn a_corner_on_a_straight_side_is_removed() {
         let square = points(&[[0., 0.], [1., 0.], [2., 0.], [2., 2.], [0., 2.]]);
         assert_eq!(convex_parts(&square), vec![points(&[[0., 0.], [2., 0.], [2., 2.], [0., 2.]])]);
     }

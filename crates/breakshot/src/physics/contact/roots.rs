@@ -1,4 +1,4 @@
-//! When does a polynomial first come down to zero?
+//! At which time does a polynomial first decrease to zero?
 
 /// A polynomial of degree at most four, the constant first.
 pub(crate) type Quartic = [f64; 5];
@@ -15,11 +15,11 @@ fn curvature(c: &Quartic, x: f64) -> f64 {
     2.0 * c[2] + x * (6.0 * c[3] + x * (12.0 * c[4]))
 }
 
-/// The first place in `[0, end]` where the polynomial, positive or zero at first, crosses zero downwards.
+/// The first x in `[0, end]` at which a polynomial that is positive or zero at 0 crosses zero downwards.
 ///
-/// With m the least curvature from x to the end, `f + f' t + m t^2 / 2` stays below the polynomial: its first root is a
-/// step that passes no crossing.  Where the polynomial bends that way or turns back up, most searches end with the first
-/// step; near a crossing the steps converge quadratically.
+/// With m the least second derivative from x to the end, `f + f' t + m t^2 / 2` is a lower bound of the polynomial: its
+/// first root is a step that passes no crossing.  Most searches end with the first step; near a crossing the steps converge
+/// quadratically.
 pub(crate) fn first_crossing(c: &Quartic, end: f64) -> Option<f64> {
     let flattest = if c[4] > 0.0 { -0.25 * c[3] / c[4] } else { end };
     let at_end = curvature(c, end);
@@ -27,15 +27,15 @@ pub(crate) fn first_crossing(c: &Quartic, end: f64) -> Option<f64> {
     for _ in 0..MAX_STEPS {
         let (y, dy) = (value(c, x).max(0.0), slope(c, x));
         let inside = if flattest > x && flattest < end { curvature(c, flattest) } else { at_end };
-        let bend = curvature(c, x).min(inside).min(at_end);
+        let curvature_bound = curvature(c, x).min(inside).min(at_end);
         let step = if dy < 0.0 {
-            let square = dy * dy - 2.0 * bend * y;
+            let square = dy * dy - 2.0 * curvature_bound * y;
             if square < 0.0 {
                 return None;
             }
             2.0 * y / (square.sqrt() - dy)
-        } else if bend < 0.0 {
-            (dy + (dy * dy - 2.0 * bend * y).sqrt()) / -bend
+        } else if curvature_bound < 0.0 {
+            (dy + (dy * dy - 2.0 * curvature_bound * y).sqrt()) / -curvature_bound
         } else {
             return None;
         };
@@ -50,7 +50,7 @@ pub(crate) fn first_crossing(c: &Quartic, end: f64) -> Option<f64> {
     Some(x)
 }
 
-/// Near a double root, a graze, a step halves the way or better; all the digits of a number need some fifty.
+/// Near a double root (a grazing contact) each step at least halves the distance: full precision takes about fifty.
 const MAX_STEPS: usize = 100;
 
 #[cfg(test)]

@@ -2,7 +2,7 @@
 
 use crate::geometry::{Point, Pose, Vec2};
 use crate::object::{Marker, Object, Shape, pair_key};
-use crate::physics::event_loop::{Memory, Rollout};
+use crate::physics::event_loop::rollout::{Memory, Rollout};
 use crate::physics::sliding::motion::State;
 use crate::physics::world::World;
 use crate::physics::{AfterStrike, Options, Spin};
@@ -28,6 +28,7 @@ fn scene(shapes: [Shape; 6]) -> Scene {
             height_m: 0.03,
             marker: Some(marker.clone()),
             mass_kg: None,
+            support: None,
         })
         .collect();
     let placed = (0..)
@@ -73,7 +74,7 @@ fn impacts(world: &World, states: &[State], memory: &mut Memory) -> usize {
     let mut rollout = Rollout::new(world, &far, memory, None);
     rollout.memory.changed.clear();
     rollout.memory.changed.extend((1..).zip(states.iter().copied()));
-    rollout.let_go(0.0);
+    rollout.release(0.0);
     rollout.outcome().impacts
 }
 

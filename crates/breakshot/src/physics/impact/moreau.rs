@@ -1,67 +1,67 @@
-//! What happens where several bodies lean on each other?
+//! How are several slow contacts of the same bodies resolved?
 //!
-//! Bodies pushed along together touch slowly in many places.  All their contacts are resolved at once by Moreau's impact
-//! law: after it each contact opens at e times the speed at which it closed, or not at all if it needs no impulse.  Friction
-//! holds or slides at each contact.  The projected Gauss-Seidel method finds the impulses.
+//! Bodies that are pushed together touch slowly in many places.  All their contacts are resolved together by Moreau's impact
+//! law (Moreau 1988): after the impact each contact opens at e times the speed at which it closed, or has no impulse.  Friction
+//! sticks or slides at each contact.  The projected Gauss-Seidel method finds the impulses.
 
-use crate::physics::contact::PRESSING_M_S;
-use crate::physics::impact::island::Cluster;
+use crate::physics::contact::time_of_impact::SUSTAINED_CONTACT_M_S;
+use crate::physics::impact::island::{Island, Member};
 use crate::physics::impact::routh::{Impulse, RestitutionLaw};
 
-/// Sweeps over all contacts at most.
+/// Greatest number of sweeps over all contacts.
 const SWEEPS: usize = 200;
-/// Speeds settled to this (m/s) are settled.
-const SETTLED_M_S: f64 = 1e-9;
+/// Change of speed in a sweep (m/s) at which the iteration has converged.
+const CONVERGED_M_S: f64 = 1e-9;
 
-/// Restitution of a contact that may press: at a creeping speed bodies hop elastically, so that a push is a bounded number
-/// of tiny impacts and no impact makes energy.
-pub(crate) fn hopping(measured: f64, approach_m_s: f64) -> f64 {
-    measured.max(PRESSING_M_S / approach_m_s).min(1.0)
+/// Restitution with the minimum rebound: below [`SUSTAINED_CONTACT_M_S`] bodies rebound elastically, above it at least at that
+/// speed, so that a push is a bounded number of small impacts and no impact gains energy.
+pub(crate) fn minimum_rebound(measured: f64, approach_m_s: f64) -> f64 {
+    measured.max(SUSTAINED_CONTACT_M_S / approach_m_s).min(1.0)
 }
 
-impl Cluster {
-    /// Resolves all contacts of bodies that lean on each other.
-    pub(crate) fn press(&mut self, law: RestitutionLaw) {
+impl Island {
+    /// Resolves all contacts of the island by Moreau's law.
+    pub(crate) fn resolve_moreau(&mut self, law: RestitutionLaw) {
         for contact in &mut self.contacts {
             let approach = contact.impact.approach;
             let measured = law.restitution(contact.coefficients.restitution, approach.max(0.0));
-            contact.parting = if approach > 0.0 { hopping(measured, approach) * approach } else { 0.0 };
+            contact.separation_speed =
+                if approach > 0.0 { minimum_rebound(measured, approach) * approach } else { 0.0 };
         }
         for _ in 0..SWEEPS {
-            if self.sweep() < SETTLED_M_S {
+            if self.sweep() < CONVERGED_M_S {
                 break;
             }
         }
-        self.keep_energy();
+        self.limit_energy();
     }
 
-    /// One sweep; the greatest change of speed that an impulse made (m/s).
+    /// One sweep over all contacts; returns the greatest change of speed (m/s).
     fn sweep(&mut self) -> f64 {
         let mut greatest: f64 = 0.0;
         for k in 0..self.contacts.len() {
             let contact = &self.contacts[k];
-            let [closing, slip] = contact.present_speeds(&self.members);
+            let [approach, slip] = contact.present_speeds(&self.members);
             let old = contact.impulse;
-            let normal = (old.normal + (closing + contact.parting) / contact.impact.k_nn).max(0.0);
+            let normal = (old.normal + (approach + contact.separation_speed) / contact.impact.k_nn).max(0.0);
             let limit = contact.coefficients.friction * normal;
             let slip = slip - contact.impact.k_nt * (normal - old.normal);
             let tangent = (old.tangent + slip / contact.impact.k_tt).clamp(-limit, limit);
             let change = Impulse { normal: normal - old.normal, tangent: tangent - old.tangent };
             greatest = greatest.max(change.normal.abs() * contact.impact.k_nn);
-            self.kick(k, change);
+            self.apply_impulse(k, change);
         }
         greatest
     }
 
-    /// Newton's law with friction can make energy: then all impulses shrink until they do not.
-    fn keep_energy(&mut self) {
+    /// Scales all impulses down where Newton's law with friction would gain energy.
+    fn limit_energy(&mut self) {
         let given: f64 = self
             .contacts
             .iter()
             .map(|c| c.impulse.normal * c.impact.approach + c.impulse.tangent * c.impact.slip)
             .sum();
-        let taken: f64 =
-            self.members.iter().map(crate::physics::impact::island::Member::impulse_energy_j).sum();
+        let taken: f64 = self.members.iter().map(Member::impulse_energy_j).sum();
         let whole: f64 = self.contacts.iter().map(|c| c.impulse.normal).sum();
         if taken == 0.0 || whole == 0.0 {
             return;

@@ -1,30 +1,30 @@
-//! One impact by itself: what the simulator makes of two bodies that meet with known velocities.
+//! What are the velocities of two bodies after one impact?
 
 use crate::error::{Error, Result};
 use crate::geometry::{Point, Vec2};
 use crate::object::positive;
-use crate::physics::impact::routh::{Impact, ImpactLaw, Impulse, Inertia, Touch};
+use crate::physics::impact::routh::{ContactPoint, Impact, ImpactLaw, Impulse, InverseInertia};
 use crate::physics::sliding::motion::State;
 
-/// A body as an impact meets it.
+/// A rigid body at the instant of an impact.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Mover {
-    /// Its mass (kg, or over any unit that both bodies share).
+pub struct ImpactBody {
+    /// Mass (kg, or in any unit common to both bodies).
     pub mass_kg: f64,
-    /// Its radius of gyration about the centroid (m); see [`Shape::radius_of_gyration_m`](crate::object::Shape::radius_of_gyration_m).
+    /// Radius of gyration about the centroid (m); see [`Shape::radius_of_gyration_m`](crate::object::Shape::radius_of_gyration_m).
     pub gyration_m: f64,
-    /// Its centroid.
+    /// Position of the centroid.
     pub position: Point,
     /// Velocity of the centroid.
     pub velocity: Vec2,
-    /// Rate of turn (rad/s).
+    /// Yaw rate (rad/s).
     pub yaw_rate_rad_s: f64,
 }
 
-/// Where and how two bodies meet.
+/// Point, normal and coefficients of an impact of two bodies.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Encounter {
-    /// Where they touch.
+pub struct PairImpact {
+    /// Point of contact.
     pub point: Point,
     /// Unit vector from the first body to the second.
     pub normal_ab: Vec2,
@@ -32,34 +32,33 @@ pub struct Encounter {
     pub restitution: f64,
     /// Contact friction.
     pub friction: f64,
-    /// When the impact ends.
+    /// Condition at which the impact ends.
     pub law: ImpactLaw,
 }
 
-impl Encounter {
-    /// Both bodies after the impact; unchanged if they already part.
+impl PairImpact {
+    /// Both bodies after the impact; unchanged if they do not approach each other.
     ///
     /// # Errors
     /// Masses or radii that are not positive, a restitution outside 0..1, negative friction, a normal that is no unit vector.
-    pub fn after(&self, [a, b]: [Mover; 2]) -> Result<[Mover; 2]> {
+    pub fn after(&self, [a, b]: [ImpactBody; 2]) -> Result<[ImpactBody; 2]> {
         self.check(&[a, b])?;
-        let touch = Touch { point: self.point, normal_ab: self.normal_ab };
-        let impact = Impact::between((a.inertia(), &a.state()), (b.inertia(), &b.state()), &touch);
+        let point = ContactPoint { point: self.point, normal_ab: self.normal_ab };
+        let impact = Impact::between((a.inertia(), &a.state()), (b.inertia(), &b.state()), &point);
         if impact.approach <= 0.0 {
             return Ok([a, b]);
         }
         let Impulse { normal, tangent } = impact.impulse(self.restitution, self.friction, self.law);
         let on_b = self.normal_ab * normal + self.normal_ab.perpendicular() * tangent;
-        Ok([a.struck(self.point, -on_b), b.struck(self.point, on_b)])
+        Ok([a.state_after_impulse(self.point, -on_b), b.state_after_impulse(self.point, on_b)])
     }
 
-    fn check(&self, movers: &[Mover; 2]) -> Result<()> {
-        let owner = "encounter";
-        for mover in movers {
-            positive(owner, "mass_kg", mover.mass_kg)?;
-            positive(owner, "gyration_m", mover.gyration_m)?;
-            if !(mover.position.is_finite() && mover.velocity.is_finite() && mover.yaw_rate_rad_s.is_finite())
-            {
+    fn check(&self, bodies: &[ImpactBody; 2]) -> Result<()> {
+        let owner = "impact";
+        for body in bodies {
+            positive(owner, "mass_kg", body.mass_kg)?;
+            positive(owner, "gyration_m", body.gyration_m)?;
+            if !(body.position.is_finite() && body.velocity.is_finite() && body.yaw_rate_rad_s.is_finite()) {
                 return Err(Error::invalid(owner, "a body's motion", "not a number", "numbers"));
             }
         }
@@ -77,13 +76,13 @@ impl Encounter {
     }
 }
 
-/// A unit vector made by a division is this good.
+/// Error of the length of a unit vector.
 const UNIT_TOLERANCE: f64 = 1e-9;
 
-impl Mover {
-    fn inertia(&self) -> Inertia {
+impl ImpactBody {
+    fn inertia(&self) -> InverseInertia {
         let inverse_mass = 1.0 / self.mass_kg;
-        Inertia { inverse_mass, inverse_inertia: inverse_mass / (self.gyration_m * self.gyration_m) }
+        InverseInertia { inverse_mass, inverse_inertia: inverse_mass / (self.gyration_m * self.gyration_m) }
     }
 
     fn state(&self) -> State {
@@ -95,8 +94,8 @@ impl Mover {
         }
     }
 
-    fn struck(self, point: Point, impulse: Vec2) -> Self {
-        let Inertia { inverse_mass, inverse_inertia } = self.inertia();
+    fn state_after_impulse(self, point: Point, impulse: Vec2) -> Self {
+        let InverseInertia { inverse_mass, inverse_inertia } = self.inertia();
         Self {
             velocity: self.velocity + impulse * inverse_mass,
             yaw_rate_rad_s: self.yaw_rate_rad_s + (point - self.position).cross(impulse) * inverse_inertia,
@@ -109,8 +108,8 @@ impl Mover {
 mod tests {
     use super::*;
 
-    fn disc(x: f64, speed: f64) -> Mover {
-        Mover {
+    fn disc(x: f64, speed: f64) -> ImpactBody {
+        ImpactBody {
             mass_kg: 0.03,
             gyration_m: 0.025 / 2f64.sqrt(),
             position: Point::new(x, 0.0),
@@ -119,13 +118,13 @@ mod tests {
         }
     }
 
-    fn head_on(restitution: f64, friction: f64) -> Encounter {
+    fn head_on(restitution: f64, friction: f64) -> PairImpact {
         let (point, normal_ab) = (Point::new(0.025, 0.0), Vec2::new(1.0, 0.0));
-        Encounter { point, normal_ab, restitution, friction, law: ImpactLaw::Stronge }
+        PairImpact { point, normal_ab, restitution, friction, law: ImpactLaw::Stronge }
     }
 
     #[test]
-    fn equal_discs_exchange_their_speeds_along_the_normal() {
+    fn equal_discs_exchange_their_normal_speeds() {
         let (a, mut b) = (disc(0.0, 0.5), disc(0.05, 0.0));
         b.velocity = Vec2::ZERO;
         let [a, b] = head_on(1.0, 0.0).after([a, b]).expect("possible");
@@ -134,30 +133,30 @@ mod tests {
     }
 
     #[test]
-    fn discs_that_stick_roll_off_each_other() {
+    fn discs_that_stick_have_no_slip_after_the_impact() {
         let (a, mut b) = (disc(0.0, 0.5), disc(0.05, 0.0));
         b.velocity = Vec2::ZERO;
         let [a, b] = head_on(0.7, 2.0).after([a, b]).expect("possible");
         let slip = a.velocity.y + 0.025 * a.yaw_rate_rad_s - (b.velocity.y - 0.025 * b.yaw_rate_rad_s);
         assert!(slip.abs() < 1e-14, "{slip} m/s");
-        // A third of the slip, shared by equal discs: 3/m + 3/m.
+        // Sticking removes the slip with an inverse tangential mass of 3/m + 3/m.
         assert!((b.velocity.y - 0.4 / 6.0).abs() < 1e-14, "{} m/s", b.velocity.y);
     }
 
     #[test]
-    fn what_cannot_be_is_named() {
+    fn impossible_input_is_an_error_that_names_it() {
         let parting = [disc(0.0, -0.5), disc(0.05, 0.0)];
         assert_eq!(head_on(0.7, 0.2).after(parting).expect("possible"), parting);
-        for (encounter, word) in [
+        for (impact, word) in [
             (head_on(1.5, 0.2), "restitution"),
             (head_on(0.5, -0.2), "friction"),
-            (Encounter { normal_ab: Vec2::ZERO, ..head_on(0.5, 0.2) }, "normal"),
+            (PairImpact { normal_ab: Vec2::ZERO, ..head_on(0.5, 0.2) }, "normal"),
         ] {
-            let error = encounter.after(parting).expect_err("impossible").to_string();
+            let error = impact.after(parting).expect_err("impossible").to_string();
             assert!(error.contains(word), "{error}");
         }
-        let weightless = Mover { mass_kg: 0.0, ..disc(0.0, 0.5) };
-        let error = head_on(0.5, 0.2).after([weightless, parting[1]]).expect_err("impossible").to_string();
+        let massless = ImpactBody { mass_kg: 0.0, ..disc(0.0, 0.5) };
+        let error = head_on(0.5, 0.2).after([massless, parting[1]]).expect_err("impossible").to_string();
         assert!(error.contains("mass_kg"), "{error}");
     }
 }

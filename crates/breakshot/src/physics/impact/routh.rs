@@ -1,18 +1,18 @@
 //! What does one impact do to two bodies?
 //!
-//! Routh's method in the plane: the normal impulse p grows from zero, the contact slips (friction on its cone) until it
-//! sticks or slips back, the normal speed falls through zero (end of compression), and a law says when the impact ends.
-//! Stronge ("Unraveling paradoxical theories", J. Appl. Mech. 58 (1991) 1049): the work regained is e^2 times the work
-//! of compression, so energy is never made; Poisson: the impulse regained is e times the one of compression; Newton: the
-//! normal speed after is e times the one before, which can make energy where slip reverses.  Wang and Mason, J. Appl.
-//! Mech. 59 (1992) 635, list the cases.
+//! Routh's method in the plane (Routh 1905): the normal impulse p grows from zero, the contact slips (friction on its cone)
+//! until it sticks or slips in reverse, the approach speed decreases through zero (end of compression), and a law of restitution
+//! decides when the impact ends.  Stronge ("Unraveling paradoxical theories", J. Appl. Mech. 58 (1991) 1049): the work
+//! regained is e^2 times the work of compression, so no energy is gained.  Poisson: the impulse regained is e times the
+//! impulse of compression.  Newton: the separation speed is e times the approach speed, which can gain energy where slip
+//! reverses.  Wang and Mason, J. Appl. Mech. 59 (1992) 635, list the cases.
 
 use crate::geometry::{Point, Vec2};
 use crate::physics::sliding::body::Body;
 use crate::physics::sliding::motion::State;
 use serde::{Deserialize, Serialize};
 
-/// When an impact ends.
+/// Condition at which an impact ends.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum ImpactLaw {
@@ -21,35 +21,35 @@ pub enum ImpactLaw {
     Stronge,
     /// Impulse regained = e times impulse of compression.
     Poisson,
-    /// Normal speed after = e times before.
+    /// Separation speed = e times approach speed.
     Newton,
-    /// Eq. 17 to 23 of the paper as printed, for comparison: they can make energy and leave bodies approaching.
+    /// Eq. 17 to 23 of the paper as printed, for comparison: they can gain energy and leave bodies approaching.
     Paper,
 }
 
-/// How restitution depends on the normal approach speed.
+/// Dependence of restitution on the normal approach speed v.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum RestitutionLaw {
-    /// Not at all.
+    /// None: e is constant.
     #[default]
     Constant,
-    /// `e (v / v_ref)^-exponent`: 1/4 for plastic impacts at high speed.
+    /// `e (v / v_ref)^-exponent`, at most 1; the exponent is 1/4 for plastic impacts at high speed (Johnson 1985).
     Power {
-        /// The speed at which e was measured (m/s).
+        /// Speed at which e was measured (m/s).
         reference_speed_m_s: f64,
-        /// The exponent.
+        /// Exponent, 0 to 1.
         exponent: f64,
     },
-    /// `1 - (1 - e) (v / v_ref)^(1/5)`, the first term for viscoelastic spheres (Ramirez et al., 1999).
+    /// `1 - (1 - e) (v / v_ref)^(1/5)`, the first-order law of viscoelastic spheres (Ramirez et al. 1999).
     Viscoelastic {
-        /// The speed at which e was measured (m/s).
+        /// Speed at which e was measured (m/s).
         reference_speed_m_s: f64,
     },
 }
 
 impl RestitutionLaw {
-    /// Restitution at a normal approach speed (m/s), between 0 and 1.
+    /// Restitution at a normal approach speed (m/s), from 0 to 1; `measured` is e at the reference speed.
     pub fn restitution(self, measured: f64, speed_m_s: f64) -> f64 {
         match self {
             Self::Constant => measured,
@@ -63,10 +63,10 @@ impl RestitutionLaw {
     }
 }
 
-/// Where and in which direction two bodies touch.
+/// Point and direction of a contact.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Touch {
-    /// The place.
+pub(crate) struct ContactPoint {
+    /// Position in the table frame.
     pub(crate) point: Point,
     /// Unit vector from a to b.
     pub(crate) normal_ab: Vec2,
@@ -74,28 +74,28 @@ pub(crate) struct Touch {
 
 /// The two bodies at a contact: their relative velocity, and how an impulse changes it.
 ///
-/// Relative means a minus b; the impulse (p along the normal, q along the tangent, the normal turned left) acts on b.
+/// Relative means a minus b; the impulse (p along the normal, q along the tangent, the normal apply left) acts on b.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Impact {
     /// Approach speed along the normal and slip along the tangent (m/s).
     pub(crate) approach: f64,
     pub(crate) slip: f64,
-    /// Inverse inertia felt at the contact: normal, coupling, tangent (1/kg).
+    /// Inverse mass matrix at the contact: normal, coupling, tangent (1/kg).
     pub(crate) k_nn: f64,
     pub(crate) k_nt: f64,
     pub(crate) k_tt: f64,
 }
 
-/// How little a body resists an impulse.
+/// Inverse mass and inertia of a body.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Inertia {
-    /// One over the mass.
+pub(crate) struct InverseInertia {
+    /// 1 / mass.
     pub(crate) inverse_mass: f64,
-    /// One over the moment of inertia about the centroid.
+    /// 1 / moment of inertia about the centroid.
     pub(crate) inverse_inertia: f64,
 }
 
-impl Inertia {
+impl InverseInertia {
     pub(crate) fn of(body: &Body) -> Self {
         Self { inverse_mass: body.inverse_mass, inverse_inertia: body.inverse_inertia }
     }
@@ -108,22 +108,26 @@ pub(crate) struct Impulse {
     pub(crate) tangent: f64,
 }
 
-/// The velocity of a body's point.
-pub(crate) fn velocity_at(state: &State, point: Point) -> Vec2 {
+/// The velocity of a point of a body.
+pub(crate) fn point_velocity(state: &State, point: Point) -> Vec2 {
     state.velocity + (point - state.position).perpendicular() * state.yaw_rate_rad_s
 }
 
 impl Impact {
-    /// Two bodies with their states as they touch.
-    pub(crate) fn new(a: (&Body, &State), b: (&Body, &State), touch: &Touch) -> Self {
-        Self::between((Inertia::of(a.0), a.1), (Inertia::of(b.0), b.1), touch)
+    /// Two bodies with their states as they contact.
+    pub(crate) fn new(a: (&Body, &State), b: (&Body, &State), contact: &ContactPoint) -> Self {
+        Self::between((InverseInertia::of(a.0), a.1), (InverseInertia::of(b.0), b.1), contact)
     }
 
-    /// Two inertias with their states as they touch.
-    pub(crate) fn between(a: (Inertia, &State), b: (Inertia, &State), touch: &Touch) -> Self {
-        let (n, t) = (touch.normal_ab, touch.normal_ab.perpendicular());
-        let relative = velocity_at(a.1, touch.point) - velocity_at(b.1, touch.point);
-        let (ra, rb) = (touch.point - a.1.position, touch.point - b.1.position);
+    /// Two inertias with their states as they contact.
+    pub(crate) fn between(
+        a: (InverseInertia, &State),
+        b: (InverseInertia, &State),
+        contact: &ContactPoint,
+    ) -> Self {
+        let (n, t) = (contact.normal_ab, contact.normal_ab.perpendicular());
+        let relative = point_velocity(a.1, contact.point) - point_velocity(b.1, contact.point);
+        let (ra, rb) = (contact.point - a.1.position, contact.point - b.1.position);
         let arms = |r: Vec2| (r.cross(n), r.cross(t));
         let ((an, at), (bn, bt)) = (arms(ra), arms(rb));
         let (ia, ib) = (a.0.inverse_inertia, b.0.inverse_inertia);
@@ -143,32 +147,32 @@ impl Impact {
             return self.impulse_of_the_paper(restitution, friction);
         }
         if friction == 0.0 {
-            // Without friction the three laws agree (Eq. 17).
+            // Without friction the three laws are equal (Eq. 17).
             return Impulse { normal: (1.0 + restitution) * self.approach / self.k_nn, tangent: 0.0 };
         }
         self.routh(restitution, friction, law)
     }
 
-    /// The normal impulse at which the first slip ends, and friction over normal impulse before and after it.
+    /// The normal impulse at which the first slip ends, and tangential over normal impulse before and after it.
     fn friction_path(&self, friction: f64) -> (f64, f64, f64) {
         let sign = if self.slip < 0.0 { -1.0 } else { 1.0 };
-        let braking = friction * self.k_tt + sign * self.k_nt;
+        let slip_reduction = friction * self.k_tt + sign * self.k_nt;
         let sticking = -self.k_nt / self.k_tt;
-        // The contact sticks if friction can hold it, else it slips back.
+        // The contact sticks if the friction cone allows it, and slips in reverse otherwise.
         let after = sticking.clamp(-friction, friction);
         if self.slip == 0.0 {
             return (0.0, after, after);
         }
-        let end = if braking > 0.0 { self.slip.abs() / braking } else { f64::INFINITY };
+        let end = if slip_reduction > 0.0 { self.slip.abs() / slip_reduction } else { f64::INFINITY };
         (end, sign * friction, after)
     }
 
     fn routh(&self, restitution: f64, friction: f64, law: ImpactLaw) -> Impulse {
         let (slip_end, before, after) = self.friction_path(friction);
-        let path = Path {
-            start: self.approach,
-            corner: slip_end,
-            fall: [self.k_nn + self.k_nt * before, self.k_nn + self.k_nt * after],
+        let path = ImpulsePath {
+            approach: self.approach,
+            slip_end: slip_end,
+            slopes: [self.k_nn + self.k_nt * before, self.k_nn + self.k_nt * after],
         };
         let compression = path.compression();
         let end = match law {
@@ -187,70 +191,72 @@ impl Impact {
     /// Eq. 17 to 23 as printed: the frictionless impulse F, `F_n = F cos(alpha)`, `F_t = F sin(alpha)`, alpha between the
     /// relative velocity and the normal.
     fn impulse_of_the_paper(&self, restitution: f64, friction: f64) -> Impulse {
-        let whole = (1.0 + restitution) * self.approach / self.k_nn;
+        let frictionless = (1.0 + restitution) * self.approach / self.k_nn;
         let speed = self.approach.hypot(self.slip);
-        let normal = whole * self.approach / speed;
+        let normal = frictionless * self.approach / speed;
         let limit = friction * normal;
-        Impulse { normal, tangent: (whole * self.slip / speed).clamp(-limit, limit) }
+        Impulse { normal, tangent: (frictionless * self.slip / speed).clamp(-limit, limit) }
     }
 }
 
-/// The normal approach speed over the normal impulse: it falls evenly, with a corner where the first slip ends.
-struct Path {
-    start: f64,
-    corner: f64,
-    fall: [f64; 2],
+/// The approach speed as a function of the normal impulse: two lines that join where the first slip ends.
+struct ImpulsePath {
+    approach: f64,
+    slip_end: f64,
+    slopes: [f64; 2],
 }
 
-impl Path {
-    /// The impulse at which the approach ends.
+impl ImpulsePath {
+    /// The normal impulse at the end of compression.
     fn compression(&self) -> f64 {
-        let at_corner = self.start - self.fall[0] * self.corner;
-        if at_corner < 0.0 || self.corner == f64::INFINITY {
-            return self.start / self.fall[0];
+        let at_slip_end = self.approach - self.slopes[0] * self.slip_end;
+        if at_slip_end < 0.0 || self.slip_end == f64::INFINITY {
+            return self.approach / self.slopes[0];
         }
-        self.corner + at_corner / self.fall[1]
+        self.slip_end + at_slip_end / self.slopes[1]
     }
 
     /// The work of compression (J).
     fn work(&self, compression: f64) -> f64 {
-        if compression <= self.corner {
-            return 0.5 * self.start * compression;
+        if compression <= self.slip_end {
+            return 0.5 * self.approach * compression;
         }
-        let at_corner = self.start - self.fall[0] * self.corner;
-        0.5 * (self.start + at_corner) * self.corner + 0.5 * at_corner * (compression - self.corner)
+        let at_slip_end = self.approach - self.slopes[0] * self.slip_end;
+        0.5 * (self.approach + at_slip_end) * self.slip_end
+            + 0.5 * at_slip_end * (compression - self.slip_end)
     }
 
-    /// The impulse at which a work has been regained.
+    /// The normal impulse at which a work has been regained.
     fn end_by_work(&self, compression: f64, work: f64) -> f64 {
-        if compression >= self.corner {
-            return compression + (2.0 * work / self.fall[1]).sqrt();
+        if compression >= self.slip_end {
+            return compression + (2.0 * work / self.slopes[1]).sqrt();
         }
-        let slipping = self.corner - compression;
-        let regained = 0.5 * self.fall[0] * slipping * slipping;
+        let slipping = self.slip_end - compression;
+        let regained = 0.5 * self.slopes[0] * slipping * slipping;
         if work <= regained {
-            return compression + (2.0 * work / self.fall[0]).sqrt();
+            return compression + (2.0 * work / self.slopes[0]).sqrt();
         }
-        let speed = self.fall[0] * slipping;
-        let missing = work - regained;
-        self.corner + 2.0 * missing / (speed + (speed * speed + 2.0 * self.fall[1] * missing).sqrt())
+        let speed = self.slopes[0] * slipping;
+        let remaining_work = work - regained;
+        self.slip_end
+            + 2.0 * remaining_work / (speed + (speed * speed + 2.0 * self.slopes[1] * remaining_work).sqrt())
     }
 
-    /// The impulse at which the bodies part with a speed.
+    /// The normal impulse at which the bodies separate with a speed.
     fn end_by_speed(&self, compression: f64, speed: f64) -> f64 {
-        if compression >= self.corner {
-            return compression + speed / self.fall[1];
+        if compression >= self.slip_end {
+            return compression + speed / self.slopes[1];
         }
-        let at_corner = self.fall[0] * (self.corner - compression);
-        if speed <= at_corner {
-            return compression + speed / self.fall[0];
+        let at_slip_end = self.slopes[0] * (self.slip_end - compression);
+        if speed <= at_slip_end {
+            return compression + speed / self.slopes[0];
         }
-        self.corner + (speed - at_corner) / self.fall[1]
+        self.slip_end + (speed - at_slip_end) / self.slopes[1]
     }
 }
 
-/// A body's state after an impulse on it at a point.
-pub(crate) fn struck(body: &Body, state: &State, point: Point, impulse: Vec2) -> State {
+/// The state of a body after an impulse on it at a point.
+pub(crate) fn state_after_impulse(body: &Body, state: &State, point: Point, impulse: Vec2) -> State {
     let arm = point - state.position;
     State {
         velocity: state.velocity + impulse * body.inverse_mass,

@@ -1,15 +1,16 @@
-//! The same scene and strike for MuJoCo: how would another simulator see it?
+//! How is a scene and its strike written as a MuJoCo model?
 //!
-//! The model loads as it is: started from its keyframe `strike`, the striker runs and stops without any code.  What is
-//! approximated is written at the top of the model and in [`Mjcf::notes`].
+//! The model needs no further code: reset to its keyframe `strike`, the striker moves and stops.  The approximations are listed
+//! at the top of the model and in [`Mjcf::notes`].
 
 use crate::error::Result;
 use crate::geometry::{Point, Pose, Vec2};
 use crate::object::Shape;
 use crate::physics::contact::convex_decomposition::convex_parts;
-use crate::physics::sliding::patch_friction::mean_arm_m;
-use crate::physics::world::{STRIKER, World};
-use crate::physics::{GRAVITY_M_S2, Options};
+use crate::physics::options::Options;
+use crate::physics::sliding::body::STRIKER;
+use crate::physics::sliding::patch_friction::{GRAVITY_M_S2, mean_arm_m};
+use crate::physics::world::World;
 use crate::properties::Properties;
 use crate::scene::{Scene, Strike};
 use std::f64::consts::TAU;
@@ -20,29 +21,29 @@ use std::fmt::Write;
 pub struct Mjcf {
     /// The model (MJCF, XML).
     pub text: String,
-    /// What is approximated or left out.
+    /// What is approximated or omitted.
     pub notes: Vec<String>,
 }
 
-/// How long a contact lasts (s): MuJoCo's contacts are springs, and need some steps.
+/// Duration of a contact (s): MuJoCo's contacts are springs that need some steps.
 const CONTACT_S: f64 = 2e-3;
-/// MuJoCo's step (s): twenty in a contact.
+/// MuJoCo's time step (s): twenty per contact.
 const STEP_S: f64 = 1e-4;
-/// Every object stands on so many feet on the circle of its mean lever arm: the greatest friction torque is its own.
+/// Feet of an object on the circle of its mean lever arm, which gives its greatest friction torque.
 const FEET: usize = 6;
-/// Radius of a foot, and how far outlines stay above the table (m).
+/// Radius of a foot, and height of the outlines above the table (m).
 const FOOT_M: f64 = 0.001;
-/// Mass of a striker that does not give way, over the mass of all objects.
-const UNYIELDING: f64 = 1e4;
+/// Mass of a striker of prescribed motion, over the mass of all objects.
+const PRESCRIBED_MASS_RATIO: f64 = 1e4;
 /// Half of the thickness of a wall (m), and half of its height.
 const WALL_HALF_M: [f64; 2] = [1e-3, 0.05];
-/// A restitution below it would need a spring that is all damper.
+/// Least restitution; a smaller one would need a pure damper.
 const LEAST_RESTITUTION: f64 = 1e-3;
 
 /// A MuJoCo model of a scene, its properties and a strike.
 ///
 /// # Errors
-/// The same as [`trajectory`](crate::physics::output::trajectory()): what cannot be simulated is not exported.
+/// The same as [`trajectory`](crate::physics::trajectory()): what cannot be simulated is not exported.
 pub fn mjcf(scene: &Scene, properties: &Properties, strike: &Strike, options: &Options) -> Result<Mjcf> {
     let world = World::new(scene, properties, options)?;
     world.check_strike(strike)?;
@@ -84,12 +85,12 @@ fn notes(scene: &Scene, world: &World) -> Vec<String> {
         ),
         "contact friction acts on these springs; ours is Routh's method with Stronge's restitution".into(),
         format!(
-            "objects slide, turn and press on the table but never tip; each stands on {FEET} feet on the circle of its mean lever arm"
+            "objects slide and rotate on the table but never tip; each has {FEET} feet on the circle of its mean lever arm"
         ),
         "the striker is stopped by the end of its joint and stays there; it does not draw back".into(),
     ];
     if !scene.keep_out.is_empty() {
-        notes.push("keep-out areas are left out: nothing happens at their edges".into());
+        notes.push("keep-out areas are omitted: nothing happens at their edges".into());
     }
     if scene.cell.table.is_some() {
         notes.push("the table has no edges: nothing falls".into());
@@ -98,13 +99,13 @@ fn notes(scene: &Scene, world: &World) -> Vec<String> {
     notes
 }
 
-/// A model as it is written.
+/// The parts of a model.
 struct Model<'a> {
     world: &'a World,
     scene: &'a Scene,
     /// Meshes of polygons.
     assets: String,
-    /// Names of geoms with the bodies they belong to.
+    /// Names of geoms, with the indices of their bodies.
     geoms: Vec<(usize, String)>,
 }
 
@@ -117,7 +118,7 @@ impl Model<'_> {
     /// The striker: a heavy body on a slide along its heading, which ends after its travel.
     fn striker(&mut self, strike: &Strike, options: &Options) -> String {
         let all: f64 = self.world.bodies[1..=self.world.objects].iter().map(|b| 1.0 / b.inverse_mass).sum();
-        let mass = options.striker_mass_kg.unwrap_or(UNYIELDING * all.max(1.0));
+        let mass = options.striker_mass_kg.unwrap_or(PRESCRIBED_MASS_RATIO * all.max(1.0));
         let Point { x, y } = strike.start_m;
         let (heading, travel) = (strike.heading_rad, strike.travel_m);
         let striker = &self.scene.cell.striker;
@@ -130,7 +131,7 @@ impl Model<'_> {
         )
     }
 
-    /// An object: slides along x, y and z, a turn about z, an outline and feet.
+    /// An object: joints along x, y and z and about z, an outline and feet.
     fn object(&mut self, index: usize, (shape, height_m): (&Shape, f64), pose: Pose) -> String {
         let body = self.world.body_of[index];
         let (mass, inertia) =
@@ -141,7 +142,7 @@ impl Model<'_> {
             "    <body name=\"{name}\" pos=\"{x} {y} 0\" euler=\"0 0 {yaw_rad}\">\n      \
              <inertial pos=\"0 0 0\" mass=\"{mass}\" diaginertia=\"{inertia} {inertia} {inertia}\"/>\n"
         );
-        // Joint axes are the body's own: turned back, they are the table's.
+        // Joint axes are the body's own: apply back, they are the table's.
         let back = [Vec2::from_heading(-yaw_rad), Vec2::from_heading(-yaw_rad).perpendicular()];
         for (joint, axis) in ["x", "y"].into_iter().zip(back) {
             let _ = writeln!(
@@ -153,7 +154,7 @@ impl Model<'_> {
         let _ = writeln!(text, "      <joint name=\"{name} z\" type=\"slide\" axis=\"0 0 1\"/>");
         let _ = writeln!(text, "      <joint name=\"{name} yaw\" type=\"hinge\" axis=\"0 0 1\"/>");
         text += &self.outline(&name, body, (shape, height_m));
-        let friction = self.world.bodies[body].grip_m_s2 / GRAVITY_M_S2;
+        let friction = self.world.bodies[body].friction_deceleration_m_s2 / GRAVITY_M_S2;
         let arm_m = mean_arm_m(shape);
         for foot in 0..FEET {
             let at = Vec2::from_heading(foot as f64 / FEET as f64 * TAU) * arm_m;
@@ -167,7 +168,7 @@ impl Model<'_> {
         text + "    </body>\n"
     }
 
-    /// The geoms of an outline, as high as the object; they touch only what `pairs` names.
+    /// The geoms of an outline, as high as the object; they collide only in the pairs of [`Model::pairs`].
     fn outline(&mut self, name: &str, body: usize, (shape, height_m): (&Shape, f64)) -> String {
         let half_m = 0.5 * (height_m - FOOT_M).max(FOOT_M);
         let middle_m = FOOT_M + half_m;
@@ -223,7 +224,7 @@ impl Model<'_> {
         text
     }
 
-    /// Every two bodies that may touch, with their own restitution and friction.
+    /// All pairs of geoms that can collide, with their restitution and friction.
     fn pairs(&self) -> String {
         let mut text = String::new();
         for (k, (a, geom_a)) in self.geoms.iter().enumerate() {
@@ -247,14 +248,14 @@ impl Model<'_> {
     }
 }
 
-/// Stiffness and damping, over the mass that meets, of a spring that never pulls, lasts [`CONTACT_S`] and gives a restitution.
+/// Stiffness and damping, over the reduced mass, of a spring that never pulls, lasts [`CONTACT_S`] and has a restitution.
 ///
 /// With damping ratio `sin(phi)` it is `exp(-tan(phi) (pi - 2 phi))` after `(pi - 2 phi) / (omega cos(phi))`; beyond
 /// critical damping `cosh(psi)` it is `exp(-2 psi / tanh(psi))` after `2 psi / (omega sinh(psi))` (Schwager and Poeschel,
 /// Granular Matter 9 (2007) 465).
 fn spring(restitution: f64) -> (f64, f64) {
     let wanted = restitution.max(LEAST_RESTITUTION);
-    // One number for both branches: phi below a right angle, psi beyond it.
+    // One variable for both branches: phi below a right angle, psi above it.
     let right_angle = 0.25 * TAU;
     let answer = |x: f64| {
         if x < right_angle - 1e-6 {
@@ -280,18 +281,18 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_spring_that_never_pulls_gives_the_restitution_in_its_time() {
+    fn a_spring_that_never_pulls_has_the_restitution_and_the_duration() {
         for restitution in [0.05, 0.1, 0.2, 0.5, 0.8, 0.99] {
             let (stiffness, damping) = spring(restitution);
             let step_s = 1e-8;
-            let (mut place, mut speed, mut time_s) = (0.0, -1.0, 0.0);
+            let (mut position_m, mut speed, mut time_s) = (0.0, -1.0, 0.0);
             loop {
-                let push: f64 = -stiffness * place - damping * speed;
+                let push: f64 = -stiffness * position_m - damping * speed;
                 if push < 0.0 && speed > 0.0 {
                     break;
                 }
                 speed += step_s * push;
-                place += step_s * speed;
+                position_m += step_s * speed;
                 time_s += step_s;
             }
             assert!((speed - restitution).abs() < 1e-3, "{speed}, not {restitution}");
@@ -300,7 +301,7 @@ mod tests {
     }
 
     #[test]
-    fn names_cannot_break_the_model() {
+    fn names_are_escaped() {
         assert_eq!(escaped("a<\"b\"&c>"), "a&lt;&quot;b&quot;&amp;c&gt;");
     }
 }

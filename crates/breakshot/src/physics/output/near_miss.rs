@@ -1,103 +1,113 @@
-//! How fragile is an answer?
+//! How close was a hit to a miss, or a miss to a hit?
 //!
-//! Wherever two bodies barely miss or barely hit each other, a little more or less changes everything after it.  The margin of
-//! a hit is how far aside one body would have to lie for the two to pass each other; that of a miss is the gap that stays open.
+//! Where two bodies narrowly miss or narrowly hit each other, small changes have a large effect on everything after it.  The
+//! margin of a hit is the overlap of the two bodies across their relative velocity, that of a miss the smallest gap.
 
 use crate::geometry::{Pose, Vec2};
-use crate::physics::AfterStrike;
+use crate::physics::contact::distance::gap_m;
+use crate::physics::event_loop::striker::AfterStrike;
 use crate::physics::output::outcome::Outcome;
-use crate::physics::rotation::Rotation;
-use crate::physics::sliding::motion::{Motion, State, length};
-use crate::physics::world::{STRIKER, World, gap_m};
+use crate::physics::rotation::{Rotation, length};
+use crate::physics::sliding::body::STRIKER;
+use crate::physics::sliding::motion::{Motion, State};
+use crate::physics::world::World;
 use serde::{Deserialize, Serialize};
 
-/// The collision that was most nearly missed, or the miss that was most nearly a collision.
+/// The hit that was closest to a miss, or the miss that was closest to a hit.
+#[non_exhaustive]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Graze {
-    /// When (s after the striker starts).
+pub struct NearMiss {
+    /// Time (s after the striker starts).
     pub time_s: f64,
     /// The two bodies.
     pub bodies: Vec<String>,
-    /// Whether they did hit each other.
+    /// Whether they hit each other.
     pub hit: bool,
-    /// By how much (m).
+    /// Overlap across the relative velocity of a hit, or smallest gap of a miss (m).
     pub margin_m: f64,
 }
 
-/// A graze by the bodies' indices.
+/// The margin of a hit or miss of two bodies, given by their indices.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Close {
+pub(super) struct Margin {
     time_s: f64,
     bodies: [usize; 2],
     hit: bool,
     margin_m: f64,
 }
 
-/// Slower meetings (m/s) are bodies that lean on each other.
-const MEETING_M_S: f64 = 0.03;
-/// Nothing passes anything in a shorter time (s).
+/// Relative speed (m/s) below which a contact is no hit but bodies that are pushed together.
+const LEAST_IMPACT_M_S: f64 = 0.03;
+/// Shortest time in which bodies can pass each other (s).
 const SHORTEST_S: f64 = 1e-3;
-/// Looks at the gap over a stretch of two motions.
-const LOOKS: usize = 16;
-/// Halvings of the time around the smallest gap.
-const HALVINGS: usize = 30;
-/// Smaller gaps (m) are contacts.
+/// Samples of the gap over the common time of two motions.
+const SAMPLES: usize = 16;
+/// Steps of the ternary search around the smallest sample.
+const SECTIONS: usize = 30;
+/// Gap (m) below which bodies are in contact.
 const CONTACT_M: f64 = 2e-6;
 
-impl Close {
-    /// A hit of two bodies with their states before it; none if they only lean on each other.
-    pub(super) fn hit(world: &World, time_s: f64, bodies: [usize; 2], states: &[State; 2]) -> Option<Self> {
-        let way = states[0].velocity - states[1].velocity;
-        if bodies[1] > world.objects || length(way) < MEETING_M_S {
+impl Margin {
+    /// The margin of a hit of two bodies with their states before it; none if they are pushed together slowly.
+    pub(super) fn of_hit(
+        world: &World,
+        time_s: f64,
+        bodies: [usize; 2],
+        states: &[State; 2],
+    ) -> Option<Self> {
+        let relative_velocity = states[0].velocity - states[1].velocity;
+        if bodies[1] > world.objects || length(relative_velocity) < LEAST_IMPACT_M_S {
             return None;
         }
-        let across = way.perpendicular() / length(way);
+        let across = relative_velocity.perpendicular() / length(relative_velocity);
         let [a, b] = [0, 1].map(|k| extent(world, bodies[k], &states[k], across));
         let margin_m = (a[1] - b[0]).min(b[1] - a[0]);
         Some(Self { time_s, bodies, hit: true, margin_m })
     }
 
-    pub(super) fn closer(one: Option<Self>, other: Option<Self>) -> Option<Self> {
+    /// The smaller of two margins.
+    pub(super) fn smaller(one: Option<Self>, other: Option<Self>) -> Option<Self> {
         match (one, other) {
             (Some(a), Some(b)) => Some(if b.margin_m < a.margin_m { b } else { a }),
             (a, b) => a.or(b),
         }
     }
 
-    pub(super) fn named(&self, world: &World) -> Graze {
+    /// The same with the names of the bodies.
+    pub(super) fn named(&self, world: &World) -> NearMiss {
         let bodies = self.bodies.iter().map(|&b| world.name(b)).collect();
-        Graze { time_s: self.time_s, bodies, hit: self.hit, margin_m: self.margin_m }
+        NearMiss { time_s: self.time_s, bodies, hit: self.hit, margin_m: self.margin_m }
     }
 }
 
 /// The least and greatest extent of a body along a unit vector (m).
 fn extent(world: &World, body: usize, state: &State, along: Vec2) -> [f64; 2] {
-    let turn = Rotation::new(state.yaw_rad);
+    let rotation = Rotation::new(state.yaw_rad);
     let centre = state.position.to_vec().dot(along);
     let mut found = [f64::INFINITY, f64::NEG_INFINITY];
-    for part in &world.bodies[body].plate.parts {
+    for part in &world.bodies[body].shape.parts {
         for corner in &part.corners {
-            let at = centre + turn.turned(*corner).dot(along);
+            let at = centre + rotation.apply(*corner).dot(along);
             found = [found[0].min(at - part.radius_m), found[1].max(at + part.radius_m)];
         }
     }
     found
 }
 
-/// The closest miss of all pairs of bodies.
-pub(super) fn closest_miss(world: &World, motions: &[Vec<Motion>], outcome: &Outcome) -> Option<Close> {
-    let mut closest: Option<Close> = None;
+/// The smallest gap that stayed open, over all pairs of the striker and the objects.
+pub(super) fn smallest_gap(world: &World, motions: &[Vec<Motion>], outcome: &Outcome) -> Option<Margin> {
+    let mut closest: Option<Margin> = None;
     for a in 0..=world.objects {
         for b in a + 1..=world.objects {
-            let until_s =
-                there_until_s(world, motions, outcome, a).min(there_until_s(world, motions, outcome, b));
+            let until_s = on_table_until_s(world, motions, outcome, a)
+                .min(on_table_until_s(world, motions, outcome, b));
             let (mut i, mut k) = (0, 0);
             loop {
                 let next = |list: &[Motion], n: usize| list.get(n + 1).map_or(f64::INFINITY, |m| m.start_s);
                 let (next_a, next_b) = (next(&motions[a], i), next(&motions[b], k));
                 let both = (&motions[a][i], &motions[b][k]);
                 let end_s = next_a.min(next_b);
-                closest = Close::closer(closest, miss(world, [a, b], both, end_s.min(until_s)));
+                closest = Margin::smaller(closest, gap_between(world, [a, b], both, end_s.min(until_s)));
                 if end_s >= until_s {
                     break;
                 }
@@ -108,16 +118,16 @@ pub(super) fn closest_miss(world: &World, motions: &[Vec<Motion>], outcome: &Out
     closest
 }
 
-/// Until when a body is on the table (s).
-fn there_until_s(world: &World, motions: &[Vec<Motion>], outcome: &Outcome, body: usize) -> f64 {
+/// The time until which a body is on the table (s).
+fn on_table_until_s(world: &World, motions: &[Vec<Motion>], outcome: &Outcome, body: usize) -> f64 {
     let last_s = motions[body].last().map_or(0.0, |m| m.start_s);
     let lifted = body == STRIKER && world.options.after_strike == AfterStrike::Lift;
     let fallen = world.body_of.iter().position(|&b| b == body).is_some_and(|k| outcome.fallen[k]);
     if lifted || fallen { last_s } else { f64::INFINITY }
 }
 
-/// The smallest gap on a stretch of two motions, if it lies inside or where both come to rest.
-fn miss(world: &World, bodies: [usize; 2], (a, b): (&Motion, &Motion), end_s: f64) -> Option<Close> {
+/// The smallest gap during two motions, if it is inside their common time or where both come to rest.
+fn gap_between(world: &World, bodies: [usize; 2], (a, b): (&Motion, &Motion), end_s: f64) -> Option<Margin> {
     let from_s = a.start_s.max(b.start_s);
     let rest_s = a.stop_s.max(b.stop_s);
     let to_s = end_s.min(rest_s);
@@ -132,15 +142,15 @@ fn miss(world: &World, bodies: [usize; 2], (a, b): (&Motion, &Motion), end_s: f6
         };
         gap_m(at(0, a), at(1, b))
     };
-    let time = |k: usize| from_s + (to_s - from_s) * k as f64 / LOOKS as f64;
-    let gaps: Vec<f64> = (0..=LOOKS).map(|k| gap(time(k))).collect();
-    let least = (0..=LOOKS).min_by(|&i, &k| gaps[i].total_cmp(&gaps[k]))?;
-    let rests = least == LOOKS && rest_s <= end_s && gaps[0] > gaps[LOOKS] + CONTACT_M;
-    if least == 0 || least == LOOKS && !rests {
+    let time = |k: usize| from_s + (to_s - from_s) * k as f64 / SAMPLES as f64;
+    let gaps: Vec<f64> = (0..=SAMPLES).map(|k| gap(time(k))).collect();
+    let least = (0..=SAMPLES).min_by(|&i, &k| gaps[i].total_cmp(&gaps[k]))?;
+    let rests = least == SAMPLES && rest_s <= end_s && gaps[0] > gaps[SAMPLES] + CONTACT_M;
+    if least == 0 || least == SAMPLES && !rests {
         return None;
     }
-    let (mut low_s, mut high_s) = (time(least - 1), time((least + 1).min(LOOKS)));
-    for _ in 0..HALVINGS {
+    let (mut low_s, mut high_s) = (time(least - 1), time((least + 1).min(SAMPLES)));
+    for _ in 0..SECTIONS {
         let third = (high_s - low_s) / 3.0;
         if gap(low_s + third) < gap(high_s - third) {
             high_s -= third;
@@ -149,5 +159,5 @@ fn miss(world: &World, bodies: [usize; 2], (a, b): (&Motion, &Motion), end_s: f6
         }
     }
     let (time_s, margin_m) = (0.5 * (low_s + high_s), gap(0.5 * (low_s + high_s)));
-    (margin_m > CONTACT_M).then_some(Close { time_s, bodies, hit: false, margin_m })
+    (margin_m > CONTACT_M).then_some(Margin { time_s, bodies, hit: false, margin_m })
 }

@@ -1,24 +1,24 @@
-//! What does a strike lead to?
+//! What is the result of a strike, without its events?
 
 use crate::geometry::Pose;
 
-/// What a strike leads to.
+/// The poses after a strike.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Outcome {
-    /// Where each object comes to rest, in the order of [`World::names`].
+    /// Final pose of each object, in the order of [`World::names`](crate::physics::World::names).
     pub poses: Vec<Pose>,
-    /// When everything is at rest (s after the striker starts).
+    /// Time at which everything is at rest (s after the striker starts).
     pub duration_s: f64,
-    /// How many impacts there were.
+    /// Number of impacts.
     pub impacts: usize,
-    /// Which objects have fallen off the table, in the order of [`World::names`]; their poses are those at the edge.
+    /// Whether each object has fallen off the table, in the same order; its pose is then the one at the edge.
     pub fallen: Vec<bool>,
-    /// Whether it was followed to the end; if not, the poses are those where it was given up.
+    /// Whether everything came to rest within the bound of steps; if not, the poses are those at the last step.
     pub complete: bool,
 }
 
 impl Outcome {
-    /// A number that changes with any bit of the answer (FNV-1a over the bits of poses and duration).
+    /// A hash of every bit of poses and duration (FNV-1a), to compare results exactly.
     pub fn bit_hash(&self) -> u64 {
         let numbers = self.poses.iter().flat_map(|p| [p.position.x, p.position.y, p.yaw_rad]);
         let bytes = numbers.chain([self.duration_s]).flat_map(|n| n.to_bits().to_le_bytes());

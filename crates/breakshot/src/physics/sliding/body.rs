@@ -1,42 +1,55 @@
-//! What is a body to the simulator: outline, inertia, grip of the table.
+//! What does the simulator know about a body: outline, inertia and friction against the table?
 
 use crate::geometry::Pose;
-use crate::physics::contact::compound_shape::Plate;
-use crate::physics::sliding::limit_surface::Hold;
+use crate::physics::contact::compound_shape::CompoundShape;
+use crate::physics::sliding::limit_surface::{LimitSurface, SupportCoefficients};
 use crate::physics::sliding::slide_curve::SlideCurve;
 use std::sync::Arc;
 
-/// A body of the world; a striker and a wall have no inverse mass.
+/// The striker's index among the bodies of a world.
+pub(crate) const STRIKER: usize = 0;
+
+/// A rigid body of a world; striker and walls have an inverse mass of zero.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Body {
-    /// Its outline.
-    pub(crate) plate: Arc<Plate>,
-    /// Where it lies at first.
+    /// The outline that other bodies collide with.
+    pub(crate) shape: Arc<CompoundShape>,
+    /// Pose at the start of every strike.
     pub(crate) pose: Pose,
-    /// One over its mass (1/kg, or one over reference masses).
+    /// 1 / mass (1/kg, or over the reference object's mass).
     pub(crate) inverse_mass: f64,
-    /// One over its moment of inertia about the centroid.
+    /// 1 / moment of inertia about the centroid.
     pub(crate) inverse_inertia: f64,
-    /// Friction times gravity: deceleration of a slide without spin (m/s2).
-    pub(crate) grip_m_s2: f64,
-    /// Radius of the uniform disc whose friction torque the support has (m).
+    /// Friction coefficient times gravity: deceleration of a slide without spin (m/s2).
+    pub(crate) friction_deceleration_m_s2: f64,
+    /// Radius of the uniform disc that has the same friction torque as the support (m).
     pub(crate) patch_radius_m: f64,
-    /// How it slides and spins.
+    /// Coupled sliding and spinning on a round patch.
     pub(crate) curve: Arc<SlideCurve>,
-    /// How the table holds it where its support is no round patch.
-    pub(crate) hold: Option<Arc<Hold>>,
-    /// Its row in the table of pair coefficients.
+    /// Friction force and torque where a round patch is not good enough.
+    pub(crate) limit_surface: Option<Arc<LimitSurface>>,
+    /// Row in the table of pair coefficients.
     pub(crate) kind: usize,
 }
 
 impl Body {
-    /// Deceleration of a spin in place, the greatest there is (rad/s2).
+    /// Angular deceleration of a body that spins without sliding, the greatest possible one (rad/s2).
     pub(crate) fn spin_deceleration_rad_s2(&self) -> f64 {
-        self.grip_m_s2 * self.curve.spin_deceleration() / self.patch_radius_m
+        self.friction_deceleration_m_s2 * self.curve.spin_deceleration() / self.patch_radius_m
     }
 
-    /// Whether an impact cannot move it.
+    /// Whether impulses leave its velocity unchanged.
     pub(crate) fn is_fixed(&self) -> bool {
         self.inverse_mass == 0.0
+    }
+
+    /// The coefficients that scale the limit surface to this body.
+    pub(crate) fn support_coefficients(&self) -> SupportCoefficients {
+        SupportCoefficients {
+            friction_deceleration_m_s2: self.friction_deceleration_m_s2,
+            patch_radius_m: self.patch_radius_m,
+            // kappa = (radius of gyration / R)^2, so that R inverse_inertia / inverse_mass = 1 / (kappa R).
+            inverse_kappa_radius_per_m: self.patch_radius_m * self.inverse_inertia / self.inverse_mass,
+        }
     }
 }

@@ -1,18 +1,21 @@
-//! How does the table hold a body that slides and spins?
+//! Which friction force and torque act on a body with a round support that slides and spins?
 //!
 //! A uniform circular patch of radius R feels `F = mu m g f(eps)` against its velocity and `T = mu m g R t(eps)`
 //! against its spin, `eps = v / (R |w|)`: Farkas, Bartels, Unger and Wolf, Phys. Rev. Lett. 90, 248302 (2003).  Any
-//! compact support acts like the patch of radius 1.5 times its mean lever arm (exact for the disc, within 0.7 mm of
-//! final position for squares, triangles and hexagons).
+//! compact support is replaced by the patch whose radius is 1.5 times its mean lever arm (exact for the disc; final positions
+//! agree within 0.7 mm for squares, triangles and hexagons).
 
 use crate::geometry::Vec2;
 use crate::object::Shape;
 use std::f64::consts::{FRAC_PI_2, PI};
 
-/// Radius of the uniform disc with the same greatest torque, over the mean lever arm: T = mu m g (2/3) R.
+/// Standard gravity, as the estimates use it (m/s2).
+pub const GRAVITY_M_S2: f64 = 9.81;
+
+/// Radius of the uniform disc of equal greatest friction torque, `mu m g (2/3) R`, over the mean lever arm.
 pub(crate) const PATCH_RADIUS_PER_ARM: f64 = 1.5;
 
-/// The mean distance of a shape's points from its centroid (m): greatest friction torque = mu m g times it.
+/// The mean distance of a shape's points from its centroid (m); times mu m g it is the greatest friction torque.
 pub(crate) fn mean_arm_m(shape: &Shape) -> f64 {
     if let Shape::Disc { radius_m } = shape {
         return radius_m * 2.0 / 3.0;
@@ -25,7 +28,7 @@ pub(crate) fn mean_arm_m(shape: &Shape) -> f64 {
 
 /// The integral of the distance from the origin over the triangle origin, `from`, `to` (m3); negative if clockwise.
 ///
-/// `h^3/6 [sec tan + ln(sec + tan)]` between the corners' angles from the foot of the height h.
+/// `h^3/6 [sec tan + ln(sec + tan)]` between the angles of the corners from the foot of the height h.
 fn moment_m3(from: Vec2, to: Vec2) -> f64 {
     let side = to - from;
     let length = side.length();
@@ -33,12 +36,12 @@ fn moment_m3(from: Vec2, to: Vec2) -> f64 {
     if height == 0.0 {
         return 0.0;
     }
-    let part = |corner: Vec2| {
+    let antiderivative = |corner: Vec2| {
         let tan = corner.dot(side) / (length * height.abs());
         let sec = corner.length() / height.abs();
         sec * tan + tan.asinh()
     };
-    height.abs().powi(3) / 6.0 * (part(to) - part(from)) * height.signum()
+    height.abs().powi(3) / 6.0 * (antiderivative(to) - antiderivative(from)) * height.signum()
 }
 
 /// `f(eps)` and `t(eps)`: friction force over mu m g, and torque over mu m g R, of a uniform circular patch.
@@ -64,13 +67,13 @@ pub(crate) fn patch_force_and_torque(eps: f64) -> [f64; 2] {
     }
 }
 
-/// Below it (and above its inverse) the series, good to 1e-10, is better than the closed form, whose terms cancel.
+/// Below it (and above its inverse) the series, of error 1e-10, is more precise than the closed form, whose terms cancel.
 const SMALL_RATIO: f64 = 1.0 / 30.0;
 
 /// Complete elliptic integrals K and E of the parameter m = k^2, by the arithmetic-geometric mean.
 fn elliptic_integrals(m: f64) -> (f64, f64) {
     if m >= 1.0 {
-        // K grows without bound; it stands multiplied by zero.
+        // K is infinite, but its factor is zero.
         return (0.0, 1.0);
     }
     let (mut a, mut b, mut c) = (1.0, (1.0 - m).sqrt(), m.sqrt());
@@ -88,7 +91,7 @@ fn elliptic_integrals(m: f64) -> (f64, f64) {
 mod tests {
     use super::*;
 
-    /// Friction of a uniform disc by brute force: midpoints of rings and sectors.
+    /// Friction of a uniform disc by quadrature over the midpoints of rings and sectors.
     fn by_quadrature(eps: f64) -> [f64; 2] {
         let (rings, sectors) = (400, 720);
         let (mut force, mut torque) = (0.0, 0.0);
@@ -107,7 +110,7 @@ mod tests {
     }
 
     #[test]
-    fn the_closed_forms_are_the_integrals_over_the_patch() {
+    fn the_closed_forms_equal_the_integrals_over_the_patch() {
         for eps in [0.0005, 0.01, 0.3, 0.653, 0.99, 1.01, 2.0, 30.0, 3000.0] {
             let (closed, summed) = (patch_force_and_torque(eps), by_quadrature(eps));
             for k in 0..2 {
@@ -120,7 +123,7 @@ mod tests {
     }
 
     #[test]
-    fn the_series_meet_the_closed_forms() {
+    fn the_series_continue_the_closed_forms() {
         for eps in [SMALL_RATIO, 1.0 / SMALL_RATIO] {
             let (below, above) =
                 (patch_force_and_torque(eps * (1.0 - 1e-9)), patch_force_and_torque(eps * (1.0 + 1e-9)));

@@ -8,11 +8,11 @@
 use crate::error::Result;
 use crate::geometry::{Pose, Vec2};
 use crate::outline::Outline;
-use crate::physics::{self, Compliance, ContactForce, Stiffness, Touching, World};
+use crate::physics::{Compliance, ContactForce, MultipleImpact, Perturbation, Stiffness, World};
 use crate::plan::options::{Options, Scatter};
 use crate::plan::result::Source;
 use crate::properties::{ContactFriction, Properties};
-use crate::scene::{Scene, Strike};
+use crate::scene::{Placed, Scene, Strike};
 use crate::uncertain::Estimate;
 use nalgebra::DMatrix;
 use rand::{RngExt, SeedableRng};
@@ -53,9 +53,11 @@ pub(crate) fn possible_worlds(
         let properties = dice.properties(&values, &factor);
         let scene = dice.scene(scene, &options.scatter);
         let (speed, heading) = (dice.normal(Source::Strike), dice.normal(Source::Strike));
-        let physics = physics::Options { touching: dice.touching(), ..physics::Options::default() };
+        let poses: Vec<Pose> = scene.placed.iter().map(Placed::pose).collect();
+        let multiple_impact = dice.multiple_impact();
+        let sample = Perturbation { poses: &poses, properties: &properties, multiple_impact };
         Ok(Possible {
-            world: mean.again(&scene, &properties, &physics)?,
+            world: mean.perturbed(&sample)?,
             speed_factor: (1.0 + options.scatter.speed * speed).max(LEAST_SPEED_FACTOR),
             turn_rad: options.scatter.heading_rad * heading,
         })
@@ -155,15 +157,15 @@ impl Dice {
     }
 
     /// A law of touching: nobody measured it, so any of those in use.
-    fn touching(&mut self) -> Touching {
+    fn multiple_impact(&mut self) -> MultipleImpact {
         let (hertz, alike) = (self.rng.random_bool(0.5), self.rng.random_bool(0.5));
         let part = self.uniform(Source::Contacts);
         let standard = Compliance::default();
         if self.known == Some(Source::Contacts) {
-            return Touching::Compliant(standard);
+            return MultipleImpact::Compliant(standard);
         }
         let [least_s, most_s] = CONTACT_TIMES_S;
-        Touching::Compliant(Compliance {
+        MultipleImpact::Compliant(Compliance {
             contact_time_s: least_s * (most_s / least_s).powf(part),
             force: if hertz { ContactForce::Hertz } else { ContactForce::Linear },
             stiffness: if alike { Stiffness::Same } else { Stiffness::SameContactTime },

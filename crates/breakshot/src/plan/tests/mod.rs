@@ -25,7 +25,8 @@ fn objects() -> Vec<Object> {
     ];
     let object = |(name, shape): (&str, Shape)| {
         let marker = Some(Marker::centred(Shape::Disc { radius_m: 0.01 }));
-        let mut object = Object { name: name.into(), shape, height_m: 0.03, marker, mass_kg: None };
+        let mut object =
+            Object { name: name.into(), shape, height_m: 0.03, marker, mass_kg: None, support: None };
         object.check().expect("an object");
         object
     };

@@ -15,7 +15,7 @@ use std::collections::BTreeMap;
 
 fn object(name: &str, shape: Shape, mass_kg: Option<f64>) -> Object {
     let marker = Some(Marker::centred(Shape::Rectangle { size_m: [0.018, 0.009] }));
-    Object { name: name.into(), shape, height_m: 0.03, marker, mass_kg }
+    Object { name: name.into(), shape, height_m: 0.03, marker, mass_kg, support: None }
 }
 
 fn objects() -> Vec<Object> {

@@ -138,6 +138,7 @@ mod tests {
             height_m: 0.001,
             marker: Some(Marker::centred(shape)),
             mass_kg: None,
+            support: None,
         };
         let sample = Sample {
             time_s: 0.5,

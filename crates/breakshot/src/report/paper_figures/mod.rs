@@ -88,7 +88,7 @@ mod tests {
     fn object(name: &str, mass_kg: Option<f64>) -> Object {
         let shape = Shape::Disc { radius_m: 0.03 };
         let marker = Some(Marker::centred(shape.clone()));
-        Object { name: name.into(), shape, height_m: 0.04, marker, mass_kg }
+        Object { name: name.into(), shape, height_m: 0.04, marker, mass_kg, support: None }
     }
 
     fn estimated() -> Properties {

@@ -52,7 +52,7 @@ pub(super) fn object(k: usize, spec: &CampaignSpec, random: &mut Pcg64Mcg) -> Ob
     let marker = if square || spec.bar_markers { bar } else { Shape::Disc { radius_m: 0.01 } };
     let name = char::from(b'a' + (k % 26) as u8).to_string();
     let marker = Some(Marker::centred(marker));
-    Object { name, shape, height_m: random.random_range(0.025..0.05), marker, mass_kg: None }
+    Object { name, shape, height_m: random.random_range(0.025..0.05), marker, mass_kg: None, support: None }
 }
 
 /// Random properties of these objects.

@@ -1,0 +1,118 @@
+//! Which physical laws does `simulate` follow, if not the default ones?
+
+use breakshot::physics::{AfterStrike, ImpactLaw, MultipleImpact, Options, RestitutionLaw, Surface};
+use clap::{Args, ValueEnum};
+
+/// The laws of a simulation; without flags they are those of planning and verification.
+#[derive(Debug, Args)]
+pub(crate) struct LawArgs {
+    /// Condition at which an impact ends.
+    #[arg(long, value_name = "LAW", value_enum, default_value = "stronge")]
+    impact_law: ImpactLawName,
+    /// Dependence of restitution on the impact speed.
+    #[arg(long, value_name = "LAW", value_enum, default_value = "constant")]
+    restitution_law: RestitutionLawName,
+    /// Impact speed (m/s) at which the restitution was measured, for `--restitution-law power` and `viscoelastic`.
+    #[arg(
+        long,
+        value_name = "V",
+        required_if_eq_any([("restitution_law", "power"), ("restitution_law", "viscoelastic")])
+    )]
+    reference_speed_m_s: Option<f64>,
+    /// Exponent of `--restitution-law power`, 0 to 1.
+    #[arg(long, value_name = "X", default_value_t = 0.25)]
+    restitution_exponent: f64,
+    /// Resolution of impacts that happen at the same time.
+    #[arg(long, value_name = "LAW", value_enum, default_value = "compliant")]
+    multiple_impact: MultipleImpactName,
+    /// Effective mass of the striker (kg); without it impacts do not slow the striker.
+    #[arg(long, value_name = "M")]
+    striker_mass_kg: Option<f64>,
+    /// Relative growth of the table's friction with speed (s/m).
+    #[arg(long, value_name = "G", default_value_t = 0.0, allow_negative_numbers = true)]
+    friction_growth_s_m: f64,
+    /// Friction across the table's grain over friction along it.
+    #[arg(long, value_name = "RATIO", default_value_t = 1.0)]
+    friction_across_grain: f64,
+    /// Heading of the table's grain (rad).
+    #[arg(long, value_name = "RAD", default_value_t = 0.0, allow_negative_numbers = true)]
+    grain_rad: f64,
+    /// What the striker does after it stops.
+    #[arg(long, value_name = "MOTION", value_enum, default_value = "retract")]
+    after_strike: AfterStrikeName,
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum ImpactLawName {
+    /// Work regained = e^2 times work of compression.
+    Stronge,
+    /// Impulse regained = e times impulse of compression.
+    Poisson,
+    /// Separation speed = e times approach speed.
+    Newton,
+    /// Eq. 17 to 23 of the paper as printed.
+    Paper,
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum RestitutionLawName {
+    /// The measured restitution at every speed.
+    Constant,
+    /// e (v / V)^-X, at most 1.
+    Power,
+    /// 1 - (1 - e) (v / V)^(1/5).
+    Viscoelastic,
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum MultipleImpactName {
+    /// All contacts together, as springs.
+    Compliant,
+    /// One pair after the other, the earliest first.
+    Pairwise,
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum AfterStrikeName {
+    /// It draws back along the line of the strike.
+    Retract,
+    /// It is lifted off the table.
+    Lift,
+}
+
+impl LawArgs {
+    /// The options of the simulation; the library checks their numbers.
+    pub(crate) fn options(&self) -> Options {
+        let reference_speed_m_s = self.reference_speed_m_s.unwrap_or(f64::NAN);
+        Options {
+            impact: match self.impact_law {
+                ImpactLawName::Stronge => ImpactLaw::Stronge,
+                ImpactLawName::Poisson => ImpactLaw::Poisson,
+                ImpactLawName::Newton => ImpactLaw::Newton,
+                ImpactLawName::Paper => ImpactLaw::Paper,
+            },
+            restitution: match self.restitution_law {
+                RestitutionLawName::Constant => RestitutionLaw::Constant,
+                RestitutionLawName::Power => {
+                    RestitutionLaw::Power { reference_speed_m_s, exponent: self.restitution_exponent }
+                }
+                RestitutionLawName::Viscoelastic => RestitutionLaw::Viscoelastic { reference_speed_m_s },
+            },
+            multiple_impact: match self.multiple_impact {
+                MultipleImpactName::Compliant => MultipleImpact::default(),
+                MultipleImpactName::Pairwise => MultipleImpact::Pairwise,
+            },
+            striker_mass_kg: self.striker_mass_kg,
+            surface: Surface {
+                growth_s_m: self.friction_growth_s_m,
+                grain_rad: self.grain_rad,
+                across: self.friction_across_grain,
+            },
+            after_strike: match self.after_strike {
+                AfterStrikeName::Retract => AfterStrike::Retract,
+                AfterStrikeName::Lift => AfterStrike::Lift,
+            },
+            ..Options::default()
+        }
+    }
+}

@@ -1,0 +1,187 @@
+//! Which events, motions and energies of a rollout are recorded?
+
+use crate::geometry::Vec2;
+use crate::physics::impact::island::Island;
+use crate::physics::impact::routh::ContactPoint;
+use crate::physics::output::near_miss::{Margin, smallest_gap};
+use crate::physics::output::outcome::Outcome;
+use crate::physics::output::segments::segments;
+use crate::physics::output::trajectory::{Energy, Event, EventKind, Trajectory};
+use crate::physics::sliding::body::{Body, STRIKER};
+use crate::physics::sliding::motion::{Motion, State};
+use crate::physics::world::World;
+use std::collections::BTreeMap;
+
+/// Two bodies at an impact, with their states before and after it.
+pub(crate) struct ImpactRecord<'a> {
+    pub(crate) time_s: f64,
+    pub(crate) bodies: [usize; 2],
+    pub(crate) contact_point: &'a ContactPoint,
+    /// Impulse on the second body (N s).
+    pub(crate) impulse: Vec2,
+    pub(crate) before: &'a [State; 2],
+    pub(crate) after: &'a [State; 2],
+}
+
+/// Records a rollout while it runs.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Recorder {
+    /// All motions of each body, in the order of time.
+    motions: Vec<Vec<Motion>>,
+    events: Vec<Event>,
+    energy: Energy,
+    /// The hit of smallest overlap so far.
+    smallest_hit: Option<Margin>,
+}
+
+impl Recorder {
+    /// Starts with the first motion of each body.
+    pub(crate) fn start(&mut self, motions: &[Motion]) {
+        self.motions = motions.iter().map(|m| vec![*m]).collect();
+    }
+
+    /// Records the next motion of a body.
+    pub(crate) fn motion(&mut self, body: usize, motion: &Motion) {
+        self.motions[body].push(*motion);
+    }
+
+    /// Records an impact of two bodies alone.
+    pub(crate) fn impact(&mut self, world: &World, impact: &ImpactRecord) {
+        let work_j = striker_work_j(impact);
+        let mut loss_j = work_j;
+        for (&index, (before, after)) in impact.bodies.iter().zip(impact.before.iter().zip(impact.after)) {
+            if index != STRIKER {
+                let body = &world.bodies[index];
+                loss_j += kinetic_energy_j(body, before) - kinetic_energy_j(body, after);
+            }
+        }
+        self.push_impact(world, impact, work_j, loss_j);
+    }
+
+    fn push_impact(&mut self, world: &World, impact: &ImpactRecord, work_j: f64, loss_j: f64) {
+        self.energy.striker_work_j += work_j;
+        self.energy.impact_loss_j += loss_j;
+        let &ImpactRecord { time_s, bodies, before, .. } = impact;
+        self.smallest_hit = Margin::smaller(self.smallest_hit, Margin::of_hit(world, time_s, bodies, before));
+        self.events.push(event(world, impact, loss_j));
+    }
+
+    /// Records that the first body fell off the table, or that it entered the second one, a keep-out area.
+    pub(crate) fn body_event(
+        &mut self,
+        world: &World,
+        time_s: f64,
+        (kind, bodies): (EventKind, &[usize]),
+        state: &State,
+    ) {
+        if kind == EventKind::Fallen {
+            self.energy.fallen_j += kinetic_energy_j(&world.bodies[bodies[0]], state);
+        }
+        self.events.push(Event {
+            time_s,
+            kind,
+            bodies: bodies.iter().map(|&b| world.name(b)).collect(),
+            point_m: state.position,
+            normal: Vec2::ZERO,
+            impulse_n_s: Vec2::ZERO,
+            velocities_before_m_s: vec![state.velocity],
+            velocities_after_m_s: vec![state.velocity],
+            yaw_rates_before_rad_s: vec![state.yaw_rate_rad_s],
+            yaw_rates_after_rad_s: vec![state.yaw_rate_rad_s],
+            loss_j: 0.0,
+        });
+    }
+
+    /// Records each contact of an island as an impact, with the velocities before and after all of them.
+    pub(crate) fn island(&mut self, world: &World, time_s: f64, island: &Island) {
+        for contact in &island.contacts {
+            if contact.impulse.normal <= 0.0 {
+                continue;
+            }
+            let members = contact.members.map(|i| &island.members[i]);
+            let (bodies, before, after) =
+                (members.map(|m| m.body), members.map(|m| m.before), members.map(|m| m.after));
+            let n = contact.point.normal_ab;
+            let impulse = n * contact.impulse.normal + n.perpendicular() * contact.impulse.tangent;
+            let contact_point = &contact.point;
+            let impact =
+                ImpactRecord { time_s, bodies, contact_point, impulse, before: &before, after: &after };
+            self.push_impact(world, &impact, striker_work_j(&impact), contact.loss_j);
+        }
+    }
+
+    /// The trajectory of the recorded rollout.
+    pub(crate) fn trajectory(mut self, world: &World, outcome: &Outcome) -> Trajectory {
+        let closest = Margin::smaller(self.smallest_hit, smallest_gap(world, &self.motions, outcome));
+        let mut motions = BTreeMap::new();
+        for body in 0..=world.objects {
+            let list = &self.motions[body];
+            let mut all_segments = Vec::new();
+            for (k, motion) in list.iter().enumerate() {
+                let until_s = list.get(k + 1).map_or(f64::INFINITY, |next| next.start_s);
+                let end_s = until_s.min(outcome.duration_s.max(motion.start_s));
+                all_segments.extend(segments(motion, end_s, &world.bodies[body]));
+                let state = motion.state(until_s.min(motion.stop_s), &world.bodies[body]);
+                let start = motion.state(motion.start_s, &world.bodies[body]);
+                if body != STRIKER {
+                    self.energy.friction_loss_j += kinetic_energy_j(&world.bodies[body], &start)
+                        - kinetic_energy_j(&world.bodies[body], &state);
+                }
+            }
+            motions.insert(world.name(body), all_segments);
+        }
+        let mut notes = world.notes.clone();
+        for (name, _) in world.names.iter().zip(&outcome.fallen).filter(|(_, fallen)| **fallen) {
+            notes.push(format!("`{name}` fell off the table"));
+        }
+        if !outcome.complete {
+            notes.push(format!("given up after {:.3} s: too many impacts", outcome.duration_s));
+        }
+        Trajectory {
+            version: 1,
+            final_poses: world.names.iter().cloned().zip(outcome.poses.iter().copied()).collect(),
+            duration_s: outcome.duration_s,
+            events: self.events,
+            energy: self.energy,
+            motions,
+            closest_near_miss: closest.map(|c| c.named(world)),
+            notes,
+        }
+    }
+}
+
+fn event(world: &World, impact: &ImpactRecord, loss_j: f64) -> Event {
+    Event {
+        time_s: impact.time_s,
+        kind: EventKind::Impact,
+        bodies: impact.bodies.iter().map(|&b| world.name(b)).collect(),
+        point_m: impact.contact_point.point,
+        normal: impact.contact_point.normal_ab,
+        impulse_n_s: impact.impulse,
+        velocities_before_m_s: impact.before.iter().map(|s| s.velocity).collect(),
+        velocities_after_m_s: impact.after.iter().map(|s| s.velocity).collect(),
+        yaw_rates_before_rad_s: impact.before.iter().map(|s| s.yaw_rate_rad_s).collect(),
+        yaw_rates_after_rad_s: impact.after.iter().map(|s| s.yaw_rate_rad_s).collect(),
+        loss_j,
+    }
+}
+
+/// Work of a striker of prescribed velocity by an impulse on the second body (J).
+fn striker_work_j(impact: &ImpactRecord) -> f64 {
+    let mut work_j = 0.0;
+    for ((body, state), sign) in impact.bodies.iter().zip(impact.before).zip([1.0, -1.0]) {
+        if *body == STRIKER {
+            work_j += sign * impact.impulse.dot(state.velocity);
+        }
+    }
+    work_j
+}
+
+/// Kinetic energy of a body (J); zero for a fixed one.
+fn kinetic_energy_j(body: &Body, state: &State) -> f64 {
+    if body.is_fixed() {
+        return 0.0;
+    }
+    0.5 * (state.velocity.length_squared() / body.inverse_mass
+        + state.yaw_rate_rad_s * state.yaw_rate_rad_s / body.inverse_inertia)
+}
