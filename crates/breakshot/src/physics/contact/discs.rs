@@ -12,7 +12,7 @@ use crate::conservative_advancement::{Step, advance};
 use crate::geometry::Vec2;
 use crate::physics::sliding::motion::{Motion, SpeedLaw};
 
-/// The first contact of two discs from a time on; one that is_sustained_contact is overlooked until `ignored_until_s`.
+/// The first contact of two discs from a time on; a sustained contact is ignored until `ignored_until_s`.
 pub(super) fn first_contact(a: MovingBody, b: MovingBody, from_s: f64, ignored_until_s: f64) -> TimeOfImpact {
     let reach_m = a.body.shape.outer_radius_m + b.body.shape.outer_radius_m;
     let from_s = if ignored_until_s > from_s && is_sustained_contact(a, b, reach_m, from_s) {

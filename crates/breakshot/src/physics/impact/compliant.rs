@@ -323,7 +323,7 @@ impl Springs {
         for index in contacts.iter().flat_map(|c| c.members) {
             springs.contact_counts[index] += 1;
         }
-        for member in members.iter() {
+        for member in members {
             let state = &member.before;
             springs.speeds.push([state.velocity.x, state.velocity.y, state.yaw_rate_rad_s]);
             springs.changes.push([0.0; 3]);
@@ -334,7 +334,7 @@ impl Springs {
         };
         let first_ratio = ratio(&contacts[0]);
         let mut stiffest: f64 = 1.0;
-        for contact in contacts.iter() {
+        for contact in contacts {
             let relative_inverse_mass = mass * contact.impact.k_nn;
             let mut relative = ratio(contact) / first_ratio;
             if compliance.stiffness == Stiffness::SameContactTime {

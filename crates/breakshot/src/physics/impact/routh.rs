@@ -171,7 +171,7 @@ impl Impact {
         let (slip_end, before, after) = self.friction_path(friction);
         let path = ImpulsePath {
             approach: self.approach,
-            slip_end: slip_end,
+            slip_end,
             slopes: [self.k_nn + self.k_nt * before, self.k_nn + self.k_nt * after],
         };
         let compression = path.compression();

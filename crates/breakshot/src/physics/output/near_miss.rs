@@ -29,7 +29,7 @@ pub struct NearMiss {
 
 /// The margin of a hit or miss of two bodies, given by their indices.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Margin {
+pub(super) struct PairMargin {
     time_s: f64,
     bodies: [usize; 2],
     hit: bool,
@@ -47,7 +47,7 @@ const SECTIONS: usize = 30;
 /// Gap (m) below which bodies are in contact.
 const CONTACT_M: f64 = 2e-6;
 
-impl Margin {
+impl PairMargin {
     /// The margin of a hit of two bodies with their states before it; none if they are pushed together slowly.
     pub(super) fn of_hit(
         world: &World,
@@ -95,8 +95,8 @@ fn extent(world: &World, body: usize, state: &State, along: Vec2) -> [f64; 2] {
 }
 
 /// The smallest gap that stayed open, over all pairs of the striker and the objects.
-pub(super) fn smallest_gap(world: &World, motions: &[Vec<Motion>], outcome: &Outcome) -> Option<Margin> {
-    let mut closest: Option<Margin> = None;
+pub(super) fn smallest_gap(world: &World, motions: &[Vec<Motion>], outcome: &Outcome) -> Option<PairMargin> {
+    let mut closest: Option<PairMargin> = None;
     for a in 0..=world.objects {
         for b in a + 1..=world.objects {
             let until_s = on_table_until_s(world, motions, outcome, a)
@@ -107,7 +107,7 @@ pub(super) fn smallest_gap(world: &World, motions: &[Vec<Motion>], outcome: &Out
                 let (next_a, next_b) = (next(&motions[a], i), next(&motions[b], k));
                 let both = (&motions[a][i], &motions[b][k]);
                 let end_s = next_a.min(next_b);
-                closest = Margin::smaller(closest, gap_between(world, [a, b], both, end_s.min(until_s)));
+                closest = PairMargin::smaller(closest, gap_between(world, [a, b], both, end_s.min(until_s)));
                 if end_s >= until_s {
                     break;
                 }
@@ -127,7 +127,12 @@ fn on_table_until_s(world: &World, motions: &[Vec<Motion>], outcome: &Outcome, b
 }
 
 /// The smallest gap during two motions, if it is inside their common time or where both come to rest.
-fn gap_between(world: &World, bodies: [usize; 2], (a, b): (&Motion, &Motion), end_s: f64) -> Option<Margin> {
+fn gap_between(
+    world: &World,
+    bodies: [usize; 2],
+    (a, b): (&Motion, &Motion),
+    end_s: f64,
+) -> Option<PairMargin> {
     let from_s = a.start_s.max(b.start_s);
     let rest_s = a.stop_s.max(b.stop_s);
     let to_s = end_s.min(rest_s);
@@ -159,5 +164,5 @@ fn gap_between(world: &World, bodies: [usize; 2], (a, b): (&Motion, &Motion), en
         }
     }
     let (time_s, margin_m) = (0.5 * (low_s + high_s), gap(0.5 * (low_s + high_s)));
-    (margin_m > CONTACT_M).then_some(Margin { time_s, bodies, hit: false, margin_m })
+    (margin_m > CONTACT_M).then_some(PairMargin { time_s, bodies, hit: false, margin_m })
 }

@@ -3,7 +3,7 @@
 use crate::geometry::Vec2;
 use crate::physics::impact::island::Island;
 use crate::physics::impact::routh::ContactPoint;
-use crate::physics::output::near_miss::{Margin, smallest_gap};
+use crate::physics::output::near_miss::{PairMargin, smallest_gap};
 use crate::physics::output::outcome::Outcome;
 use crate::physics::output::segments::segments;
 use crate::physics::output::trajectory::{Energy, Event, EventKind, Trajectory};
@@ -31,7 +31,7 @@ pub(crate) struct Recorder {
     events: Vec<Event>,
     energy: Energy,
     /// The hit of smallest overlap so far.
-    smallest_hit: Option<Margin>,
+    smallest_hit: Option<PairMargin>,
 }
 
 impl Recorder {
@@ -62,7 +62,8 @@ impl Recorder {
         self.energy.striker_work_j += work_j;
         self.energy.impact_loss_j += loss_j;
         let &ImpactRecord { time_s, bodies, before, .. } = impact;
-        self.smallest_hit = Margin::smaller(self.smallest_hit, Margin::of_hit(world, time_s, bodies, before));
+        self.smallest_hit =
+            PairMargin::smaller(self.smallest_hit, PairMargin::of_hit(world, time_s, bodies, before));
         self.events.push(event(world, impact, loss_j));
     }
 
@@ -112,7 +113,7 @@ impl Recorder {
 
     /// The trajectory of the recorded rollout.
     pub(crate) fn trajectory(mut self, world: &World, outcome: &Outcome) -> Trajectory {
-        let closest = Margin::smaller(self.smallest_hit, smallest_gap(world, &self.motions, outcome));
+        let closest = PairMargin::smaller(self.smallest_hit, smallest_gap(world, &self.motions, outcome));
         let mut motions = BTreeMap::new();
         for body in 0..=world.objects {
             let list = &self.motions[body];
