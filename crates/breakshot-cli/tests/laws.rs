@@ -36,7 +36,7 @@ fn write_inputs(folder: &Path, keys: &str, offset_m: f64, contact_friction: f64)
     write(
         "strike.json",
         &format!(
-            "{{\"start_m\": [-0.2, {offset_m}], \"heading_rad\": 0.0, \"speed_m_s\": {STRIKE_M_S}, \"travel_m\": 0.1355}}"
+            "{{\"start_m\": [-0.2, {offset_m}], \"heading_rad\": 0.0, \"speed_m_s\": {STRIKE_M_S}, \"travel_m\": 0.14}}"
         ),
     );
     let friction = Some(Estimate::exact(contact_friction));

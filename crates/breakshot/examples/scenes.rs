@@ -1,4 +1,4 @@
-//! Runs files of small piles and prints how fast they are simulated.
+//! Simulates files of small piles and prints the number of rollouts per second.
 //!
 //! ```text
 //! scene KIND NUMBER
@@ -9,16 +9,16 @@
 //! ```
 //!
 //! SI units; restitution of a pair is `E_i E_j`, contact friction `F_i F_j`, C the mean distance of the support from the
-//! centroid.  Objects are named by their line's number within the scene, from 0.
+//! centroid.  An object's name is its line number within the scene, from 0.
 //!
 //! `cargo run --release --example scenes -- FILE [--repeat N] [--final OUT.csv] [--impact stronge|newton|poisson]
 //! [--touching compliant|linear|pairwise] [--spin coupled|decoupled] [--hash]`
 //!
-//! `--hash` also prints a hash of every bit of the outcomes of many strikes on each pile, simulated side by side: it is the
-//! same in debug and release builds and for any number of threads (`RAYON_NUM_THREADS`).  Objects that are alike are copies
-//! of one object.
+//! `--hash` also prints a hash of every bit of the outcomes of many strikes on each pile, simulated in parallel: it is the
+//! same in debug and release builds and for any number of threads (`RAYON_NUM_THREADS`).  Equal objects are copies of one
+//! object.
 //!
-//! Each repeat shifts the striker by a fresh offset of up to a micrometre, so that no answer can be remembered.
+//! Each repeat shifts the striker by a new offset of up to a micrometre, so that no result can be reused.
 
 use breakshot::cell::{Cell, Striker, Workspace};
 use breakshot::geometry::{Point, Pose};
@@ -43,7 +43,7 @@ struct Pile {
     roughness: Vec<f64>,
     /// Square roots of the restitutions: striker, then objects.
     bounce: Vec<f64>,
-    /// What makes objects copies of each other: mass, friction, restitution, contact friction; the outline besides.
+    /// Mass, friction, restitution and contact friction of each kind; copies share them and the outline.
     kinds: Vec<[f64; 4]>,
 }
 
@@ -114,12 +114,12 @@ impl Pile {
             mass_kg: None,
             support: None,
         });
-        for (other, bounce_of_other) in self.scene.objects.iter().zip(&self.bounce[1..]) {
-            p.restitution.insert(pair_key(name, &other.name), Estimate::exact(bounce_of_other * bounce));
+        for (other, restitution_of_other) in self.scene.objects.iter().zip(&self.bounce[1..]) {
+            p.restitution.insert(pair_key(name, &other.name), Estimate::exact(restitution_of_other * bounce));
         }
     }
 
-    /// The strike, shifted by a fresh offset.
+    /// The strike, shifted by a new offset.
     fn shifted(&self, k: usize) -> Strike {
         let mut strike = self.strike.clone();
         strike.start_m.y += offset_m(k);
@@ -221,7 +221,7 @@ fn arguments() -> Answer<Arguments> {
     if found.file.is_empty() { Err("which scene file?".into()) } else { Ok(found) }
 }
 
-/// Time this thread has run (s); the wall clock where the system does not tell.
+/// CPU time of this thread (s); wall-clock time on systems without it.
 #[allow(clippy::disallowed_types, clippy::disallowed_methods)]
 fn cpu_s() -> f64 {
     static START: std::sync::OnceLock<std::time::Instant> = std::sync::OnceLock::new();
@@ -236,7 +236,7 @@ fn offset_m(k: usize) -> f64 {
     1e-6 * (2.0 * (k as f64 * 0.618_033_988_749_894_9).fract() - 1.0)
 }
 
-/// Strikes of each pile that go into the hash.
+/// Number of strikes on each pile that enter the hash.
 const HASHED_STRIKES: usize = 24;
 
 /// A hash (FNV-1a) of every bit of many outcomes.

@@ -1,4 +1,4 @@
-//! Single impacts with friction against impulses that grow in small steps (Routh, 1860), and the energy they leave.
+//! Single impacts with friction against an integration over the normal impulse in small steps (Routh 1905), and their energy.
 
 mod piles;
 
@@ -8,14 +8,14 @@ use piles::draw;
 use piles::splitmix::Draw;
 use std::collections::BTreeMap;
 
-/// A wall: so heavy that nothing moves it.
+/// Mass of a wall, which impacts do not move.
 const WALL_KG: f64 = 1e12;
 
 fn pair_impact(restitution: f64, friction: f64, law: ImpactLaw) -> PairImpact {
     PairImpact { point: Point::ORIGIN, normal_ab: Vec2::new(1.0, 0.0), restitution, friction, law }
 }
 
-/// A body that touches the origin with a corner of a rectangle (whatever its sides: gyration = arm / sqrt 3).
+/// A body that touches the origin with a corner of a rectangle, for which gyration = arm / sqrt 3.
 fn corner(draw: &mut Draw, mass_kg: f64, side: f64) -> ImpactBody {
     let (arm_m, heading) = (draw.between(0.02, 0.06), draw.between(-1.2, 1.2));
     ImpactBody {
@@ -27,7 +27,7 @@ fn corner(draw: &mut Draw, mass_kg: f64, side: f64) -> ImpactBody {
     }
 }
 
-/// Velocity of the body's point at the origin.
+/// Velocity of the point of the body at the origin.
 fn point_velocity(body: &ImpactBody) -> Vec2 {
     body.velocity + (Point::ORIGIN - body.position).perpendicular() * body.yaw_rate_rad_s
 }
@@ -36,8 +36,8 @@ fn energy_j(body: &ImpactBody) -> f64 {
     0.5 * body.mass_kg * (body.velocity.length_squared() + (body.gyration_m * body.yaw_rate_rad_s).powi(2))
 }
 
-/// The contact's approach and slip after an impact whose normal impulse grows in `steps` small parts, and how the slip
-/// went: Coulomb friction step by step, the end where the work regained is e^2 of the work of compression.
+/// Approach speed and slip after an impact integrated in `steps` small normal impulses, and the history of the slip: Coulomb
+/// friction in each step, the end where the work regained is e^2 times the work of compression.
 fn stepped_impact(
     bodies: [&ImpactBody; 2],
     restitution: f64,
@@ -142,7 +142,7 @@ fn stronge_and_poisson_make_no_energy_and_newton_does() {
         let gain = greatest_gain(law);
         assert!(gain < 1e-9, "{law:?}: {:.3} %", 100.0 * gain);
     }
-    // Kane's paradox: where slip turns round, Newton's law gives more than there was.
+    // Kane's paradox: where slip reverses, Newton's law gains energy.
     let gain = greatest_gain(ImpactLaw::Newton);
     assert!(gain > 0.3, "{:.1} %", 100.0 * gain);
 }

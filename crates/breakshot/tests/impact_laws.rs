@@ -1,4 +1,4 @@
-//! A million random impacts of two bodies: what no impact may do.
+//! Laws of a million random impacts of two bodies: momentum, energy, separation.
 
 mod piles;
 
@@ -37,7 +37,7 @@ fn energy_j(bodies: &[ImpactBody; 2]) -> f64 {
     bodies.iter().map(one).sum()
 }
 
-/// Linear momentum and angular momentum about the origin, and the sum of their parts' sizes.
+/// Linear momentum and angular momentum about the origin, and the sums of the absolute values of their terms.
 fn momentum(bodies: &[ImpactBody; 2]) -> ([f64; 3], [f64; 3]) {
     let (mut sum, mut size) = ([0.0; 3], [0.0; 3]);
     for m in bodies {
@@ -55,7 +55,7 @@ fn approach(bodies: &[ImpactBody; 2], hit: &PairImpact) -> f64 {
     (at(&bodies[0]) - at(&bodies[1])).dot(hit.normal_ab)
 }
 
-/// The greatest gain of energy (relative), and how many of the impacts leave the bodies approaching.
+/// The greatest relative gain of energy, and the number of impacts that leave the bodies approaching.
 fn statistics(law: ImpactLaw, impacts: usize) -> (f64, usize) {
     let mut draw = draw(law as u64 + 77);
     let (mut gain, mut approaching): (f64, usize) = (f64::NEG_INFINITY, 0);
@@ -64,7 +64,7 @@ fn statistics(law: ImpactLaw, impacts: usize) -> (f64, usize) {
         if approach(&before, &hit) <= 1e-6 {
             continue;
         }
-        let after = hit.after(before).expect("an impact that can be");
+        let after = hit.after(before).expect("a possible impact");
         let (old, size) = momentum(&before);
         let (new, grown) = momentum(&after);
         for k in 0..3 {
@@ -78,7 +78,7 @@ fn statistics(law: ImpactLaw, impacts: usize) -> (f64, usize) {
 }
 
 #[test]
-fn stronge_and_poisson_make_no_energy_and_leave_nothing_approaching() {
+fn stronge_and_poisson_gain_no_energy_and_separate_all_bodies() {
     for law in [ImpactLaw::Stronge, ImpactLaw::Poisson] {
         let (gain, approaching) = statistics(law, IMPACTS);
         assert!(gain < 1e-12, "{law:?} makes {gain} of the energy");
@@ -87,7 +87,7 @@ fn stronge_and_poisson_make_no_energy_and_leave_nothing_approaching() {
 }
 
 #[test]
-fn newtons_law_makes_energy_and_the_papers_leaves_bodies_approaching() {
+fn newtons_law_gains_energy_and_the_papers_leaves_bodies_approaching() {
     let (gain, approaching) = statistics(ImpactLaw::Newton, 100_000);
     assert!(gain > 0.01 && approaching == 0, "Newton: gain {gain}, {approaching} approach");
     let (gain, approaching) = statistics(ImpactLaw::Paper, 100_000);
@@ -95,7 +95,7 @@ fn newtons_law_makes_energy_and_the_papers_leaves_bodies_approaching() {
 }
 
 #[test]
-fn an_elastic_impact_without_friction_runs_backwards() {
+fn an_elastic_impact_without_friction_is_reversible() {
     let mut draw = draw(5);
     let reversed =
         |m: ImpactBody| ImpactBody { velocity: -m.velocity, yaw_rate_rad_s: -m.yaw_rate_rad_s, ..m };
@@ -106,8 +106,8 @@ fn an_elastic_impact_without_friction_runs_backwards() {
         if approach(&before, &hit) <= 0.0 {
             continue;
         }
-        let after = hit.after(before).expect("an impact that can be");
-        let back = hit.after(after.map(reversed)).expect("an impact that can be").map(reversed);
+        let after = hit.after(before).expect("a possible impact");
+        let back = hit.after(after.map(reversed)).expect("a possible impact").map(reversed);
         for (now, then) in back.iter().zip(&before) {
             let off =
                 (now.velocity - then.velocity).length() + (now.yaw_rate_rad_s - then.yaw_rate_rad_s).abs();

@@ -1,10 +1,10 @@
-//! A second simulator that shares nothing with the first: no events, no roots, no clusters, only many small steps.
+//! A second simulator that shares no code with the first: no events, no roots, no islands, only small time steps.
 //!
-//! Bodies are advanced in steps that get shorter the nearer two of them come, down to a least one.  Contacts have no
-//! friction.  An overlap is either bounced off at once ([`Contact::Rigid`]) or pressed apart by springs that
-//! are followed through the whole contact ([`Contact::Springs`]).  It is slow, and simple enough to be believed.
+//! The steps become shorter as two bodies come closer, down to a least step.  Contacts have no friction.  An overlap is resolved
+//! in one step ([`Contact::Rigid`]) or by springs that are integrated through the whole contact ([`Contact::Springs`]).  The
+//! simulator is slow and simple, so that it can be verified by reading.
 
-#![allow(dead_code)] // Each program that uses it uses its part.
+#![allow(dead_code)] // Each program uses some of the functions.
 
 pub(crate) mod outline;
 pub(crate) mod patch;
@@ -22,18 +22,18 @@ pub(crate) struct Body {
     pub(crate) inertia_kg_m2: f64,
     /// Friction against the table.
     pub(crate) friction: f64,
-    /// Restitution of a pair is the product of both bodies' bounces.
+    /// Factor of restitution: that of a pair is the product of both.
     pub(crate) bounce: f64,
     /// Mean distance of the support from the centroid (m).
     pub(crate) mean_arm_m: f64,
     pub(crate) outline: Outline,
     /// x, y (m), yaw (rad).
     pub(crate) pose: [f64; 3],
-    /// Their rates of change.
+    /// Rates of change of the pose.
     pub(crate) speed: [f64; 3],
 }
 
-/// A disc that runs along x and then is lifted.
+/// A disc that moves along x and is then lifted.
 #[derive(Clone, Debug)]
 pub(crate) struct Striker {
     pub(crate) radius_m: f64,
@@ -51,28 +51,28 @@ pub(crate) struct Pile {
     pub(crate) bodies: Vec<Body>,
 }
 
-/// What happens when bodies overlap.
+/// How an overlap is resolved.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Contact {
-    /// Their approach is turned round at once.
+    /// The approach speed is reversed in one step.
     Rigid,
-    /// A spring presses them apart; it gives back the square of the restitution of its work.
+    /// A spring separates the bodies; it returns e^2 of its work.
     Springs {
-        /// How long the first contact would last alone (s).
+        /// Duration of the first contact if it were alone (s).
         contact_time_s: f64,
-        /// Force over compression: 1 or 3/2 (Hertz).
+        /// Exponent of the force over compression: 1 or 3/2 (Hertz).
         exponent: f64,
     },
 }
 
-/// The longest step (s): a free slide is followed this coarsely.
+/// Longest time step, for free slides (s).
 const LONGEST_STEP_S: f64 = 1e-4;
-/// Nothing lasts longer (s).
+/// Longest simulated time (s).
 const LONGEST_RUN_S: f64 = 10.0;
-/// Impacts slower than this do not set the springs' stiffness (m/s): bodies that touch at rest.
+/// Least speed of the first impact (m/s), which defines the stiffness of the springs.
 const SLOWEST_FIRST_IMPACT_M_S: f64 = 1e-3;
 
-/// Where everything comes to rest, followed in steps of `step_s` wherever bodies are close.
+/// Final poses of all bodies, in steps of `step_s` where bodies are close.
 pub(crate) fn settled(pile: &Pile, contact: Contact, step_s: f64) -> Vec<[f64; 3]> {
     let mut run = Run::new(pile, contact);
     let mut time_s = 0.0;
@@ -90,7 +90,7 @@ pub(crate) fn settled(pile: &Pile, contact: Contact, step_s: f64) -> Vec<[f64; 3
     run.bodies.iter().skip(1).map(|b| b.pose).collect()
 }
 
-/// The bodies on their way; the striker is the first.
+/// The state of a simulation; the striker is the first body.
 struct Run {
     bodies: Vec<Body>,
     patches: Patch,
@@ -136,7 +136,7 @@ impl Run {
         (first..n).flat_map(move |i| (i + 1..n).map(move |k| (i, k)))
     }
 
-    /// How long nothing can come to touch: half of every gap over the greatest speed at which it can close.
+    /// A time in which no bodies touch (s): half of each gap over the greatest speed at which it can close.
     fn safe_step_s(&self) -> f64 {
         let mut safe_s = f64::INFINITY;
         for (i, k) in self.pairs() {
@@ -156,7 +156,7 @@ impl Run {
         safe_s
     }
 
-    /// Half of the friction, half of the way, contacts, half of the way, half of the friction.
+    /// One step: half of the friction, half of the motion, contacts, half of the motion, half of the friction.
     fn step(&mut self, step_s: f64) {
         self.rub(0.5 * step_s);
         self.drift(0.5 * step_s);
@@ -218,7 +218,7 @@ impl Run {
         self.push(k, impulse, witness);
     }
 
-    /// The speed at which a pair closes along the normal, and what a unit impulse changes of it.
+    /// Approach speed of a pair along the normal, and its change by a unit impulse.
     fn closing(&self, i: usize, k: usize, witness: &Witness) -> (f64, f64) {
         let n = witness.normal;
         let along = |body: &Body| {
@@ -230,7 +230,7 @@ impl Run {
         (of_a - of_b, soft_a + soft_b)
     }
 
-    /// An impulse on a body along the normal.
+    /// Applies an impulse along the normal to a body.
     fn push(&mut self, body: usize, impulse: f64, witness: &Witness) {
         let body = &mut self.bodies[body];
         let arm = witness.arm_m(body.pose);
@@ -240,8 +240,8 @@ impl Run {
     }
 }
 
-/// The compression that counts: all of it while loading; while unloading, what is left over the part that stays, stretched
-/// so that the work given back is the square of the restitution.
+/// Effective compression (m): the whole one while loading; while unloading, reduced and scaled so that e^2 of the work is
+/// returned.
 fn regained_m(depth_m: f64, deepest_m: f64, restitution: f64) -> f64 {
     if depth_m >= deepest_m {
         return depth_m;
@@ -250,12 +250,12 @@ fn regained_m(depth_m: f64, deepest_m: f64, restitution: f64) -> f64 {
     ((depth_m - deepest_m * (1.0 - square)) / square).max(0.0)
 }
 
-/// The stiffness at which a mass with a speed is stopped and thrown back in a time, without loss.
+/// The stiffness at which an elastic impact of a mass with a speed has a given duration.
 fn first_stiffness(mass_kg: f64, speed: f64, time_s: f64, exponent: f64) -> f64 {
-    // The way of m x'' = -k x^n to its turning point takes half the time: x_max times the integral of 1 / sqrt(1 - s^(n+1)).
+    // The motion m x'' = -k x^n reaches x_max in half the time: x_max / speed times the integral of 1 / sqrt(1 - s^(n+1)).
     let steps = 200_000;
     let part = |k: i32| {
-        // s = 1 - q^2 takes away the root's pole at the end.
+        // The substitution s = 1 - q^2 removes the pole of the integrand at the end.
         let q = (f64::from(k) + 0.5) / f64::from(steps);
         2.0 * q / (1.0 - (1.0 - q * q).powf(exponent + 1.0)).sqrt() / f64::from(steps)
     };

@@ -1,6 +1,6 @@
-//! How far apart two outlines are, and where they are nearest.
+//! The gap between two outlines, and their nearest points.
 
-/// Seen from above, about the centroid.
+/// An outline from above, about the centroid.
 #[derive(Clone, Debug)]
 pub(crate) enum Outline {
     /// A disc of a radius (m).
@@ -9,10 +9,10 @@ pub(crate) enum Outline {
     Convex(Vec<[f64; 2]>),
 }
 
-/// Where two outlines touch or nearly touch.
+/// The nearest points of two outlines.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Witness {
-    /// Negative: how deep they overlap.  Positive: they are at least so far apart.
+    /// Gap (m), a lower bound if positive; negative: depth of the overlap.
     pub(crate) gap_m: f64,
     pub(crate) point: [f64; 2],
     /// Unit vector from the first to the second.
@@ -20,19 +20,19 @@ pub(crate) struct Witness {
 }
 
 impl Witness {
-    /// The arm of the normal about a body's centroid (m).
+    /// Lever arm of the normal about a body's centroid (m).
     pub(crate) fn arm_m(&self, pose: [f64; 3]) -> f64 {
         (self.point[0] - pose[0]) * self.normal[1] - (self.point[1] - pose[1]) * self.normal[0]
     }
 
-    /// Seen from the other body.
+    /// The same with the bodies exchanged.
     fn reversed(self) -> Self {
         Self { normal: self.normal.map(|c| -c), ..self }
     }
 }
 
 impl Outline {
-    /// How far it reaches from its centroid (m).
+    /// Greatest distance from the centroid (m).
     pub(crate) fn reach_m(&self) -> f64 {
         match self {
             Self::Disc(radius_m) => *radius_m,
@@ -41,7 +41,7 @@ impl Outline {
     }
 }
 
-/// Where two outlines are nearest.
+/// The nearest points of two outlines at their poses.
 pub(crate) fn witness(a: (&Outline, [f64; 3]), b: (&Outline, [f64; 3])) -> Witness {
     match (a.0, b.0) {
         (Outline::Disc(ra), Outline::Disc(rb)) => discs((*ra, a.1), (*rb, b.1)),
@@ -69,7 +69,7 @@ fn discs((ra, a): (f64, [f64; 3]), (rb, b): (f64, [f64; 3])) -> Witness {
     Witness { gap_m: apart - ra - rb, point: [a[0] + ra * normal[0], a[1] + ra * normal[1]], normal }
 }
 
-/// The outward normal of the side from corner k, and how far a point is beyond it.
+/// Outward normal of the side from corner k, and the distance of a point beyond it (m).
 fn side(p: &[[f64; 2]], k: usize) -> ([f64; 2], impl Fn([f64; 2]) -> f64 + use<>) {
     let (from, to) = (p[k], p[(k + 1) % p.len()]);
     let (dx, dy) = (to[0] - from[0], to[1] - from[1]);
@@ -78,7 +78,7 @@ fn side(p: &[[f64; 2]], k: usize) -> ([f64; 2], impl Fn([f64; 2]) -> f64 + use<>
     (normal, move |q: [f64; 2]| (q[0] - from[0]) * normal[0] + (q[1] - from[1]) * normal[1])
 }
 
-/// The side of p that q's nearest corner is farthest beyond.
+/// The side of p from whose line the nearest corner of q is farthest.
 fn corner_beside(p: &[[f64; 2]], q: &[[f64; 2]]) -> Witness {
     let mut found = Witness { gap_m: f64::NEG_INFINITY, point: [0.0; 2], normal: [0.0; 2] };
     for k in 0..p.len() {
@@ -97,7 +97,7 @@ fn corner_beside(p: &[[f64; 2]], q: &[[f64; 2]]) -> Witness {
     found
 }
 
-/// A disc beside a convex polygon: nearest to a side or to a corner.
+/// A disc and a convex polygon: nearest at a side or at a corner.
 fn disc_beside(p: &[[f64; 2]], (radius_m, [x, y, _]): (f64, [f64; 3])) -> Witness {
     let mut found = (f64::NEG_INFINITY, 0, [0.0; 2]);
     for k in 0..p.len() {

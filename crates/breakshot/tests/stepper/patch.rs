@@ -1,4 +1,4 @@
-//! Friction of the table on a body that slides and spins: summed over a uniform round patch, once, by brute force.
+//! Friction of the table on a body that slides and spins: tabulated once by quadrature over a uniform round patch.
 
 use super::{Body, GRAVITY_M_S2};
 use std::f64::consts::TAU;
@@ -9,7 +9,7 @@ pub(crate) struct Patch {
     table: Vec<[f64; 2]>,
 }
 
-/// Rows of the table, evenly over ratio / (1 + ratio).
+/// Rows of the table, uniform in ratio / (1 + ratio).
 const ROWS: usize = 512;
 /// Rings and sectors of the patch.
 const RINGS: usize = 200;
@@ -28,7 +28,7 @@ impl Patch {
         [0, 1].map(|c| self.table[k][c] + part * (self.table[k + 1][c] - self.table[k][c]))
     }
 
-    /// Slows a body down for a time (midpoint rule).  Friction stops it, it never turns it back.
+    /// Brakes a body for a time step (midpoint rule).  Friction stops the body and never reverses its motion.
     pub(crate) fn rub(&self, body: &mut Body, step_s: f64) {
         let [vx, vy, w] = body.speed;
         let (v, grip) = (vx.hypot(vy), body.friction * GRAVITY_M_S2);
@@ -52,7 +52,7 @@ impl Patch {
     }
 }
 
-/// Sums over the patch: it moves along x and turns with rim speed 1 - u, u the row's part.
+/// Sums over the patch, which moves along x at speed u and rotates with rim speed 1 - u, u the fraction of the row.
 fn row(k: usize) -> [f64; 2] {
     let (speed, rim_speed) = (k as f64 / ROWS as f64, 1.0 - k as f64 / ROWS as f64);
     if rim_speed == 0.0 {

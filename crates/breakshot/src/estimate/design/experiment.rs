@@ -2,6 +2,7 @@
 
 use super::simulated_clip::{Filming, staged};
 use crate::cell::Cell;
+use crate::conservative_advancement::{Step, advance};
 use crate::error::{Error, Result};
 use crate::estimate::clip_tracks::ClipTracks;
 use crate::geometry::{Point, Pose, Vec2};
@@ -114,15 +115,13 @@ fn apart(from: &Outline, (shape, yaw_rad): (&Shape, f64), start: Point, along: V
     let gap =
         |way_m: f64| from.gap_m(&Outline::new(shape, Pose { position: start + along * way_m, yaw_rad }));
     // Far enough out, then nearer by no more than the gap: it never passes through.
-    let mut way_m = 2.0 * shape.outer_radius_m() + 1.0;
-    for _ in 0..ENOUGH {
-        let over_m = gap(way_m) - gap_m;
-        if over_m.abs() < CLOSE_M || way_m < -1.0 {
-            break;
-        }
-        way_m -= over_m;
-    }
-    start + along * way_m
+    let far_m = 2.0 * shape.outer_radius_m() + 1.0;
+    let placed = advance(far_m, ENOUGH, |distance_m| {
+        let excess_m = gap(distance_m) - gap_m;
+        let is_placed = excess_m.abs() < CLOSE_M || distance_m < -1.0;
+        if is_placed { Step::End(distance_m) } else { Step::To(distance_m - excess_m) }
+    });
+    start + along * placed.unwrap_or_else(|reached_m| reached_m)
 }
 
 /// The yaw that turns the side that is best to strike square to a direction; any for a disc.

@@ -2,6 +2,7 @@
 
 use super::prior::{Belief, Parameter};
 use crate::cell::Cell;
+use crate::conservative_advancement::{Step, advance};
 use crate::error::Result;
 use crate::geometry::{Point, Pose, Vec2};
 use crate::object::{self, Object, kind};
@@ -127,16 +128,13 @@ fn beside(
     if outlines.is_empty() {
         return centre;
     }
-    let mut way_m = FAR_M;
-    for _ in 0..100 {
-        let here = Outline::new(shape, Pose { position: centre + along * way_m, yaw_rad });
-        let nearest_m = outlines.iter().map(|o| o.gap_m(&here)).fold(f64::INFINITY, f64::min);
-        if nearest_m - gap_m < CLOSE_M || way_m <= 0.0 {
-            break;
-        }
-        way_m -= nearest_m - gap_m;
-    }
-    centre + along * way_m.max(0.0)
+    let placed = advance(FAR_M, 100, |distance_m| {
+        let outline = Outline::new(shape, Pose { position: centre + along * distance_m, yaw_rad });
+        let nearest_m = outlines.iter().map(|o| o.gap_m(&outline)).fold(f64::INFINITY, f64::min);
+        let is_placed = nearest_m - gap_m < CLOSE_M || distance_m <= 0.0;
+        if is_placed { Step::End(distance_m) } else { Step::To(distance_m - (nearest_m - gap_m)) }
+    });
+    centre + along * placed.unwrap_or_else(|reached_m| reached_m).max(0.0)
 }
 
 /// A central strike on some object that the striker reaches without touching another one.

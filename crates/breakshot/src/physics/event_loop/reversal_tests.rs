@@ -1,4 +1,4 @@
-//! Time runs backwards as well as forwards: nothing is lost at restitution 1 and without friction.
+//! Without losses (restitution 1, no friction) a reversed simulation returns to its start.
 
 use crate::geometry::{Point, Pose, Vec2};
 use crate::object::{Marker, Object, Shape, pair_key};
@@ -10,14 +10,14 @@ use crate::properties::Properties;
 use crate::scene::{Goal, Placed, Scene, Strike};
 use crate::uncertain::Estimate;
 
-/// As good as none: what it takes away in a second is far below the tolerance.
+/// Friction so small that the speed it removes in a second is far below the tolerance.
 const FRICTION: f64 = 1e-15;
 
 fn disc(radius_m: f64) -> Shape {
     Shape::Disc { radius_m }
 }
 
-/// Things of these shapes and different masses, in two rows of three.
+/// Objects of these shapes and different masses, in two rows of three.
 fn scene(shapes: [Shape; 6]) -> Scene {
     let marker: Marker = toml::from_str("shape = { disc = { radius_m = 0.005 } }").expect("a marker");
     let objects: Vec<Object> = (0..)
@@ -67,7 +67,7 @@ fn properties(scene: &Scene) -> Properties {
     properties
 }
 
-/// Lets all bodies go with these states (objects in order of body); how many impacts follow.
+/// The number of impacts after releasing all objects with these states, in the order of bodies.
 fn impacts(world: &World, states: &[State], memory: &mut Memory) -> usize {
     let start_m = Point::new(8.0, 8.0);
     let far = Strike { object: None, start_m, heading_rad: 0.0, speed_m_s: 1.0, travel_m: 0.01 };
@@ -89,9 +89,9 @@ fn reversed(states: &[State]) -> Vec<State> {
     states.iter().map(turn).collect()
 }
 
-/// How far a run without losses is from where it began after it has gone forth and back: at most so many metres, radians
-/// and metres a second.
-fn there_and_back(shapes: [Shape; 6]) -> [f64; 3] {
+/// Greatest differences in position (m), yaw (rad) and velocity (m/s) between the start and the end of a simulation that is
+/// reversed in the middle.
+fn return_error(shapes: [Shape; 6]) -> [f64; 3] {
     let scene = scene(shapes);
     let options = Options { after_strike: AfterStrike::Lift, spin: Spin::Decoupled, ..Options::default() };
     let world = World::new(&scene, &properties(&scene), &options).expect("a world");
@@ -112,7 +112,7 @@ fn there_and_back(shapes: [Shape; 6]) -> [f64; 3] {
     apart.fold([0.0; 3], |most, one| std::array::from_fn(|k| f64::max(most[k], one[k])))
 }
 
-/// A velocity with which the rows run into each other; before, nothing had met.
+/// A state with a velocity towards the other row.
 fn converging(pose: Pose) -> State {
     let Point { x, y } = pose.position;
     let velocity = Vec2::new(0.3 * (0.12 - x), if y > 0.1 { -0.8 } else { 0.3 });
@@ -120,18 +120,18 @@ fn converging(pose: Pose) -> State {
 }
 
 #[test]
-fn discs_without_losses_go_back_to_where_they_began() {
-    let apart = there_and_back([0.03, 0.04, 0.035, 0.02, 0.045, 0.025].map(disc));
+fn discs_without_losses_return_to_their_start() {
+    let apart = return_error([0.03, 0.04, 0.035, 0.02, 0.045, 0.025].map(disc));
     assert!(apart.iter().all(|apart| *apart < 1e-9), "{apart:?} m, rad, m/s");
 }
 
-/// Polygons touch when less than a micrometre is left between them, on the way back as well.
+/// Polygons touch at a gap of less than a micrometre, forwards and backwards.
 #[test]
-fn polygons_without_losses_go_back_to_where_they_began() {
+fn polygons_without_losses_return_to_their_start() {
     let rectangle = |a, b| Shape::Rectangle { size_m: [a, b] };
     let corners = [[0.04, 0.0], [-0.02, 0.035], [-0.02, -0.035]];
     let triangle = Shape::Polygon { points_m: corners.map(|[x, y]| Point::new(x, y)).to_vec() };
-    let apart = there_and_back([
+    let apart = return_error([
         disc(0.03),
         rectangle(0.05, 0.08),
         triangle,

@@ -406,7 +406,7 @@ mod tests {
         }
     }
 
-    /// MultipleImpact discs at places given in radii, the first one moving along x at 1 m/s; their velocities after.
+    /// Velocities after the impact of touching discs (mass, x and y in radii), of which the first moves along x at 1 m/s.
     fn after(discs: &[(f64, f64, f64)], restitution: f64, compliance: &Compliance) -> Vec<Vec2> {
         let bodies: Vec<Body> = discs.iter().map(|d| disc(d.0)).collect();
         let states: Vec<State> = discs

@@ -72,9 +72,10 @@ pub(crate) struct ContactPoint {
     pub(crate) normal_ab: Vec2,
 }
 
-/// The two bodies at a contact: their relative velocity, and how an impulse changes it.
+/// Relative velocity of two bodies at a contact, and its change by an impulse.
 ///
-/// Relative means a minus b; the impulse (p along the normal, q along the tangent, the normal apply left) acts on b.
+/// Relative means a minus b.  The impulse acts on b: p along the normal, q along the tangent, which is the normal rotated by
+/// 90 degrees counter-clockwise.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Impact {
     /// Approach speed along the normal and slip along the tangent (m/s).

@@ -142,7 +142,7 @@ impl Model<'_> {
             "    <body name=\"{name}\" pos=\"{x} {y} 0\" euler=\"0 0 {yaw_rad}\">\n      \
              <inertial pos=\"0 0 0\" mass=\"{mass}\" diaginertia=\"{inertia} {inertia} {inertia}\"/>\n"
         );
-        // Joint axes are the body's own: apply back, they are the table's.
+        // Joint axes are given in the body's frame; rotated back they are the axes of the table.
         let back = [Vec2::from_heading(-yaw_rad), Vec2::from_heading(-yaw_rad).perpendicular()];
         for (joint, axis) in ["x", "y"].into_iter().zip(back) {
             let _ = writeln!(

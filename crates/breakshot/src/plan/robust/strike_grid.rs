@@ -4,6 +4,7 @@
 //! passes the object's centroid), the speed, and the follow-through.  A proposal is a function from a scene to such aims;
 //! [`everywhere`] is the one that knows nothing.  Rules iii to vi of the paper's section 5 are four of its points, not limits.
 
+use crate::conservative_advancement::{Step, advance};
 use crate::error::Result;
 use crate::geometry::{Point, Pose, Vec2, wrapped_rad};
 use crate::outline::Outline;
@@ -119,20 +120,19 @@ impl<'a> Range<'a> {
         let along = Vec2::from_heading(aim.heading_rad);
         let far_m = shape.outer_radius_m() + striker.outer_radius_m() + CLOSE_M;
         let middle = placed.position_m + along.perpendicular() * aim.offset_m;
-        let mut way_m = -far_m;
-        // The gap is a lower bound of the way that is left, so the striker never jumps over the contact.
-        for _ in 0..MOST_STEPS {
-            let position = middle + along * way_m;
+        // The gap is a lower bound of the remaining distance.
+        let contact = advance(-far_m, MOST_STEPS, |distance_m| {
+            let position = middle + along * distance_m;
             let gap_m = Outline::new(striker, Pose { position, yaw_rad: aim.heading_rad }).gap_m(&target);
             if gap_m < CLOSE_M {
-                return Some(position);
+                Step::End(Some(position))
+            } else if distance_m + gap_m > far_m {
+                Step::End(None)
+            } else {
+                Step::To(distance_m + gap_m)
             }
-            way_m += gap_m;
-            if way_m > far_m {
-                return None;
-            }
-        }
-        None
+        });
+        contact.ok().flatten()
     }
 }
 
