@@ -3,6 +3,9 @@
 use std::process::Command;
 
 /// Formatting, lints, docs, tests.
+///
+/// The tests of [`NEEDS_FFMPEG`] run where the program `ffmpeg` is installed; elsewhere the last lines list them as
+/// skipped.
 pub(crate) fn test() -> Result<(), String> {
     ensure_component("rustfmt", "fmt")?;
     ensure_component("clippy", "clippy")?;
@@ -13,7 +16,29 @@ pub(crate) fn test() -> Result<(), String> {
         &[("RUSTDOCFLAGS", "-D warnings")],
     )?;
     proto(Proto::Check)?;
-    cargo(&["test", "--workspace"], &[])
+    cargo(&["test", "--workspace"], &[])?;
+    test_with_ffmpeg()
+}
+
+/// The tests that `cargo test` ignores because they start the program `ffmpeg`; a test of the library names them.
+const NEEDS_FFMPEG: [&str; 4] = [
+    "capture::source::ffmpeg::h264::tests::ffmpeg_and_the_built_in_decoder_give_the_same_frames_and_errors",
+    "ffmpeg_decodes_the_codings_that_the_built_in_decoder_does_not",
+    "ffmpeg_and_the_built_in_decoder_give_the_same_frames",
+    "a_damaged_film_that_only_ffmpeg_decodes_is_an_error",
+];
+
+/// Runs the tests that need `ffmpeg`, or reports each of them as skipped.
+fn test_with_ffmpeg() -> Result<(), String> {
+    if Command::new("ffmpeg").arg("-version").output().is_err() {
+        println!("xtask: SKIPPED {} tests: the program `ffmpeg` is not installed", NEEDS_FFMPEG.len());
+        for test in NEEDS_FFMPEG {
+            println!("xtask: SKIPPED {test}");
+        }
+        return Ok(());
+    }
+    let args = ["test", "-p", "breakshot", "--lib", "--test", "footage", "--", "--ignored", "--exact"];
+    cargo(&[&args[..], &NEEDS_FFMPEG].concat(), &[])
 }
 
 /// What to do with the generated code of the robot's messages.

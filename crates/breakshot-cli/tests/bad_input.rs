@@ -249,3 +249,28 @@ fn a_film_that_needs_ffmpeg_is_refused_with_a_hint_where_it_is_not_installed() {
         assert!(message.contains(word), "`{word}` is not in: {message}");
     }
 }
+
+#[test]
+fn a_missing_or_broken_camera_info_file_is_named_when_the_cell_is_read() {
+    let lens = "focal_px = [";
+    let folder = workbench();
+    let path = folder.path().join("cell.toml");
+    let text = fs::read_to_string(&path).unwrap();
+    let without_lens: String = text
+        .lines()
+        .filter(|line| !["focal_px", "center_px", "distortion"].iter().any(|key| line.starts_with(key)))
+        .map(|line| line.to_string() + "\n")
+        .collect();
+    assert!(
+        text.contains(lens) && !without_lens.contains(lens),
+        "the example gives its lens otherwise: {text}"
+    );
+    let named = without_lens.replacen("[camera]", "[camera]\ncamera_info = \"lens.yaml\"", 1);
+    fs::write(&path, &named).unwrap();
+    let args = detect("single_a_3.mp4", "a");
+    assert_refused(folder.path(), &args, &["lens.yaml", "cannot be read"]);
+    fs::write(folder.path().join("lens.yaml"), "image_width: 640\n").unwrap();
+    assert_refused(folder.path(), &args, &["lens.yaml", "needed: a ROS CameraInfo file"]);
+    fs::write(&path, text.replacen("[camera]", "[camera]\ncamera_info = \"lens.yaml\"", 1)).unwrap();
+    assert_refused(folder.path(), &args, &["cell.toml", "both camera_info", "needed: the lens once"]);
+}

@@ -41,17 +41,13 @@ impl Campaign {
     /// Checks that every clip is complete and consistent.
     ///
     /// # Errors
-    /// No clips, a video that does not exist, unknown or repeated objects, an impossible strike; the error names the clip.
+    /// No clips, unknown or repeated objects, an impossible strike; the error names the clip.
     pub fn check(&self, file: &str) -> Result<()> {
         if self.clips.is_empty() {
             return Err(Error::invalid(file, "clips", "none", "at least one [[clips]] entry"));
         }
         for clip in &self.clips {
             let owner = format!("{file}: clip `{}`", clip.name());
-            if !clip.video.exists() {
-                let found = format!("missing ({})", clip.video.display());
-                return Err(Error::invalid(owner, "video", found, "a file that exists"));
-            }
             if clip.objects.is_empty() {
                 return Err(Error::invalid(owner, "objects", "none", "the struck object, then the others"));
             }

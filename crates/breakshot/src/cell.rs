@@ -54,7 +54,7 @@ pub struct CameraSpec {
     pub distortion: Option<Vec<f64>>,
     /// A ROS `CameraInfo` YAML file instead of the keys above.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub camera_info: Option<PathBuf>,
+    pub camera_info: Option<CameraInfo>,
     /// The scale of a camera that looks straight down; may stand here or at the top (px per m).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub scale_px_per_m: Option<f64>,
@@ -67,6 +67,76 @@ pub struct CameraSpec {
     /// How thick the tags are (m): their faces lie so far above the table.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub tag_thickness_m: Option<f64>,
+}
+
+/// A ROS `CameraInfo` file and the intrinsics read from it.
+///
+/// Serialized as the path alone: a cell that was read from the JSON copy in a plan has no intrinsics.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(from = "PathBuf", into = "PathBuf")]
+pub struct CameraInfo {
+    /// The YAML file.
+    pub path: PathBuf,
+    /// The file's values; `None` unless [`load_cell`](crate::files::load_cell) has read them.
+    pub intrinsics: Option<Intrinsics>,
+}
+
+impl From<PathBuf> for CameraInfo {
+    fn from(path: PathBuf) -> Self {
+        Self { path, intrinsics: None }
+    }
+}
+
+impl From<CameraInfo> for PathBuf {
+    fn from(info: CameraInfo) -> Self {
+        info.path
+    }
+}
+
+/// The calibrated intrinsics of a camera, in OpenCV's conventions.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Intrinsics {
+    /// Width and height of the calibrated image (px).
+    pub image_size_px: [u32; 2],
+    /// Focal lengths fx and fy (px).
+    pub focal_px: [f64; 2],
+    /// The principal point cx and cy (px).
+    pub center_px: [f64; 2],
+    /// k1 k2 p1 p2 k3.
+    pub distortion: [f64; 5],
+}
+
+impl CameraSpec {
+    /// The same camera with the values of its `camera_info` file in the keys of its own.
+    ///
+    /// # Errors
+    /// The lens is given twice, or the cell names a file that nobody has read.
+    pub(crate) fn resolved(&self, file: &str) -> Result<Self> {
+        self.check_lens_given_once(file)?;
+        let Some(info) = &self.camera_info else { return Ok(self.clone()) };
+        let Some(intrinsics) = info.intrinsics else {
+            let found = format!("`{}`, which was not read", info.path.display());
+            let needed = "a cell read from its cell.toml, or focal_px, center_px and distortion";
+            return Err(Error::invalid(file, "camera.camera_info", found, needed));
+        };
+        Ok(Self {
+            image_size_px: Some(intrinsics.image_size_px),
+            focal_px: Some(intrinsics.focal_px),
+            center_px: Some(intrinsics.center_px),
+            distortion: Some(intrinsics.distortion.into()),
+            camera_info: None,
+            ..self.clone()
+        })
+    }
+
+    fn check_lens_given_once(&self, file: &str) -> Result<()> {
+        let own_keys = self.focal_px.is_some() || self.center_px.is_some() || self.distortion.is_some();
+        if self.camera_info.is_some() && own_keys {
+            let needed = "the lens once: camera_info, or focal_px, center_px and distortion";
+            return Err(Error::invalid(file, "camera", "both camera_info and the lens's own keys", needed));
+        }
+        Ok(())
+    }
 }
 
 /// An AprilTag lying flat on the table.
@@ -255,6 +325,7 @@ impl Cell {
 
     fn check_camera(&self, file: &str) -> Result<()> {
         let camera = &self.camera;
+        camera.check_lens_given_once(file)?;
         for (what, pair) in [("camera.focal_px", camera.focal_px), ("camera.center_px", camera.center_px)] {
             for value in pair.into_iter().flatten() {
                 positive(file, what, value)?;

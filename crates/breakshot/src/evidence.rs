@@ -4,6 +4,7 @@
 use crate::cell::{CameraSpec, Cell, ReferencePoint, Striker, Tag};
 use crate::object::Object;
 use serde::{Deserialize, Serialize};
+use std::path::PathBuf;
 
 /// The cell, the objects and the measurements of each clip.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -66,7 +67,8 @@ impl FilmedWith {
     /// The parts of the given cell.
     pub fn new(cell: &Cell) -> Self {
         let mut camera = cell.camera.clone();
-        camera.camera_info = camera.camera_info.and_then(|path| path.file_name().map(Into::into));
+        camera.camera_info =
+            camera.camera_info.and_then(|info| info.path.file_name().map(|name| PathBuf::from(name).into()));
         Self {
             camera,
             tags: cell.tags.clone(),

@@ -3,8 +3,9 @@
 //! Everything is checked while it is loaded: an unknown key names its nearest known one, an impossible number
 //! names its object.  Results are written whole or not at all.
 
+use crate::camera_info;
 use crate::campaign::{Campaign, Clip};
-use crate::cell::{Cell, RobotSpec};
+use crate::cell::{Cell, Intrinsics, RobotSpec};
 use crate::error::{Error, Result};
 use crate::object::Object;
 use crate::properties::Properties;
@@ -119,16 +120,19 @@ pub fn write_json<T: Serialize>(path: &Path, value: &T) -> Result<()> {
     write_whole(path, &bytes)
 }
 
-/// `cell.toml` with the URDF of its arm; the path of its `camera_info` is made relative to the working directory.
+/// `cell.toml` with the intrinsics of its `camera_info` file and the URDF of its arm: a value that needs no further files.
 ///
 /// # Errors
-/// See [`read_toml`], [`Cell::check`] and [`load_arm`].
+/// See [`read_toml`], [`Cell::check`] and [`load_arm`]; also a `camera_info` file that is missing, is not a ROS
+/// `CameraInfo`, or was calibrated for another image size than the cell's.
 pub fn load_cell(path: &Path) -> Result<Cell> {
     let mut cell: Cell = read_toml(path)?;
     check_version(path, cell.version)?;
     cell.check(&label(path))?;
+    let given_size_px = cell.camera.image_size_px;
     if let Some(info) = &mut cell.camera.camera_info {
-        *info = beside(path, info);
+        info.path = beside(path, &info.path);
+        info.intrinsics = Some(load_intrinsics(&info.path, given_size_px)?);
     }
     if let Some(robot) = &mut cell.robot
         && robot.is_file()
@@ -146,6 +150,20 @@ pub fn load_cell(path: &Path) -> Result<Cell> {
 pub fn load_arm(robot: &mut RobotSpec) -> Result<()> {
     robot.urdf = if robot.is_file() { Some(text(Path::new(&robot.arm))?) } else { None };
     Ok(())
+}
+
+/// The intrinsics of a `CameraInfo` file whose image has the size that the cell gives, if it gives one.
+fn load_intrinsics(path: &Path, given_size_px: Option<[u32; 2]>) -> Result<Intrinsics> {
+    let intrinsics = camera_info::parsed(path, &text(path)?)?;
+    let size_px = intrinsics.image_size_px;
+    if let Some(given) = given_size_px
+        && given != size_px
+    {
+        let found = format!("{} x {}", size_px[0], size_px[1]);
+        let needed = format!("the cell's image_size_px, {} x {}", given[0], given[1]);
+        return Err(Error::invalid(label(path), "image size", found, needed));
+    }
+    Ok(intrinsics)
 }
 
 #[derive(Deserialize)]
@@ -212,7 +230,7 @@ struct ClipEntry {
 /// `campaign.toml` with the cell, the objects and the scenes that it names.
 ///
 /// # Errors
-/// See [`read_toml`], [`Campaign::check`] and the loaders of the named files.
+/// See [`read_toml`], [`Campaign::check`] and the loaders of the named files; also a video that does not exist.
 pub fn load_campaign(path: &Path) -> Result<Loaded<Campaign>> {
     let file: CampaignFile = read_toml(path)?;
     check_version(path, file.version)?;
@@ -220,8 +238,20 @@ pub fn load_campaign(path: &Path) -> Result<Loaded<Campaign>> {
     let objects = load_objects(&beside(path, &file.objects))?;
     let clips = file.clips.into_iter().map(|entry| load_clip(path, entry)).collect::<Result<_>>()?;
     let campaign = Campaign { cell, objects: objects.value, clips };
+    for clip in &campaign.clips {
+        check_video_exists(path, clip)?;
+    }
     campaign.check(&label(path))?;
     Ok(Loaded { value: campaign, notes: objects.notes })
+}
+
+fn check_video_exists(campaign: &Path, clip: &Clip) -> Result<()> {
+    if clip.video.exists() {
+        return Ok(());
+    }
+    let name = format!("{}: clip `{}`", label(campaign), clip.name());
+    let found = format!("missing ({})", clip.video.display());
+    Err(Error::invalid(name, "video", found, "a file that exists"))
 }
 
 fn load_clip(campaign: &Path, entry: ClipEntry) -> Result<Clip> {

@@ -16,6 +16,7 @@
 //! The files beside the folders are the vocabulary all stages share.  Everything is SI and radians; the table frame
 //! is the default.
 
+mod camera_info;
 pub mod campaign;
 pub mod capture;
 pub mod cell;

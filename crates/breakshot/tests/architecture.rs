@@ -288,3 +288,21 @@ fn the_map_of_the_paper_names_files_and_tests_that_exist() {
     }
     assert_none(&violations, "names in docs/paper.md that are not in the code");
 }
+
+#[test]
+fn every_test_that_needs_ffmpeg_is_run_or_reported_as_skipped_by_the_one_check() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let check = std::fs::read_to_string(root.join("../../xtask/src/check.rs")).unwrap();
+    let mark = concat!("#[ignore = \"needs ", "ffmpeg\"]");
+    let mut found = 0;
+    for path in ["src", "tests"].iter().flat_map(|folder| sources(&root.join(folder))) {
+        let text = std::fs::read_to_string(&path).unwrap();
+        for after in text.split(mark).skip(1) {
+            let name = after.split("fn ").nth(1).and_then(|rest| rest.split('(').next()).unwrap();
+            let listed = check.contains(&format!("\"{name}\"")) || check.contains(&format!("::{name}\""));
+            assert!(listed, "{}: {name} is not in NEEDS_FFMPEG of xtask/src/check.rs", path.display());
+            found += 1;
+        }
+    }
+    assert!(check.contains(&format!("NEEDS_FFMPEG: [&str; {found}]")), "{found} tests need ffmpeg");
+}

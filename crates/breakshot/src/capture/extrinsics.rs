@@ -2,7 +2,7 @@
 
 use super::camera::{Camera, Projection, TagFit};
 use super::image::GreyImage;
-use super::lens::{self, Lens, middle_px};
+use super::lens::{Lens, middle_px};
 use super::pose::{self, Fit, Sighting, Unknown};
 use super::tags::{self, SeenTag};
 use crate::cell::{CameraSpec, Cell, ReferencePoint, Tag, Workspace};
@@ -73,7 +73,7 @@ fn failure(name: &str, found: impl Into<String>, needed: impl Into<String>) -> E
 }
 
 fn question<'a>(name: &'a str, size_px: [usize; 2], cell: &'a Cell) -> Result<Question<'a>> {
-    let spec = lens::resolved(&cell.camera, "cell")?;
+    let spec = cell.camera.resolved("cell")?;
     check_size(name, size_px, &spec)?;
     let mut warnings = Vec::new();
     let lens = match spec.focal_px {

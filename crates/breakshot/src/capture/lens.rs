@@ -3,12 +3,9 @@
 //! The pinhole with Brown's distortion, in OpenCV's and ROS's conventions: a *ray* is the pair (x / z, y / z) of a
 //! direction in the camera's frame (x right, y down, z forward), a pixel counts from the centre of the top left one.
 
-use crate::cell::CameraSpec;
 use crate::error::{Error, Result};
-use crate::files;
 use crate::geometry::Pixel;
 use serde::{Deserialize, Serialize};
-use std::path::Path;
 
 /// Focal lengths, principal point and distortion.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -198,87 +195,6 @@ fn reach([k1, k2, _, _, k3]: [f64; 5]) -> f64 {
     longest * longest
 }
 
-/// The part of a ROS `CameraInfo` file (also of OpenCV's) that tells the lens.
-#[derive(Deserialize)]
-struct CameraInfo {
-    image_width: u32,
-    image_height: u32,
-    camera_matrix: Numbers,
-    #[serde(default)]
-    distortion_model: Option<String>,
-    distortion_coefficients: Numbers,
-}
-
-#[derive(Deserialize)]
-struct Numbers {
-    data: Vec<f64>,
-}
-
-/// The cell's lens with the numbers of its `camera_info` file filled in.
-///
-/// # Errors
-/// An unreadable file, a distortion model other than `plumb_bob` (or one that reduces to it), own keys beside it.
-pub(super) fn resolved(spec: &CameraSpec, name: &str) -> Result<CameraSpec> {
-    let Some(path) = &spec.camera_info else { return Ok(spec.clone()) };
-    if spec.focal_px.is_some() || spec.center_px.is_some() || spec.distortion.is_some() {
-        let needed = "the lens once: camera_info, or focal_px, center_px and distortion";
-        return Err(Error::invalid(name, "camera", "both camera_info and the lens's own keys", needed));
-    }
-    let info = camera_info(path)?;
-    let owner = path.display().to_string();
-    let size = [info.image_width, info.image_height];
-    if let Some(given) = spec.image_size_px
-        && given != size
-    {
-        let needed = format!("the cell's image_size_px, {} x {}", given[0], given[1]);
-        return Err(Error::invalid(owner, "image size", format!("{} x {}", size[0], size[1]), needed));
-    }
-    let matrix: [f64; 9] = info.camera_matrix.data.try_into().map_err(|data: Vec<f64>| {
-        Error::invalid(&owner, "camera_matrix.data", format!("{} numbers", data.len()), "9 numbers")
-    })?;
-    let [fx, skew, cx, _, fy, cy, ..] = matrix;
-    let possible = matrix.iter().all(|v| v.is_finite()) && fx > 0.0 && fy > 0.0 && skew == 0.0;
-    if !possible {
-        let needed = "[fx, 0, cx, 0, fy, cy, 0, 0, 1] with positive focal lengths (a calibrated camera)";
-        return Err(Error::invalid(owner, "camera_matrix.data", format!("{matrix:?}"), needed));
-    }
-    Ok(CameraSpec {
-        image_size_px: Some(size),
-        focal_px: Some([fx, fy]),
-        center_px: Some([cx, cy]),
-        distortion: Some(plumb_bob(&owner, info.distortion_model, info.distortion_coefficients.data)?),
-        camera_info: None,
-        ..spec.clone()
-    })
-}
-
-fn camera_info(path: &Path) -> Result<CameraInfo> {
-    let text = files::text(path)?;
-    // OpenCV heads its files with a directive, and tags its matrices, in ways that YAML does not know.
-    let yaml: String = text
-        .lines()
-        .filter(|line| !line.starts_with("%YAML") && *line != "---")
-        .map(|line| line.replace("!!opencv-matrix", "") + "\n")
-        .collect();
-    serde_saphyr::from_str(&yaml).map_err(|e| Error::Syntax {
-        path: path.into(),
-        problem: format!("{}; needed: a ROS CameraInfo file", e.to_string().trim().replace('\n', "; ")),
-    })
-}
-
-/// k1 k2 p1 p2 k3, refused by name where the file's model is another one.
-fn plumb_bob(owner: &str, model: Option<String>, mut data: Vec<f64>) -> Result<Vec<f64>> {
-    let model = model.unwrap_or_else(|| "plumb_bob".into());
-    let higher_terms = data.iter().skip(5).any(|&k| k != 0.0);
-    let reducible = matches!(model.as_str(), "plumb_bob" | "rational_polynomial" | "");
-    if !reducible || higher_terms || data.iter().any(|k| !k.is_finite()) {
-        let found = format!("`{model}` with {data:?}");
-        return Err(Error::invalid(owner, "distortion_model", found, "`plumb_bob`: k1 k2 p1 p2 k3"));
-    }
-    data.resize(5, 0.0); // also cuts the zeros that a longer model ends with
-    Ok(data)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -307,42 +223,5 @@ mod tests {
         let lens = Lens::new([900.0; 2], [639.5, 359.5], [-0.9, 0.0, 0.0, 0.0, 0.0]);
         let message = lens.check("cell.toml", [1280, 720]).expect_err("it folds").to_string();
         assert!(message.contains("cell.toml") && message.contains("folds"), "{message}");
-    }
-
-    fn read(yaml: &str) -> Result<CameraSpec> {
-        let file = tempfile::NamedTempFile::new().expect("a temporary file");
-        std::fs::write(file.path(), yaml).expect("written");
-        let spec = CameraSpec { camera_info: Some(file.path().into()), ..CameraSpec::default() };
-        resolved(&spec, "cell.toml")
-    }
-
-    const ROS: &str = "image_width: 640\nimage_height: 480\ncamera_name: head\ncamera_matrix:\n  rows: 3\n  cols: 3\n  \
-        data: [600.5, 0, 320.25, 0, 601, 240.0, 0., 0., 1.]\ndistortion_model: MODEL\n\
-        distortion_coefficients:\n  rows: 1\n  cols: 5\n  data: [0.1, -0.2, 0.001, 0.002, 0.0MORE]\n\
-        rectification_matrix:\n  rows: 3\n  cols: 3\n  data: [1, 0, 0, 0, 1, 0, 0, 0, 1]\n";
-
-    #[test]
-    fn a_ros_camera_info_file_gives_the_lens() {
-        let spec = read(&ROS.replace("MODEL", "plumb_bob").replace("MORE", "")).expect("a plumb bob");
-        assert_eq!(spec.image_size_px, Some([640, 480]));
-        assert_eq!(spec.focal_px, Some([600.5, 601.0]));
-        assert_eq!(spec.center_px, Some([320.25, 240.0]));
-        assert_eq!(spec.distortion, Some(vec![0.1, -0.2, 0.001, 0.002, 0.0]));
-        let opencv = ROS.replace("MODEL", "plumb_bob").replace("MORE", "");
-        let opencv = format!("%YAML:1.0\n---\n{}", opencv.replace("matrix:\n", "matrix: !!opencv-matrix\n"));
-        assert_eq!(read(&opencv).expect("OpenCV's own form"), spec);
-    }
-
-    #[test]
-    fn a_distortion_model_that_is_not_plumb_bob_is_refused_by_name() {
-        let zero = ROS.replace("MODEL", "rational_polynomial").replace("MORE", ", 0, 0, 0");
-        assert_eq!(read(&zero).expect("reduces to plumb bob").distortion.map(|d| d.len()), Some(5));
-        for (model, more) in [("rational_polynomial", ", 0.3, 0, 0"), ("equidistant", "")] {
-            let message =
-                read(&ROS.replace("MODEL", model).replace("MORE", more)).expect_err(model).to_string();
-            assert!(message.contains(model) && message.contains("plumb_bob"), "{message}");
-        }
-        let message = read("image_width: 640\nimage_height: [").expect_err("broken").to_string();
-        assert!(message.contains("CameraInfo"), "{message}");
     }
 }
