@@ -1,4 +1,4 @@
-//! Is the camera where the cell says, and how would one see it?
+//! How well does the camera fit the tags, and what does the fit look like in the picture?
 
 use super::Capture;
 use super::camera::Camera;
@@ -9,18 +9,18 @@ use crate::geometry::{Pixel, Point, Vec2};
 use serde::Serialize;
 use std::fmt::Write;
 
-/// A camera, the cell it belongs to and the picture it was found in.
+/// A calibrated camera with the picture that it was calibrated from and its cell.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Calibration {
     /// The file format's version.
     pub version: u32,
     /// The film or picture.
     pub picture: String,
-    /// Where the camera stands on the table (m); unknown for one known by a homography or a scale alone.
+    /// The camera's position in the table frame (m); `None` for a homography or a scale alone.
     pub position_m: Option<[f64; 3]>,
-    /// The angle between its axis and straight down (rad).
+    /// The angle between its optical axis and straight down (rad).
     pub tilt_rad: Option<f64>,
-    /// The side of the square that a pixel shows in the workspace's middle, on the table (m).
+    /// The side of one pixel on the table, in the workspace's middle (m).
     pub pixel_size_m: f64,
     /// The camera, with the error of every tag.
     pub camera: Camera,
@@ -30,10 +30,10 @@ pub struct Calibration {
     cell: Cell,
 }
 
-/// The camera of a film's first frames, or of a picture, and how well it fits.
+/// The camera of a film or a picture with its residuals and the first frame.
 ///
 /// # Errors
-/// A film without frames, or that breaks off.
+/// A film without frames, or one that ends early.
 pub fn calibration(capture: Capture) -> Result<Calibration> {
     let Capture { mut footage, camera, cell } = capture;
     let image = footage.next().transpose()?.map(|frame| frame.image);
@@ -52,20 +52,20 @@ pub fn calibration(capture: Capture) -> Result<Calibration> {
     })
 }
 
-/// Lines of the table's grid are this far apart (m)...
+/// Spacing of the table's grid lines (m)...
 const GRID_M: f64 = 0.05;
-/// ... and drawn this far past the workspace.
+/// ... and their length beyond the workspace.
 const GRID_MARGIN_M: f64 = 0.1;
-/// No more lines than this either way: a workspace of kilometres is a slip of the pen.
+/// Largest number of grid lines per axis, for workspaces with wrong units.
 const MOST_LINES: usize = 400;
 /// The axes' length in the drawing (m).
 const AXIS_M: f64 = 0.1;
-/// Pieces of a line, which the lens may bend.
+/// Segments per line, because the lens distorts straight lines.
 const PIECES: u32 = 24;
 
 impl Calibration {
-    /// The picture with the table's grid (5 cm), its axes, the workspace, and every tag as the camera expects it and
-    /// as it was seen: one SVG that holds all it needs.
+    /// The picture with the table's grid (5 cm), its axes, the workspace, and every tag as predicted and as measured: a
+    /// self-contained SVG.
     ///
     /// # Errors
     /// A picture without pixels.
@@ -73,7 +73,7 @@ impl Calibration {
         let [width, height] = self.camera.size_px;
         let empty = || Error::invalid(&self.picture, "picture", "no pixels", "a picture");
         let picture = self.image.data_url().ok_or_else(empty)?;
-        // Lines must stay visible whatever the picture's size.
+        // Line width relative to the picture's size
         let line = width.max(height) as f64 / 1000.0;
         let mut svg = format!(
             "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width}\" height=\"{height}\" \
@@ -95,7 +95,7 @@ impl Calibration {
         Ok(svg)
     }
 
-    /// One line about the whole fit.
+    /// One line of text about the whole fit.
     fn summary(&self) -> String {
         let tilt = self.tilt_rad.map_or(String::new(), |tilt| {
             format!("; looks down {:.1} deg off the vertical", tilt.to_degrees())
@@ -134,7 +134,7 @@ impl Calibration {
             [(Vec2::new(AXIS_M, 0.0), "x", "#e03030"), (Vec2::new(0.0, AXIS_M), "y", "#20a040")]
         {
             let tip = Point::ORIGIN + axis;
-            let barb = |turn: f64| tip - axis.rotated(turn) * 0.15;
+            let barb = |angle_rad: f64| tip - axis.rotated(angle_rad) * 0.15;
             let arrow = [Point::ORIGIN, tip, barb(0.5), tip, barb(-0.5)];
             self.draw_line(svg, &arrow, &format!("{colour}\" stroke-width=\"{:.2}", 2.0 * line));
             self.draw_text(svg, self.camera.pixel_from_table(tip + axis * 0.3, 0.0), colour, name);
@@ -151,11 +151,11 @@ impl Calibration {
             };
             let [a, b, c, d] = tag.corners_m();
             self.draw_line(svg, &[a, b, c, d, a], &format!("{colour}\" stroke-width=\"{line:.2}"));
-            let told = match fit {
+            let text = match fit {
                 Some(fit) => format!("tag {}: {:.2} px, {:.2} mm", tag.id, fit.rms_px, fit.rms_m * 1e3),
-                None => format!("tag {}: not seen", tag.id),
+                None => format!("tag {}: not detected", tag.id),
             };
-            self.draw_text(svg, self.camera.pixel_from_table(d, 0.0), colour, &told);
+            self.draw_text(svg, self.camera.pixel_from_table(d, 0.0), colour, &text);
             for corner in fit.iter().flat_map(|fit| fit.corners_px) {
                 draw_cross(svg, corner, line);
             }
@@ -176,22 +176,22 @@ impl Calibration {
         }
     }
 
-    /// A line over the table through these places, broken where the camera does not see it.
-    fn draw_line(&self, svg: &mut String, places: &[Point], stroke: &str) {
-        let part = |k: u32| f64::from(k) / f64::from(PIECES);
-        let pieces = places
+    /// A line on the table through these points, interrupted where it is out of view.
+    fn draw_line(&self, svg: &mut String, points: &[Point], stroke: &str) {
+        let fraction = |k: u32| f64::from(k) / f64::from(PIECES);
+        let segments = points
             .windows(2)
-            .flat_map(|ends| (0..=PIECES).map(move |k| ends[0] + (ends[1] - ends[0]) * part(k)));
-        let pixels: Vec<Pixel> = pieces.map(|place| self.camera.pixel_from_table(place, 0.0)).collect();
+            .flat_map(|ends| (0..=PIECES).map(move |k| ends[0] + (ends[1] - ends[0]) * fraction(k)));
+        let pixels: Vec<Pixel> = segments.map(|point| self.camera.pixel_from_table(point, 0.0)).collect();
         let [width, height] = self.camera.size_px.map(|size| size as f64);
-        // A little past the border lines are cut by the picture's own frame; far past it they are left out.
+        // The SVG clips lines just outside the picture; points far outside are left out.
         let near = |p: &Pixel| p.x > -width && p.x < 2.0 * width && p.y > -height && p.y < 2.0 * height;
         for run in pixels.split(|p| !near(p)).filter(|run| run.len() > 1) {
-            let points: Vec<String> = run.iter().map(|p| format!("{:.2},{:.2}", p.x, p.y)).collect();
+            let coordinates: Vec<String> = run.iter().map(|p| format!("{:.2},{:.2}", p.x, p.y)).collect();
             let _ = writeln!(
                 svg,
                 "<polyline points=\"{}\" fill=\"none\" stroke=\"{stroke}\"/>",
-                points.join(" ")
+                coordinates.join(" ")
             );
         }
     }

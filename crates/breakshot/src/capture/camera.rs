@@ -1,4 +1,4 @@
-//! Where the camera stands, and the way from a pixel to a place at any height above the table and back.
+//! The camera: lens and pose, and the maps between pixels and points at any height above the table.
 
 use super::lens::{Lens, middle_px};
 use crate::cell::Transform;
@@ -6,24 +6,25 @@ use crate::geometry::{Pixel, Point};
 use nalgebra::{Matrix3, Rotation3, Vector3};
 use serde::{Deserialize, Serialize};
 
-/// Where the camera stands and what its lens does.
+/// The calibrated camera of a film.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Camera {
     /// Width and height of the picture (px).
     pub size_px: [usize; 2],
-    /// The way from the table to the picture.
+    /// The map from the table to the picture.
     pub(super) projection: Projection,
-    /// Root mean square distance between where the tags' corners (or the reference points) were seen and where this
-    /// camera sees them (px).
+    /// Root mean square distance between the measured pixels of the tags' corners (or the reference points) and those that
+    /// this camera predicts (px).
     pub reprojection_rms_px: f64,
     /// The same on the table (m).
     pub reprojection_rms_m: f64,
-    /// One standard deviation of a place on the table at the worst corner of the workspace, as far as what was seen
-    /// tells (m); unknown for a scale, which says nothing of itself, and for a corner that no ray reaches.
-    pub place_std_m: Option<f64>,
-    /// The numbers of the tags that were found and used.
+    /// One standard deviation of a position on the table at the worst corner of the workspace (m); `None` for a scale, whose
+    /// accuracy is unknown, and if no ray reaches a corner.
+    #[serde(rename = "place_std_m")]
+    pub position_std_m: Option<f64>,
+    /// The numbers of the tags that the pose was fitted to.
     pub tags_found: Vec<u32>,
-    /// Every tag that was seen, used or not.
+    /// Every tag of the cell that was detected, used or not.
     pub tags: Vec<TagFit>,
     /// How long a rolling shutter takes from the first to the last row (s); 0 for a global one.
     #[serde(default)]
@@ -31,43 +32,43 @@ pub struct Camera {
     /// How long the shutter stays open, if known (s).
     #[serde(default)]
     pub exposure_s: Option<f64>,
-    /// How far above the table the tags' faces lie, which the projection calls height zero (m).
+    /// The height of the tags' faces above the table (m), which is height zero of the projection.
     #[serde(default)]
     pub tag_thickness_m: f64,
-    /// What the user should know about the pose.
+    /// Warnings about the pose.
     #[serde(default)]
     pub warnings: Vec<String>,
 }
 
-/// A tag in the picture, beside where the camera expects it.
+/// A detected tag and its reprojection error.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct TagFit {
     /// Its number.
     pub id: u32,
-    /// Where its corners were seen: top left, top right, bottom right, bottom left of the upright tag (px).
+    /// The measured pixels of its corners: top left, top right, bottom right, bottom left of the upright tag.
     pub corners_px: [Pixel; 4],
-    /// Root mean square distance of the corners from where the camera expects them (px).
+    /// Root mean square distance of the corners from those that the camera predicts (px).
     pub rms_px: f64,
     /// The same on the table (m).
     pub rms_m: f64,
-    /// Whether the pose rests on it; a tag that contradicts the others is left out.
+    /// Whether the pose was fitted to it; a tag that contradicts the others is left out.
     pub used: bool,
 }
 
-/// The way from the table to the picture.
+/// The map from the table to the picture.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub(super) enum Projection {
-    /// A lens at a place in space: right at every height.
+    /// A lens and its pose: valid at every height.
     Space {
         /// The lens.
         lens: Lens,
-        /// Where it stands.
+        /// Its pose.
         pose: Extrinsics,
     },
-    /// A homography of the table itself: right at height zero only.
+    /// A homography of the table: valid at height zero only.
     Plane {
-        /// Homogeneous pixels from homogeneous table places, row by row.
+        /// Homogeneous pixels from homogeneous table points, row by row.
         pixel_from_table: [[f64; 3]; 3],
     },
 }
@@ -77,7 +78,7 @@ pub(super) enum Projection {
 pub(super) struct Extrinsics {
     /// Row by row.
     pub(super) rotation: [[f64; 3]; 3],
-    /// The table's origin as the camera sees it (m).
+    /// The table's origin in the camera's frame (m).
     pub(super) translation_m: [f64; 3],
 }
 
@@ -94,7 +95,7 @@ impl Extrinsics {
         self.translation_m.into()
     }
 
-    /// Where the camera stands on the table (m).
+    /// The camera's position in the table frame (m).
     pub(super) fn position_m(&self) -> Vector3<f64> {
         -(self.rotation().transpose() * self.translation_m())
     }
@@ -110,30 +111,30 @@ fn matrix(rows: &[[f64; 3]; 3]) -> Matrix3<f64> {
 
 impl Projection {
     /// See [`Camera::pixel_from_table`].
-    pub(super) fn pixel(&self, place: Point, height_m: f64) -> Option<Pixel> {
+    pub(super) fn pixel(&self, point: Point, height_m: f64) -> Option<Pixel> {
         match self {
             Self::Space { lens, pose } => {
-                let seen = pose.rotation() * Vector3::new(place.x, place.y, height_m) + pose.translation_m();
-                let in_front = seen.z > 0.0;
-                in_front.then(|| lens.pixel_from_ray([seen.x / seen.z, seen.y / seen.z])).flatten()
+                let p = pose.rotation() * Vector3::new(point.x, point.y, height_m) + pose.translation_m();
+                let in_front = p.z > 0.0;
+                in_front.then(|| lens.pixel_from_ray([p.x / p.z, p.y / p.z])).flatten()
             }
             Self::Plane { pixel_from_table } => {
-                let p = matrix(pixel_from_table) * Vector3::new(place.x, place.y, 1.0);
+                let p = matrix(pixel_from_table) * Vector3::new(point.x, point.y, 1.0);
                 (p.z > 0.0).then(|| Pixel::new(p.x / p.z, p.y / p.z))
             }
         }
     }
 
     /// See [`Camera::table_from_pixel`].
-    pub(super) fn place(&self, pixel: Pixel, height_m: f64) -> Option<Point> {
+    pub(super) fn table_point(&self, pixel: Pixel, height_m: f64) -> Option<Point> {
         match self {
             Self::Space { lens, pose } => {
                 let [x, y] = lens.ray_from_pixel(pixel)?;
                 let ray = pose.rotation().transpose() * Vector3::new(x, y, 1.0);
-                let eye = pose.position_m();
-                let along = (height_m - eye.z) / ray.z;
-                let ahead = along > 0.0 && along.is_finite();
-                ahead.then(|| Point::new(eye.x + along * ray.x, eye.y + along * ray.y))
+                let center = pose.position_m();
+                let along = (height_m - center.z) / ray.z;
+                let in_front = along > 0.0 && along.is_finite();
+                in_front.then(|| Point::new(center.x + along * ray.x, center.y + along * ray.y))
             }
             Self::Plane { pixel_from_table } => {
                 let p = matrix(pixel_from_table).try_inverse()? * Vector3::new(pixel.x, pixel.y, 1.0);
@@ -143,41 +144,42 @@ impl Projection {
     }
 }
 
-const NOWHERE: Point = Point::new(f64::NAN, f64::NAN);
-pub(super) const UNSEEN: Pixel = Pixel::new(f64::NAN, f64::NAN);
-/// The scale is taken over one pixel, where the camera is as good as linear.
+const NO_POINT: Point = Point::new(f64::NAN, f64::NAN);
+pub(super) const NO_PIXEL: Pixel = Pixel::new(f64::NAN, f64::NAN);
+/// Half the step of numerical derivatives (px): over one pixel the camera is nearly linear.
 const HALF_PIXEL: f64 = 0.5;
 
 impl Camera {
-    /// A camera of known lens and pose.
+    /// A camera with a known lens and pose.
     ///
-    /// `table_from_camera` at zero angles looks straight down, the picture's right along the table's x, its top towards y.
+    /// At zero angles of `table_from_camera` the camera looks straight down, with the picture's right along the table's x
+    /// and its top along y.
     pub fn new(size_px: [usize; 2], lens: Lens, table_from_camera: Transform) -> Self {
         let [roll, pitch, yaw] = table_from_camera.rpy_rad;
         let down = Matrix3::from_diagonal(&Vector3::new(1.0, -1.0, -1.0));
         let rotation = (Rotation3::from_euler_angles(roll, pitch, yaw).matrix() * down).transpose();
         let position = Vector3::from(table_from_camera.position_m);
         let pose = Extrinsics::new(&rotation, &-(rotation * position));
-        Self::seeing(size_px, Projection::Space { lens, pose })
+        Self::with_projection(size_px, Projection::Space { lens, pose })
     }
 
     /// A camera that looks straight down from far: `scale_px_per_m` at the table, its origin at `center_px` (default:
-    /// the picture's middle).  It knows no heights.
+    /// the picture's middle).  It ignores heights.
     pub fn flat(size_px: [usize; 2], scale_px_per_m: f64, center_px: Option<[f64; 2]>) -> Self {
         let [cx, cy] = center_px.unwrap_or(middle_px(size_px));
         let s = scale_px_per_m;
         let pixel_from_table = [[s, 0.0, cx], [0.0, -s, cy], [0.0, 0.0, 1.0]];
-        Self::seeing(size_px, Projection::Plane { pixel_from_table })
+        Self::with_projection(size_px, Projection::Plane { pixel_from_table })
     }
 
-    /// A camera with nothing measured about it yet.
-    pub(super) fn seeing(size_px: [usize; 2], projection: Projection) -> Self {
+    /// A camera without residuals and warnings.
+    pub(super) fn with_projection(size_px: [usize; 2], projection: Projection) -> Self {
         Self {
             size_px,
             projection,
             reprojection_rms_px: 0.0,
             reprojection_rms_m: 0.0,
-            place_std_m: None,
+            position_std_m: None,
             tags_found: Vec::new(),
             tags: Vec::new(),
             readout_s: 0.0,
@@ -187,43 +189,42 @@ impl Camera {
         }
     }
 
-    /// Where a place `height_m` above the table appears in the picture.
+    /// The pixel of a point `height_m` above the table.
     ///
-    /// Not a number for what the camera cannot see: behind it, or past the rays its lens model holds for.  A camera
-    /// that knows no heights ([`Self::knows_heights`]) shows everything as if it lay on the table.
-    pub fn pixel_from_table(&self, place: Point, height_m: f64) -> Pixel {
-        self.projection.pixel(place, height_m - self.tag_thickness_m).unwrap_or(UNSEEN)
+    /// Not a number for a point behind the camera or outside the range of its lens model.  A camera without a pose
+    /// ([`Self::knows_heights`]) ignores the height.
+    pub fn pixel_from_table(&self, point: Point, height_m: f64) -> Pixel {
+        self.projection.pixel(point, height_m - self.tag_thickness_m).unwrap_or(NO_PIXEL)
     }
 
-    /// The place `height_m` above the table that a pixel shows: the ray is cut at that height.
+    /// The point of a pixel in the plane `height_m` above the table: the intersection of the pixel's ray with that plane.
     ///
-    /// Not a number for a pixel that shows no place at that height, such as one above the horizon.
+    /// Not a number for a pixel whose ray does not meet the plane, such as one above the horizon.
     pub fn table_from_pixel(&self, pixel: Pixel, height_m: f64) -> Point {
-        self.projection.place(pixel, height_m - self.tag_thickness_m).unwrap_or(NOWHERE)
+        self.projection.table_point(pixel, height_m - self.tag_thickness_m).unwrap_or(NO_POINT)
     }
 
-    /// How a place at that height moves with its pixel: the derivatives of (x, y) by the pixel's x and y (m / px),
-    /// row by row.
+    /// The Jacobian of [`Self::table_from_pixel`]: the derivatives of (x, y) by the pixel's x and y (m / px), row by row.
     pub fn table_per_pixel_m(&self, pixel: Pixel, height_m: f64) -> [[f64; 2]; 2] {
-        let place =
+        let point =
             |dx: f64, dy: f64| self.table_from_pixel(Pixel::new(pixel.x + dx, pixel.y + dy), height_m);
-        let by_x = place(HALF_PIXEL, 0.0) - place(-HALF_PIXEL, 0.0);
-        let by_y = place(0.0, HALF_PIXEL) - place(0.0, -HALF_PIXEL);
+        let by_x = point(HALF_PIXEL, 0.0) - point(-HALF_PIXEL, 0.0);
+        let by_y = point(0.0, HALF_PIXEL) - point(0.0, -HALF_PIXEL);
         [[by_x.x, by_y.x], [by_x.y, by_y.y]]
     }
 
-    /// The side of a square of the size of one pixel's place at that height (m / px).
+    /// The side of the square that has the area of one pixel at that height (m / px).
     pub fn scale_m_per_px(&self, pixel: Pixel, height_m: f64) -> f64 {
         let [[xx, xy], [yx, yy]] = self.table_per_pixel_m(pixel, height_m);
         (xx * yy - xy * yx).abs().sqrt()
     }
 
-    /// Whether rays are cut at the height asked for; false for a camera known by a homography or a scale alone.
+    /// Whether the camera has a pose, so that heights are taken into account; false for a homography or a scale alone.
     pub fn knows_heights(&self) -> bool {
         matches!(self.projection, Projection::Space { .. })
     }
 
-    /// The lens, where one is known.
+    /// The lens, if it is known.
     pub fn lens(&self) -> Option<&Lens> {
         match &self.projection {
             Projection::Space { lens, .. } => Some(lens),
@@ -231,7 +232,7 @@ impl Camera {
         }
     }
 
-    /// Where the camera stands in the table's frame (m), where it is known.
+    /// The camera's position in the table frame (m), if it is known.
     pub fn position_m(&self) -> Option<[f64; 3]> {
         match &self.projection {
             Projection::Space { pose, .. } => {
@@ -242,7 +243,7 @@ impl Camera {
         }
     }
 
-    /// The angle between the optical axis and straight down (rad), where it is known.
+    /// The angle between the optical axis and straight down (rad), if it is known.
     pub fn tilt_rad(&self) -> Option<f64> {
         match &self.projection {
             Projection::Space { pose, .. } => Some((-pose.rotation[2][2]).clamp(-1.0, 1.0).acos()),
@@ -250,7 +251,7 @@ impl Camera {
         }
     }
 
-    /// Whether a pixel lies in the picture.
+    /// Whether a pixel is inside the picture.
     pub fn shows(&self, pixel: Pixel) -> bool {
         let inside = |v: f64, size: usize| v >= -HALF_PIXEL && v <= size as f64 - HALF_PIXEL;
         inside(pixel.x, self.size_px[0]) && inside(pixel.y, self.size_px[1])

@@ -1,70 +1,74 @@
-//! Do the tags (or points, or the scale) of the cell tell where the camera is, and which of them contradict?
+//! Which camera pose explains the cell's tags (or points, or scale), and which tags contradict it?
 
 use super::camera::{Camera, Projection, TagFit};
 use super::image::GreyImage;
 use super::lens::{Lens, middle_px};
-use super::pose::{self, Fit, Sighting, Unknown};
-use super::tags::{self, SeenTag};
+use super::pose::{self, Correspondence, FreeParameters, PoseFit};
+use super::tags::{self, DetectedTag};
 use crate::cell::{CameraSpec, Cell, ReferencePoint, Tag, Workspace};
 use crate::error::{Error, Result};
 use crate::geometry::{Pixel, Point};
+use crate::statistics::upper_median;
 use std::f64::consts::{FRAC_PI_2, SQRT_2};
 
-/// A tag's corners farther than this from where the other tags have them (m): no ruler errs so much...
+/// Largest distance of a tag's corners from where the pose of the other tags predicts them (m): errors of a ruler are
+/// smaller...
 const MISPLACED_M: f64 = 2e-3;
-/// ... nor does an edge in the picture (px).
+/// ... and errors of an edge in the picture are smaller than this (px).
 const MISPLACED_PX: f64 = 2.0;
-/// Corners farther off than this on average are told to the user (m): a tenth of it is usual.
+/// Root mean square error of the corners from which on the user is warned (m): a tenth of it is usual.
 const DOUBTFUL_M: f64 = 3e-4;
-/// A pose that leaves places at the workspace's corners more uncertain than this is told to the user (m).
+/// Standard deviation of a position at the workspace's corners from which on the user is warned (m).
 const UNCERTAIN_M: f64 = 1e-4;
-/// The least noise of a fitted corner and of a pixel read off by hand (px).
+/// Standard deviations of a fitted corner, at least, and of a pixel picked by hand (px).
 const CORNER_NOISE_PX: f64 = 0.02;
 const CLICK_NOISE_PX: f64 = 0.5;
-/// A focal length must be known to this part of itself: at 5 cm height 1 % of it is 0.04 % of a place.
+/// Largest relative standard deviation of an accepted focal length: 1 % shifts a point 5 cm above the table by 0.04 % of
+/// its distance from the point below the camera.
 const FOCAL_STD: f64 = 0.01;
-/// Tags are as wide as told, and as each other, to this part of their width: a ruler on the smallest errs so much.
+/// Relative tolerance of a tag's size: the error of a ruler on the smallest tags.
 const SAME_SIZE: f64 = 0.03;
 /// k1 is estimated if it differs from zero by this many standard deviations.
 const SIGNIFICANT: f64 = 5.0;
-/// Guesses at an unknown focal length, as parts of the picture's width: from wide angle to telephoto.
+/// Initial guesses of an unknown focal length in picture widths: from wide angle to telephoto.
 const FOCAL_GUESSES: [f64; 4] = [0.6, 1.0, 1.8, 4.0];
-/// Between two frames of a camera that stands still a corner moves by no more than noise (px).
+/// Largest motion of a corner between two frames of a fixed camera (px): noise is smaller.
 const STILL_PX: f64 = 1.0;
 
-/// What a message calls the picture, and what is known beforehand.
-struct Question<'a> {
+/// The name of the picture in messages, and what is known before the pose.
+struct PoseProblem<'a> {
     name: &'a str,
     size_px: [usize; 2],
     cell: &'a Cell,
     spec: CameraSpec,
     /// The lens, if its focal length is given.
     lens: Option<Lens>,
-    /// By how many quarters the tags are printed or laid turned clockwise against the cell.
-    turns: usize,
+    /// The clockwise rotation of all tags against the cell, in quarter turns.
+    quarter_turns: usize,
     warnings: Vec<String>,
 }
 
-/// The camera that took these pictures of one still scene; the first is looked through, the others lower the noise.
+/// The camera that took these pictures of one still scene: tags are detected in the first one that shows any, and their
+/// corners are averaged over the others.
 ///
 /// # Errors
-/// A picture of another size than the lens was calibrated for, a lens that folds, no or contradicting tags, points
-/// that do not span the table.
+/// A picture of another size than the lens was calibrated for, a distortion that is not one to one, no or contradicting
+/// tags, points that do not span the table.
 pub fn camera(name: &str, pictures: &[&GreyImage], cell: &Cell) -> Result<Camera> {
     let first = pictures.first().ok_or_else(|| failure(name, "no picture", "at least one"))?;
     let size_px = [first.width, first.height];
-    let mut question = question(name, size_px, cell)?;
+    let mut problem = problem(name, size_px, cell)?;
     let mut camera = if !cell.tags.is_empty() {
-        let seen = question.by_tags(pictures)?;
-        Camera { tag_thickness_m: question.spec.tag_thickness_m.unwrap_or(0.0), ..seen }
+        let camera = problem.by_tags(pictures)?;
+        Camera { tag_thickness_m: problem.spec.tag_thickness_m.unwrap_or(0.0), ..camera }
     } else if !cell.points.is_empty() {
-        question.by_points()?
+        problem.by_points()?
     } else {
-        question.by_scale()?
+        problem.by_scale()?
     };
-    camera.warnings = question.warnings;
-    camera.readout_s = question.spec.readout_s.unwrap_or(0.0);
-    camera.exposure_s = question.spec.exposure_s;
+    camera.warnings = problem.warnings;
+    camera.readout_s = problem.spec.readout_s.unwrap_or(0.0);
+    camera.exposure_s = problem.spec.exposure_s;
     Ok(camera)
 }
 
@@ -72,7 +76,7 @@ fn failure(name: &str, found: impl Into<String>, needed: impl Into<String>) -> E
     Error::Camera { name: name.into(), found: found.into(), needed: needed.into() }
 }
 
-fn question<'a>(name: &'a str, size_px: [usize; 2], cell: &'a Cell) -> Result<Question<'a>> {
+fn problem<'a>(name: &'a str, size_px: [usize; 2], cell: &'a Cell) -> Result<PoseProblem<'a>> {
     let spec = cell.camera.resolved("cell")?;
     check_size(name, size_px, &spec)?;
     let mut warnings = Vec::new();
@@ -94,11 +98,13 @@ fn question<'a>(name: &'a str, size_px: [usize; 2], cell: &'a Cell) -> Result<Qu
         }
         None => None,
     };
-    Ok(Question { name, size_px, cell, spec, lens, turns: 0, warnings })
+    Ok(PoseProblem { name, size_px, cell, spec, lens, quarter_turns: 0, warnings })
 }
 
-/// A film of another size may be scaled, binned or cropped: only the user knows, so the numbers for a scaled one are
-/// offered and never taken.
+/// An error for a picture of another size than the calibration.
+///
+/// The picture may be scaled, binned or cropped: the error's message holds the numbers for a scaled one, which are never
+/// used without the user.
 fn check_size(name: &str, [width, height]: [usize; 2], spec: &CameraSpec) -> Result<()> {
     let Some([w, h]) = spec.image_size_px else { return Ok(()) };
     if (w as usize, h as usize) == (width, height) {
@@ -118,7 +124,7 @@ fn check_size(name: &str, [width, height]: [usize; 2], spec: &CameraSpec) -> Res
     Err(failure(name, format!("a picture of {width} x {height} px"), needed))
 }
 
-impl Question<'_> {
+impl PoseProblem<'_> {
     fn by_scale(&mut self) -> Result<Camera> {
         let scale_px_per_m = self.cell.scale_px_per_m().ok_or_else(|| {
             failure(
@@ -134,17 +140,23 @@ impl Question<'_> {
         let down = nalgebra::Matrix3::from_diagonal(&nalgebra::Vector3::new(1.0, -1.0, -1.0));
         let far = nalgebra::Vector3::new(0.0, 0.0, lens.focal_px()[0] / scale_px_per_m);
         let pose = super::camera::Extrinsics::new(&down, &far);
-        Ok(self.seeing(Projection::Space { lens: lens.clone(), pose }))
+        Ok(self.camera_with(Projection::Space { lens: lens.clone(), pose }))
     }
 
     fn by_points(&mut self) -> Result<Camera> {
-        let sighting =
-            |p: &ReferencePoint| Sighting { place: p.table_m, pixel: p.image_px, std_px: CLICK_NOISE_PX };
-        let sightings: Vec<Sighting> = self.cell.points.iter().map(sighting).collect();
-        let outside = sightings.iter().position(|s| !Camera::flat(self.size_px, 1.0, None).shows(s.pixel));
+        let correspondence = |p: &ReferencePoint| Correspondence {
+            point: p.table_m,
+            pixel: p.image_px,
+            std_px: CLICK_NOISE_PX,
+        };
+        let correspondences: Vec<Correspondence> = self.cell.points.iter().map(correspondence).collect();
+        let outside =
+            correspondences.iter().position(|s| !Camera::flat(self.size_px, 1.0, None).shows(s.pixel));
         if let Some(k) = outside {
-            let found =
-                format!("points[{k}].image_px at ({}, {})", sightings[k].pixel.x, sightings[k].pixel.y);
+            let found = format!(
+                "points[{k}].image_px at ({}, {})",
+                correspondences[k].pixel.x, correspondences[k].pixel.y
+            );
             return Err(failure(
                 self.name,
                 found,
@@ -152,100 +164,112 @@ impl Question<'_> {
             ));
         }
         let fit = match &self.lens {
-            Some(lens) => pose::pose(lens, &sightings, Unknown::Pose),
-            None => self.unknown_focal(&sightings, false).or_else(|| {
+            Some(lens) => pose::pose(lens, &correspondences, FreeParameters::Pose),
+            None => self.unknown_focal(&correspondences, false).or_else(|| {
                 self.warnings.push(heights_warning());
-                pose::plane(&sightings)
+                pose::plane(&correspondences)
             }),
         };
         let spanning = || failure(self.name, "points that do not span the table", "4 points, no 3 on a line");
         let fit = fit.ok_or_else(spanning)?;
-        let mut camera = self.seeing(fit.projection.clone());
-        (camera.reprojection_rms_px, camera.reprojection_rms_m) = rms(&camera, &sightings);
-        self.judge(&mut camera, &fit);
+        let mut camera = self.camera_with(fit.projection.clone());
+        (camera.reprojection_rms_px, camera.reprojection_rms_m) = rms(&camera, &correspondences);
+        self.assess(&mut camera, &fit);
         Ok(camera)
     }
 
-    /// A lens of square pixels around the picture's middle, where the perspective is strong enough to tell its focal
-    /// length; with `distorted` also k1, where that is significant.
-    fn unknown_focal(&self, sightings: &[Sighting], distorted: bool) -> Option<Fit> {
+    /// A fit with an unknown focal length (square pixels), if the perspective is strong enough to determine it; with
+    /// `distorted` also with k1, if that is significant.
+    fn unknown_focal(&self, correspondences: &[Correspondence], distorted: bool) -> Option<PoseFit> {
         let center_px = self.spec.center_px.unwrap_or(middle_px(self.size_px));
         let fits = FOCAL_GUESSES.iter().filter_map(|part| {
             let guess = Lens::new([part * self.size_px[0] as f64; 2], center_px, [0.0; 5]);
-            pose::pose(&guess, sightings, Unknown::Focal)
+            pose::pose(&guess, correspondences, FreeParameters::PoseAndFocal)
         });
-        let mut best = fits.min_by(|a, b| a.misfit.total_cmp(&b.misfit))?;
+        let mut best = fits.min_by(|a, b| a.chi2.total_cmp(&b.chi2))?;
         if distorted && let Projection::Space { lens, .. } = &best.projection {
-            let bent = pose::pose(lens, sightings, Unknown::FocalAndK1).filter(|fit| {
+            let with_k1 = pose::pose(lens, correspondences, FreeParameters::PoseFocalAndK1).filter(|fit| {
                 let k1 = match &fit.projection {
                     Projection::Space { lens, .. } => lens.distortion()[0],
                     Projection::Plane { .. } => 0.0,
                 };
                 fit.k1_std().is_some_and(|std| k1.abs() > SIGNIFICANT * std)
             });
-            best = bent.unwrap_or(best);
+            best = with_k1.unwrap_or(best);
         }
         best.focal_std().is_some_and(|std| std < FOCAL_STD).then_some(best)
     }
 
     fn by_tags(&mut self, pictures: &[&GreyImage]) -> Result<Camera> {
-        let (pictures, seen) = self.sighted(pictures)?;
-        let (mut seen, twice) = once(seen);
-        if seen.is_empty() {
-            let found = format!("tag {} seen twice", list(&twice));
-            return Err(failure(self.name, found, "each tag once, or other tags that say which is right"));
+        // Detected tags that agree with the cell
+        let (pictures, detected) = self.first_detections(pictures)?;
+        let (mut detected, repeated) = unique_ids(detected);
+        if detected.is_empty() {
+            let found = format!("tag {} detected twice", list(&repeated));
+            return Err(failure(
+                self.name,
+                found,
+                "each tag once, or other tags that decide which one is right",
+            ));
         }
-        let mut used = self.agreeing(&seen)?;
+        let mut used = self.consistent_tags(&detected)?;
         let mut fit = self.fit(&used)?;
-        // Tags that shadow or glare hid from the first look are looked for where they must be.
-        let found = self.hidden(pictures[0], &fit, &seen);
+        // Tags that the first pass missed, because of shadow or glare, at their predicted positions
+        let found = self.missed_tags(pictures[0], &fit, &detected);
         if !found.is_empty() {
-            seen.extend(found);
-            seen.sort_by_key(|tag| tag.id);
-            used = self.agreeing(&seen)?;
+            detected.extend(found);
+            detected.sort_by_key(|tag| tag.id);
+            used = self.consistent_tags(&detected)?;
             fit = self.fit(&used)?;
         }
-        for id in twice {
-            let at_its_place = seen.iter().any(|tag| tag.id == id);
+        for id in repeated {
+            let at_its_position = detected.iter().any(|tag| tag.id == id);
             let taken =
-                if at_its_place { "the one where cell.toml has it is taken" } else { "both are left out" };
-            self.warnings.push(format!("tag {id} is seen twice in the picture: {taken}"));
+                if at_its_position { "the one where cell.toml has it is taken" } else { "both are left out" };
+            self.warnings.push(format!("tag {id} is detected twice in the picture: {taken}"));
         }
-        averaged(&mut seen, pictures, self.lens.as_ref());
-        used.retain_mut(|tag| seen.iter().find(|s| s.id == tag.id).map(|s| *tag = s.clone()).is_some());
+        // Average, fit, residuals, warnings
+        average_corners(&mut detected, pictures, self.lens.as_ref());
+        used.retain_mut(|tag| detected.iter().find(|s| s.id == tag.id).map(|s| *tag = s.clone()).is_some());
         fit = self.fit(&used).unwrap_or(fit);
-        let mut camera = self.seeing(fit.projection.clone());
-        (camera.reprojection_rms_px, camera.reprojection_rms_m) = rms(&camera, &self.sightings(&used));
+        let mut camera = self.camera_with(fit.projection.clone());
+        (camera.reprojection_rms_px, camera.reprojection_rms_m) = rms(&camera, &self.correspondences(&used));
         camera.tags_found = used.iter().map(|tag| tag.id).collect();
-        camera.tags = seen.iter().map(|tag| self.tag_fit(&camera, tag)).collect();
+        camera.tags = detected.iter().map(|tag| self.tag_fit(&camera, tag)).collect();
         for tag in camera.tags.iter().filter(|tag| !tag.used) {
-            let off = format!("tag {} lies {:.1} mm from where cell.toml has it", tag.id, tag.rms_m * 1e3);
+            let off = format!("tag {} is {:.1} mm from its position in cell.toml", tag.id, tag.rms_m * 1e3);
             self.warnings.push(format!("{off} and is left out"));
         }
-        self.judge(&mut camera, &fit);
+        self.assess(&mut camera, &fit);
         Ok(camera)
     }
 
     /// The cell's tags in the first picture that shows one, and the pictures from that one on.
-    fn sighted<'p>(&self, pictures: &'p [&'p GreyImage]) -> Result<(&'p [&'p GreyImage], Vec<SeenTag>)> {
-        let known = |tag: &SeenTag| self.tag(tag.id).is_some();
+    ///
+    /// # Errors
+    /// No picture shows one.
+    fn first_detections<'p>(
+        &self,
+        pictures: &'p [&'p GreyImage],
+    ) -> Result<(&'p [&'p GreyImage], Vec<DetectedTag>)> {
+        let known = |tag: &DetectedTag| self.tag(tag.id).is_some();
         let wanted = self.cell.tags.len().min(2);
-        let enough = |tags: &[SeenTag]| tags.iter().filter(|tag| known(tag)).count() >= wanted;
-        let mut strangers = Vec::new();
+        let enough = |tags: &[DetectedTag]| tags.iter().filter(|tag| known(tag)).count() >= wanted;
+        let mut other_ids = Vec::new();
         for (k, picture) in pictures.iter().enumerate() {
-            let all = tags::seen(picture, self.lens.as_ref(), enough);
+            let all = tags::detected(picture, self.lens.as_ref(), enough);
             let (ours, others): (Vec<_>, Vec<_>) = all.into_iter().partition(known);
             if !ours.is_empty() {
                 return Ok((&pictures[k..], ours));
             }
-            strangers.extend(ids(&others));
+            other_ids.extend(ids(&others));
         }
         let looked_for: Vec<u32> = self.cell.tags.iter().map(|tag| tag.id).collect();
-        strangers.sort_unstable();
-        strangers.dedup();
-        let in_a_mirror = || tags::seen(&pictures[0].mirrored(), None, |tags| !tags.is_empty());
-        let found = if !strangers.is_empty() {
-            format!("tag {}, none of the cell's tags {}", list(&strangers), list(&looked_for))
+        other_ids.sort_unstable();
+        other_ids.dedup();
+        let in_a_mirror = || tags::detected(&pictures[0].mirrored(), None, |tags| !tags.is_empty());
+        let found = if !other_ids.is_empty() {
+            format!("tag {}, none of the cell's tags {}", list(&other_ids), list(&looked_for))
         } else if in_a_mirror().is_empty() {
             format!("no AprilTag of family 36h11, none of the cell's tags {}", list(&looked_for))
         } else {
@@ -260,67 +284,77 @@ impl Question<'_> {
         self.cell.tags.iter().find(|tag| tag.id == id)
     }
 
-    /// Where the corners of a tag should be, in the order in which they are seen.
+    /// The corners of a tag on the table (m), in the order of the detected corners.
     fn corners_m(&self, tag: &Tag) -> [Point; 4] {
         let mut corners = tag.corners_m();
-        corners.rotate_right(self.turns);
+        corners.rotate_right(self.quarter_turns);
         corners
     }
 
-    fn sightings(&self, seen: &[SeenTag]) -> Vec<Sighting> {
-        let corners = |tag: &SeenTag| {
-            let places = self.tag(tag.id).map(|tag| self.corners_m(tag)).unwrap_or_default();
+    fn correspondences(&self, detected: &[DetectedTag]) -> Vec<Correspondence> {
+        let corners = |tag: &DetectedTag| {
+            let points = self.tag(tag.id).map(|tag| self.corners_m(tag)).unwrap_or_default();
             let std_px = tag.std_px().map(|std_px| std_px.hypot(CORNER_NOISE_PX));
-            [0, 1, 2, 3].map(|k| Sighting { place: places[k], pixel: tag.corners_px[k], std_px: std_px[k] })
+            [0, 1, 2, 3].map(|k| Correspondence {
+                point: points[k],
+                pixel: tag.corners_px[k],
+                std_px: std_px[k],
+            })
         };
-        seen.iter().flat_map(corners).collect()
+        detected.iter().flat_map(corners).collect()
     }
 
-    /// The projection that these tags tell.
-    fn fit(&self, used: &[SeenTag]) -> Result<Fit> {
-        let sightings = self.sightings(used);
+    /// The projection fitted to these tags.
+    fn fit(&self, used: &[DetectedTag]) -> Result<PoseFit> {
+        let correspondences = self.correspondences(used);
         let flat = || failure(self.name, "tags that do not span the table", "tags lying flat on the table");
         if let Some(lens) = &self.lens {
-            return pose::pose(lens, &sightings, Unknown::Pose).ok_or_else(flat);
+            return pose::pose(lens, &correspondences, FreeParameters::Pose).ok_or_else(flat);
         }
         let distorted = used.len() >= 4;
-        self.unknown_focal(&sightings, distorted).ok_or_else(|| {
-            let found = format!("no focal_px, and tag {} seen too straight on to tell it", list(&ids(used)));
+        self.unknown_focal(&correspondences, distorted).ok_or_else(|| {
+            let found = format!(
+                "no focal_px, and tag {} viewed too perpendicularly to determine it",
+                list(&ids(used))
+            );
             let needed =
-                "camera.focal_px or camera_info (a camera tilted by 20 degrees or more tells it by itself)";
+                "camera.focal_px or camera_info (not needed for a camera tilted by 20 degrees or more)";
             failure(self.name, found, needed)
         })
     }
 
-    /// The tags that lie where the cell has them, as far as they tell among themselves.
-    fn agreeing(&mut self, seen: &[SeenTag]) -> Result<Vec<SeenTag>> {
-        if let Some(used) = self.agreement(seen) {
+    /// The tags whose positions agree with the cell; if none do, all tags are tried rotated by quarter turns.
+    ///
+    /// # Errors
+    /// No rotation makes them agree.
+    fn consistent_tags(&mut self, detected: &[DetectedTag]) -> Result<Vec<DetectedTag>> {
+        if let Some(used) = self.consensus(detected) {
             return Ok(used);
         }
         for turns in 1..4 {
-            self.turns = turns;
-            if let Some(used) = self.agreement(seen) {
+            self.quarter_turns = turns;
+            if let Some(used) = self.consensus(detected) {
                 let (less_deg, less_rad) = (90 * turns, FRAC_PI_2 * turns as f64);
                 self.warnings.push(format!(
-                    "the tags lie turned against cell.toml and are taken as they lie: \
+                    "the tags are rotated against cell.toml and used as they are: \
                      each yaw_rad should be {less_rad:.4} less ({less_deg} degrees)"
                 ));
                 return Ok(used);
             }
         }
-        self.turns = 0;
-        Err(self.contradiction(seen))
+        self.quarter_turns = 0;
+        Err(self.inconsistency(detected))
     }
 
-    /// All tags if they agree with each other, or else the most of them that do.
-    fn agreement(&self, seen: &[SeenTag]) -> Option<Vec<SeenTag>> {
-        let all = self.rough(seen).map(|camera| self.close_to(&camera, seen));
-        all.filter(|close| close.len() == seen.len()).or_else(|| self.largest_agreement(seen))
+    /// All tags if they agree with each other, else the largest subset that does.
+    fn consensus(&self, detected: &[DetectedTag]) -> Option<Vec<DetectedTag>> {
+        let all = self.rough_camera(detected).map(|camera| self.tags_close_to(&camera, detected));
+        all.filter(|close| close.len() == detected.len()).or_else(|| self.largest_consensus(detected))
     }
 
-    /// What is wrong with tags that do not agree with each other.
-    fn contradiction(&self, seen: &[SeenTag]) -> Error {
-        if let Some(times) = self.size_factor(seen) {
+    /// The error for tags that do not agree with each other: wrong sizes, a wrong lens, or wrong positions.
+    fn inconsistency(&self, detected: &[DetectedTag]) -> Error {
+        if let Some(times) = self.size_ratio(detected) {
             let found = format!("tags whose black squares are {times:.3} times as wide as size_m");
             return failure(
                 self.name,
@@ -328,181 +362,185 @@ impl Question<'_> {
                 "size_m, the side of the black square without its white margin",
             );
         }
-        let without_lens = pose::plane(&self.sightings(seen)).map(|fit| self.seeing(fit.projection));
-        let flat = without_lens.is_some_and(|camera| self.close_to(&camera, seen).len() == seen.len());
+        let without_lens =
+            pose::plane(&self.correspondences(detected)).map(|fit| self.camera_with(fit.projection));
+        let flat =
+            without_lens.is_some_and(|camera| self.tags_close_to(&camera, detected).len() == detected.len());
         if flat && self.lens.is_some() {
-            let found = "tags that lie to each other as in cell.toml, but not through this lens";
+            let found = "tags that are placed as in cell.toml, but not through this lens";
             let needed = "focal_px, center_px and distortion of this film: its zoom, size and crop";
             return failure(self.name, found, needed);
         }
-        let distances = self.rough(seen).map_or(String::new(), |camera| {
-            let each = seen.iter().map(|tag| self.tag_fit(&camera, tag));
-            let told: Vec<_> = each.map(|t| format!("tag {} by {:.1} mm", t.id, t.rms_m * 1e3)).collect();
-            format!(" ({})", told.join(", "))
+        let distances = self.rough_camera(detected).map_or(String::new(), |camera| {
+            let each = detected.iter().map(|tag| self.tag_fit(&camera, tag));
+            let each: Vec<_> = each.map(|t| format!("tag {} by {:.1} mm", t.id, t.rms_m * 1e3)).collect();
+            format!(" ({})", each.join(", "))
         });
-        let found = format!("tags that do not lie to each other as in cell.toml{distances}");
+        let found = format!("tags that are not placed as in cell.toml{distances}");
         let needed =
             "center_m, size_m (the black square's side) and yaw_rad as measured on the table, within 2 mm";
         failure(self.name, found, needed)
     }
 
-    /// How many times as wide as told the tags are, if their centres lie right and tell it.
-    fn size_factor(&self, seen: &[SeenTag]) -> Option<f64> {
-        let center = |tag: &SeenTag| {
-            let place = self.tag(tag.id)?.center_m;
-            Some(Sighting { place, pixel: tag.center_px(), std_px: CLICK_NOISE_PX })
+    /// The ratio of the tags' true size to `size_m`, if their centres agree with the cell and all ratios are equal.
+    fn size_ratio(&self, detected: &[DetectedTag]) -> Option<f64> {
+        let center = |tag: &DetectedTag| {
+            let point = self.tag(tag.id)?.center_m;
+            Some(Correspondence { point, pixel: tag.center_px(), std_px: CLICK_NOISE_PX })
         };
-        let centers: Vec<Sighting> = seen.iter().map(center).collect::<Option<_>>()?;
-        let camera = self.seeing(self.projection(&centers)?);
-        let ratio = |tag: &SeenTag| {
+        let centers: Vec<Correspondence> = detected.iter().map(center).collect::<Option<_>>()?;
+        let camera = self.camera_with(self.projection(&centers)?);
+        let ratio = |tag: &DetectedTag| {
             let [a, b, c, d] = tag.corners_px.map(|corner| camera.table_from_pixel(corner, 0.0));
             let diagonals_m = a.distance(c) + b.distance(d);
             Some(diagonals_m / (2.0 * SQRT_2 * self.tag(tag.id)?.size_m))
         };
-        let ratios: Vec<f64> = seen.iter().map(ratio).collect::<Option<_>>()?;
+        let ratios: Vec<f64> = detected.iter().map(ratio).collect::<Option<_>>()?;
         let mean = ratios.iter().sum::<f64>() / ratios.len() as f64;
         let alike = ratios.iter().all(|ratio| (ratio / mean - 1.0).abs() < SAME_SIZE);
         let right = rms(&camera, &centers).1 < MISPLACED_M;
         (alike && right && (mean - 1.0).abs() > SAME_SIZE).then_some(mean)
     }
 
-    fn seeing(&self, projection: Projection) -> Camera {
-        Camera::seeing(self.size_px, projection)
+    fn camera_with(&self, projection: Projection) -> Camera {
+        Camera::with_projection(self.size_px, projection)
     }
 
-    /// With the lens if it is known, else by homography.
-    fn projection(&self, sightings: &[Sighting]) -> Option<Projection> {
+    /// A projection fitted with the lens if it is known, else a homography.
+    fn projection(&self, correspondences: &[Correspondence]) -> Option<Projection> {
         let fit = match &self.lens {
-            Some(lens) => pose::pose(lens, sightings, Unknown::Pose),
-            None => pose::plane(sightings),
+            Some(lens) => pose::pose(lens, correspondences, FreeParameters::Pose),
+            None => pose::plane(correspondences),
         };
         fit.map(|fit| fit.projection)
     }
 
-    /// A camera for comparing tags.
-    fn rough(&self, seen: &[SeenTag]) -> Option<Camera> {
-        self.projection(&self.sightings(seen)).map(|projection| self.seeing(projection))
+    /// A camera fitted to these tags, for comparing them.
+    fn rough_camera(&self, detected: &[DetectedTag]) -> Option<Camera> {
+        self.projection(&self.correspondences(detected)).map(|projection| self.camera_with(projection))
     }
 
-    fn close_to(&self, camera: &Camera, seen: &[SeenTag]) -> Vec<SeenTag> {
-        let close = |tag: &&SeenTag| {
-            let (rms_px, rms_m) = rms(camera, &self.sightings(std::slice::from_ref(tag)));
+    fn tags_close_to(&self, camera: &Camera, detected: &[DetectedTag]) -> Vec<DetectedTag> {
+        let close = |tag: &&DetectedTag| {
+            let (rms_px, rms_m) = rms(camera, &self.correspondences(std::slice::from_ref(tag)));
             rms_m < MISPLACED_M || rms_px < MISPLACED_PX
         };
-        seen.iter().filter(close).cloned().collect()
+        detected.iter().filter(close).cloned().collect()
     }
 
-    /// The most tags that agree with the pose that two of them tell: three at least, and more than half.
-    fn largest_agreement(&self, seen: &[SeenTag]) -> Option<Vec<SeenTag>> {
-        let n = seen.len();
-        let couples = (0..n).flat_map(|a| (a + 1..n).map(move |b| [a, b]));
-        let agreements = couples.filter_map(|[a, b]| {
-            let couple = [seen[a].clone(), seen[b].clone()];
-            let close = self.close_to(&self.rough(&couple)?, seen);
-            // The pose of two tags reaches far less well than that of all that agree with it.
-            self.rough(&close).map(|camera| self.close_to(&camera, seen))
+    /// The largest set of tags that agree with the pose fitted to two of them: at least three, and more than half.
+    fn largest_consensus(&self, detected: &[DetectedTag]) -> Option<Vec<DetectedTag>> {
+        let n = detected.len();
+        let pairs = (0..n).flat_map(|a| (a + 1..n).map(move |b| [a, b]));
+        let consensuses = pairs.filter_map(|[a, b]| {
+            let pair = [detected[a].clone(), detected[b].clone()];
+            let close = self.tags_close_to(&self.rough_camera(&pair)?, detected);
+            // The pose of two tags extrapolates less accurately than the pose of all tags that agree with it.
+            self.rough_camera(&close).map(|camera| self.tags_close_to(&camera, detected))
         });
         let largest =
-            agreements.fold(Vec::new(), |best, next| if next.len() > best.len() { next } else { best });
+            consensuses.fold(Vec::new(), |best, next| if next.len() > best.len() { next } else { best });
         (largest.len() >= 3 && 2 * largest.len() > n).then_some(largest)
     }
 
-    /// Tags of the cell that should be in view and were not seen at first: looked for at their place, and then, more
-    /// thoroughly than before, everywhere.
-    fn hidden(&self, picture: &GreyImage, fit: &Fit, seen: &[SeenTag]) -> Vec<SeenTag> {
-        let camera = self.seeing(fit.projection.clone());
+    /// Tags of the cell that should be in view but were not detected: searched at their predicted positions first, then
+    /// with all thresholds in the whole picture.
+    fn missed_tags(&self, picture: &GreyImage, fit: &PoseFit, detected: &[DetectedTag]) -> Vec<DetectedTag> {
+        let camera = self.camera_with(fit.projection.clone());
         let mut missing: Vec<(u32, [Pixel; 4])> = Vec::new();
-        for tag in self.cell.tags.iter().filter(|tag| seen.iter().all(|s| s.id != tag.id)) {
-            let near_px = self.corners_m(tag).map(|place| camera.pixel_from_table(place, 0.0));
+        for tag in self.cell.tags.iter().filter(|tag| detected.iter().all(|s| s.id != tag.id)) {
+            let near_px = self.corners_m(tag).map(|point| camera.pixel_from_table(point, 0.0));
             if near_px.iter().all(|&p| camera.shows(p)) {
                 missing.push((tag.id, near_px));
             }
         }
         let lens = self.lens.as_ref();
-        let mut found: Vec<SeenTag> =
-            missing.iter().filter_map(|&(id, near_px)| tags::expected(picture, lens, id, near_px)).collect();
+        let mut found: Vec<DetectedTag> = missing
+            .iter()
+            .filter_map(|&(id, near_px)| tags::detected_near(picture, lens, id, near_px))
+            .collect();
         missing.retain(|(id, _)| found.iter().all(|tag| tag.id != *id));
         if !missing.is_empty() {
             let enough =
-                |tags: &[SeenTag]| missing.iter().all(|(id, _)| tags.iter().any(|tag| tag.id == *id));
-            let (once, _) = once(tags::seen(picture, lens, enough));
-            found.extend(once.into_iter().filter(|tag| missing.iter().any(|(id, _)| tag.id == *id)));
+                |tags: &[DetectedTag]| missing.iter().all(|(id, _)| tags.iter().any(|tag| tag.id == *id));
+            let (unique, _) = unique_ids(tags::detected(picture, lens, enough));
+            found.extend(unique.into_iter().filter(|tag| missing.iter().any(|(id, _)| tag.id == *id)));
         }
         found
     }
 
-    fn tag_fit(&self, camera: &Camera, tag: &SeenTag) -> TagFit {
-        let (rms_px, rms_m) = rms(camera, &self.sightings(std::slice::from_ref(tag)));
+    fn tag_fit(&self, camera: &Camera, tag: &DetectedTag) -> TagFit {
+        let (rms_px, rms_m) = rms(camera, &self.correspondences(std::slice::from_ref(tag)));
         let used = camera.tags_found.contains(&tag.id);
         TagFit { id: tag.id, corners_px: tag.corners_px, rms_px, rms_m, used }
     }
 
-    /// Fills in how sure the pose is, and tells the user where that is not enough.
-    fn judge(&mut self, camera: &mut Camera, fit: &Fit) {
+    /// Sets the standard deviation of positions and warns the user where it or the residuals are too large.
+    fn assess(&mut self, camera: &mut Camera, fit: &PoseFit) {
         let Workspace { min_m, max_m } = self.cell.workspace;
         let corners = [min_m, max_m, Point::new(min_m.x, max_m.y), Point::new(max_m.x, min_m.y)];
-        let worst_m = corners.map(|corner| fit.place_std_m(corner)).into_iter().fold(0.0, f64::max);
-        camera.place_std_m = Some(worst_m).filter(|std_m| std_m.is_finite());
+        let worst_m = corners.map(|corner| fit.position_std_m(corner)).into_iter().fold(0.0, f64::max);
+        camera.position_std_m = Some(worst_m).filter(|std_m| std_m.is_finite());
         let off_mm = camera.reprojection_rms_m * 1e3;
         if camera.reprojection_rms_m > DOUBTFUL_M && camera.reprojection_rms_px > STILL_PX / 2.0 {
             self.warnings.push(format!(
-                "on average the table's marks lie {off_mm:.2} mm from where cell.toml has them"
+                "on average the table's marks are {off_mm:.2} mm from their positions in cell.toml"
             ));
         }
-        if camera.place_std_m.is_none_or(|std_m| std_m > UNCERTAIN_M) {
+        if camera.position_std_m.is_none_or(|std_m| std_m > UNCERTAIN_M) {
             let marks = match camera.tags_found.len() {
                 0 => "the points".into(),
                 1 => "one tag".into(),
                 n => format!("{n} tags"),
             };
-            let told = match camera.place_std_m {
+            let accuracy = match camera.position_std_m {
                 Some(std_m) => format!("to {:.2} mm only", std_m * 1e3),
                 None => "not at all".into(),
             };
-            self.warnings.push(format!("{marks} tell places at the workspace's corners {told}"));
+            self.warnings.push(format!("{marks} determine positions at the workspace's corners {accuracy}"));
         }
     }
 }
 
 fn heights_warning() -> String {
-    "without camera.focal_px heights are not corrected: a marker 5 cm above the table seen from 1.2 m appears 4 % \
+    "without camera.focal_px heights are not corrected: a marker 5 cm above the table viewed from 1.2 m appears 4 % \
      too far from the point below the camera"
         .into()
 }
 
-fn ids(seen: &[SeenTag]) -> Vec<u32> {
-    seen.iter().map(|tag| tag.id).collect()
+fn ids(detected: &[DetectedTag]) -> Vec<u32> {
+    detected.iter().map(|tag| tag.id).collect()
 }
 
 fn list(ids: &[u32]) -> String {
     ids.iter().map(u32::to_string).collect::<Vec<_>>().join(", ")
 }
 
-/// The tags seen once, and the numbers seen more often.
-fn once(seen: Vec<SeenTag>) -> (Vec<SeenTag>, Vec<u32>) {
-    let mut twice: Vec<u32> =
-        seen.windows(2).filter(|pair| pair[0].id == pair[1].id).map(|pair| pair[0].id).collect();
-    twice.dedup();
-    (seen.into_iter().filter(|tag| !twice.contains(&tag.id)).collect(), twice)
+/// The tags whose number occurs once, and the numbers that occur more often.
+fn unique_ids(detected: Vec<DetectedTag>) -> (Vec<DetectedTag>, Vec<u32>) {
+    let mut repeated: Vec<u32> =
+        detected.windows(2).filter(|pair| pair[0].id == pair[1].id).map(|pair| pair[0].id).collect();
+    repeated.dedup();
+    (detected.into_iter().filter(|tag| !repeated.contains(&tag.id)).collect(), repeated)
 }
 
-/// Root mean square distance between seen and expected pixels (px), and between seen and true places (m).
-fn rms(camera: &Camera, sightings: &[Sighting]) -> (f64, f64) {
-    let n = sightings.len().max(1) as f64;
+/// Root mean square distance between measured and predicted pixels (px), and between measured and true positions (m).
+fn rms(camera: &Camera, correspondences: &[Correspondence]) -> (f64, f64) {
+    let n = correspondences.len().max(1) as f64;
     let (mut px2, mut m2) = (0.0, 0.0);
-    for s in sightings {
-        px2 += camera.pixel_from_table(s.place, 0.0).distance_px(s.pixel).powi(2) / n;
-        m2 += (camera.table_from_pixel(s.pixel, 0.0) - s.place).length_squared() / n;
+    for s in correspondences {
+        px2 += camera.pixel_from_table(s.point, 0.0).distance_px(s.pixel).powi(2) / n;
+        m2 += (camera.table_from_pixel(s.pixel, 0.0) - s.point).length_squared() / n;
     }
     (px2.sqrt(), m2.sqrt())
 }
 
-/// Each tag's corners become their mean over the pictures in which they are found in the same place.
-fn averaged(seen: &mut [SeenTag], pictures: &[&GreyImage], lens: Option<&Lens>) {
-    for tag in seen {
+/// Replaces each tag's corners by their mean over the pictures in which they have not moved.
+fn average_corners(detected: &mut [DetectedTag], pictures: &[&GreyImage], lens: Option<&Lens>) {
+    for tag in detected {
         let (first, mut sum, mut n) = (tag.corners_px, tag.corners_px, 1.0);
         for picture in &pictures[1..] {
-            let Some(again) = tags::again(picture, lens, tag) else { continue };
+            let Some(again) = tags::redetected(picture, lens, tag) else { continue };
             let still = first.iter().zip(&again.corners_px).all(|(a, b)| a.distance_px(*b) < STILL_PX);
             if still {
                 n += 1.0;
@@ -516,23 +554,22 @@ fn averaged(seen: &mut [SeenTag], pictures: &[&GreyImage], lens: Option<&Lens>) 
 }
 
 impl Camera {
-    /// How far the tags of a later picture lie from where they were when the camera was found (px): the median over
-    /// the tags that are still in view, `None` if none is.
+    /// The shift of the tags between the pictures of the calibration and a later one (px): the median over the tags that
+    /// are still in view, `None` if none is.
     ///
-    /// A camera that stands still gives some hundredths; more than half a pixel means that it was moved.
+    /// A fixed camera gives some hundredths; more than half a pixel means that it was moved.
     pub fn shift_px(&self, later: &GreyImage) -> Option<f64> {
         let mut all = None;
         let shifts = self.tags.iter().filter_map(|fit| {
-            let tag = SeenTag::remembered(fit.id, fit.corners_px);
-            let again = tags::again(later, self.lens(), &tag).or_else(|| {
-                let seen = all.get_or_insert_with(|| tags::seen(later, self.lens(), |tags| !tags.is_empty()));
-                seen.iter().find(|tag| tag.id == fit.id).cloned()
+            let tag = DetectedTag::from_earlier(fit.id, fit.corners_px);
+            let again = tags::redetected(later, self.lens(), &tag).or_else(|| {
+                let detected =
+                    all.get_or_insert_with(|| tags::detected(later, self.lens(), |tags| !tags.is_empty()));
+                detected.iter().find(|tag| tag.id == fit.id).cloned()
             })?;
             let square = |k: usize| again.corners_px[k].distance_px(fit.corners_px[k]).powi(2);
             Some(((0..4).map(square).sum::<f64>() / 4.0).sqrt())
         });
-        let mut shifts: Vec<f64> = shifts.collect();
-        shifts.sort_by(f64::total_cmp);
-        shifts.get(shifts.len() / 2).copied()
+        upper_median(shifts)
     }
 }

@@ -1,40 +1,40 @@
 //! The frames of a film, one after the other.
 
 use super::image::Frame;
-use super::source::{self, Decoder, Repeats};
+use super::source::{self, Decoder, RepeatedFrames};
 use crate::error::Result;
 use std::path::Path;
 
 /// A video or a folder of pictures, read frame by frame: memory does not grow with its length.
 ///
-/// Frames come in the order in which they are shown.  After an error, which is the last item, nothing comes.
+/// Frames come in display order.  An error is the last item.
 pub struct Footage {
     pub(super) name: String,
     size_px: [usize; 2],
     frame_count: Option<usize>,
     warnings: Vec<String>,
     pub(super) frames: Box<dyn Iterator<Item = Result<Frame>> + Send>,
-    repeats: Option<Repeats>,
+    repeats: Option<RepeatedFrames>,
 }
 
 impl Footage {
     /// Opens an H.264 MP4 or MOV, a Y4M, a PNG, or a folder of PNGs with a `timing.toml` that holds
-    /// `frame_rate_hz = 60.0` or `times_s = [0.0, ...]`; any other film or picture where the program `ffmpeg` is
-    /// installed.  What it is, its content tells.
+    /// `frame_rate_hz = 60.0` or `times_s = [0.0, ...]`; any other film or picture if the program `ffmpeg` is
+    /// installed.  The content of the file decides its format, not its name.
     ///
     /// Presentation times, edit lists and the rotation written in the file are applied.
     ///
     /// # Errors
-    /// A file of another kind or coding, one that breaks off, one whose times go back: [`Error::Video`](crate::Error)
+    /// A file of another format or coding, one that ends early, one whose times go back: [`Error::Video`](crate::Error)
     /// names the file, what was found and what is needed.
     pub fn open(path: &Path) -> Result<Self> {
         Self::open_with(path, Decoder::Auto)
     }
 
-    /// As [`Footage::open`], by a decoder of one's choice.
+    /// As [`Footage::open`], with the given decoder.
     ///
     /// # Errors
-    /// As [`Footage::open`]; also a film that needs `ffmpeg` where it is not installed.
+    /// As [`Footage::open`]; also a film that needs `ffmpeg` if it is not installed.
     pub fn open_with(path: &Path, decoder: Decoder) -> Result<Self> {
         let opened = source::open(path, decoder)?;
         Ok(Self {
@@ -43,11 +43,11 @@ impl Footage {
             frame_count: opened.frame_count,
             warnings: opened.warnings,
             frames: opened.frames,
-            repeats: Some(Repeats::new(opened.tick_s)),
+            repeats: Some(RepeatedFrames::new(opened.tick_s)),
         })
     }
 
-    /// Frames made elsewhere, all of one size.
+    /// A film from frames in memory, all of one size.
     pub fn from_frames(name: &str, frames: Vec<Frame>) -> Self {
         let size_px = frames.first().map_or([0, 0], |frame| [frame.image.width, frame.image.height]);
         Self {
@@ -56,11 +56,11 @@ impl Footage {
             frame_count: Some(frames.len()),
             warnings: Vec::new(),
             frames: Box::new(frames.into_iter().map(Ok)),
-            repeats: Some(Repeats::default()),
+            repeats: Some(RepeatedFrames::default()),
         }
     }
 
-    /// The file's name, as messages call it.
+    /// The file's name, for messages.
     pub fn name(&self) -> &str {
         &self.name
     }
@@ -70,13 +70,12 @@ impl Footage {
         self.size_px
     }
 
-    /// How many frames will come, where the file says so.
+    /// The number of frames, if the file holds it.
     pub fn frame_count(&self) -> Option<usize> {
         self.frame_count
     }
 
-    /// What the user should know about the film: missing frames, a varying rate and, once the last frame has come,
-    /// repeated pictures.
+    /// Warnings about the film: missing frames, a variable rate and, after the last frame, repeated frames.
     pub fn warnings(&self) -> &[String] {
         &self.warnings
     }
@@ -90,7 +89,7 @@ impl Iterator for Footage {
         match &next {
             Some(Ok(frame)) => {
                 if let Some(repeats) = &mut self.repeats {
-                    repeats.see(frame);
+                    repeats.push(frame);
                 }
             }
             Some(Err(_)) => {

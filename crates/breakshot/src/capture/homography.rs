@@ -9,7 +9,7 @@ pub(crate) struct Homography(pub(crate) Matrix3<f64>);
 
 impl Homography {
     /// The map of least algebraic error, exact for four pairs (Hartley and Zisserman, algorithm 4.2); `None` for
-    /// fewer or for points that do not span a plane.
+    /// fewer pairs or points on a line.
     pub(crate) fn fitted(pairs: &[(Point, Pixel)]) -> Option<Self> {
         if pairs.len() < 4 {
             return None;
@@ -37,27 +37,27 @@ impl Homography {
         }
         let h = Matrix3::from_row_iterator(eigen.eigenvectors.column(order[0]).iter().copied());
         let h = to.try_inverse()? * h * from;
-        // Seen places lie before the camera: the last coordinate is made positive for the first of them.
+        // Visible points are in front of the camera: the last coordinate of the first one is made positive.
         let last = h.row(2).dot(&Vector3::new(pairs[0].0.x, pairs[0].0.y, 1.0).transpose());
         Some(Self(h / last.signum()))
     }
 
-    /// The way back; a place and a pixel change their roles.
+    /// The inverse map, from pixels to points.
     pub(crate) fn inverse(&self) -> Option<Self> {
         self.0.try_inverse().map(Self)
     }
 
-    /// `None` past the horizon.
+    /// The pixel of a point; `None` beyond the horizon.
     pub(crate) fn pixel(&self, place: Point) -> Option<Pixel> {
         let p = self.0 * Vector3::new(place.x, place.y, 1.0);
         (p.z > 0.0).then(|| Pixel::new(p.x / p.z, p.y / p.z))
     }
 }
 
-/// The second smallest eigenvalue, of order one for points in general position, is rounding for collinear ones.
+/// Second smallest eigenvalue below which points count as collinear: it is of order one in general position.
 const DEGENERATE: f64 = 1e-9;
 
-/// Moves points to their mean and scales them to a mean distance of the square root of two.
+/// The similarity that moves points to their mean and scales them to a mean distance of the square root of two.
 fn normalizing(points: impl Iterator<Item = (f64, f64)> + Clone) -> Option<Matrix3<f64>> {
     let n = points.clone().count() as f64;
     let (x, y) = points.clone().fold((0.0, 0.0), |(sx, sy), (x, y)| (sx + x / n, sy + y / n));

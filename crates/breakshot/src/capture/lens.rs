@@ -1,6 +1,6 @@
-//! What does the lens do to a ray?
+//! The lens: the map between rays and pixels.
 //!
-//! The pinhole with Brown's distortion, in OpenCV's and ROS's conventions: a *ray* is the pair (x / z, y / z) of a
+//! A pinhole camera with Brown's distortion, in OpenCV's and ROS's conventions: a *ray* is the pair (x / z, y / z) of a
 //! direction in the camera's frame (x right, y down, z forward), a pixel counts from the centre of the top left one.
 
 use crate::error::{Error, Result};
@@ -15,10 +15,10 @@ pub struct Lens {
     center_px: [f64; 2],
     distortion: [f64; 5],
     /// The square of the longest ray up to which the radial distortion is one to one.
-    reach: f64,
+    max_ray_squared: f64,
 }
 
-/// The lens as it is written.
+/// The serialized form of a lens.
 #[derive(Clone, Serialize, Deserialize)]
 struct LensNumbers {
     focal_px: [f64; 2],
@@ -26,20 +26,20 @@ struct LensNumbers {
     distortion: [f64; 5],
 }
 
-/// No ray of a lens this model can hold is longer: 84 degrees off the axis.
+/// The longest ray that the model represents: 84 degrees off the axis.
 const LONGEST_RAY: f64 = 10.0;
-/// Newton's steps from the distorted ray; four are enough for every lens that does not fold.
+/// Largest number of Newton steps from the distorted ray; four are enough where the distortion is one to one.
 const MOST_STEPS: usize = 30;
-/// A step this short is below the rounding of a pixel coordinate.
+/// Length of a Newton step that is below the rounding of a pixel coordinate.
 const CONVERGED: f64 = 1e-13;
-/// Pixels between two places of the border at which the lens is tried.
+/// Distance between tested pixels of the border (px).
 const BORDER_STEP_PX: usize = 16;
 
 impl Lens {
     /// The lens with focal lengths fx and fy, principal point (cx, cy) and distortion k1 k2 p1 p2 k3.
     pub fn new(focal_px: [f64; 2], center_px: [f64; 2], distortion: [f64; 5]) -> Self {
-        let reach = reach(distortion);
-        Self { focal_px, center_px, distortion, reach }
+        let max_ray_squared = max_ray_squared(distortion);
+        Self { focal_px, center_px, distortion, max_ray_squared }
     }
 
     /// A lens without distortion and with square pixels, its principal point in the middle of the picture.
@@ -68,21 +68,21 @@ impl Lens {
         Self::new(self.focal_px.map(|f| f * focal_factor), self.center_px, [k1 + k1_more, k2, p1, p2, k3])
     }
 
-    /// Where a ray meets the picture; `None` past the ray at which the model folds back.
+    /// The pixel of a ray; `None` for a ray beyond which the distortion is not one to one.
     pub fn pixel_from_ray(&self, ray: [f64; 2]) -> Option<Pixel> {
         let [x, y] = ray;
         let r2 = x * x + y * y;
-        (r2 <= self.reach).then(|| {
+        (r2 <= self.max_ray_squared).then(|| {
             let [xd, yd] = self.distorted(ray);
             self.ideal_pixel([xd, yd])
         })
     }
 
-    /// The ray that a pixel shows (Newton's method); `None` where no ray leads to.
+    /// The ray of a pixel (Newton's method); `None` for a pixel that no ray maps to.
     pub fn ray_from_pixel(&self, pixel: Pixel) -> Option<[f64; 2]> {
         let [xd, yd] = self.ray_from_ideal(pixel);
         if self.distortion == [0.0; 5] {
-            return (xd * xd + yd * yd <= self.reach).then_some([xd, yd]);
+            return (xd * xd + yd * yd <= self.max_ray_squared).then_some([xd, yd]);
         }
         let [k1, k2, p1, p2, k3] = self.distortion;
         let (mut x, mut y) = (xd, yd);
@@ -100,19 +100,19 @@ impl Lens {
             let (dx, dy) = ((yy * ex - xy * ey) / determinant, (xx * ey - xy * ex) / determinant);
             (x, y) = (x - dx, y - dy);
             if dx.abs() + dy.abs() < CONVERGED {
-                return (x * x + y * y <= self.reach).then_some([x, y]);
+                return (x * x + y * y <= self.max_ray_squared).then_some([x, y]);
             }
         }
         None
     }
 
-    /// Where the same pinhole without distortion would show what this pixel shows.
-    pub(super) fn straightened(&self, pixel: Pixel) -> Option<Pixel> {
+    /// The pixel at which the same camera without distortion would show this pixel's ray.
+    pub(super) fn undistorted_pixel(&self, pixel: Pixel) -> Option<Pixel> {
         self.ray_from_pixel(pixel).map(|ray| self.ideal_pixel(ray))
     }
 
-    /// The way back from [`Self::straightened`].
-    pub(super) fn bent(&self, ideal: Pixel) -> Option<Pixel> {
+    /// The inverse of [`Self::undistorted_pixel`].
+    pub(super) fn distorted_pixel(&self, ideal: Pixel) -> Option<Pixel> {
         self.pixel_from_ray(self.ray_from_ideal(ideal))
     }
 
@@ -134,13 +134,13 @@ impl Lens {
         [(pixel.x - self.center_px[0]) / self.focal_px[0], (pixel.y - self.center_px[1]) / self.focal_px[1]]
     }
 
-    /// An error unless every pixel of the picture has one ray, and that ray leads back to it.
+    /// An error unless every pixel of the picture has exactly one ray.
     pub(super) fn check(&self, name: &str, size_px: [usize; 2]) -> Result<()> {
         for pixel in border(size_px) {
             let back = self.ray_from_pixel(pixel).and_then(|ray| self.pixel_from_ray(ray));
             if !back.is_some_and(|back| back.distance_px(pixel) < ROUND_TRIP_PX) {
                 let found = format!(
-                    "{:?}, which folds the picture over at pixel ({}, {})",
+                    "{:?}, which is not one to one (it folds the picture) at pixel ({}, {})",
                     self.distortion, pixel.x, pixel.y
                 );
                 let needed =
@@ -152,7 +152,7 @@ impl Lens {
     }
 }
 
-/// From a pixel to its ray and back: only rounding remains.
+/// Largest rounding error of a pixel mapped to its ray and back (px).
 const ROUND_TRIP_PX: f64 = 1e-6;
 
 impl TryFrom<LensNumbers> for Lens {
@@ -185,9 +185,9 @@ fn border([width, height]: [usize; 2]) -> impl Iterator<Item = Pixel> {
 }
 
 /// The square of the first ray length at which r (1 + k1 r2 + k2 r4 + k3 r6) stops growing.
-fn reach([k1, k2, _, _, k3]: [f64; 5]) -> f64 {
+fn max_ray_squared([k1, k2, _, _, k3]: [f64; 5]) -> f64 {
     let growth = |u: f64| 1.0 + u * (3.0 * k1 + u * (5.0 * k2 + u * 7.0 * k3));
-    // A cubic in u changes sign at most thrice: fine steps of the ray's length find the first change.
+    // A cubic in u has at most three roots: fine steps of the ray's length find the first one.
     let steps: u32 = 4096;
     let length = |k: u32| LONGEST_RAY * f64::from(k) / f64::from(steps);
     let fold = (1..=steps).find(|&k| growth(length(k).powi(2)) <= 0.0);
@@ -219,9 +219,9 @@ mod tests {
     }
 
     #[test]
-    fn a_lens_that_folds_inside_the_picture_is_refused() {
+    fn a_lens_that_folds_the_picture_is_an_error() {
         let lens = Lens::new([900.0; 2], [639.5, 359.5], [-0.9, 0.0, 0.0, 0.0, 0.0]);
-        let message = lens.check("cell.toml", [1280, 720]).expect_err("it folds").to_string();
+        let message = lens.check("cell.toml", [1280, 720]).expect_err("not one to one").to_string();
         assert!(message.contains("cell.toml") && message.contains("folds"), "{message}");
     }
 }

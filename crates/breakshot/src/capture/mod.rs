@@ -1,7 +1,7 @@
 //! What did the camera see, and from where?
 //!
-//! A video or a folder of pictures becomes [`Footage`]: grey frames with their presentation times.  The tags on the
-//! table tell the [`Camera`]: lens, pose, and the way from a pixel to a place at any height above the table and back.
+//! A video or a folder of images becomes [`Footage`]: grey frames with their times.  The tags on the table determine the
+//! [`Camera`]: lens and pose, and with them the map between pixels and points at any height above the table.
 
 mod calibrate;
 mod camera;
@@ -35,17 +35,41 @@ use std::path::Path;
 pub struct Capture {
     /// The frames, from the first one on.
     pub footage: Footage,
-    /// The camera, found from the film's own first frames.
+    /// The camera, calibrated from the film's first frames.
     pub camera: Camera,
     /// The cell it was filmed in.
     pub cell: Cell,
 }
 
-/// A still scene's corners are averaged over this many first frames: more hardly lowers their noise.
+/// Number of first frames over which the tags' corners are averaged: more frames hardly lower the noise.
 const FRAMES_FOR_THE_POSE: usize = 3;
 
 impl Capture {
-    /// Finds the camera in a film's first frames, which stay in the film.
+    /// Calibrates the camera from a film's first frames, which stay in the film.
+    ///
+    /// ```
+    /// use breakshot::capture::{Camera, Capture, Footage, Lens};
+    /// use breakshot::cell::{Cell, Striker, Tag, Transform, Workspace};
+    /// use breakshot::geometry::Point;
+    /// use breakshot::synthetic::film::{Thing, View, film};
+    ///
+    /// // A drawn film of four tags on the table, from a camera 1 m above it.
+    /// let family = || "36h11".to_string();
+    /// let tag = |id, x, y| Tag { family: family(), id, size_m: 0.06, center_m: Point::new(x, y), yaw_rad: 0.0 };
+    /// let tags = vec![tag(0, -0.2, -0.12), tag(1, 0.2, -0.12), tag(2, 0.2, 0.12), tag(3, -0.2, 0.12)];
+    /// let (size_px, position_m) = ([640, 480], [0.02, -0.01, 1.0]);
+    /// let table_from_camera = Transform { position_m, rpy_rad: [0.0; 3] };
+    /// let camera = Camera::new(size_px, Lens::pinhole(size_px, 800.0), table_from_camera);
+    /// let frames = film(&View::new(camera), &[0.0], |_| tags.iter().map(Thing::tag).collect());
+    ///
+    /// let mut cell = Cell::from_above(800.0, Workspace::centred([0.4, 0.2]), Striker::rod(0.01, [0.1, 1.0]));
+    /// cell.camera.focal_px = Some([800.0; 2]);
+    /// cell.tags = tags;
+    /// let capture = Capture::of(Footage::from_frames("drawn", frames), &cell)?;
+    /// let height_m = capture.camera.position_m().expect("a camera with a pose")[2];
+    /// assert!((height_m - 1.0).abs() < 1e-3, "the camera is {height_m} m above the table, not 1 m");
+    /// # Ok::<(), breakshot::Error>(())
+    /// ```
     ///
     /// # Errors
     /// As [`capture`].
@@ -58,7 +82,7 @@ impl Capture {
     }
 }
 
-/// Opens a film (MP4, Y4M, a PNG or a folder of them) and finds the camera in it.
+/// Opens a film (MP4, Y4M, a PNG or a folder of them) and calibrates the camera from it.
 ///
 /// # Errors
 /// No film, a film that cannot be decoded, too few tags in view; each names the file, what was found and what is

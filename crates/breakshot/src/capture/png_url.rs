@@ -1,9 +1,9 @@
-//! Grey pictures as text that a page or a drawing can hold.
+//! Grey images as `data:` URLs for pages and drawings.
 
 use super::image::GreyImage;
 
 impl GreyImage {
-    /// The picture as a `data:` URL of a PNG; `None` for a picture without pixels.
+    /// The image as a `data:` URL of a PNG; `None` for an image without pixels.
     pub fn data_url(&self) -> Option<String> {
         Some(format!("data:image/png;base64,{}", base64(&self.png_bytes()?)))
     }
@@ -19,7 +19,7 @@ impl GreyImage {
         Some(bytes)
     }
 
-    /// Smaller by a whole factor: every pixel is the mean of `factor` by `factor` pixels.
+    /// The image reduced by an integer factor: every pixel is the mean of `factor` by `factor` pixels.
     #[must_use]
     pub fn shrunk(&self, factor: usize) -> Self {
         let (width, height) = (self.width / factor, self.height / factor);
@@ -37,7 +37,7 @@ impl GreyImage {
     }
 }
 
-/// RFC 4648, with padding.
+/// The Base64 encoding with padding (RFC 4648).
 fn base64(bytes: &[u8]) -> String {
     const LETTERS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
     let mut text = String::with_capacity(bytes.len().div_ceil(3) * 4);
@@ -56,7 +56,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn base64_is_that_of_the_standard() {
+    fn base64_agrees_with_the_examples_of_rfc_4648() {
         for (plain, coded) in
             [("", ""), ("f", "Zg=="), ("fo", "Zm8="), ("foo", "Zm9v"), ("foobar", "Zm9vYmFy")]
         {

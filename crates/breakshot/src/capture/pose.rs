@@ -1,7 +1,7 @@
-//! Which projection takes these places of the table to these pixels?
+//! Which projection maps these points of the table to these pixels?
 //!
-//! A homography by the direct linear transform starts it, Levenberg and Marquardt's method ends it: least squares of
-//! the distances in the picture, with the covariance of what was found.
+//! Non-linear least squares of the reprojection errors (Levenberg-Marquardt), started from a homography (direct linear
+//! transform), with the covariance of the parameters.
 
 use super::camera::{Extrinsics, Projection};
 use super::homography::Homography;
@@ -9,71 +9,72 @@ use super::lens::Lens;
 use crate::geometry::{Pixel, Point};
 use nalgebra::{DMatrix, DVector, Matrix3, Rotation3, Vector3};
 
-/// A place on the table and the pixel that shows it.
+/// A point of the table and its measured pixel.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Sighting {
-    pub(super) place: Point,
+pub(super) struct Correspondence {
+    pub(super) point: Point,
     pub(super) pixel: Pixel,
     /// One standard deviation of each of the pixel's coordinates (px).
     pub(super) std_px: f64,
 }
 
-/// A projection fitted to sightings.
+/// A projection fitted to correspondences.
 #[derive(Clone, Debug)]
-pub(super) struct Fit {
+pub(super) struct PoseFit {
     pub(super) projection: Projection,
-    /// The sum of the squares of what remains, each in standard deviations of its pixel.
-    pub(super) misfit: f64,
-    /// Of the parameters of [`changed`].
+    /// The sum of the squared residuals, each in standard deviations of its pixel.
+    pub(super) chi2: f64,
+    /// The covariance of the parameters of [`perturbed`].
     pub(super) covariance: DMatrix<f64>,
 }
 
-/// What is unknown about a lens besides where it stands.
+/// The parameters that are fitted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Unknown {
-    /// Nothing.
+pub(super) enum FreeParameters {
+    /// The pose alone.
     Pose,
-    /// One focal length.
-    Focal,
-    /// One focal length and k1.
-    FocalAndK1,
+    /// The pose and one focal length.
+    PoseAndFocal,
+    /// The pose, one focal length and k1.
+    PoseFocalAndK1,
 }
 
-impl Unknown {
-    fn parameters(self) -> usize {
+impl FreeParameters {
+    fn count(self) -> usize {
         match self {
             Self::Pose => 6,
-            Self::Focal => 7,
-            Self::FocalAndK1 => 8,
+            Self::PoseAndFocal => 7,
+            Self::PoseFocalAndK1 => 8,
         }
     }
 }
 
-/// Where the lens stands; of the two poses in which a small flat thing looks nearly the same, the one that fits
-/// better.
-pub(super) fn pose(lens: &Lens, sightings: &[Sighting], unknown: Unknown) -> Option<Fit> {
-    let rays =
-        sightings.iter().map(|s| lens.ray_from_pixel(s.pixel).map(|[x, y]| (s.place, Pixel::new(x, y))));
+/// The pose of the lens, with the free parameters fitted; of the two poses in which a small planar target looks nearly
+/// the same (Schweighofer and Pinz 2006), the one that fits better.  `None` if the points do not span the table.
+pub(super) fn pose(lens: &Lens, correspondences: &[Correspondence], free: FreeParameters) -> Option<PoseFit> {
+    let rays = correspondences
+        .iter()
+        .map(|s| lens.ray_from_pixel(s.pixel).map(|[x, y]| (s.point, Pixel::new(x, y))));
     let rays: Vec<_> = rays.collect::<Option<_>>()?;
     let first = extrinsics(&Homography::fitted(&rays)?)?;
-    let starts = [Some(first), Some(flipped(&first, sightings))];
+    let starts = [Some(first), Some(mirrored_pose(&first, correspondences))];
     let fits = starts.into_iter().flatten().filter_map(|pose| {
-        refined(Projection::Space { lens: lens.clone(), pose }, sightings, unknown.parameters())
+        levenberg_marquardt(Projection::Space { lens: lens.clone(), pose }, correspondences, free.count())
     });
-    fits.min_by(|a, b| a.misfit.total_cmp(&b.misfit))
+    fits.min_by(|a, b| a.chi2.total_cmp(&b.chi2))
 }
 
-/// The homography of least distances in the picture.
-pub(super) fn plane(sightings: &[Sighting]) -> Option<Fit> {
-    let pairs: Vec<_> = sightings.iter().map(|s| (s.place, s.pixel)).collect();
+/// The homography with the least squared distances in the picture.
+pub(super) fn plane(correspondences: &[Correspondence]) -> Option<PoseFit> {
+    let pairs: Vec<_> = correspondences.iter().map(|s| (s.point, s.pixel)).collect();
     let Homography(h) = Homography::fitted(&pairs)?;
-    // The middle of the places is in view: there the last coordinate is one, and only eight numbers are free.
-    let middle = middle(sightings);
+    // The mean of the points is in view: scaling the last coordinate to one there leaves eight free numbers.
+    let middle = middle(correspondences);
     let h = h / h.row(2).dot(&Vector3::new(middle.x, middle.y, 1.0).transpose());
-    refined(Projection::Plane { pixel_from_table: h.transpose().into() }, sightings, 8)
+    levenberg_marquardt(Projection::Plane { pixel_from_table: h.transpose().into() }, correspondences, 8)
 }
 
-/// The rigid motion in a homography from the table to rays.
+/// The rigid motion that a homography from the table to rays contains.
 fn extrinsics(Homography(h): &Homography) -> Option<Extrinsics> {
     let (h1, h2, h3) = (h.column(0), h.column(1), h.column(2));
     let scale = 2.0 / (h1.norm() + h2.norm());
@@ -84,9 +85,9 @@ fn extrinsics(Homography(h): &Homography) -> Option<Extrinsics> {
     (rotation.determinant() > 0.0 && scale.is_finite()).then(|| Extrinsics::new(&rotation, &(h3 * scale)))
 }
 
-/// The pose whose tilt is mirrored in the view ray through the points' middle: from afar it looks the same.
-fn flipped(pose: &Extrinsics, sightings: &[Sighting]) -> Extrinsics {
-    let middle = middle(sightings);
+/// The pose with the tilt mirrored in the view ray through the points' mean: from far away it looks the same.
+fn mirrored_pose(pose: &Extrinsics, correspondences: &[Correspondence]) -> Extrinsics {
+    let middle = middle(correspondences);
     let rotation = pose.rotation();
     let seen = rotation * middle + pose.translation_m();
     let ray = seen.normalize();
@@ -99,19 +100,19 @@ fn flipped(pose: &Extrinsics, sightings: &[Sighting]) -> Extrinsics {
     Extrinsics::new(&rotation, &(seen - rotation * middle))
 }
 
-/// The mean of the places, on the table.
-fn middle(sightings: &[Sighting]) -> Vector3<f64> {
-    let n = sightings.len() as f64;
-    sightings.iter().fold(Vector3::zeros(), |sum, s| sum + Vector3::new(s.place.x, s.place.y, 0.0) / n)
+/// The mean of the points, on the table.
+fn middle(correspondences: &[Correspondence]) -> Vector3<f64> {
+    let n = correspondences.len() as f64;
+    correspondences.iter().fold(Vector3::zeros(), |sum, s| sum + Vector3::new(s.point.x, s.point.y, 0.0) / n)
 }
 
-/// A projection a little away: turned by the first three (rad, about the camera's axes), moved by the next three (m),
-/// then the logarithm of its focal length and its k1; a homography by its first eight numbers.
-pub(super) fn changed(projection: &Projection, by: &[f64]) -> Projection {
+/// A projection changed by small parameters: rotation about the camera's axes (3 values, rad), translation (3 values, m),
+/// then the change of the logarithm of the focal length and of k1; for a homography its first eight numbers.
+fn perturbed(projection: &Projection, by: &[f64]) -> Projection {
     match projection {
         Projection::Space { lens, pose } => {
-            let turn = Rotation3::new(Vector3::new(by[0], by[1], by[2]));
-            let rotation = turn.matrix() * pose.rotation();
+            let small = Rotation3::new(Vector3::new(by[0], by[1], by[2]));
+            let rotation = small.matrix() * pose.rotation();
             let translation = pose.translation_m() + Vector3::new(by[3], by[4], by[5]);
             let lens = match by[6..] {
                 [] => lens.clone(),
@@ -130,47 +131,55 @@ pub(super) fn changed(projection: &Projection, by: &[f64]) -> Projection {
     }
 }
 
-/// The step of numerical derivatives: its square is lost against the pixels it moves, its rounding too.
+/// The step of numerical derivatives: truncation and rounding errors are both far below a pixel.
 const SMALL: f64 = 1e-6;
-/// Steps until the least squares settle.
+/// Largest number of steps.
 const MOST_STEPS: usize = 100;
-/// A sum of squares that falls by less than this part has settled.
-const SETTLED: f64 = 1e-13;
-/// Damping beyond which no step goes down any more.
+/// Relative decrease of the sum of squares below which the fit has converged.
+const CONVERGED: f64 = 1e-13;
+/// Damping at which no step decreases the sum of squares any more.
 const MOST_DAMPING: f64 = 1e12;
 
-/// How far each pixel lies from where the projection has it, in its standard deviations.
-fn residuals(projection: &Projection, sightings: &[Sighting]) -> Option<DVector<f64>> {
-    let mut out = DVector::zeros(2 * sightings.len());
-    for (k, s) in sightings.iter().enumerate() {
-        let pixel = projection.pixel(s.place, 0.0)?;
+/// The reprojection errors in standard deviations: x and y of each pixel.  `None` for a point behind the camera.
+fn residuals(projection: &Projection, correspondences: &[Correspondence]) -> Option<DVector<f64>> {
+    let mut out = DVector::zeros(2 * correspondences.len());
+    for (k, s) in correspondences.iter().enumerate() {
+        let pixel = projection.pixel(s.point, 0.0)?;
         out[2 * k] = (s.pixel.x - pixel.x) / s.std_px;
         out[2 * k + 1] = (s.pixel.y - pixel.y) / s.std_px;
     }
     Some(out)
 }
 
-/// How the pixels change with the parameters, one column each.
-fn jacobian(projection: &Projection, sightings: &[Sighting], parameters: usize) -> Option<DMatrix<f64>> {
-    let mut out = DMatrix::zeros(2 * sightings.len(), parameters);
+/// The derivatives of the pixels by the parameters, one column per parameter.
+fn jacobian(
+    projection: &Projection,
+    correspondences: &[Correspondence],
+    parameters: usize,
+) -> Option<DMatrix<f64>> {
+    let mut out = DMatrix::zeros(2 * correspondences.len(), parameters);
     for k in 0..parameters {
         let mut by = vec![0.0; parameters];
         by[k] = SMALL;
-        let up = residuals(&changed(projection, &by), sightings)?;
+        let up = residuals(&perturbed(projection, &by), correspondences)?;
         by[k] = -SMALL;
-        let down = residuals(&changed(projection, &by), sightings)?;
+        let down = residuals(&perturbed(projection, &by), correspondences)?;
         out.set_column(k, &((down - up) / (2.0 * SMALL)));
     }
     Some(out)
 }
 
-/// Levenberg's and Marquardt's method from `start` on.
-fn refined(start: Projection, sightings: &[Sighting], parameters: usize) -> Option<Fit> {
+/// Least squares from `start` on (Levenberg-Marquardt).
+fn levenberg_marquardt(
+    start: Projection,
+    correspondences: &[Correspondence],
+    parameters: usize,
+) -> Option<PoseFit> {
     let mut best = start;
-    let mut residual = residuals(&best, sightings)?;
+    let mut residual = residuals(&best, correspondences)?;
     let mut damping = 1e-3;
     for _ in 0..MOST_STEPS {
-        let slope = jacobian(&best, sightings, parameters)?;
+        let slope = jacobian(&best, correspondences, parameters)?;
         let normal = slope.tr_mul(&slope);
         let down = slope.tr_mul(&residual);
         let before = residual.norm_squared();
@@ -180,8 +189,8 @@ fn refined(start: Projection, sightings: &[Sighting], parameters: usize) -> Opti
                 damped[(k, k)] += damping * normal[(k, k)] + f64::MIN_POSITIVE;
             }
             let tried = damped.cholesky().and_then(|c| {
-                let next = changed(&best, c.solve(&down).as_slice());
-                residuals(&next, sightings).map(|r| (next, r))
+                let next = perturbed(&best, c.solve(&down).as_slice());
+                residuals(&next, correspondences).map(|r| (next, r))
             });
             if let Some((next, r)) = tried
                 && r.norm_squared() <= before
@@ -192,19 +201,19 @@ fn refined(start: Projection, sightings: &[Sighting], parameters: usize) -> Opti
             }
             damping *= 10.0;
         }
-        if damping >= MOST_DAMPING || before - residual.norm_squared() <= SETTLED * before {
+        if damping >= MOST_DAMPING || before - residual.norm_squared() <= CONVERGED * before {
             break;
         }
     }
-    let freedom = (2 * sightings.len()).saturating_sub(parameters).max(1) as f64;
-    let misfit = residual.norm_squared();
-    // What the pixels' own uncertainty does not explain makes the answer less certain.
-    let variance = (misfit / freedom).max(1.0);
-    let covariance = inverse(jacobian(&best, sightings, parameters)?) * variance;
-    Some(Fit { projection: best, misfit, covariance })
+    let freedom = (2 * correspondences.len()).saturating_sub(parameters).max(1) as f64;
+    let chi2 = residual.norm_squared();
+    // Residuals larger than the pixels' standard deviations scale the covariance.
+    let variance = (chi2 / freedom).max(1.0);
+    let covariance = inverse(jacobian(&best, correspondences, parameters)?) * variance;
+    Some(PoseFit { projection: best, chi2, covariance })
 }
 
-/// The inverse of the normal matrix of these slopes; what the pixels do not tell is infinitely uncertain.
+/// The inverse of the normal matrix of these derivatives; infinite where the pixels do not determine the parameters.
 fn inverse(slope: DMatrix<f64>) -> DMatrix<f64> {
     let n = slope.ncols();
     let sizes: Vec<f64> = slope.column_iter().map(|column| column.norm()).collect();
@@ -213,23 +222,23 @@ fn inverse(slope: DMatrix<f64>) -> DMatrix<f64> {
         column /= *size;
     }
     let cholesky = scaled.tr_mul(&scaled).cholesky();
-    let told = cholesky.map(|c| c.inverse()).filter(|inverse| inverse.iter().all(|v| v.is_finite()));
-    let inverse = told.unwrap_or_else(|| DMatrix::from_diagonal_element(n, n, f64::INFINITY));
+    let regular = cholesky.map(|c| c.inverse()).filter(|inverse| inverse.iter().all(|v| v.is_finite()));
+    let inverse = regular.unwrap_or_else(|| DMatrix::from_diagonal_element(n, n, f64::INFINITY));
     DMatrix::from_fn(n, n, |i, k| inverse[(i, k)] / (sizes[i] * sizes[k]))
 }
 
-impl Fit {
-    /// One standard deviation of the place on the table that a pixel shows, per axis (m); not finite where the
-    /// sightings do not tell.
-    pub(super) fn place_std_m(&self, place: Point) -> f64 {
-        let pixel = self.projection.pixel(place, 0.0);
+impl PoseFit {
+    /// One standard deviation per axis of the table point that a pixel maps to (m); not finite where the correspondences
+    /// do not determine it.
+    pub(super) fn position_std_m(&self, point: Point) -> f64 {
+        let pixel = self.projection.pixel(point, 0.0);
         let n = self.covariance.nrows();
         let mut slope = DMatrix::zeros(2, n);
         for k in 0..n {
             let mut by = vec![0.0; n];
             let mut moved = |step: f64| {
                 by[k] = step;
-                pixel.and_then(|pixel| changed(&self.projection, &by).place(pixel, 0.0))
+                pixel.and_then(|pixel| perturbed(&self.projection, &by).table_point(pixel, 0.0))
             };
             let (Some(up), Some(down)) = (moved(SMALL), moved(-SMALL)) else { return f64::INFINITY };
             let change = (up - down) / (2.0 * SMALL);
@@ -262,9 +271,10 @@ mod tests {
         (0..20).map(|k| Point::new(f64::from(k % 5) * 0.15 - 0.3, f64::from(k / 5) * 0.1 - 0.15))
     }
 
-    fn sightings(camera: &Camera) -> Vec<Sighting> {
-        let seen = |place| Sighting { place, pixel: camera.pixel_from_table(place, 0.0), std_px: 0.02 };
-        grid().map(seen).collect()
+    fn correspondences(camera: &Camera) -> Vec<Correspondence> {
+        let exact =
+            |point| Correspondence { point, pixel: camera.pixel_from_table(point, 0.0), std_px: 0.02 };
+        grid().map(exact).collect()
     }
 
     fn tilted(roll_rad: f64, yaw_rad: f64, distortion: [f64; 5]) -> Camera {
@@ -275,12 +285,12 @@ mod tests {
     }
 
     #[test]
-    fn a_known_lens_finds_its_pose_under_any_tilt_and_turn() {
+    fn the_pose_of_a_known_lens_is_found_for_any_tilt_and_rotation() {
         for (roll_rad, yaw_rad) in [(0.0, 0.0), (0.3, 1.0), (0.9, 3.1), (-0.7, -2.0)] {
             let truth = tilted(roll_rad, yaw_rad, [-0.1, 0.02, 0.001, -0.001, 0.0]);
             let lens = truth.lens().expect("has one").clone();
-            let fit = pose(&lens, &sightings(&truth), Unknown::Pose).expect("20 points");
-            let found = Camera::seeing(SIZE, fit.projection);
+            let fit = pose(&lens, &correspondences(&truth), FreeParameters::Pose).expect("20 points");
+            let found = Camera::with_projection(SIZE, fit.projection);
             for place in grid() {
                 let raised = found.table_from_pixel(truth.pixel_from_table(place, 0.1), 0.1);
                 assert!(raised.distance(place) < 1e-8, "{} m off at tilt {roll_rad}", raised.distance(place));
@@ -289,10 +299,10 @@ mod tests {
     }
 
     #[test]
-    fn an_unknown_focal_length_shows_under_tilt_and_hides_without() {
-        let size_up = |truth: &Camera| {
+    fn a_tilted_view_determines_the_focal_length_and_a_perpendicular_one_does_not() {
+        let fit_of = |truth: &Camera| {
             let guess = Lens::new([1000.0; 2], [650.0, 350.0], [0.0; 5]);
-            pose(&guess, &sightings(truth), Unknown::Focal).expect("20 points")
+            pose(&guess, &correspondences(truth), FreeParameters::PoseAndFocal).expect("20 points")
         };
         let mut truth = tilted(0.5, 0.2, [0.0; 5]);
         truth.projection = match truth.projection {
@@ -301,21 +311,23 @@ mod tests {
             }
             plane @ Projection::Plane { .. } => plane,
         };
-        let fit = size_up(&truth);
-        let focal_px = Camera::seeing(SIZE, fit.projection.clone()).lens().expect("has one").focal_px()[0];
+        let fit = fit_of(&truth);
+        let focal_px =
+            Camera::with_projection(SIZE, fit.projection.clone()).lens().expect("has one").focal_px()[0];
         assert!((focal_px - 1400.0).abs() < 1e-3, "{focal_px} px");
         assert!(fit.focal_std().expect("was unknown") < 1e-3);
-        let flat = size_up(&tilted(0.0, 0.2, [0.0; 5])).focal_std().expect("was unknown");
+        let flat = fit_of(&tilted(0.0, 0.2, [0.0; 5])).focal_std().expect("was unknown");
         assert!(flat > 0.01, "straight down the focal length is known to {flat}");
     }
 
     #[test]
-    fn a_homography_maps_the_table_without_any_lens() {
+    fn a_homography_is_fitted_without_a_lens() {
         let truth = tilted(0.4, 0.3, [0.0; 5]);
-        let clicks: Vec<_> = sightings(&truth).into_iter().map(|s| Sighting { std_px: 0.5, ..s }).collect();
+        let clicks: Vec<_> =
+            correspondences(&truth).into_iter().map(|s| Correspondence { std_px: 0.5, ..s }).collect();
         let fit = plane(&clicks).expect("20 points");
-        assert!(fit.misfit < 1e-12, "{}", fit.misfit);
-        let std_m = fit.place_std_m(Point::new(0.1, 0.1));
+        assert!(fit.chi2 < 1e-12, "{}", fit.chi2);
+        let std_m = fit.position_std_m(Point::new(0.1, 0.1));
         assert!(std_m > 1e-5 && std_m < 1e-3, "{std_m} m for clicks of half a pixel");
     }
 

@@ -1,4 +1,4 @@
-//! The camera found in drawn pictures, against the camera that drew them.
+//! Cameras calibrated from drawn pictures, compared with the cameras that drew them.
 
 use super::{Camera, GreyImage, Lens, camera};
 use crate::cell::{CameraSpec, Cell, ReferencePoint, Striker, Tag, Transform, Workspace};
@@ -9,17 +9,17 @@ use std::f64::consts::{FRAC_PI_2, PI};
 
 const SIZE: [usize; 2] = [1280, 720];
 
-/// A corner's distance from where it was drawn, root mean square over a picture (px).
+/// Root mean square error of the corners in a picture (px).
 const CORNERS_PX: f64 = 0.05;
-/// A place at the workspace's corners, 5 cm above the table (m).
-const PLACES_M: f64 = 5e-5;
+/// Error of a position at the workspace's corners, 5 cm above the table (m).
+const POSITIONS_M: f64 = 5e-5;
 
-/// A lens that bends the picture's corners by ten pixels.
+/// A lens that displaces the picture's corners by ten pixels.
 fn lens() -> Lens {
     Lens::new([1300.0, 1302.0], [644.2, 355.1], [-0.11, 0.02, 0.0006, -0.0004, 0.0])
 }
 
-/// A camera 1.2 m from the table's origin, tilted and turned.
+/// A camera 1.2 m from the table's origin with this tilt and rotation about the vertical.
 fn looking(tilt_rad: f64, yaw_rad: f64) -> Camera {
     let back_m = 1.2 * tilt_rad.sin();
     let position_m = [back_m * yaw_rad.sin(), -back_m * yaw_rad.cos(), 1.2 * tilt_rad.cos()];
@@ -73,7 +73,7 @@ fn message(image: &GreyImage, cell: &Cell) -> String {
 }
 
 /// The worst error of the workspace's corners, 5 cm above the table (m).
-fn worst_place_m(truth: &Camera, found: &Camera, cell: &Cell) -> f64 {
+fn worst_position_m(truth: &Camera, found: &Camera, cell: &Cell) -> f64 {
     let Workspace { min_m, max_m } = cell.workspace;
     let corners = [min_m, max_m, Point::new(min_m.x, max_m.y), Point::new(max_m.x, min_m.y)];
     let off =
@@ -81,7 +81,7 @@ fn worst_place_m(truth: &Camera, found: &Camera, cell: &Cell) -> f64 {
     corners.iter().map(off).fold(0.0, f64::max)
 }
 
-/// Root mean square distance of the found corners from the drawn ones (px).
+/// Root mean square distance of the measured corners from the drawn ones (px).
 fn corner_rms_px(truth: &Camera, found: &Camera, tags: &[Tag]) -> f64 {
     let off = |tag: &Tag| {
         let fit = found.tags.iter().find(|fit| fit.id == tag.id).expect("the tag was found");
@@ -92,12 +92,12 @@ fn corner_rms_px(truth: &Camera, found: &Camera, tags: &[Tag]) -> f64 {
 }
 
 #[test]
-fn four_tags_tell_the_pose_under_any_tilt_and_turn() {
+fn four_tags_determine_the_pose_for_any_tilt_and_rotation() {
     for (tilt_rad, yaw_rad) in [(0.0, 0.0), (0.2, 1.0), (0.45, -2.0), (0.6, 3.0)] {
         let truth = looking(tilt_rad, yaw_rad);
         let mut tags = four_tags();
         for tag in &mut tags {
-            // Turned with the camera, so that all of them stay in view.
+            // Rotated with the camera, so that all of them stay in view.
             tag.center_m = Point::ORIGIN + tag.center_m.to_vec().rotated(yaw_rad);
         }
         let cell = cell(tags.clone());
@@ -105,14 +105,14 @@ fn four_tags_tell_the_pose_under_any_tilt_and_turn() {
         assert_eq!(camera.tags_found, [0, 1, 22, 586]);
         let corners_px = corner_rms_px(&truth, &camera, &tags);
         assert!(corners_px < CORNERS_PX, "tilt {tilt_rad} rad: corners {corners_px} px off");
-        let off_m = worst_place_m(&truth, &camera, &cell);
-        assert!(off_m < PLACES_M, "tilt {tilt_rad} rad: {} mm off", off_m * 1e3);
+        let off_m = worst_position_m(&truth, &camera, &cell);
+        assert!(off_m < POSITIONS_M, "tilt {tilt_rad} rad: {} mm off", off_m * 1e3);
         assert!(camera.warnings.is_empty(), "{:?}", camera.warnings);
     }
 }
 
 #[test]
-fn heights_are_counted_from_the_table_under_thick_tags() {
+fn heights_are_measured_from_the_table_under_thick_tags() {
     let truth = looking(0.4, 0.0);
     let image = drawn(&truth, &four_tags());
     let mut cell = cell(four_tags());
@@ -130,16 +130,17 @@ fn heights_are_counted_from_the_table_under_thick_tags() {
 }
 
 #[test]
-fn an_upside_down_camera_is_solved_by_its_tags() {
+fn tags_determine_the_pose_of_an_upside_down_camera() {
     let truth = looking(0.1, PI);
-    let camera = found(&drawn(&truth, &four_tags()), &cell(four_tags())).expect("tags read in any turn");
+    let camera =
+        found(&drawn(&truth, &four_tags()), &cell(four_tags())).expect("tags are decoded at any rotation");
     let right = camera.pixel_from_table(Point::new(0.1, 0.0), 0.0);
     assert!(right.x < 640.0, "x points to the picture's left: {right:?}");
-    assert!(worst_place_m(&truth, &camera, &cell(four_tags())) < PLACES_M);
+    assert!(worst_position_m(&truth, &camera, &cell(four_tags())) < POSITIONS_M);
 }
 
 #[test]
-fn light_noise_blur_and_distance_hardly_move_the_corners() {
+fn light_noise_and_blur_hardly_move_the_corners() {
     let truth = looking(0.3, 0.0);
     let tags = four_tags();
     // Name, blur (px), noise, white, black, and how far the corners may lie off (px).
@@ -160,7 +161,7 @@ fn light_noise_blur_and_distance_hardly_move_the_corners() {
 }
 
 #[test]
-fn tags_of_twenty_pixels_are_read() {
+fn tags_of_twenty_pixels_are_decoded() {
     let truth = looking(0.1, 0.0);
     let mut tags = four_tags();
     for tag in &mut tags {
@@ -173,19 +174,19 @@ fn tags_of_twenty_pixels_are_read() {
 }
 
 #[test]
-fn one_tag_is_enough_and_its_uncertainty_is_told() {
+fn one_tag_is_enough_and_its_uncertainty_is_a_warning() {
     let truth = looking(0.3, 0.0);
     let tags = vec![tag(3, 0.05, 0.02, 0.5)];
     let camera = found(&drawn(&truth, &tags), &cell(tags.clone())).expect("one tag");
-    let std_m = camera.place_std_m.expect("known");
-    assert!(std_m > 1e-4, "one small tag cannot tell to {std_m} m");
+    let std_m = camera.position_std_m.expect("known");
+    assert!(std_m > 1e-4, "one small tag cannot give {std_m} m");
     assert!(camera.warnings.iter().any(|w| w.contains("one tag")), "{:?}", camera.warnings);
-    let off_m = worst_place_m(&truth, &camera, &cell(tags));
+    let off_m = worst_position_m(&truth, &camera, &cell(tags));
     assert!(off_m < 6.0 * std_m, "{off_m} m off, {std_m} m promised");
 }
 
 #[test]
-fn a_moved_tag_is_left_out_by_name() {
+fn a_moved_tag_is_left_out_with_a_warning_that_names_it() {
     let truth = looking(0.3, 0.0);
     let mut moved = four_tags();
     moved[2].center_m = Point::new(0.28, 0.14);
@@ -193,73 +194,76 @@ fn a_moved_tag_is_left_out_by_name() {
     let camera = found(&drawn(&truth, &moved), &cell).expect("three tags agree");
     assert_eq!(camera.tags_found, [0, 1, 586]);
     assert!(camera.warnings.iter().any(|w| w.contains("tag 22")), "{:?}", camera.warnings);
-    assert!(worst_place_m(&truth, &camera, &cell) < 2.0 * PLACES_M);
+    assert!(worst_position_m(&truth, &camera, &cell) < 2.0 * POSITIONS_M);
 }
 
 #[test]
-fn tags_that_contradict_each_other_are_refused_by_name() {
+fn tags_that_contradict_each_other_are_an_error_that_names_them() {
     let mut moved = four_tags();
     moved.truncate(2);
     moved[1].yaw_rad += 0.3;
-    let told = message(&drawn(&looking(0.3, 0.0), &moved), &cell(four_tags()[..2].to_vec()));
-    assert!(told.contains("film.mp4") && told.contains("tag 1 by") && told.contains("cell.toml"), "{told}");
+    let error = message(&drawn(&looking(0.3, 0.0), &moved), &cell(four_tags()[..2].to_vec()));
+    assert!(
+        error.contains("film.mp4") && error.contains("tag 1 by") && error.contains("cell.toml"),
+        "{error}"
+    );
 }
 
 #[test]
-fn one_mistake_about_all_tags_or_the_lens_is_named() {
+fn a_common_mistake_about_all_tags_or_the_lens_is_named() {
     let truth = looking(0.3, 0.0);
     let image = drawn(&truth, &four_tags());
     let mut with_margin = four_tags();
     for tag in &mut with_margin {
         tag.size_m *= 1.25;
     }
-    let told = message(&image, &cell(with_margin));
-    assert!(told.contains("0.800 times as wide as size_m"), "{told}");
+    let error = message(&image, &cell(with_margin));
+    assert!(error.contains("0.800 times as wide as size_m"), "{error}");
     let mut other_lens = cell(four_tags());
     other_lens.camera.focal_px = Some([400.0; 2]);
     other_lens.camera.distortion = None;
-    let told = message(&image, &other_lens);
-    assert!(told.contains("not through this lens") && told.contains("focal_px"), "{told}");
+    let error = message(&image, &other_lens);
+    assert!(error.contains("not through this lens") && error.contains("focal_px"), "{error}");
 }
 
 #[test]
-fn a_film_that_begins_in_the_dark_is_seen_as_soon_as_there_is_light() {
+fn a_film_with_dark_first_frames_is_calibrated_from_the_first_bright_one() {
     let truth = looking(0.3, 0.0);
     let dark = GreyImage { width: SIZE[0], height: SIZE[1], pixels: vec![3; SIZE[0] * SIZE[1]] };
     let lit = drawn(&truth, &four_tags());
     let cell = cell(four_tags());
     let camera = camera("film.mp4", &[&dark, &lit, &lit], &cell).expect("the second picture shows them");
-    assert!(worst_place_m(&truth, &camera, &cell) < PLACES_M);
+    assert!(worst_position_m(&truth, &camera, &cell) < POSITIONS_M);
 }
 
 #[test]
-fn tags_that_are_all_printed_half_a_turn_round_are_understood_and_told() {
+fn tags_all_rotated_by_180_degrees_are_used_with_a_warning() {
     let truth = looking(0.3, 0.0);
     let mut turned = four_tags();
     for tag in &mut turned {
         tag.yaw_rad += PI;
     }
     let cell = cell(four_tags());
-    let camera = found(&drawn(&truth, &turned), &cell).expect("four tags agree on the turn");
+    let camera = found(&drawn(&truth, &turned), &cell).expect("four tags agree on the rotation");
     assert!(camera.warnings.iter().any(|w| w.contains("180 degrees")), "{:?}", camera.warnings);
-    assert!(worst_place_m(&truth, &camera, &cell) < PLACES_M);
+    assert!(worst_position_m(&truth, &camera, &cell) < POSITIONS_M);
 }
 
 #[test]
-fn of_a_tag_seen_twice_the_one_at_its_place_is_taken() {
+fn of_a_tag_detected_twice_the_one_at_its_position_is_used() {
     let truth = looking(0.2, 0.0);
     let mut tags = four_tags();
     tags.push(tag(1, 0.0, 0.0, 0.0));
     let camera = found(&drawn(&truth, &tags), &cell(four_tags())).expect("three others");
     assert_eq!(camera.tags_found, [0, 1, 22, 586]);
-    assert!(worst_place_m(&truth, &camera, &cell(four_tags())) < PLACES_M);
-    assert!(camera.warnings.iter().any(|w| w.contains("tag 1 is seen twice")), "{:?}", camera.warnings);
-    let told = message(&drawn(&truth, &tags), &cell(vec![tag(1, 0.3, -0.15, 0.4)]));
-    assert!(told.contains("tag 1 seen twice"), "{told}");
+    assert!(worst_position_m(&truth, &camera, &cell(four_tags())) < POSITIONS_M);
+    assert!(camera.warnings.iter().any(|w| w.contains("tag 1 is detected twice")), "{:?}", camera.warnings);
+    let error = message(&drawn(&truth, &tags), &cell(vec![tag(1, 0.3, -0.15, 0.4)]));
+    assert!(error.contains("tag 1 detected twice"), "{error}");
 }
 
 #[test]
-fn a_picture_without_the_cells_tags_says_what_was_looked_for_and_found() {
+fn the_error_for_a_picture_without_the_cells_tags_names_wanted_and_found_tags() {
     let truth = looking(0.2, 0.0);
     let none = message(&drawn(&truth, &[]), &cell(four_tags()));
     assert!(
@@ -274,7 +278,7 @@ fn a_picture_without_the_cells_tags_says_what_was_looked_for_and_found() {
 }
 
 #[test]
-fn pictures_that_show_nothing_are_refused() {
+fn pictures_without_tags_are_an_error() {
     for (width, height) in [(0, 0), (1, 1), (7, 1000), (9, 9), (63, 70), (1280, 720)] {
         let even = [0, 128, 255].map(|grey| vec![grey; width * height]);
         // Noise without a pattern, as of a camera with its cap on.
@@ -291,7 +295,7 @@ fn pictures_that_show_nothing_are_refused() {
 }
 
 #[test]
-fn a_tag_in_a_hard_shadow_is_found_where_it_must_be() {
+fn a_tag_in_a_hard_shadow_is_found_at_its_predicted_position() {
     let truth = looking(0.2, 0.0);
     let mut image = drawn(&truth, &four_tags());
     // A shadow's edge runs through the lower right tag.
@@ -303,24 +307,24 @@ fn a_tag_in_a_hard_shadow_is_found_where_it_must_be() {
     }
     let camera = found(&image, &cell(four_tags())).expect("the others lead there");
     assert_eq!(camera.tags_found, [0, 1, 22, 586]);
-    let off_m = worst_place_m(&truth, &camera, &cell(four_tags()));
-    assert!(off_m < 2.0 * PLACES_M, "{off_m} m off: {:#?}", camera.tags);
+    let off_m = worst_position_m(&truth, &camera, &cell(four_tags()));
+    assert!(off_m < 2.0 * POSITIONS_M, "{off_m} m off: {:#?}", camera.tags);
 }
 
 #[test]
-fn a_film_of_another_size_is_refused_with_both_sizes_and_the_numbers_for_a_scaled_one() {
+fn the_error_for_a_film_of_another_size_holds_both_sizes_and_the_numbers_for_a_scaled_one() {
     let mut cell = cell(four_tags());
     cell.camera.image_size_px = Some([2560, 1440]);
-    let told = message(&drawn(&looking(0.2, 0.0), &four_tags()), &cell);
-    assert!(told.contains("1280 x 720") && told.contains("2560 x 1440"), "{told}");
-    assert!(told.contains("focal_px = [650.0000, 651.0000], center_px = [321.8500, 177.3000]"), "{told}");
+    let error = message(&drawn(&looking(0.2, 0.0), &four_tags()), &cell);
+    assert!(error.contains("1280 x 720") && error.contains("2560 x 1440"), "{error}");
+    assert!(error.contains("focal_px = [650.0000, 651.0000], center_px = [321.8500, 177.3000]"), "{error}");
     cell.camera.image_size_px = Some([640, 480]);
-    let told = message(&drawn(&looking(0.2, 0.0), &four_tags()), &cell);
-    assert!(told.contains("640 x 480") && !told.contains("focal_px"), "{told}");
+    let error = message(&drawn(&looking(0.2, 0.0), &four_tags()), &cell);
+    assert!(error.contains("640 x 480") && !error.contains("focal_px"), "{error}");
 }
 
 #[test]
-fn without_intrinsics_a_tilted_camera_finds_its_focal_length_and_a_straight_one_asks() {
+fn without_intrinsics_a_tilted_view_determines_the_focal_length_and_a_perpendicular_one_is_an_error() {
     let mut cell = cell(four_tags());
     cell.camera = CameraSpec::default();
     let plain = |tilt_rad: f64| {
@@ -335,9 +339,9 @@ fn without_intrinsics_a_tilted_camera_finds_its_focal_length_and_a_straight_one_
     let camera = found(&drawn(&truth, &four_tags()), &cell).expect("a strong perspective");
     let focal_px = camera.lens().expect("found").focal_px()[0];
     assert!((focal_px / 1300.0 - 1.0).abs() < 0.01, "{focal_px} px");
-    assert!(worst_place_m(&truth, &camera, &cell) < 10.0 * PLACES_M);
-    let told = message(&drawn(&plain(0.0), &four_tags()), &cell);
-    assert!(told.contains("focal_px"), "{told}");
+    assert!(worst_position_m(&truth, &camera, &cell) < 10.0 * POSITIONS_M);
+    let error = message(&drawn(&plain(0.0), &four_tags()), &cell);
+    assert!(error.contains("focal_px"), "{error}");
 }
 
 fn clicked(truth: &Camera, off_px: f64) -> Vec<ReferencePoint> {
@@ -352,17 +356,17 @@ fn clicked(truth: &Camera, off_px: f64) -> Vec<ReferencePoint> {
 }
 
 #[test]
-fn points_read_off_by_hand_tell_the_pose() {
+fn points_picked_by_hand_determine_the_pose() {
     let truth = looking(0.4, 0.3);
     let mut cell = cell(Vec::new());
     cell.points = clicked(&truth, 0.0);
     let blank = drawn(&truth, &[]);
     let camera = found(&blank, &cell).expect("five points and a lens");
-    assert!(camera.knows_heights() && worst_place_m(&truth, &camera, &cell) < 1e-6);
-    let std_m = camera.place_std_m.expect("known");
-    assert!(std_m > 1e-4, "clicks are good to half a pixel, not {std_m} m");
+    assert!(camera.knows_heights() && worst_position_m(&truth, &camera, &cell) < 1e-6);
+    let std_m = camera.position_std_m.expect("known");
+    assert!(std_m > 1e-4, "points picked to half a pixel cannot give {std_m} m");
 
-    // Without a lens the plane itself is still known, and that heights are not is said.
+    // Without a lens the map of the table is still determined, and a warning says that heights are not corrected.
     let straight = Camera::new(
         SIZE,
         Lens::pinhole(SIZE, 1300.0),
@@ -386,7 +390,7 @@ fn points_read_off_by_hand_tell_the_pose() {
 }
 
 #[test]
-fn a_scale_alone_is_a_camera_straight_above_and_with_a_focal_length_knows_heights() {
+fn a_scale_is_a_camera_straight_above_and_with_a_focal_length_it_has_heights() {
     let mut cell = cell(Vec::new());
     cell.camera = CameraSpec::default();
     cell.scale_px_per_m = Some(1000.0);
@@ -405,7 +409,7 @@ fn a_scale_alone_is_a_camera_straight_above_and_with_a_focal_length_knows_height
 }
 
 #[test]
-fn a_camera_that_was_moved_shows_by_how_much() {
+fn the_shift_of_a_moved_camera_is_measured() {
     let truth = looking(0.2, 0.0);
     let camera = found(&drawn(&truth, &four_tags()), &cell(four_tags())).expect("four tags");
     let later =
@@ -424,11 +428,11 @@ fn a_camera_that_was_moved_shows_by_how_much() {
 }
 
 #[test]
-fn a_marker_that_looks_like_a_tag_from_afar_is_none() {
+fn a_dark_square_on_white_paper_is_not_a_tag() {
     let truth = looking(0.2, 0.0);
     let square = Shape::Rectangle { size_m: [0.05, 0.05] };
     let paper = Thing::flat(Shape::Rectangle { size_m: [0.07, 0.07] }, Pose::default(), 0.0, 235.0);
     let dark = Thing::flat(square, Pose::new(0.0, 0.0, FRAC_PI_2 / 3.0), 0.0, 20.0);
-    let told = message(&picture(&view(&truth), &[paper, dark]), &cell(four_tags()));
-    assert!(told.contains("no AprilTag"), "{told}");
+    let error = message(&picture(&view(&truth), &[paper, dark]), &cell(four_tags()));
+    assert!(error.contains("no AprilTag"), "{error}");
 }

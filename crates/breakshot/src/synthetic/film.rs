@@ -1,8 +1,8 @@
-//! What would the camera see if the truth were this?
+//! Which pictures does a camera take of known objects?
 //!
-//! Draws discs, polygons, blocks and tags at known places through a [`Camera`]: every pixel is the exact area
-//! average of what covers it, seen through a point spread, moved while the shutter is open, row by row under a
-//! rolling one, with noise from a seed.  Tests and tutorials measure against such pictures.
+//! Draws discs, polygons, blocks and tags in known poses through a [`Camera`]: every pixel is the exact area average of
+//! what covers it, with a point spread function, motion blur during the exposure, the delay of each row under a rolling
+//! shutter, and noise from a seed.  Tests and tutorials compare measurements with these known poses.
 
 use crate::capture::{self, Camera, Frame, GreyImage};
 use crate::cell::Tag;
@@ -12,34 +12,34 @@ use rand::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64Mcg;
 
-/// A camera, the table it looks at, and how well it sees.
+/// A camera with its image quality, and the table in view.
 #[derive(Clone, Debug, PartialEq)]
 pub struct View {
-    /// The camera; its `exposure_s` and `readout_s` blur and shear what moves.
+    /// The camera; its `exposure_s` and `readout_s` blur and shear moving things.
     pub camera: Camera,
     /// The table's grey level.
     pub table_grey: f64,
-    /// By how much of itself the light grows from the left edge to the right one, and from the top to the bottom.
+    /// Relative increase of the light from the left edge to the right one, and from the top to the bottom.
     pub shading: [f64; 2],
-    /// Standard deviation of the lens's point spread (px).
+    /// Standard deviation of the lens's point spread function (px).
     pub blur_px: f64,
     /// Standard deviation of the noise (grey levels).
     pub noise: f64,
-    /// Where the noise starts.
+    /// Seed of the noise.
     pub seed: u64,
 }
 
 impl View {
-    /// An evenly lit table without noise, seen through a lens as sharp as usual ones.
+    /// A uniformly lit table without noise, through a lens of usual sharpness.
     pub fn new(camera: Camera) -> Self {
         Self { camera, table_grey: 190.0, shading: [0.0; 2], blur_px: 0.7, noise: 0.0, seed: 1 }
     }
 }
 
-/// What a thing looks like from above.
+/// The appearance of a thing from above.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Figure {
-    /// An even surface.
+    /// A uniform surface.
     Plain(Shape),
     /// An AprilTag of family 36h11 with its white margin, one bit wide.
     Tag {
@@ -53,19 +53,19 @@ pub enum Figure {
 /// A flat or upright thing in the picture.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Thing {
-    /// What it looks like from above.
+    /// Its appearance from above.
     pub figure: Figure,
-    /// Where the figure's origin lies in the body that carries it.
+    /// The figure's origin in the frame of its body.
     pub at_m: Point,
-    /// Where that body is in the middle of the exposure of the picture's first row.
+    /// The body's pose in the middle of the exposure of the picture's first row.
     pub pose: Pose,
-    /// How that body moves.
+    /// The body's velocity (m/s).
     pub velocity: Vec2,
-    /// How that body turns (rad/s).
+    /// The body's angular velocity (rad/s).
     pub yaw_rate_rad_s: f64,
-    /// How high its upper face lies (m).
+    /// The height of its upper face (m).
     pub height_m: f64,
-    /// How far its sides reach down from there (m).
+    /// The height of its sides below that face (m).
     pub thickness_m: f64,
     /// The grey level of its upper face; the black of a tag.
     pub grey: f64,
@@ -73,14 +73,14 @@ pub struct Thing {
     pub side_grey: f64,
 }
 
-/// Grey levels of things whose colour does not matter.
+/// Default grey levels.
 const OBJECT_GREY: f64 = 150.0;
 const SIDE_GREY: f64 = 95.0;
 const MARKER_GREY: f64 = 20.0;
 const PAPER_GREY: f64 = 235.0;
 
 impl Thing {
-    /// An even flat thing at rest, `height_m` above the table.
+    /// A uniform flat thing at rest, `height_m` above the table.
     pub fn flat(shape: Shape, pose: Pose, height_m: f64, grey: f64) -> Self {
         Self {
             figure: Figure::Plain(shape),
@@ -123,7 +123,7 @@ impl Thing {
         Some(Self { at_m: dot.at_m, ..Self::flat(disc, pose, object.height_m, MARKER_GREY) })
     }
 
-    /// The same thing, its body moving and turning.
+    /// The same thing with a moving body.
     #[must_use]
     pub fn moving(self, velocity: Vec2, yaw_rate_rad_s: f64) -> Self {
         Self { velocity, yaw_rate_rad_s, ..self }
@@ -138,7 +138,7 @@ impl Thing {
         Pose { position, yaw_rad: self.pose.yaw_rad + self.yaw_rate_rad_s * time_s }
     }
 
-    /// What is drawn, from the bottom up, each within the one below: outlines in the body's frame, their heights and grey.
+    /// The layers to draw from the bottom up, each within the one below: outlines in the body's frame, heights, grey.
     fn layers(&self) -> Vec<Layer> {
         let shifted = |outline: Vec<Point>| outline.into_iter().map(|p| p + self.at_m.to_vec()).collect();
         match &self.figure {
@@ -176,11 +176,11 @@ impl Thing {
     }
 }
 
-/// Sides are drawn as slices this thick (m): seen from a metre they shift by less than a tenth of it.
+/// Thickness of the slices that sides are drawn as (m).
 const SLICE_M: f64 = 1e-3;
-/// Corners of the polygon that stands for a disc; its area is right to 4 in a million...
+/// Number of corners of the polygon that a disc is drawn as...
 const DISC_CORNERS: u32 = 720;
-/// ... and pieces of a straight side, which lens and rolling shutter may bend.
+/// ... and number of segments of a straight side, which lens and rolling shutter may distort.
 const PIECES: u32 = 12;
 
 fn outline(shape: &Shape) -> Vec<Point> {
@@ -202,7 +202,7 @@ fn subdivided(corners: &[Point]) -> Vec<Point> {
     (0..corners.len()).flat_map(side).map(|(k, t)| corners[k] + (next(k) - corners[k]) * t).collect()
 }
 
-/// Outlines side by side, of one grey, seen at each of some heights.
+/// Outlines of one grey that do not overlap, drawn at each of these heights.
 #[derive(Clone)]
 struct Layer {
     outlines: Vec<Vec<Point>>,
@@ -216,23 +216,23 @@ impl Layer {
     }
 }
 
-/// The picture that `view` takes of these things; the higher ones hide the lower ones.
+/// The picture of these things; higher ones cover lower ones.
 pub fn picture(view: &View, things: &[Thing]) -> GreyImage {
     let mut things: Vec<&Thing> = things.iter().collect();
     things.sort_by(|a, b| a.height_m.total_cmp(&b.height_m));
     let [width, height] = view.camera.size_px;
     let mut table = Canvas { width, height, greys: vec![view.table_grey as f32; width * height] };
-    // Whatever lies still below everything that moves is drawn once.
+    // Things at rest below all moving ones are drawn once.
     let still = things.iter().position(|thing| thing.moves()).unwrap_or(things.len());
     things[..still].iter().for_each(|thing| table.draw(view, thing, 0.0));
     let moving = &things[still..];
     let instants = instants(view, moving);
     let mut sum = vec![0.0; width * height];
     for k in 0..instants {
-        let part = (k as f64 + 0.5) / instants as f64 - 0.5;
+        let fraction = (k as f64 + 0.5) / instants as f64 - 0.5;
         let mut now = table.clone();
         for thing in moving {
-            now.draw(view, thing, part * view.camera.exposure_s.unwrap_or(0.0));
+            now.draw(view, thing, fraction * view.camera.exposure_s.unwrap_or(0.0));
         }
         sum.iter_mut().zip(&now.greys).for_each(|(sum, grey)| *sum += grey / instants as f32);
     }
@@ -250,9 +250,9 @@ pub fn film(view: &View, times_s: &[f64], things: impl Fn(f64) -> Vec<Thing>) ->
     times_s.iter().map(frame).collect()
 }
 
-/// Steps of an exposure between which nothing moves by more than this (px).
+/// Largest motion between two drawn instants of an exposure (px).
 const SMEAR_PX: f64 = 0.2;
-/// More steps than this make no difference that eight bits could show.
+/// Largest number of instants: more would not change eight-bit grey levels.
 const MOST_INSTANTS: usize = 200;
 
 fn instants(view: &View, moving: &[&Thing]) -> usize {
@@ -300,8 +300,8 @@ impl Canvas {
         }
     }
 
-    /// Lays a grey over all that any of the figures covers: over the canvas, or over the layer `below` of the same thing,
-    /// which reaches as far.  The outlines of one figure do not overlap each other.
+    /// Draws a grey over the union of the figures: over the canvas, or over the layer `below` of the same thing, which
+    /// covers at least the same area.  The outlines of one figure do not overlap each other.
     fn fill(&mut self, figures: &[Vec<Vec<Pixel>>], grey: f32, below: Option<f32>) {
         let within = |outline: &Vec<Pixel>| clipped(outline, self.width, self.height);
         let figures: Vec<Vec<_>> = figures.iter().map(|f| f.iter().map(within).collect()).collect();
@@ -336,7 +336,7 @@ impl Canvas {
         }
     }
 
-    /// Through a point spread of that standard deviation.
+    /// Convolved with a Gaussian of that standard deviation.
     fn blurred(self, blur_px: f64) -> Self {
         let reach = (4.0 * blur_px).ceil() as usize;
         if reach == 0 {
@@ -346,12 +346,12 @@ impl Canvas {
         let total: f64 = (0..=2 * reach).map(weight).sum();
         let kernel: Vec<f32> = (0..=2 * reach).map(|k| (weight(k) / total) as f32).collect();
         let once = convolved(&self.greys, self.width, &kernel);
-        let turned = transposed(&once, self.width);
-        let twice = convolved(&turned, self.height, &kernel);
+        let columns = transposed(&once, self.width);
+        let twice = convolved(&columns, self.height, &kernel);
         Self { greys: transposed(&twice, self.height), ..self }
     }
 
-    /// Shaded, with noise, in eight bits.
+    /// The eight-bit picture with shading and noise.
     fn developed(self, view: &View) -> GreyImage {
         let mut noise = Pcg64Mcg::seed_from_u64(view.seed);
         let (width, height) = (self.width as f64, self.height as f64);
@@ -366,8 +366,8 @@ impl Canvas {
     }
 }
 
-/// Where a point of a thing's body is seen, in pixels counted from the picture's corner; under a rolling shutter each
-/// row sees it a little later.
+/// The pixel of a point of a thing's body, counted from the picture's corner, at the time at which a rolling shutter
+/// exposes its row.
 fn seen_px(view: &View, thing: &Thing, body: Point, height_m: f64, time_s: f64) -> Pixel {
     let seen = |time_s: f64| {
         let pixel = view.camera.pixel_from_table(thing.pose_at(time_s).table_from_body(body), height_m);
@@ -382,10 +382,11 @@ fn seen_px(view: &View, thing: &Thing, body: Point, height_m: f64, time_s: f64) 
     pixel
 }
 
-/// Each step finds the row to a hundredth of the one before: nothing crosses the picture during its readout.
+/// Fixed-point steps for the row: each reduces its error to a hundredth, because nothing crosses the picture during its
+/// readout.
 const ROW_STEPS: usize = 4;
 
-/// The part of a polygon inside the picture (Sutherland and Hodgman).
+/// The polygon clipped to the picture (Sutherland and Hodgman 1974).
 fn clipped(polygon: &[Pixel], width: usize, height: usize) -> Vec<Pixel> {
     let (right, bottom) = (width as f64, height as f64);
     let inside: [&dyn Fn(&Pixel) -> f64; 4] = [&|p| p.x, &|p| right - p.x, &|p| p.y, &|p| bottom - p.y];
@@ -407,10 +408,10 @@ fn clipped(polygon: &[Pixel], width: usize, height: usize) -> Vec<Pixel> {
     })
 }
 
-/// How much of each pixel polygons cover, exactly: every edge adds the area to its right, row by row.
+/// The exact fraction of each pixel that polygons cover: every edge adds the area to its right, row by row.
 struct Cover {
     width: usize,
-    /// Changes along each row; their running sum is the cover.
+    /// Changes along each row; their running sum is the covered fraction.
     changes: Vec<f32>,
 }
 
@@ -440,18 +441,18 @@ impl Cover {
     fn add_in_row(&mut self, row: usize, (a, b): (f64, f64), drop: f64) {
         let (low, high) = (a.min(b), a.max(b));
         let changes = &mut self.changes[row * (self.width + 2)..][..self.width + 2];
-        // The piece's share of each column it crosses, and how far right in that column it lies on average.
+        // The fraction of the piece in each column that it crosses, and its mean position in that column
         for column in low.floor() as usize..=high.floor() as usize {
             let (from, to) = (low.max(column as f64), high.min(column as f64 + 1.0));
-            let share = if high > low { (to - from) / (high - low) } else { 1.0 };
+            let fraction = if high > low { (to - from) / (high - low) } else { 1.0 };
             let right_of_it = 1.0 - (f64::midpoint(from, to) - column as f64);
-            let d = drop * share;
+            let d = drop * fraction;
             changes[column] += (d * right_of_it) as f32;
             changes[column + 1] += (d * (1.0 - right_of_it)) as f32;
         }
     }
 
-    /// The cover of each pixel of each row.
+    /// The covered fraction of each pixel, row by row.
     fn rows(&self) -> impl Iterator<Item = impl Iterator<Item = f32> + '_> + '_ {
         self.changes.chunks_exact(self.width + 2).map(|changes| {
             let sum = changes.iter().scan(0.0_f32, |sum, change| {
@@ -463,7 +464,7 @@ impl Cover {
     }
 }
 
-/// Every row convolved with the kernel, its ends repeated.
+/// Every row convolved with the kernel, with its end pixels repeated.
 fn convolved(greys: &[f32], width: usize, kernel: &[f32]) -> Vec<f32> {
     let reach = kernel.len() / 2;
     let mut out = Vec::with_capacity(greys.len());
@@ -513,7 +514,7 @@ mod tests {
     const ROUNDING_PX: f64 = 5e-3;
 
     #[test]
-    fn a_drawn_disc_has_its_centre_and_area_where_the_camera_sees_them() {
+    fn a_drawn_disc_has_the_centre_and_area_that_the_camera_predicts() {
         for (blur_px, height_m) in [(0.0, 0.0), (0.7, 0.0), (1.5, 0.1)] {
             let view = view(blur_px);
             let place = Point::new(0.0312, -0.0537);
@@ -529,7 +530,7 @@ mod tests {
     }
 
     #[test]
-    fn what_moves_is_smeared_along_its_way_about_the_middle_of_the_exposure() {
+    fn motion_blur_is_centred_on_the_middle_of_the_exposure() {
         let mut view = view(0.5);
         view.camera.exposure_s = Some(0.02);
         let square = Shape::Rectangle { size_m: [0.02, 0.02] };
@@ -545,7 +546,7 @@ mod tests {
     }
 
     #[test]
-    fn a_rolling_shutter_sees_lower_rows_later() {
+    fn a_rolling_shutter_exposes_lower_rows_later() {
         let mut view = view(0.5);
         view.camera.readout_s = 0.02;
         let bar = Shape::Rectangle { size_m: [0.02, 0.3] };
@@ -575,7 +576,7 @@ mod tests {
     }
 
     #[test]
-    fn a_block_hides_what_stands_behind_it_and_shows_its_sides() {
+    fn a_block_covers_what_is_behind_it_and_shows_its_sides() {
         let view = view(0.0);
         let block = Thing {
             thickness_m: 0.1,

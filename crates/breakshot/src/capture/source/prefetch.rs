@@ -1,45 +1,46 @@
-//! Frames decoded while the last ones are still looked at.
+//! Decoding the next frames in a thread of its own while the caller processes the last ones.
 
-use super::error::Refusal;
+use super::error::SourceError;
 use crate::capture::image::Frame;
 use crate::error::Result;
 use std::path::PathBuf;
 use std::sync::mpsc::{Receiver, sync_channel};
 
-/// So many frames wait to be looked at: more would only take memory.
+/// Number of decoded frames that may wait for the caller: more would only take memory.
 const FRAMES: usize = 2;
 
-/// The same frames, decoded by a thread of their own.
-pub(super) fn ahead<I>(path: PathBuf, frames: I) -> Ahead
+/// The same frames, decoded by another thread.
+pub(super) fn prefetch<I>(path: PathBuf, frames: I) -> Prefetch
 where
     I: Iterator<Item = Result<Frame>> + Send + 'static,
 {
-    let (sender, frames_to_come) = sync_channel(FRAMES);
+    let (sender, receiver) = sync_channel(FRAMES);
     std::thread::spawn(move || {
         for frame in frames {
             if sender.send(Some(frame)).is_err() {
                 return;
             }
         }
-        // Whoever hears no end must take it for an accident; whoever has gone needs no end.
+        // An explicit end marker: without it the receiver reports that this thread died.  An error here means that the
+        // receiver has been dropped and needs no end.
         let _ = sender.send(None);
     });
-    Ahead { path, frames: Some(frames_to_come) }
+    Prefetch { path, frames: Some(receiver) }
 }
 
-/// The receiving end.
-pub(super) struct Ahead {
+/// The receiving end of a decoding thread.
+pub(super) struct Prefetch {
     path: PathBuf,
     frames: Option<Receiver<Option<Result<Frame>>>>,
 }
 
-impl Iterator for Ahead {
+impl Iterator for Prefetch {
     type Item = Result<Frame>;
 
     fn next(&mut self) -> Option<Self::Item> {
         let received = self.frames.as_ref()?.recv();
         let next = received.unwrap_or_else(|_| {
-            Some(Err(Refusal::damaged("a film whose decoding ended without a word").of(&self.path)))
+            Some(Err(SourceError::damaged("a film whose decoding thread died").for_file(&self.path)))
         });
         if !matches!(next, Some(Ok(_))) {
             self.frames = None;
@@ -59,21 +60,19 @@ mod tests {
 
     #[test]
     fn all_frames_come_in_their_order() {
-        let frames: Vec<f64> = ahead("film".into(), (0..9).map(|n| Ok(frame(f64::from(n)))))
+        let frames: Vec<f64> = prefetch("film".into(), (0..9).map(|n| Ok(frame(f64::from(n)))))
             .map(|f| f.expect("a frame").time_s)
             .collect();
-        assert_eq!(frames, (0..9).map(f64::from).collect::<Vec<_>>());
+        assert_eq!(frames, (0..9).map(f64::from).collect::<Vec<_>>(), "times (s)");
     }
 
     #[test]
-    fn a_film_that_is_left_early_ends_its_thread_and_a_lost_thread_is_an_error() {
-        assert!(ahead("film".into(), (0..).map(|n| Ok(frame(f64::from(n))))).nth(3).is_some());
+    fn dropping_the_frames_ends_the_thread_and_a_dead_thread_is_an_error() {
+        assert!(prefetch("film".into(), (0..).map(|n| Ok(frame(f64::from(n))))).nth(3).is_some());
         let (sender, frames) = sync_channel(1);
         drop::<std::sync::mpsc::SyncSender<_>>(sender);
-        let mut lost = Ahead { path: "film".into(), frames: Some(frames) };
-        assert!(
-            lost.next().is_some_and(|said| said.is_err_and(|e| e.to_string().contains("without a word")))
-        );
+        let mut lost = Prefetch { path: "film".into(), frames: Some(frames) };
+        assert!(lost.next().is_some_and(|next| next.is_err_and(|e| e.to_string().contains("thread died"))));
         assert!(lost.next().is_none());
     }
 }

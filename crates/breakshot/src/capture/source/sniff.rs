@@ -1,34 +1,37 @@
-//! What is this file, by its first bytes?
+//! Which format has this file, according to its first bytes?
 
-use super::error::Refusal;
+use super::error::SourceError;
 use crate::error::{Error, Result};
 use std::fs::File;
 use std::io::{Read, Seek, SeekFrom};
 use std::path::Path;
 
-/// Enough of a file to tell what it is: two packets of a Blu-ray transport stream.
+/// Number of bytes that identify a format: two packets of a Blu-ray transport stream.
 const HEAD_BYTES: u64 = 400;
 
-/// The kinds of films that are read.
+/// The formats that are read.
 pub(super) enum Kind {
     Mp4(File),
     Y4m(File),
     Png,
     Folder,
-    /// A film of a kind that only `ffmpeg` reads.
-    Foreign(Refusal),
+    /// A film in a format that only `ffmpeg` decodes.
+    Other(SourceError),
 }
 
-/// The kind of what lies at `path`, or an error that says what it is instead.
+/// The format of the file or folder at `path`.
+///
+/// # Errors
+/// An unreadable file, or one of another format, which the error names.
 pub(super) fn of(path: &Path) -> Result<Kind> {
     let unreadable = |source| Error::Read { path: path.into(), source };
     let metadata = std::fs::metadata(path).map_err(unreadable)?;
     if metadata.is_dir() {
         return Ok(Kind::Folder);
     }
-    // A pipe or a device would make reading wait for ever.
+    // Reading a pipe or a device could block for ever.
     if !metadata.is_file() {
-        return Err(Refusal::foreign("not a regular file").of(path));
+        return Err(SourceError::unsupported("not a regular file").for_file(path));
     }
     let mut file = File::open(path).map_err(unreadable)?;
     let mut head = Vec::new();
@@ -43,8 +46,8 @@ pub(super) fn of(path: &Path) -> Result<Kind> {
     if is_mp4(&head) {
         return Ok(Kind::Mp4(file));
     }
-    let foreign = foreign(&head);
-    if foreign.convertible { Ok(Kind::Foreign(foreign)) } else { Err(foreign.of(path)) }
+    let error = unsupported(&head);
+    if error.convertible { Ok(Kind::Other(error)) } else { Err(error.for_file(path)) }
 }
 
 pub(super) fn is_png(head: &[u8]) -> bool {
@@ -61,8 +64,8 @@ fn is_mp4(head: &[u8]) -> bool {
         && !(at(4) == Some(b"ftyp") && still.iter().any(|brand| at(8) == Some(&brand[..])))
 }
 
-/// Known kinds that are not read: where the mark stands, the mark, and what the file then is.
-const FOREIGN: [(usize, &[u8], &str); 25] = [
+/// Known formats that are not read: offset of the signature, signature, name.
+const UNSUPPORTED: [(usize, &[u8], &str); 25] = [
     (4, b"ftypavif", "an AVIF picture"),
     (4, b"ftypcrx ", "a Canon raw picture"),
     (4, b"ftyp", "a HEIF picture"),
@@ -90,32 +93,32 @@ const FOREIGN: [(usize, &[u8], &str); 25] = [
     (0, b"\x1f\x8b", "a gzip archive"),
 ];
 
-/// What the file is instead of a film that is read.
-fn foreign(head: &[u8]) -> Refusal {
+/// The error for a file of another format.
+fn unsupported(head: &[u8]) -> SourceError {
     if head.is_empty() {
-        return Refusal::foreign("an empty file");
+        return SourceError::unsupported("an empty file");
     }
     let synchronised = |first: usize, step: usize| {
         head.len() > first + step && head[first] == 0x47 && head[first + step] == 0x47
     };
     if synchronised(0, 188) || synchronised(4, 192) {
-        return Refusal::convertible("an MPEG transport stream (TS, MTS: AVCHD)");
+        return SourceError::convertible("an MPEG transport stream (TS, MTS: AVCHD)");
     }
     let known =
-        FOREIGN.iter().find(|(at, mark, _)| head.get(*at..).is_some_and(|rest| rest.starts_with(mark)));
+        UNSUPPORTED.iter().find(|(at, mark, _)| head.get(*at..).is_some_and(|rest| rest.starts_with(mark)));
     if let Some((_, _, what)) = known {
         let read = ["film", "stream", "JPEG", "BMP", "TIFF", "PGM", "PPM", "GIF", "WebP"];
         let convertible = !what.contains("bare") && read.iter().any(|word| what.contains(word));
-        return if convertible { Refusal::convertible(*what) } else { Refusal::foreign(*what) };
+        return if convertible { SourceError::convertible(*what) } else { SourceError::unsupported(*what) };
     }
     if head.iter().all(|&byte| byte == 0) {
-        return Refusal::foreign("a file that begins with zeros");
+        return SourceError::unsupported("a file that begins with zeros");
     }
     if is_text(head) {
-        return Refusal::foreign("a text file");
+        return SourceError::unsupported("a text file");
     }
     let start: Vec<String> = head.iter().take(8).map(|byte| format!("{byte:02x}")).collect();
-    Refusal::foreign(format!("a file of unknown kind (it starts with {})", start.join(" ")))
+    SourceError::unsupported(format!("a file of unknown kind (it starts with {})", start.join(" ")))
 }
 
 fn is_text(head: &[u8]) -> bool {
@@ -135,7 +138,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_file_is_named_by_its_content() {
+    fn the_content_of_a_file_decides_its_format() {
         for (bytes, what) in [
             (&b""[..], "empty"),
             (b"hello, this is no film\n", "text"),
@@ -146,11 +149,11 @@ mod tests {
             (b"\0\0\0\x01\x67\x64\0\x1e", "bare H.264"),
             (b"\x01\x02\x03\xfe", "01 02 03 fe"),
         ] {
-            let found = foreign(bytes).found;
+            let found = unsupported(bytes).found;
             assert!(found.contains(what), "found `{found}`, which does not name `{what}`");
         }
         let mut stream = vec![0; 400];
         (stream[4], stream[196]) = (0x47, 0x47);
-        assert!(foreign(&stream).found.contains("AVCHD"));
+        assert!(unsupported(&stream).found.contains("AVCHD"));
     }
 }

@@ -1,16 +1,16 @@
-//! Do the times of the frames grow evenly?
+//! Do the times of the frames grow uniformly?
 
 use crate::statistics::upper_median;
 
-/// Steps that differ from the usual one by less are the usual step: clocks are rounded, cameras jitter.
+/// Relative difference from the median step below which a step counts as usual: clocks are rounded, cameras jitter.
 const STEP_TOLERANCE: f64 = 0.2;
-/// A rate is called variable when more than this share of the steps is unusual.
-const VARIABLE_SHARE: f64 = 0.05;
+/// Fraction of unusual steps above which the frame rate counts as variable.
+const VARIABLE_FRACTION: f64 = 0.05;
 
-/// What time stamps must do.
+/// The requirement on time stamps, for messages.
 pub(crate) const NEEDED_TIMES: &str = "time stamps that grow from frame to frame";
 
-/// What is odd about the times of the frames (s), which a clock of steps `tick_s` gave: gaps and a changing rate.
+/// Warnings about the times of the frames (s), which are multiples of `tick_s`: gaps and a variable frame rate.
 pub(crate) fn warnings(times_s: &[f64], tick_s: f64) -> Vec<String> {
     let steps: Vec<f64> = times_s.windows(2).map(|pair| pair[1] - pair[0]).collect();
     let Some(usual) = upper_median(steps.iter().copied()) else {
@@ -37,7 +37,7 @@ pub(crate) fn warnings(times_s: &[f64], tick_s: f64) -> Vec<String> {
             1e3 * usual
         ));
     }
-    if f64::from(unusual) > VARIABLE_SHARE * steps.len() as f64 {
+    if f64::from(unusual) > VARIABLE_FRACTION * steps.len() as f64 {
         let shortest = steps.iter().copied().fold(f64::INFINITY, f64::min);
         let longest = steps.iter().copied().fold(0.0, f64::max);
         warnings.push(format!(
@@ -55,7 +55,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn gaps_are_counted_and_jitter_is_not() {
+    fn gaps_are_counted_and_rounded_clocks_are_not_gaps() {
         let even: Vec<f64> = (0..60).map(|n| f64::from(n) / 60.0).collect();
         assert_eq!(warnings(&even, 1e-5), Vec::<String>::new());
         // Times in whole milliseconds: steps of 16 and 17 ms.
@@ -63,15 +63,18 @@ mod tests {
         assert_eq!(warnings(&rounded, 1e-3), Vec::<String>::new());
         let gaps: Vec<f64> =
             even.iter().enumerate().filter(|(n, _)| ![20, 40, 41].contains(n)).map(|(_, t)| *t).collect();
-        let said = warnings(&gaps, 1e-5);
-        assert!(said.len() == 1 && said[0].starts_with("3 frames are missing in 2 gaps"), "said: {said:?}");
-        assert!(said[0].contains("after 0.317 s"), "said: {said:?}");
+        let found = warnings(&gaps, 1e-5);
+        assert!(
+            found.len() == 1 && found[0].starts_with("3 frames are missing in 2 gaps"),
+            "warnings: {found:?}"
+        );
+        assert!(found[0].contains("after 0.317 s"), "warnings: {found:?}");
     }
 
     #[test]
-    fn a_varying_rate_is_named() {
+    fn a_variable_frame_rate_is_a_warning() {
         let times_s: Vec<f64> = (0..40).map(|n: i32| f64::from(n) / 30.0 + 0.01 * f64::from(n % 3)).collect();
-        let said = warnings(&times_s, 1e-5);
-        assert!(said.iter().any(|w| w.contains("rate varies")), "said: {said:?}");
+        let found = warnings(&times_s, 1e-5);
+        assert!(found.iter().any(|w| w.contains("rate varies")), "warnings: {found:?}");
     }
 }

@@ -1,51 +1,50 @@
-//! Where exactly do the four sides of a tag run?
+//! Where are the four sides of a tag, to a hundredth of a pixel?
 //!
-//! Across each side the grey rises from black to white; a smooth step, its height and middle free to change along
-//! the side, is fitted to every pixel of the band.  Blur widens the step and does not move it.  Once the tag is read,
-//! the next steps to either side are part of the model, the code inside and the table outside: what blurs in from
-//! them does not move it either.
+//! Across each side the grey rises from black to white.  A smooth step whose height and middle may vary along the side
+//! is fitted to all pixels of a band about it; blur widens the step without moving it.  Once the tag is decoded, the
+//! neighbouring steps are part of the model (the code inside, the table outside), so that their blur does not bias it.
 
 use super::family;
-use super::undistorted::Straight;
+use super::undistortion::Undistortion;
 use crate::capture::homography::Homography;
 use crate::capture::image::GreyImage;
 use crate::geometry::{Pixel, Point};
 use crate::statistics::{STD_OVER_MEDIAN_ABSOLUTE, upper_median};
 use nalgebra::{SMatrix, SVector};
 
-/// How many bits the band reaches inwards and outwards before the tag is read: past them the code and the table begin...
+/// Reach of the band inwards and outwards before the tag is decoded (bits): beyond it the code and the table begin...
 const UNREAD_BITS: [f64; 2] = [0.85, 0.85];
-/// ... and after: up to the middle of the code's first row, and to the end of the margin.
+/// ... and after it is decoded: up to the middle of the code's first row, and to the end of the margin.
 const READ_BITS: [f64; 2] = [1.5, 1.0];
-/// A band never reaches farther before the step's width is known (px): none of a usable picture is wider.
+/// Largest reach of a band before the step's width is known (px): steps of usable pictures are narrower.
 const BAND_MOST_PX: f64 = 6.0;
-/// Nor less far: a step needs pixels on both sides.
+/// Smallest reach (px): a step needs pixels on both sides.
 const BAND_LEAST_PX: f64 = 1.2;
-/// Once the width of a step is known, this many of it show all of its rise.
+/// Reach of a band in widths of its step, once that is known: it contains the whole rise.
 const BAND_WIDTHS: f64 = 4.0;
-/// Longer sides are sampled at this many places.
+/// Largest number of sampled columns (or rows) along a side.
 const MOST_COLUMNS: usize = 80;
-/// A fit that moves the corners by less than this (px) is the last, before and after the tag is read: what the next
-/// would add is of second order.
-const SETTLED_PX: [f64; 2] = [0.2, 0.01];
-/// Fits until they settle.
+/// Largest motion of the corners in the last fit (px), before and after the tag is decoded: a further fit would change
+/// them to second order only.
+const CONVERGED_PX: [f64; 2] = [0.2, 0.01];
+/// Largest number of fits.
 const MOST_FITS: usize = 6;
 
-/// The corners of the quad near these, where straight lines are straight; `None` unless each side is one dark to
-/// light step.
+/// The undistorted corners of the quad near these pixels, and the steps of its sides; `None` unless each side is a step
+/// from dark to light.
 ///
-/// `word` is the tag's code, if it is known, its top left corner then being the first one; `steps` are those that an
-/// earlier fit found at the same sides.
+/// `word` is the tag's code, if it is known; the first corner is then its top left one.  `steps` are the results of an
+/// earlier fit of the same sides.
 pub(super) fn fitted(
     image: &GreyImage,
-    straight: &Straight,
+    undistortion: &Undistortion,
     near_px: [Pixel; 4],
     word: Option<u64>,
     mut steps: [Option<Step>; 4],
 ) -> Option<([Pixel; 4], [Option<Step>; 4])> {
     let mut corners = [Pixel::default(); 4];
     for (ideal, near) in corners.iter_mut().zip(near_px) {
-        *ideal = straight.straightened(near)?;
+        *ideal = undistortion.undistorted(near)?;
     }
     let start = corners;
     for _ in 0..MOST_FITS {
@@ -53,9 +52,10 @@ pub(super) fn fitted(
         let square = Square::of(&corners)?;
         for k in 0..4 {
             let side = Side::between(corners[k], corners[(k + 1) % 4]);
-            let rim = Rim { square: &square, k, row: word.map(|word| family::outer_row(word, k)), side };
-            let band = rim.band(steps[k].as_ref())?;
-            let samples = rim.samples(image, straight, &band)?;
+            let model =
+                SideModel { square: &square, k, row: word.map(|word| family::outer_row(word, k)), side };
+            let band = model.band(steps[k].as_ref())?;
+            let samples = model.samples(image, undistortion, &band)?;
             let step = Step::fitted(&samples, &band, steps[k])?;
             sides[k] = side.moved(&step);
             steps[k] = Some(step);
@@ -70,15 +70,15 @@ pub(super) fn fitted(
         if strayed {
             return None;
         }
-        if moved_px < SETTLED_PX[usize::from(word.is_some())] {
+        if moved_px < CONVERGED_PX[usize::from(word.is_some())] {
             break;
         }
     }
-    // Noise may keep the last digits moving; what is left is far below a pixel.
+    // Without convergence the rest of the motion is far below a pixel.
     Some((corners, steps))
 }
 
-/// The tag's black square, eight bits by eight, in the straight picture.
+/// The maps between the tag's black square (eight by eight bits) and the undistorted picture.
 struct Square {
     pixel_from_bits: Homography,
     bits_from_pixel: Homography,
@@ -92,12 +92,12 @@ impl Square {
     }
 }
 
-/// A side of a quad that runs clockwise: its outside lies to the left as one looks along it.
+/// A side of a clockwise quad: its outside is on the left of its direction.
 #[derive(Clone, Copy)]
 struct Side {
     from: Pixel,
     length_px: f64,
-    /// Unit vector along it.
+    /// Unit vector from its start to its end.
     along: (f64, f64),
 }
 
@@ -107,73 +107,73 @@ impl Side {
         Self { from, length_px, along: ((to.x - from.x) / length_px, (to.y - from.y) / length_px) }
     }
 
-    /// How far outside the side's line a place lies (px).
+    /// The distance of a pixel from the side's line, positive outside (px).
     fn across(&self, p: Pixel) -> f64 {
         (p.x - self.from.x) * self.along.1 - (p.y - self.from.y) * self.along.0
     }
 
-    fn at(&self, part: f64, across_px: f64) -> Pixel {
+    fn at(&self, fraction: f64, across_px: f64) -> Pixel {
         let (dx, dy) = self.along;
-        let (a, b) = (part * self.length_px, across_px);
+        let (a, b) = (fraction * self.length_px, across_px);
         Pixel::new(self.from.x + a * dx + b * dy, self.from.y + a * dy - b * dx)
     }
 
     fn moved(&self, step: &Step) -> Self {
-        let [offset_px, slant_px, ..] = step.numbers;
+        let [offset_px, slant_px, ..] = step.parameters;
         Self::between(self.at(0.0, offset_px - slant_px / 2.0), self.at(1.0, offset_px + slant_px / 2.0))
     }
 
-    /// Where two sides' lines meet.
+    /// The intersection of two sides' lines.
     fn crossing(&self, next: &Self) -> Option<Pixel> {
-        let turn = self.along.0 * next.along.1 - self.along.1 * next.along.0;
-        let part = -next.across(self.from) / turn / self.length_px;
-        let meets = turn.abs() > PARALLEL && part.is_finite();
-        meets.then(|| self.at(part, 0.0))
+        let sine = self.along.0 * next.along.1 - self.along.1 * next.along.0;
+        let fraction = -next.across(self.from) / sine / self.length_px;
+        let meets = sine.abs() > PARALLEL && fraction.is_finite();
+        meets.then(|| self.at(fraction, 0.0))
     }
 }
 
-/// Neighbouring sides closer to parallel than this (rad) do not meet in a corner.
+/// Smallest angle between neighbouring sides (rad).
 const PARALLEL: f64 = 0.15;
 
-/// Side `k` of the square and what lies to either side of it.
-struct Rim<'a> {
+/// Side `k` of the square and the bits on both sides of it.
+struct SideModel<'a> {
     square: &'a Square,
     k: usize,
     side: Side,
-    /// Which bits of the code's row behind the border are white, along the side; unknown until the tag is read.
+    /// Which bits of the code's first row inside the border are white, along the side; `None` until the tag is decoded.
     row: Option<[bool; 6]>,
 }
 
-/// The pixels about a side that its step is fitted to.
-#[expect(clippy::struct_field_names, reason = "each is told in pixels")]
+/// The band of pixels about a side to which its step is fitted.
+#[expect(clippy::struct_field_names, reason = "every field is in pixels")]
 struct Band {
-    /// How far they reach inwards and outwards (px).
+    /// Its reach inwards and outwards (px).
     reach_px: [f64; 2],
-    /// How far they stay away from the side's ends, where the next side blurs in (px).
+    /// Its distance from the side's ends, where the blur of the next side begins (px).
     ends_px: f64,
-    /// How wide the step was found to be (px), if what lies next to it blurs into the band.
+    /// The width of the step (px), if the blur of neighbouring steps extends into the band.
     mixed_px: Option<f64>,
 }
 
 /// A pixel near a side.
 struct Sample {
-    /// Where along it: -0.5 to 0.5.
+    /// Position along the side, -0.5 to 0.5.
     along: f64,
-    /// How far outside it (px).
+    /// Distance from the side, positive outside (px).
     across_px: f64,
     grey: f64,
-    /// How far inside the side the code begins, and how far outside the table (px).
+    /// Distance from the side to the code inside and to the table outside (px).
     next_px: [f64; 2],
-    /// How white the code is there, 0 to 1.
+    /// White fraction of the code there, 0 to 1.
     white: f64,
 }
 
-/// Farther than any blur (px): the distance of what is not there.
+/// A distance beyond any blur (px), for neighbouring steps that are not modelled.
 const FAR_PX: f64 = 1e3;
 
-impl Rim<'_> {
-    /// A place so many bits along the side and so many inside it, in the square's bits.
-    fn place(&self, along: f64, inside: f64) -> Point {
+impl SideModel<'_> {
+    /// The point at these distances along the side and inside it (bits), in the square's coordinates.
+    fn square_point(&self, along: f64, inside: f64) -> Point {
         match self.k {
             0 => Point::new(along, inside),
             1 => Point::new(8.0 - inside, along),
@@ -182,9 +182,9 @@ impl Rim<'_> {
         }
     }
 
-    /// How far outside the side a place lies that is so many bits along and inside it (px).
+    /// The distance from the side's line of the point at these distances along and inside the side (px).
     fn across_px(&self, along: f64, inside: f64) -> Option<f64> {
-        self.square.pixel_from_bits.pixel(self.place(along, inside)).map(|p| self.side.across(p))
+        self.square.pixel_from_bits.pixel(self.square_point(along, inside)).map(|p| self.side.across(p))
     }
 
     fn band(&self, step: Option<&Step>) -> Option<Band> {
@@ -199,23 +199,23 @@ impl Rim<'_> {
     }
 
     /// The pixels of the band.
-    fn samples(&self, image: &GreyImage, straight: &Straight, band: &Band) -> Option<Vec<Sample>> {
+    fn samples(&self, image: &GreyImage, undistortion: &Undistortion, band: &Band) -> Option<Vec<Sample>> {
         let side = &self.side;
-        let (first, last) = (straight.bent(side.from)?, straight.bent(side.at(1.0, 0.0))?);
+        let (first, last) = (undistortion.distorted(side.from)?, undistortion.distorted(side.at(1.0, 0.0))?);
         let level = (last.x - first.x).abs() >= (last.y - first.y).abs();
-        // `u` counts along the side in the picture, column by column or row by row, `v` across it.
+        // `u` is the column (or row) along the side, `v` the row (or column) across it.
         let (start, end) = if level { (first.x, last.x) } else { (first.y, last.y) };
         let (low, high) = (start.min(end).ceil() as i64, start.max(end).floor() as i64);
         let reach = (band.reach_px[0].max(band.reach_px[1]) * std::f64::consts::SQRT_2).ceil() as i64 + 1;
         let stride = 1 + (high - low).max(0) as usize / MOST_COLUMNS;
         let mut samples = Vec::new();
         for u in (low..=high).step_by(stride) {
-            let middle = straight.bent(side.at((u as f64 - start) / (end - start), 0.0))?;
+            let middle = undistortion.distorted(side.at((u as f64 - start) / (end - start), 0.0))?;
             let middle = (if level { middle.y } else { middle.x }).round() as i64;
             for v in middle - reach..=middle + reach {
                 let (x, y) = if level { (u, v) } else { (v, u) };
                 let grey = image.grey(x, y)?;
-                let Some(ideal) = straight.straightened(Pixel::new(x as f64, y as f64)) else { continue };
+                let Some(ideal) = undistortion.undistorted(Pixel::new(x as f64, y as f64)) else { continue };
                 samples.extend(self.sample(ideal, grey, band));
             }
         }
@@ -247,58 +247,59 @@ impl Rim<'_> {
     }
 }
 
-/// A step from black to white, and the next ones to either side of it.
+/// The model of a grey step from black to white with its neighbouring steps.
 ///
-/// Its numbers: offset, slant, width (px), middle and height of the step, how much these two change along the side,
-/// and by how much the table is lighter than the margin.
+/// Its parameters: offset, slant, width (px), middle and height of the step (grey levels), the changes of these two along
+/// the side, and the grey of the table minus that of the margin.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Step {
-    numbers: [f64; STEP_NUMBERS],
-    /// The standard deviation of what it does not explain, dirt apart (grey levels).
-    typical: f64,
-    /// The same over everything, as a part of the step's height.
-    misfit: f64,
+    parameters: [f64; STEP_PARAMETERS],
+    /// Robust standard deviation of the residuals (grey levels).
+    residual_std: f64,
+    /// Root mean square of all residuals over the step's height.
+    relative_rms: f64,
 }
 
-const STEP_NUMBERS: usize = 8;
-/// A side worth fitting gives several pixels for each number.
+const STEP_PARAMETERS: usize = 8;
+/// Smallest number of samples of a fit: several per parameter.
 const FEWEST_SAMPLES: usize = 20;
-/// Steps lower than this many grey levels to either side of their middle tell nothing.
+/// Smallest height of a step above its middle (grey levels).
 const LEAST_STEP: f64 = 4.0;
-/// The highest step to either side of its middle: light that saturates the sensor may be a few times its range.
+/// Largest height of a step above its middle (grey levels): light that saturates the sensor may be a few times its range.
 const HIGHEST_STEP: f64 = 500.0;
-/// Gauss-Newton's steps until it settles...
+/// Largest number of Gauss-Newton steps...
 const MOST_STEPS: usize = 20;
-/// ... to this (px) ...
-const STEP_SETTLED_PX: f64 = 1e-3;
-/// ... of which the first find out how large a residual is typical.
-const WEIGHING_STEPS: usize = 4;
-/// A residual beyond this many times the typical one is dirt, and counts less.
-const TYPICAL_RESIDUALS: f64 = 3.0;
-/// No residual below a grey level, nor below this part of the step's height, is dirt: real steps have other shapes.
-const LEAST_RESIDUAL: (f64, f64) = (1.0, 0.04);
-/// No step is narrower than a pixel's own width allows (px).
+/// ... the change of a converged step (px) ...
+const STEP_CONVERGED_PX: f64 = 1e-3;
+/// ... and the number of first steps that estimate the residuals' standard deviation.
+const SCALE_STEPS: usize = 4;
+/// Scale of the robust weight 1 / (1 + r^2) of a residual (Cauchy), in standard deviations.
+const CAUCHY_SCALE: f64 = 3.0;
+/// Smallest standard deviation of the residuals: grey levels, and a fraction of the step's height, because real steps
+/// differ from the model.
+const LEAST_STD: (f64, f64) = (1.0, 0.04);
+/// Smallest width of a step (px): a pixel averages over its own width.
 const NARROWEST_PX: f64 = 0.35;
-/// By so many grey levels tables differ from margins.
+/// Prior standard deviation of the table's grey minus the margin's (grey levels).
 const GREY_SPREAD: f64 = 50.0;
-/// How much of a misfit is left in the place of a side.
-const MISFIT_LEFT: f64 = 0.3;
-/// The sensor's limits: what lies beyond them looks like them.
+/// Fraction of the residuals that remains in a side's position.
+const REMAINING_FRACTION: f64 = 0.3;
+/// Grey levels at which the sensor saturates.
 const SATURATED: (f64, f64) = (0.5, 254.5);
 
 impl Step {
-    /// The step that fits best; `None` if there is none from dark to light, or not within the band.
+    /// The fitted step; `None` if it does not rise from dark to light, or is outside the band.
     fn fitted(samples: &[Sample], band: &Band, before: Option<Self>) -> Option<Self> {
         if samples.len() < FEWEST_SAMPLES {
             return None;
         }
         let most_px = band.reach_px[0].max(band.reach_px[1]);
         let mut step = before.map_or_else(|| Self::guessed(samples, most_px), Self::recentred);
-        let weighing = if before.is_some() { 0 } else { WEIGHING_STEPS };
+        let scale_steps = if before.is_some() { 0 } else { SCALE_STEPS };
         for k in 0..MOST_STEPS {
             let (normal, right) = step.normal_equations(samples);
             let change = normal.cholesky()?.solve(&right);
-            let p = &mut step.numbers;
+            let p = &mut step.parameters;
             for (p, change) in p.iter_mut().zip(change.iter()) {
                 *p += change;
             }
@@ -306,18 +307,18 @@ impl Step {
             p[1] = p[1].clamp(-most_px, most_px);
             p[2] = p[2].clamp(NARROWEST_PX, most_px);
             p[4] = p[4].min(HIGHEST_STEP);
-            if k < weighing {
-                let middle = upper_median(samples.iter().map(|s| step.linearised(s).0.abs()))?;
-                let least = LEAST_RESIDUAL.0.max(LEAST_RESIDUAL.1 * step.numbers[4]);
-                step.typical = (middle * STD_OVER_MEDIAN_ABSOLUTE).max(least);
-            } else if change[0].abs() + change[1].abs() < STEP_SETTLED_PX {
+            if k < scale_steps {
+                let sizes = samples.iter().map(|s| step.linearised(s).0.abs());
+                let least = LEAST_STD.0.max(LEAST_STD.1 * step.parameters[4]);
+                step.residual_std = (upper_median(sizes)? * STD_OVER_MEDIAN_ABSOLUTE).max(least);
+            } else if change[0].abs() + change[1].abs() < STEP_CONVERGED_PX {
                 break;
             }
         }
         let squares: f64 = samples.iter().map(|s| step.linearised(s).0.powi(2)).sum();
-        step.misfit = (squares / samples.len() as f64).sqrt() / step.numbers[4].abs();
-        let p = &step.numbers;
-        let rises = p[4] > LEAST_STEP && p[4] > step.typical / 2.0;
+        step.relative_rms = (squares / samples.len() as f64).sqrt() / step.parameters[4].abs();
+        let p = &step.parameters;
+        let rises = p[4] > LEAST_STEP && p[4] > step.residual_std / 2.0;
         let inside = p[0].abs() + p[1].abs() / 2.0 < most_px;
         (rises && inside).then_some(step)
     }
@@ -332,49 +333,49 @@ impl Step {
         let (middle, height) = (f64::midpoint(black, white), (white - black) / 2.0);
         let width_px = (most_px / 2.5).max(NARROWEST_PX);
         Self {
-            numbers: [0.0, 0.0, width_px, middle, height, 0.0, 0.0, 0.0],
-            typical: f64::INFINITY,
-            misfit: 0.0,
+            parameters: [0.0, 0.0, width_px, middle, height, 0.0, 0.0, 0.0],
+            residual_std: f64::INFINITY,
+            relative_rms: 0.0,
         }
     }
 
-    /// The same step as seen from the side that was moved onto it.
+    /// The same step in the coordinates of the side that was moved onto it.
     fn recentred(mut self) -> Self {
-        (self.numbers[0], self.numbers[1]) = (0.0, 0.0);
+        (self.parameters[0], self.parameters[1]) = (0.0, 0.0);
         self
     }
 
     fn width_px(&self) -> f64 {
-        self.numbers[2]
+        self.parameters[2]
     }
 
-    /// About one standard deviation of the side's ends (px): grey that is not explained over the slope of the step;
-    /// noise averages out over a side of some tens of pixels, a shadow's edge or dirt does not quite.
+    /// About one standard deviation of the side's ends (px): residual grey over the slope of the step, times the fraction
+    /// that does not average out over a side of some tens of pixels, as with a shadow's edge or dirt.
     pub(super) fn std_px(&self) -> f64 {
-        MISFIT_LEFT * self.misfit * self.width_px()
+        REMAINING_FRACTION * self.relative_rms * self.width_px()
     }
 
-    /// What a pixel is lighter than expected, and how the expected grey changes with each number.
-    fn linearised(&self, s: &Sample) -> (f64, [f64; STEP_NUMBERS]) {
-        let [offset, slant, width, middle, height, middle_slant, height_slant, beyond] = self.numbers;
+    /// The residual of a sample (measured minus modelled grey) and the derivatives of the modelled grey by the parameters.
+    fn linearised(&self, s: &Sample) -> (f64, [f64; STEP_PARAMETERS]) {
+        let [offset, slant, width, middle, height, middle_slant, height_slant, beyond] = self.parameters;
         let from_step = s.across_px - offset - slant * s.along;
         let height = height + height_slant * s.along;
         let z = [from_step / width, (-from_step - s.next_px[0]) / width, (from_step - s.next_px[1]) / width];
         let [(step, step_slope), (code, code_slope), (table, table_slope)] = z.map(rise);
-        // From -1 in the black border to 1 in the margin, and up again where the code is white.
+        // From -1 in the black border to 1 in the margin, and towards 1 where the code is white.
         let shape = step + s.white * (code + 1.0);
         let expected = middle + middle_slant * s.along + height * shape + beyond * (table + 1.0) / 2.0;
-        let hidden =
+        let saturated =
             (s.grey > SATURATED.1 && expected > s.grey) || (s.grey < SATURATED.0 && expected < s.grey);
-        if hidden {
-            return (0.0, [0.0; STEP_NUMBERS]);
+        if saturated {
+            return (0.0, [0.0; STEP_PARAMETERS]);
         }
-        let by_place = height * (s.white * code_slope - step_slope) - beyond / 2.0 * table_slope;
+        let by_position = height * (s.white * code_slope - step_slope) - beyond / 2.0 * table_slope;
         let by_width =
             height * (step_slope * z[0] + s.white * code_slope * z[1]) + beyond / 2.0 * table_slope * z[2];
         let changes = [
-            by_place / width,
-            by_place / width * s.along,
+            by_position / width,
+            by_position / width * s.along,
             -by_width / width,
             1.0,
             shape,
@@ -390,26 +391,25 @@ impl Step {
         let mut right = SVector::zeros();
         for s in samples {
             let (residual, changes) = self.linearised(s);
-            let far = residual / (TYPICAL_RESIDUALS * self.typical);
+            let far = residual / (CAUCHY_SCALE * self.residual_std);
             let weight = 1.0 / (1.0 + far * far);
-            for i in 0..STEP_NUMBERS {
-                let weighed = weight * changes[i];
-                right[i] += weighed * residual;
+            for i in 0..STEP_PARAMETERS {
+                let weighted = weight * changes[i];
+                right[i] += weighted * residual;
                 for k in 0..=i {
-                    normal[(i, k)] += weighed * changes[k];
+                    normal[(i, k)] += weighted * changes[k];
                 }
             }
         }
-        // Where hardly any of the table is seen, its grey is the margin's.
-        let believed = (self.typical.min(GREY_SPREAD) / GREY_SPREAD).powi(2);
-        normal[(7, 7)] += believed;
-        right[7] -= believed * self.numbers[7];
+        // Prior: the table's grey equals the margin's
+        let prior = (self.residual_std.min(GREY_SPREAD) / GREY_SPREAD).powi(2);
+        normal[(7, 7)] += prior;
+        right[7] -= prior * self.parameters[7];
         (normal, right)
     }
 }
 
-/// From -1 to 1 as blur by a normal distribution of standard deviation 1 / sqrt(2) does it (the error function, to
-/// four parts in ten thousand), and its slope.
+/// The error function (to 4e-4) and its derivative: a step from -1 to 1 blurred by a normal distribution.
 fn rise(z: f64) -> (f64, f64) {
     if z < -FLAT {
         return (-1.0, 0.0);
@@ -420,10 +420,10 @@ fn rise(z: f64) -> (f64, f64) {
 
 /// erf z is close to tanh (a z + b z^3), a being its slope at zero, 2 / sqrt(pi).
 const ERF: (f64, f64) = (std::f64::consts::FRAC_2_SQRT_PI, 0.1009);
-/// So far out the error function differs from one by less than a hundredth of a grey level.
+/// Argument beyond which the error function counts as one: the difference is below a hundredth of a grey level.
 const FLAT: f64 = 3.0;
 
-type Normal = (SMatrix<f64, STEP_NUMBERS, STEP_NUMBERS>, SVector<f64, STEP_NUMBERS>);
+type Normal = (SMatrix<f64, STEP_PARAMETERS, STEP_PARAMETERS>, SVector<f64, STEP_PARAMETERS>);
 
-/// Keeps the equations solvable where a number has no say, such as the width of a step between two pixels.
+/// Added to the diagonal of the normal matrix, which is singular where the samples do not determine a parameter.
 const SINGULAR: f64 = 1e-9;

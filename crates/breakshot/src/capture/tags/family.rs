@@ -1,7 +1,7 @@
-//! The tag family 36h11: 587 code words of six by six bits, any two of which, however turned, differ in 11 bits or
+//! The tag family 36h11: 587 code words of six by six bits, of which any two, under any rotation, differ in 11 bits or
 //! more (Olson 2011, Wang and Olson 2016).
 
-use super::undistorted::Straight;
+use super::undistortion::Undistortion;
 use crate::capture::homography::Homography;
 use crate::capture::image::GreyImage;
 use crate::geometry::{Pixel, Point};
@@ -11,27 +11,27 @@ use nalgebra::{Matrix3, Vector3};
 const SIDE: usize = 6;
 /// Bits along a side of the black square: the code and its border.
 pub(super) const SQUARE: f64 = 8.0;
-/// Wrong bits that are put right: with 11 between any two words, 2 leave false alarms one in ten thousand quads.
+/// Number of wrong bits that are corrected: with a distance of 11 bits, 2 leave one false alarm in ten thousand quads.
 const WRONG_BITS: u32 = 2;
-/// Black and white closer than this many grey levels tell nothing.
+/// Smallest contrast of black and white (grey levels).
 const LEAST_CONTRAST: f64 = 8.0;
-/// A bit is the mean of places this far around its centre, in bits: well inside it.
+/// Distance of a bit's samples from its centre (bits).
 const BIT_SPREAD: f64 = 0.2;
 
-/// The number of the tag whose word this is, and how many corners on from the first its top left one is.
+/// The number of the tag with this code word, and the index of the corner that is its top left one.
 pub(super) fn identified(code: u64) -> Option<(u32, usize)> {
-    let mut turned = code;
+    let mut rotated = code;
     for turns in 0..4 {
-        let nearest = CODES.iter().enumerate().min_by_key(|&(_, &word)| (word ^ turned).count_ones())?;
-        if (nearest.1 ^ turned).count_ones() <= WRONG_BITS {
+        let nearest = CODES.iter().enumerate().min_by_key(|&(_, &word)| (word ^ rotated).count_ones())?;
+        if (nearest.1 ^ rotated).count_ones() <= WRONG_BITS {
             return u32::try_from(nearest.0).ok().map(|id| (id, turns));
         }
-        turned = quarter_turned(turned);
+        rotated = quarter_turned(rotated);
     }
     None
 }
 
-/// The word as it reads if the second corner is taken for the first.
+/// The word rotated by 90 degrees: the second corner becomes the first.
 fn quarter_turned(code: u64) -> u64 {
     let bit = |row: usize, column: usize| code >> (SIDE * SIDE - 1 - (row * SIDE + column)) & 1;
     (0..SIDE * SIDE).fold(0, |word, k| word << 1 | bit(k % SIDE, SIDE - 1 - k / SIDE))
@@ -53,17 +53,16 @@ pub(super) fn outer_row(word: u64, k: usize) -> [bool; SIDE] {
     })
 }
 
-/// The word inside a quad, row by row from its first corner, white is 1; `None` if nothing there is black in white.
+/// The code word inside a quad, row by row from its first corner, white is 1; `None` if the contrast is too low.
 ///
-/// Black and white are planes of grey fitted to the square's border and to its margin, so that shading does not
-/// matter.
-pub(super) fn code(image: &GreyImage, straight: &Straight, corners: &[Pixel; 4]) -> Option<u64> {
+/// Black and white are planes of grey fitted to the square's border and to its margin, which compensates shading.
+pub(super) fn code(image: &GreyImage, undistortion: &Undistortion, corners: &[Pixel; 4]) -> Option<u64> {
     let square = [(0.0, 0.0), (SQUARE, 0.0), (SQUARE, SQUARE), (0.0, SQUARE)];
     let pairs: Vec<_> = (0..4).map(|k| (Point::new(square[k].0, square[k].1), corners[k])).collect();
     let pixel_from_bits = Homography::fitted(&pairs)?;
     let grey = |x: f64, y: f64| {
         let ideal = pixel_from_bits.pixel(Point::new(x, y))?;
-        straight.bent(ideal).and_then(|p| image.grey_at(p))
+        undistortion.distorted(ideal).and_then(|p| image.grey_at(p))
     };
     let plane = |inset: f64| {
         let far = SQUARE - inset;
@@ -79,14 +78,14 @@ pub(super) fn code(image: &GreyImage, straight: &Straight, corners: &[Pixel; 4])
     (0..SIDE * SIDE).try_fold(0, |word, k| {
         let (x, y) = ((k % SIDE) as f64 + 1.5, (k / SIDE) as f64 + 1.5);
         let around = [-BIT_SPREAD, 0.0, BIT_SPREAD];
-        let places = around.iter().flat_map(|dx| around.map(|dy| (x + dx, y + dy)));
-        let sum: f64 = places.map(|(x, y)| grey(x, y)).sum::<Option<f64>>()?;
+        let samples = around.iter().flat_map(|dx| around.map(|dy| (x + dx, y + dy)));
+        let sum: f64 = samples.map(|(x, y)| grey(x, y)).sum::<Option<f64>>()?;
         let threshold = f64::midpoint(black.at(x, y), white.at(x, y));
         Some(word << 1 | u64::from(sum / 9.0 > threshold))
     })
 }
 
-/// A grey level that changes evenly over the tag.
+/// A grey level that is linear over the tag.
 struct Plane([f64; 3]);
 
 impl Plane {
@@ -107,7 +106,7 @@ impl Plane {
 
 /// The words, row by row from the top left, most significant bit first, 1 is white; upright as OpenCV 4 draws them.
 ///
-/// The pictures that the AprilTag project gives out are the same words turned by 180 degrees.
+/// The images of the AprilTag project are the same words rotated by 180 degrees.
 #[rustfmt::skip]
 #[expect(clippy::unreadable_literal, reason = "36 bits of a picture, not a quantity")]
 pub(crate) const CODES: [u64; 587] = [
@@ -192,27 +191,27 @@ mod tests {
     use super::*;
 
     #[test]
-    fn any_two_words_however_turned_differ_in_eleven_bits_or_more() {
+    fn any_two_words_under_any_rotation_differ_in_eleven_bits_or_more() {
         for (k, &word) in CODES.iter().enumerate() {
-            let mut turned = word;
+            let mut rotated = word;
             for turns in 0..4 {
                 for (other, &another) in CODES.iter().enumerate().skip(if turns == 0 { k + 1 } else { k }) {
-                    let bits = (turned ^ another).count_ones();
-                    assert!(bits >= 11, "{k} turned {turns} times and {other} differ in {bits} bits");
+                    let bits = (rotated ^ another).count_ones();
+                    assert!(bits >= 11, "{k} rotated {turns} times and {other} differ in {bits} bits");
                 }
-                turned = quarter_turned(turned);
+                rotated = quarter_turned(rotated);
             }
-            assert_eq!(turned, word, "four quarters make a turn");
+            assert_eq!(rotated, word, "four rotations by 90 degrees are the identity");
         }
     }
 
     #[test]
-    fn a_word_is_known_in_any_turn_and_with_two_wrong_bits() {
-        let mut turned = CODES[217] ^ (1 << 3) ^ (1 << 30);
+    fn a_word_is_identified_under_any_rotation_and_with_two_wrong_bits() {
+        let mut rotated = CODES[217] ^ (1 << 3) ^ (1 << 30);
         for turns in [0, 3, 2, 1] {
-            assert_eq!(identified(turned), Some((217, turns)));
-            turned = quarter_turned(turned);
+            assert_eq!(identified(rotated), Some((217, turns)));
+            rotated = quarter_turned(rotated);
         }
-        assert_eq!(identified(turned ^ (1 << 17)), None, "three wrong bits are too many");
+        assert_eq!(identified(rotated ^ (1 << 17)), None, "three wrong bits are too many");
     }
 }

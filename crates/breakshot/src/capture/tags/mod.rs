@@ -1,22 +1,22 @@
 //! Which AprilTags (36h11) does a picture show, and where are their corners?
 //!
-//! Dark patches with four straight sides are candidates ([`quads`]); their sides are fitted to a small part of a
-//! pixel where the grey rises from the tag's black border to its white margin ([`edges`]); what they enclose is read
-//! as a code word ([`family`]).  A known lens straightens the sides before they are fitted.
+//! Dark patches with four straight sides are candidates ([`quads`]); their sides are fitted with sub-pixel accuracy
+//! where the grey rises from the tag's black border to its white margin ([`edges`]); the bits inside are decoded
+//! as a code word ([`family`]).  If the lens is known, its distortion is removed before the sides are fitted.
 
 mod edges;
 mod family;
 mod quads;
 mod sheet;
-mod undistorted;
+mod undistortion;
 
-use super::camera::UNSEEN;
+use super::camera::NO_PIXEL;
 use super::image::GreyImage;
 use super::lens::Lens;
 use crate::cell::Tag;
 use crate::geometry::{Pixel, Point, Pose};
 use edges::Step;
-use undistorted::Straight;
+use undistortion::Undistortion;
 
 pub use sheet::tag_sheet;
 
@@ -27,34 +27,34 @@ pub(crate) use family::CODES;
 
 /// A tag in a picture.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct SeenTag {
+pub(super) struct DetectedTag {
     /// Its number.
     pub(super) id: u32,
     /// Top left, top right, bottom right, bottom left of the upright tag's black square (px).
     pub(super) corners_px: [Pixel; 4],
-    /// How its sides look: top, right, bottom, left.
+    /// The fitted grey steps of its sides: top, right, bottom, left.
     steps: [Option<Step>; 4],
 }
 
-impl SeenTag {
+impl DetectedTag {
     /// A tag known from an earlier picture.
-    pub(super) fn remembered(id: u32, corners_px: [Pixel; 4]) -> Self {
+    pub(super) fn from_earlier(id: u32, corners_px: [Pixel; 4]) -> Self {
         Self { id, corners_px, steps: [None; 4] }
     }
 
-    /// One standard deviation of each corner, as far as its sides' fits tell (px).
+    /// One standard deviation of each corner (px), from the residuals of its sides' fits; 0 without fits.
     pub(super) fn std_px(&self) -> [f64; 4] {
         let side = |k: usize| self.steps[k].as_ref().map_or(0.0, Step::std_px);
         [0, 1, 2, 3].map(|k| side(k).max(side((k + 3) % 4)))
     }
 
-    /// The picture of its centre: where its diagonals cross, whatever the perspective.
+    /// The pixel of its centre: the intersection of its diagonals, under any perspective.
     pub(super) fn center_px(&self) -> Pixel {
         let [a, b, c, d] = self.corners_px;
         let cross = |p: (f64, f64), q: (f64, f64)| p.0 * q.1 - p.1 * q.0;
         let (ac, bd, ab) = ((c.x - a.x, c.y - a.y), (d.x - b.x, d.y - b.y), (b.x - a.x, b.y - a.y));
-        let part = cross(ab, bd) / cross(ac, bd);
-        Pixel::new(a.x + part * ac.0, a.y + part * ac.1)
+        let fraction = cross(ab, bd) / cross(ac, bd);
+        Pixel::new(a.x + fraction * ac.0, a.y + fraction * ac.1)
     }
 
     fn side_px(&self) -> f64 {
@@ -63,8 +63,8 @@ impl SeenTag {
 }
 
 impl Tag {
-    /// The corners of its black square on the table: top left, top right, bottom right, bottom left where it reads
-    /// upright.
+    /// The corners of its black square on the table: top left, top right, bottom right, bottom left of the upright
+    /// tag (m).
     pub(super) fn corners_m(&self) -> [Point; 4] {
         let pose = Pose { position: self.center_m, yaw_rad: self.yaw_rad };
         let half = self.size_m / 2.0;
@@ -73,26 +73,26 @@ impl Tag {
     }
 }
 
-/// Where between the darkest (0) and the lightest (1) grey nearby a pixel stops being dark: half way first, then
-/// lower and higher for tags that a shadow or a glare crosses.
+/// Thresholds of dark pixels between the darkest (0) and the lightest (1) grey nearby: the middle first, then a lower
+/// and a higher one for tags crossed by a shadow or a glare.
 const THRESHOLDS: [f64; 3] = [0.5, 0.3, 0.7];
 
 /// Every tag of the family in the picture, in order of number.
 ///
-/// A first look at full size finds them in good light; unless it finds `enough`, further looks try other thresholds
-/// and a picture of half the size, which forgives noise and blur.
-pub(super) fn seen(
+/// A first pass at full size finds them in good light; unless it finds `enough`, further passes try other thresholds
+/// and a picture of half the size, which is less sensitive to noise and blur.
+pub(super) fn detected(
     image: &GreyImage,
     lens: Option<&Lens>,
-    enough: impl Fn(&[SeenTag]) -> bool,
-) -> Vec<SeenTag> {
-    let straight = Straight { lens };
+    enough: impl Fn(&[DetectedTag]) -> bool,
+) -> Vec<DetectedTag> {
+    let undistortion = Undistortion { lens };
     let mut tags = Vec::new();
     let half = (image.width >= 2 * SMALLEST_HALVED_PX && image.height >= 2 * SMALLEST_HALVED_PX)
         .then(std::cell::OnceCell::new);
     for threshold in THRESHOLDS {
         let whole = quads::dark_quads(image, threshold);
-        add(&mut tags, image, &straight, whole);
+        add(&mut tags, image, &undistortion, whole);
         if enough(&tags) {
             break;
         }
@@ -101,7 +101,7 @@ pub(super) fn seen(
             let double = |p: Pixel| Pixel::new(2.0 * p.x + 0.5, 2.0 * p.y + 0.5);
             let coarse =
                 quads::dark_quads(half, threshold).into_iter().map(|quad| quad.map(double)).collect();
-            add(&mut tags, image, &straight, coarse);
+            add(&mut tags, image, &undistortion, coarse);
             if enough(&tags) {
                 break;
             }
@@ -111,60 +111,61 @@ pub(super) fn seen(
     tags
 }
 
-/// Below this many pixels in half a picture there is no tag that the whole one does not show.
+/// Smallest side of the halved picture (px): in smaller ones no further tag can be found.
 const SMALLEST_HALVED_PX: usize = 32;
 
-fn add(tags: &mut Vec<SeenTag>, image: &GreyImage, straight: &Straight, quads: Vec<[Pixel; 4]>) {
+fn add(tags: &mut Vec<DetectedTag>, image: &GreyImage, undistortion: &Undistortion, quads: Vec<[Pixel; 4]>) {
     for quad in quads {
-        let Some(tag) = read(image, straight, quad) else { continue };
-        let apart = |other: &SeenTag| tag.center_px().distance_px(other.center_px()) > tag.side_px() / 2.0;
+        let Some(tag) = read(image, undistortion, quad) else { continue };
+        let apart =
+            |other: &DetectedTag| tag.center_px().distance_px(other.center_px()) > tag.side_px() / 2.0;
         if tags.iter().all(apart) {
             tags.push(tag);
         }
     }
 }
 
-/// The tag whose corners lie near these, whatever its number and turn.
-fn read(image: &GreyImage, straight: &Straight, near_px: [Pixel; 4]) -> Option<SeenTag> {
-    let (ideal, mut steps) = edges::fitted(image, straight, near_px, None, [None; 4])?;
-    let (id, turns) = family::identified(family::code(image, straight, &ideal)?)?;
-    let mut corners_px = ideal.map(|p| straight.bent(p).unwrap_or(UNSEEN));
+/// The tag whose corners are near these pixels, with any number and orientation.
+fn read(image: &GreyImage, undistortion: &Undistortion, near_px: [Pixel; 4]) -> Option<DetectedTag> {
+    let (ideal, mut steps) = edges::fitted(image, undistortion, near_px, None, [None; 4])?;
+    let (id, turns) = family::identified(family::code(image, undistortion, &ideal)?)?;
+    let mut corners_px = ideal.map(|p| undistortion.distorted(p).unwrap_or(NO_PIXEL));
     corners_px.rotate_left(turns);
     steps.rotate_left(turns);
-    // A tag that was read and yet does not fit its own code is covered in part; what was fitted stands.
-    let tag = SeenTag { id, corners_px, steps };
-    Some(known(image, straight, &tag).unwrap_or(tag))
+    // A tag that was decoded but does not fit its own code is partly covered: the first fit is kept.
+    let tag = DetectedTag { id, corners_px, steps };
+    Some(refined(image, undistortion, &tag).unwrap_or(tag))
 }
 
-/// The corners of a tag that was read, its code now part of the picture that is expected.
-fn known(image: &GreyImage, straight: &Straight, tag: &SeenTag) -> Option<SeenTag> {
+/// The corners of a decoded tag, fitted again with its code as part of the model.
+fn refined(image: &GreyImage, undistortion: &Undistortion, tag: &DetectedTag) -> Option<DetectedTag> {
     let word = CODES.get(tag.id as usize).copied();
-    let (ideal, steps) = edges::fitted(image, straight, tag.corners_px, word, tag.steps)?;
-    let corners_px = ideal.map(|p| straight.bent(p).unwrap_or(UNSEEN));
-    Some(SeenTag { id: tag.id, corners_px, steps })
+    let (ideal, steps) = edges::fitted(image, undistortion, tag.corners_px, word, tag.steps)?;
+    let corners_px = ideal.map(|p| undistortion.distorted(p).unwrap_or(NO_PIXEL));
+    Some(DetectedTag { id: tag.id, corners_px, steps })
 }
 
-/// The tag `id`, looked for where its corners should be; `None` if it does not lie there upright.
+/// The tag `id` near its predicted corners; `None` if it is not there or is rotated.
 ///
-/// Since nothing else is expected there, more bits may be wrong than in a tag met anywhere.
-pub(super) fn expected(
+/// More wrong bits are accepted than in [`detected`], because the number and the position are known.
+pub(super) fn detected_near(
     image: &GreyImage,
     lens: Option<&Lens>,
     id: u32,
     near_px: [Pixel; 4],
-) -> Option<SeenTag> {
-    let straight = Straight { lens };
-    let (ideal, steps) = edges::fitted(image, &straight, near_px, None, [None; 4])?;
-    let wrong = family::code(image, &straight, &ideal)? ^ CODES.get(id as usize)?;
-    let corners_px = ideal.map(|p| straight.bent(p).unwrap_or(UNSEEN));
-    let tag = SeenTag { id, corners_px, steps };
-    (wrong.count_ones() <= WRONG_BITS_EXPECTED).then(|| known(image, &straight, &tag)).flatten()
+) -> Option<DetectedTag> {
+    let undistortion = Undistortion { lens };
+    let (ideal, steps) = edges::fitted(image, &undistortion, near_px, None, [None; 4])?;
+    let wrong = family::code(image, &undistortion, &ideal)? ^ CODES.get(id as usize)?;
+    let corners_px = ideal.map(|p| undistortion.distorted(p).unwrap_or(NO_PIXEL));
+    let tag = DetectedTag { id, corners_px, steps };
+    (wrong.count_ones() <= WRONG_BITS_EXPECTED).then(|| refined(image, &undistortion, &tag)).flatten()
 }
 
-/// A pattern made by chance has half of its 36 bits wrong, and as few as this once in a million.
+/// Largest number of wrong bits: a random pattern has 18 of 36 wrong on average, and so few once in a hundred thousand.
 const WRONG_BITS_EXPECTED: u32 = 5;
 
-/// The same tag's corners in another picture in which it hardly moved, without reading it again.
-pub(super) fn again(image: &GreyImage, lens: Option<&Lens>, tag: &SeenTag) -> Option<SeenTag> {
-    known(image, &Straight { lens }, tag)
+/// The same tag's corners in another picture in which it hardly moved, without decoding it again.
+pub(super) fn redetected(image: &GreyImage, lens: Option<&Lens>, tag: &DetectedTag) -> Option<DetectedTag> {
+    refined(image, &Undistortion { lens }, tag)
 }

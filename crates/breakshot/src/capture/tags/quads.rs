@@ -1,23 +1,23 @@
-//! Where are dark patches with four straight sides?
+//! Which dark patches have four straight sides?
 
 use crate::capture::image::GreyImage;
 use crate::geometry::Pixel;
 
-/// Side of a tile over which the darkest and the lightest grey are taken (px); a threshold sees three by three tiles,
-/// so that a tag of 20 px finds its own black and white in them.
+/// Side of the tiles of which the darkest and the lightest grey are computed (px); a threshold uses three by three tiles,
+/// which contain black and white of a tag of 20 px.
 const TILE_PX: usize = 4;
-/// The least and the most that darkest and lightest must differ by to tell black from white (grey levels)...
+/// Smallest and largest contrast that is required to distinguish black from white (grey levels)...
 const CONTRAST: [u8; 2] = [10, 60];
-/// ... and in between, this many times what they differ by where there is nothing but noise.
+/// ... and in between this multiple of the contrast of noise.
 const CONTRAST_OVER_NOISE: f64 = 1.5;
-/// Patches shorter than this are no tags: eight bits of one pixel.
+/// Smallest side of a tag (px): eight bits of one pixel.
 const SHORTEST_PX: usize = 8;
-/// How much of a patch's convex hull its best quad must fill: a disc's fills 0.64.
+/// Fraction of a patch's convex hull that its quad must cover: that of a disc covers 0.64.
 const FILLED: f64 = 0.85;
 
-/// The corners of every patch, clockwise in the picture, good to a pixel or two.
+/// The corners of every quadrilateral patch, clockwise in the picture, accurate to one or two pixels.
 ///
-/// `threshold` says where between the darkest (0) and the lightest (1) grey nearby a pixel stops being dark.
+/// `threshold` is the limit of dark pixels between the darkest (0) and the lightest (1) grey nearby.
 pub(super) fn dark_quads(image: &GreyImage, threshold: f64) -> Vec<[Pixel; 4]> {
     if image.width < SHORTEST_PX || image.height < SHORTEST_PX {
         return Vec::new();
@@ -27,7 +27,7 @@ pub(super) fn dark_quads(image: &GreyImage, threshold: f64) -> Vec<[Pixel; 4]> {
     patches(&runs).iter().filter_map(|patch| quad(patch, image)).collect()
 }
 
-/// The grey below which a pixel is dark, tile by tile.
+/// The grey level below which a pixel is dark, for each tile; 0 where the contrast is too low.
 struct Levels {
     columns: usize,
     levels: Vec<u8>,
@@ -58,7 +58,7 @@ impl Levels {
     }
 }
 
-/// Every tile with the extreme of itself and its neighbours.
+/// The extreme of each tile and its eight neighbours.
 fn spread(tiles: &[u8], columns: usize, extreme: fn(u8, u8) -> u8) -> Vec<u8> {
     let mut wide = tiles.to_vec();
     for (row, wide) in tiles.chunks_exact(columns).zip(wide.chunks_exact_mut(columns)) {
@@ -75,7 +75,7 @@ fn spread(tiles: &[u8], columns: usize, extreme: fn(u8, u8) -> u8) -> Vec<u8> {
     both
 }
 
-/// Most of a picture is plain: the median difference between lightest and darkest is what noise makes.
+/// The required contrast: most of a picture is plain, so that the median contrast is that of noise.
 fn least_contrast(darkest: &[u8], lightest: &[u8]) -> u8 {
     let mut counts = [0_usize; 256];
     for (dark, light) in darkest.iter().zip(lightest) {
@@ -90,7 +90,7 @@ fn least_contrast(darkest: &[u8], lightest: &[u8]) -> u8 {
     wanted.clamp(f64::from(CONTRAST[0]), f64::from(CONTRAST[1])) as u8
 }
 
-/// Dark pixels side by side in a row, from `start` to before `end`; `patch` leads to the patch they belong to.
+/// Adjacent dark pixels of a row, from `start` to before `end`; `patch` is the run's parent in the union-find forest.
 struct Run {
     row: usize,
     start: usize,
@@ -98,7 +98,7 @@ struct Run {
     patch: usize,
 }
 
-/// Runs in order of row and column, joined into 4-connected patches.
+/// Runs in order of row and column, joined into 4-connected patches (union-find).
 fn dark_runs(image: &GreyImage, levels: &Levels) -> Vec<Run> {
     let mut runs: Vec<Run> = Vec::new();
     let mut above = 0..0;
@@ -181,7 +181,7 @@ fn patches(runs: &[Run]) -> Vec<Patch> {
     patches
 }
 
-/// The four corners of a patch, if four corners describe it and it lies inside the picture.
+/// The four corners of a patch, if a quadrilateral describes it and it is inside the picture.
 fn quad(patch: &Patch, image: &GreyImage) -> Option<[Pixel; 4]> {
     let (left, right) = (patch.iter().map(|p| p[1]).min()?, patch.iter().map(|p| p[2]).max()?);
     let inside = patch[0][0] > 0 && patch[patch.len() - 1][0] + 1 < image.height;
@@ -209,10 +209,10 @@ fn hull(patch: &Patch) -> Vec<Pixel> {
     [right, left].concat()
 }
 
-/// Adds the next point down one side of a hull; `turn` is the sense in which that side may bend.
-fn push_convex(side: &mut Vec<Pixel>, point: Pixel, turn: f64) {
+/// Adds the next point down one side of a hull; `sense` is the sign of the allowed change of direction.
+fn push_convex(side: &mut Vec<Pixel>, point: Pixel, sense: f64) {
     while let [.., a, b] = side[..]
-        && turn * ((b.x - a.x) * (point.y - b.y) - (b.y - a.y) * (point.x - b.x)) <= 0.0
+        && sense * ((b.x - a.x) * (point.y - b.y) - (b.y - a.y) * (point.x - b.x)) <= 0.0
     {
         side.pop();
     }
@@ -267,7 +267,7 @@ fn grow(hull: &[Pixel], corners: &mut [usize; 4]) {
 /// Each move goes to the neighbouring hull vertex; a hull has some tens.
 const MOST_MOVES: usize = 32;
 
-/// How far a point lies off the line from `a` to `b`; for clockwise hulls positive outside.
+/// The distance of a point from the line from `a` to `b` (px), positive outside a clockwise hull.
 fn height_px(a: Pixel, b: Pixel, point: Pixel) -> f64 {
     let length = a.distance_px(b).max(f64::MIN_POSITIVE);
     -((b.x - a.x) * (point.y - a.y) - (b.y - a.y) * (point.x - a.x)) / length

@@ -1,21 +1,21 @@
-//! Tags to print.
+//! Pages of tags for printing.
 
 use super::family::{CODES, is_white};
 use crate::error::{Error, Result};
 use std::fmt::Write;
 
-/// A4, and what no printer reaches of it (mm).
+/// The size of A4 and its unprintable margin (mm).
 const PAGE_MM: [f64; 2] = [210.0, 297.0];
 const UNPRINTED_MM: f64 = 10.0;
-/// Below a tag stands one line of text (mm).
+/// Height of the line of text below a tag (mm).
 const TEXT_MM: f64 = 5.0;
-/// Printers scale pages without asking; a ruler along this line finds out (mm).
+/// Length of a line with which the printed scale can be checked (mm).
 const CHECK_MM: f64 = 100.0;
-/// The text is no wider than its tag: a letter is on average so many times its font's height wide...
+/// The text is no wider than its tag: average width of a letter over its font's height...
 const LETTER_WIDTH: f64 = 0.52;
-/// ... which is at most this (mm).
+/// ... and the largest height (mm).
 const LARGEST_FONT_MM: f64 = 3.0;
-/// The least side of a tag worth printing (m).
+/// Smallest side of a printed tag (m).
 const LEAST_SIZE_M: f64 = 0.005;
 
 /// Pages of A4, each an SVG at true scale, with these tags of family 36h11, their black squares `size_m` wide, and a
@@ -92,18 +92,18 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_sheet_holds_every_tag_once_and_says_how_large_it_is() {
+    fn a_sheet_holds_every_tag_once_with_its_size() {
         let ids: Vec<u32> = (0..11).collect();
         let pages = tag_sheet(&ids, 0.05).expect("fits");
         assert_eq!(pages.len(), 2, "3 by 3 of them fit a page");
         for id in ids {
-            let told = format!("id {id}, size_m = 0.0500,");
-            assert_eq!(pages.iter().filter(|page| page.contains(&told)).count(), 1, "tag {id}");
+            let text = format!("id {id}, size_m = 0.0500,");
+            assert_eq!(pages.iter().filter(|page| page.contains(&text)).count(), 1, "tag {id}");
         }
     }
 
     #[test]
-    fn tags_that_do_not_exist_or_fit_are_refused() {
+    fn tags_that_do_not_exist_or_fit_are_an_error() {
         for (id, size_m, word) in [(587, 0.05, "587"), (0, 0.3, "0.3"), (0, f64::NAN, "NaN"), (0, -1.0, "-1")]
         {
             let message = tag_sheet(&[id], size_m).expect_err("refused").to_string();

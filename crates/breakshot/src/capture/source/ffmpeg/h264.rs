@@ -1,71 +1,72 @@
-//! H.264 that `ffmpeg` decodes, because the film is long enough for it to pay.
+//! Long H.264 films, decoded by `ffmpeg` because it is faster.
 //!
-//! Its frames are those of the built-in decoder, bit for bit; the times are our own reading of the file.  Whatever
-//! `ffmpeg` complains about, the built-in decoder judges: it goes on from there.
+//! The luma equals that of the built-in decoder bit for bit; the times are those of the built-in reader.  From the first
+//! frame at which `ffmpeg` reports an error, the built-in decoder continues, so that the same films are errors with and
+//! without `ffmpeg`.
 
 use crate::capture::image::Frame;
 use crate::capture::source::mp4::reader;
-use crate::capture::source::prefetch::Ahead;
+use crate::capture::source::prefetch::Prefetch;
 use crate::error::{Error, Result};
 use std::fs::File;
 use std::path::{Path, PathBuf};
 
-/// Times written in a file agree with `ffmpeg`'s within this (s): a clock ticks no faster.
+/// Largest difference of a frame's time from `ffmpeg`'s (s): clocks of films have longer periods.
 const SAME_TIME_S: f64 = 1e-6;
 
 /// The frames of one film.
-pub(crate) struct Handed {
+pub(crate) struct FfmpegH264 {
     path: PathBuf,
-    program: Box<dyn Iterator<Item = Result<Frame>> + Send>,
+    ffmpeg: Box<dyn Iterator<Item = Result<Frame>> + Send>,
     times_s: Vec<f64>,
     size_px: [usize; 2],
-    shown: usize,
-    /// The decoder of our own, once it had to take over.
-    own: Option<std::iter::Skip<Ahead>>,
+    returned: usize,
+    /// The built-in decoder, once `ffmpeg` has reported an error.
+    builtin: Option<std::iter::Skip<Prefetch>>,
 }
 
-impl Handed {
-    /// The frames that `program` gives, which are due at these times.
+impl FfmpegH264 {
+    /// The frames that `ffmpeg` decodes, with these display times.
     pub(crate) fn new(
         path: &Path,
-        program: Box<dyn Iterator<Item = Result<Frame>> + Send>,
+        ffmpeg: Box<dyn Iterator<Item = Result<Frame>> + Send>,
         times_s: Vec<f64>,
         size_px: [usize; 2],
     ) -> Self {
-        Self { path: path.into(), program, times_s, size_px, shown: 0, own: None }
+        Self { path: path.into(), ffmpeg, times_s, size_px, returned: 0, builtin: None }
     }
 
-    /// The same frames by the built-in decoder, from the one that is due.
-    fn taken_over(&self) -> Result<std::iter::Skip<Ahead>> {
+    /// The remaining frames by the built-in decoder.
+    fn builtin_frames(&self) -> Result<std::iter::Skip<Prefetch>> {
         let file =
             File::open(&self.path).map_err(|source| Error::Read { path: self.path.clone(), source })?;
-        let frames = reader::own(&self.path, file).map_err(|refusal| refusal.of(&self.path))?;
-        Ok(frames.skip(self.shown))
+        let frames = reader::frames(&self.path, file).map_err(|error| error.for_file(&self.path))?;
+        Ok(frames.skip(self.returned))
     }
 }
 
-impl Iterator for Handed {
+impl Iterator for FfmpegH264 {
     type Item = Result<Frame>;
 
     fn next(&mut self) -> Option<Self::Item> {
-        if let Some(own) = &mut self.own {
-            return own.next();
+        if let Some(builtin) = &mut self.builtin {
+            return builtin.next();
         }
-        match (self.program.next(), self.times_s.get(self.shown)) {
+        match (self.ffmpeg.next(), self.times_s.get(self.returned)) {
             (None, None) => None,
             (Some(Ok(frame)), Some(&time_s))
                 if (frame.time_s - time_s).abs() < SAME_TIME_S
                     && [frame.image.width, frame.image.height] == self.size_px =>
             {
-                self.shown += 1;
+                self.returned += 1;
                 Some(Ok(Frame { time_s, ..frame }))
             }
             _ => {
-                self.program = Box::new(std::iter::empty());
-                match self.taken_over() {
-                    Ok(own) => self.own.insert(own).next(),
+                self.ffmpeg = Box::new(std::iter::empty());
+                match self.builtin_frames() {
+                    Ok(frames) => self.builtin.insert(frames).next(),
                     Err(error) => {
-                        self.times_s.truncate(self.shown);
+                        self.times_s.truncate(self.returned);
                         Some(Err(error))
                     }
                 }
@@ -85,12 +86,12 @@ mod tests {
         Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/footage").join(film)
     }
 
-    /// All frames, and what was said about the film in their stead.
-    fn read(path: &Path, handed_from_px: Option<u64>) -> (Vec<Frame>, String) {
+    /// The frames before the first error, and the error's message or an empty text.
+    fn read(path: &Path, ffmpeg_from_px: Option<u64>) -> (Vec<Frame>, String) {
         let mut frames = Vec::new();
-        let opened = match open_mp4(path, File::open(path).unwrap(), handed_from_px) {
+        let opened = match open_mp4(path, File::open(path).unwrap(), ffmpeg_from_px) {
             Ok(opened) => opened,
-            Err(refusal) => return (frames, refusal.found),
+            Err(error) => return (frames, error.found),
         };
         for frame in opened.frames {
             match frame {
@@ -112,13 +113,13 @@ mod tests {
         bytes[middle..middle + 200].fill(0xff);
         std::fs::write(&damaged, bytes).unwrap();
         for path in [data("b_frames.mp4"), data("turned_90.mp4"), data("ntsc.mp4"), damaged] {
-            let (own, own_fault) = read(&path, None);
-            let (handed, fault) = read(&path, Some(0));
+            let (builtin, builtin_error) = read(&path, None);
+            let (ffmpeg, error) = read(&path, Some(0));
             let times = |frames: &[Frame]| frames.iter().map(|f| f.time_s).collect::<Vec<_>>();
-            assert_eq!(times(&own), times(&handed), "{}", path.display());
-            assert!(own == handed, "{}: other luma", path.display());
-            assert_eq!(own_fault, fault, "{}", path.display());
-            assert_eq!(own_fault.is_empty(), !path.ends_with("damaged.mp4"), "{own_fault}");
+            assert_eq!(times(&builtin), times(&ffmpeg), "{}", path.display());
+            assert!(builtin == ffmpeg, "{}: other luma", path.display());
+            assert_eq!(builtin_error, error, "{}", path.display());
+            assert_eq!(builtin_error.is_empty(), !path.ends_with("damaged.mp4"), "{builtin_error}");
         }
     }
 }

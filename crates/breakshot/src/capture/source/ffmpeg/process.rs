@@ -1,12 +1,12 @@
-//! Films that the built-in decoder does not read, or not as fast, through the program `ffmpeg`: luma and times, nothing else.
+//! Luma and times of a film's frames from a process of the program `ffmpeg`.
 //!
-//! One process gives both: luma planes on its output (a Y4M stream of nothing but luma), and on its error output, in
-//! front of each plane, a line with the time, size and depth of the frame (`showinfo`).  Frames come as they are
-//! stored: none is doubled or dropped to keep a rate, and grey levels are not stretched.
+//! The process writes luma planes to its standard output (a Y4M stream without colour) and, before each plane, a line
+//! with the time, size and bit depth of the frame to its standard error (`showinfo`).  Frames are not duplicated or
+//! dropped to keep a rate, and grey levels are not rescaled.
 
 use super::showinfo::{Info, Line};
 use crate::capture::image::{Frame, GreyImage};
-use crate::capture::source::error::Refusal;
+use crate::capture::source::error::SourceError;
 use crate::capture::source::limits::check_size;
 use crate::capture::source::opened::Opened;
 use crate::capture::source::timestamps::NEEDED_TIMES;
@@ -17,70 +17,70 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, ChildStdout, Command, Stdio};
 use std::sync::mpsc::{Receiver, channel};
 
-/// Codings of pixels whose luma can be taken out as it is; `ffmpeg` turns any other into the nearest of these.
+/// Pixel formats whose luma plane is extracted unchanged; `ffmpeg` converts any other format into the nearest of these.
 const PIXELS: &str = "yuv420p|yuvj420p|yuv422p|yuvj422p|yuv444p|yuvj444p|yuv440p|yuvj440p|yuv411p|yuv410p|gray\
     |yuv420p10le|yuv422p10le|yuv444p10le|yuv420p12le|yuv422p12le|yuv444p12le|gray10le|gray12le|gray16le";
-/// Each field of an interlaced film becomes a frame of its own: it was taken at a time of its own.
+/// The filter that makes a frame of each field of an interlaced film: fields are taken at different times.
 const FIELDS: &str = "bwdif=mode=send_field:deint=interlaced,";
-/// Threads that decode: more cost a tenth more CPU time, and films are worked on side by side.
+/// Decoding threads: more would cost 10 % more CPU time, and several films are processed in parallel.
 const THREADS: &str = "1";
 
-/// Starts decoding `path`; `refused` says what the built-in decoder had to say.
-pub(crate) fn open(path: &Path, refused: &Refusal) -> Result<Opened> {
+/// Starts decoding `path`; `reason` is the built-in decoder's reason not to decode it.
+pub(crate) fn open(path: &Path, reason: &SourceError) -> Result<Opened> {
     let mut warnings = Vec::new();
-    let (mut stream, mut first) = Stream::start(path, refused, "")?;
+    let (mut process, mut first) = Process::start(path, reason, "")?;
     if first.interlaced {
         warnings.push(
-            "the film is interlaced: each frame was taken apart into two, each of half the height"
-                .to_string(),
+            "the film is interlaced: each frame was split into two, each of half the height".to_string(),
         );
-        (stream, first) = Stream::start(path, refused, FIELDS)?;
+        (process, first) = Process::start(path, reason, FIELDS)?;
     }
-    check_size(first.width as u64, first.height as u64).map_err(|refusal| refusal.of(path))?;
+    check_size(first.width as u64, first.height as u64).map_err(|error| error.for_file(path))?;
     let size_px = [first.width, first.height];
-    stream.next = Some(first);
-    let tick_s = Some(stream.tick[0] / stream.tick[1]);
-    Ok(Opened { size_px, frame_count: None, warnings, frames: Box::new(stream), tick_s })
+    process.next = Some(first);
+    let tick_s = Some(process.tick[0] / process.tick[1]);
+    Ok(Opened { size_px, frame_count: None, warnings, frames: Box::new(process), tick_s })
 }
 
-/// A film that is being decoded.
-struct Stream {
+/// A running `ffmpeg` process and what is known about its frames.
+struct Process {
     path: PathBuf,
-    program: Child,
+    child: Child,
     luma: ChildStdout,
     lines: Receiver<Line>,
+    /// The period of the clock as a fraction (s).
     tick: [f64; 2],
-    /// The frame whose line has been read already.
+    /// A frame whose line has been read and whose luma has not.
     next: Option<Info>,
     first_ticks: Option<i64>,
     last_ticks: Option<i64>,
-    /// That of all frames so far.
+    /// The size of all frames so far.
     size_px: Option<[usize; 2]>,
 }
 
-impl Stream {
-    /// The program at work, and its first frame's line.
-    fn start(path: &Path, refused: &Refusal, filter: &str) -> Result<(Self, Info)> {
+impl Process {
+    /// The running process and the line of its first frame.
+    fn start(path: &Path, reason: &SourceError, filter: &str) -> Result<(Self, Info)> {
         let mut file = OsString::from("file:");
         file.push(std::path::absolute(path).map_err(|source| Error::Read { path: path.into(), source })?);
         let mut command = Command::new("ffmpeg");
         command.args(["-nostdin", "-hide_banner", "-nostats", "-loglevel", "level+info"]);
-        // A file may name others; none is fetched from anywhere.
+        // A film may refer to other files; only local ones are read.
         command.args(["-protocol_whitelist", "file", "-threads", THREADS, "-flags", "unaligned", "-i"]);
         command.arg(file).args(["-map", "0:V:0", "-vsync", "passthrough", "-vf"]);
         command.arg(format!("{filter}format={PIXELS},extractplanes=y,showinfo=checksum=0"));
-        // Written row by row from the decoded picture into the pipe: raw video would be copied once more, and so would
-        // rows that are first gathered.
+        // Y4M with direct output writes rows from the decoded picture into the pipe; raw or buffered output would copy
+        // them once more.
         command.args(["-avioflags", "direct", "-strict", "-1", "-f", "yuv4mpegpipe", "-"]);
         command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
-        let mut program = command.spawn().map_err(|e| without(&e, refused).of(path))?;
-        let (Some(luma), Some(said)) = (program.stdout.take(), program.stderr.take()) else {
-            return Err(Refusal::damaged("no way to hear from `ffmpeg`").of(path));
+        let mut child = command.spawn().map_err(|e| not_started(&e, reason).for_file(path))?;
+        let (Some(luma), Some(log)) = (child.stdout.take(), child.stderr.take()) else {
+            return Err(SourceError::damaged("an `ffmpeg` process without pipes").for_file(path));
         };
         widen(&luma);
         let (sender, lines) = channel();
         std::thread::spawn(move || {
-            for text in BufReader::new(said).split(b'\n').map_while(std::result::Result::ok) {
+            for text in BufReader::new(log).split(b'\n').map_while(std::result::Result::ok) {
                 if let Some(line) = Line::of(&String::from_utf8_lossy(&text))
                     && sender.send(line).is_err()
                 {
@@ -88,9 +88,9 @@ impl Stream {
                 }
             }
         });
-        let mut stream = Self {
+        let mut process = Self {
             path: path.into(),
-            program,
+            child,
             luma,
             lines,
             tick: [f64::NAN; 2],
@@ -99,14 +99,15 @@ impl Stream {
             last_ticks: None,
             size_px: None,
         };
-        let first = stream.info().map_err(|refusal| refusal.of(path))?;
-        let first = first
-            .ok_or_else(|| Refusal::damaged(format!("{}, and no frame in it", refused.found)).of(path))?;
-        Ok((stream, first))
+        let first = process.info().map_err(|error| error.for_file(path))?;
+        let first = first.ok_or_else(|| {
+            SourceError::damaged(format!("{}, and no frame in it", reason.found)).for_file(path)
+        })?;
+        Ok((process, first))
     }
 
-    /// The next frame's line; none once the film has ended as it should.
-    fn info(&mut self) -> std::result::Result<Option<Info>, Refusal> {
+    /// The next frame's line; `None` after the last frame, once the process has ended successfully.
+    fn info(&mut self) -> std::result::Result<Option<Info>, SourceError> {
         if let Some(info) = self.next.take() {
             return Ok(Some(info));
         }
@@ -114,27 +115,32 @@ impl Stream {
             match line {
                 Line::Tick(tick) => self.tick = tick,
                 Line::Frame(info) => return Ok(Some(info)),
-                Line::Error(said) => return Err(Refusal::damaged(format!("`ffmpeg` says: {said}"))),
+                Line::Error(message) => {
+                    return Err(SourceError::damaged(format!("`ffmpeg` reports: {message}")));
+                }
             }
         }
-        match self.program.wait() {
+        match self.child.wait() {
             Ok(status) if status.success() => Ok(None),
-            Ok(status) => Err(Refusal::damaged(format!("`ffmpeg` gave up ({status})"))),
-            Err(e) => Err(Refusal::damaged(format!("`ffmpeg` was lost ({e})"))),
+            Ok(status) => Err(SourceError::damaged(format!("`ffmpeg` gave up ({status})"))),
+            Err(e) => Err(SourceError::damaged(format!("`ffmpeg` was lost ({e})"))),
         }
     }
 
-    fn advance(&mut self) -> std::result::Result<Option<Frame>, Refusal> {
+    fn advance(&mut self) -> std::result::Result<Option<Frame>, SourceError> {
         let Some(Info { ticks, width, height, bits, .. }) = self.info()? else { return Ok(None) };
         let first = self.size_px.is_none();
         if *self.size_px.get_or_insert([width, height]) != [width, height] {
-            return Err(Refusal::damaged(format!("pictures whose size changes to {width} x {height} px")));
+            return Err(SourceError::damaged(format!(
+                "pictures whose size changes to {width} x {height} px"
+            )));
         }
-        let needed_times = |found: String| Refusal { needed: NEEDED_TIMES.into(), ..Refusal::damaged(found) };
+        let needed_times =
+            |found: String| SourceError { needed: NEEDED_TIMES.into(), ..SourceError::damaged(found) };
         let ticks = ticks.ok_or_else(|| needed_times("a frame without a time stamp".into()))?;
-        // Divided last, as by the demuxer of our own: the same bits.
-        let shown = (ticks - *self.first_ticks.get_or_insert(ticks)) as f64;
-        let time_s = shown * self.tick[0] / self.tick[1];
+        // The division is last, as in the built-in reader, so that times are equal bit for bit.
+        let ticks_since_first = (ticks - *self.first_ticks.get_or_insert(ticks)) as f64;
+        let time_s = ticks_since_first * self.tick[0] / self.tick[1];
         if !time_s.is_finite() || self.last_ticks.is_some_and(|last| ticks <= last) {
             return Err(needed_times(format!(
                 "time stamps that go back: a frame at {time_s:.4} s after a later one"
@@ -146,12 +152,12 @@ impl Stream {
             _ => self.read_deep(width * height, bits),
         });
         let pixels = read.map_err(|e| {
-            Refusal::damaged(format!("`ffmpeg` broke off in the frame at {time_s:.4} s ({e})"))
+            SourceError::damaged(format!("`ffmpeg` ended within the frame at {time_s:.4} s ({e})"))
         })?;
         Ok(Some(Frame { time_s, image: GreyImage { width, height, pixels } }))
     }
 
-    /// The line in front of each plane, and the one in front of all.
+    /// Skips the header line before each plane and the stream's header before the first.
     fn skip_lines(&mut self, first: bool) -> std::io::Result<()> {
         for _ in 0..if first { 2 } else { 1 } {
             let mut byte = [0];
@@ -162,14 +168,14 @@ impl Stream {
         Ok(())
     }
 
-    /// So many bytes, into memory that nobody filled before.
+    /// The next `count` bytes, without initializing the memory first.
     fn read(&mut self, count: usize) -> std::io::Result<Vec<u8>> {
         let mut bytes = Vec::with_capacity(count);
         self.luma.by_ref().take(count as u64).read_to_end(&mut bytes)?;
         if bytes.len() == count { Ok(bytes) } else { Err(ErrorKind::UnexpectedEof.into()) }
     }
 
-    /// Grey levels of more than eight bits, rounded to eight.
+    /// `count` grey levels of more than eight bits, rounded to eight.
     fn read_deep(&mut self, count: usize, bits: u32) -> std::io::Result<Vec<u8>> {
         let bytes = self.read(2 * count)?;
         let shift = bits.saturating_sub(8).min(8);
@@ -181,42 +187,42 @@ impl Stream {
     }
 }
 
-impl Iterator for Stream {
+impl Iterator for Process {
     type Item = Result<Frame>;
 
     fn next(&mut self) -> Option<Self::Item> {
-        self.advance().map_err(|refusal| refusal.of(&self.path)).transpose()
+        self.advance().map_err(|error| error.for_file(&self.path)).transpose()
     }
 }
 
-impl Drop for Stream {
-    /// Nobody waits for frames that nobody reads.
+impl Drop for Process {
+    /// Ends the process when its frames are no longer read.
     fn drop(&mut self) {
-        // It may have ended by itself; either way it is gone then.
-        let _ = self.program.kill();
-        let _ = self.program.wait();
+        // An error means that the process has already ended.
+        let _ = self.child.kill();
+        let _ = self.child.wait();
     }
 }
 
-/// Lets more of a frame wait in the pipe (bytes), so that both sides are woken less often; Linux lends so much to everybody.
+/// Size of the pipe (bytes), so that both processes are woken less often; Linux allows this size to every user.
 #[cfg(target_os = "linux")]
 const PIPE_BYTES: usize = 1 << 20;
 
 #[cfg(target_os = "linux")]
 fn widen(pipe: &ChildStdout) {
-    // A pipe that stays as it is works as well.
+    // On an error the pipe keeps its size and works as well.
     let _ = rustix::pipe::fcntl_setpipe_size(pipe, PIPE_BYTES);
 }
 
 #[cfg(not(target_os = "linux"))]
 fn widen(_: &ChildStdout) {}
 
-/// What to say where `ffmpeg` would be needed and cannot be started.
-fn without(error: &std::io::Error, refused: &Refusal) -> Refusal {
+/// The error where `ffmpeg` is needed and cannot be started.
+fn not_started(error: &std::io::Error, reason: &SourceError) -> SourceError {
     let why = match error.kind() {
         ErrorKind::NotFound => "which is not installed or not on the PATH".to_string(),
         _ => format!("which cannot be started ({error})"),
     };
-    let needed = format!("the program `ffmpeg`, {why}; without it: {}", refused.needed);
-    Refusal { needed, ..refused.clone() }
+    let needed = format!("the program `ffmpeg`, {why}; without it: {}", reason.needed);
+    SourceError { needed, ..reason.clone() }
 }

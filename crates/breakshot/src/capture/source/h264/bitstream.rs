@@ -1,29 +1,29 @@
 //! The bits of a coded picture: NAL units, emulation prevention, Exp-Golomb numbers.
 
-use crate::capture::source::error::Refusal;
+use crate::capture::source::error::SourceError;
 
-type Result<T> = std::result::Result<T, Refusal>;
+type Result<T> = std::result::Result<T, SourceError>;
 
-/// The NAL units of a sample: each has its length before it (ISO/IEC 14496-15).
+/// The NAL units of a sample, in which the length of each precedes it (ISO/IEC 14496-15).
 pub(super) fn units(sample: &[u8], length_bytes: usize) -> Result<Vec<&[u8]>> {
     let mut units = Vec::new();
     let mut rest = sample;
     while let Some((length, behind)) = rest.split_at_checked(length_bytes) {
         let length = length.iter().fold(0, |length, &byte| (length << 8) | usize::from(byte));
         let Some((unit, behind)) = behind.split_at_checked(length) else {
-            return Err(Refusal::damaged("a part that is longer than its frame"));
+            return Err(SourceError::damaged("a part that is longer than its frame"));
         };
         rest = behind;
         match unit.first() {
             None => {}
-            Some(head) if head & 0x80 != 0 => return Err(Refusal::damaged("a forbidden bit")),
+            Some(head) if head & 0x80 != 0 => return Err(SourceError::damaged("a forbidden bit")),
             Some(_) => units.push(unit),
         }
     }
-    if rest.is_empty() { Ok(units) } else { Err(Refusal::damaged("bytes left over behind its parts")) }
+    if rest.is_empty() { Ok(units) } else { Err(SourceError::damaged("bytes left over behind its parts")) }
 }
 
-/// At most `limit` bytes without the emulation prevention bytes (7.4.1).
+/// The first `limit` bytes without the emulation prevention bytes (ITU-T H.264, 7.4.1).
 pub(super) fn unescaped(escaped: &[u8], limit: usize) -> Vec<u8> {
     let mut bytes = Vec::with_capacity(escaped.len().min(limit));
     let mut zeros = 0;
@@ -41,7 +41,7 @@ pub(super) fn unescaped(escaped: &[u8], limit: usize) -> Vec<u8> {
     bytes
 }
 
-/// Bits and Exp-Golomb numbers (9.1).
+/// Reads bits and Exp-Golomb numbers (9.1).
 pub(super) struct Bits<'a> {
     pub(super) bytes: &'a [u8],
     pub(super) at: usize,
@@ -49,8 +49,10 @@ pub(super) struct Bits<'a> {
 
 impl Bits<'_> {
     pub(super) fn bit(&mut self) -> Result<bool> {
-        let byte =
-            self.bytes.get(self.at / 8).ok_or_else(|| Refusal::damaged("a slice header that breaks off"))?;
+        let byte = self
+            .bytes
+            .get(self.at / 8)
+            .ok_or_else(|| SourceError::damaged("a slice header that ends early"))?;
         let bit = byte >> (7 - self.at % 8) & 1;
         self.at += 1;
         Ok(bit == 1)
@@ -66,7 +68,7 @@ impl Bits<'_> {
             zeros += 1;
         }
         if zeros > 31 {
-            return Err(Refusal::damaged("a damaged slice header"));
+            return Err(SourceError::damaged("a damaged slice header"));
         }
         let mut number = 1_u32;
         for _ in 0..zeros {
@@ -102,7 +104,7 @@ pub(super) mod tests {
     }
 
     #[test]
-    fn numbers_are_read_as_they_are_written() {
+    fn exp_golomb_numbers_are_read_as_they_were_written() {
         let bytes = Writer::default().golomb(0).golomb(1).golomb(6).golomb(70_000).bits(1, 1).bytes();
         let mut bits = Bits { bytes: &bytes, at: 0 };
         let read: Vec<u32> = (0..4).map(|_| bits.golomb().unwrap()).collect();
@@ -113,13 +115,13 @@ pub(super) mod tests {
     }
 
     #[test]
-    fn escaped_bytes_are_restored() {
+    fn emulation_prevention_bytes_are_removed() {
         assert_eq!(unescaped(&[1, 0, 0, 3, 1, 0, 0, 3, 0, 0, 3], 99), [1, 0, 0, 1, 0, 0, 0, 0]);
         assert_eq!(unescaped(&[9; 20], 4), [9; 4]);
     }
 
     #[test]
-    fn parts_longer_than_their_frame_are_damage() {
+    fn a_nal_unit_longer_than_its_sample_is_an_error() {
         assert_eq!(units(&[0, 2, 0x65, 1, 0, 1, 0x06], 2).unwrap(), [&[0x65, 1][..], &[0x06]]);
         assert!(units(&[0, 3, 0x65, 1], 2).is_err());
         assert!(units(&[0, 1, 0x65, 0], 2).is_err());

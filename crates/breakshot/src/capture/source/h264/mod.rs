@@ -1,6 +1,7 @@
-//! H.264 by the built-in decoder.
+//! H.264 pictures by the built-in decoder.
 
 mod bitstream;
 mod catch_panic;
+pub(super) mod config;
 pub(super) mod decoder;
-pub(super) mod parameters;
+mod slice_header;

@@ -1,9 +1,9 @@
-//! How must the coded picture be turned to be seen upright?  (The matrix of ISO/IEC 14496-12, 8.3.2.)
+//! How must the coded picture be rotated for display?  (The matrix of ISO/IEC 14496-12, 8.3.2.)
 
 use crate::capture::image::GreyImage;
-use crate::capture::source::error::Refusal;
+use crate::capture::source::error::SourceError;
 
-/// A turn by a multiple of a right angle, perhaps mirrored: a pixel (x, y) goes to (a x + c y, b x + d y).
+/// A rotation by a multiple of 90 degrees, possibly mirrored: a pixel (x, y) goes to (a x + c y, b x + d y).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Orientation {
     a: i8,
@@ -15,19 +15,24 @@ pub(super) struct Orientation {
 impl Orientation {
     pub(super) const UPRIGHT: Self = Self { a: 1, b: 0, c: 0, d: 1 };
 
-    /// From the matrix's entries a, b, c, d: only their signs are used.
-    pub(super) fn of([a, b, c, d]: [i32; 4]) -> Result<Self, Refusal> {
+    /// From the entries a, b, c, d of the matrix, of which only the signs are used.
+    ///
+    /// # Errors
+    /// Any other rotation.
+    pub(super) fn of([a, b, c, d]: [i32; 4]) -> Result<Self, SourceError> {
         let orientation =
             Self { a: a.signum() as i8, b: b.signum() as i8, c: c.signum() as i8, d: d.signum() as i8 };
         match orientation {
             Self { a: -1 | 1, b: 0, c: 0, d: -1 | 1 } | Self { a: 0, b: -1 | 1, c: -1 | 1, d: 0 } => {
                 Ok(orientation)
             }
-            _ => Err(Refusal::convertible("a film turned by an angle that is not a multiple of 90 degrees")),
+            _ => Err(SourceError::convertible(
+                "a film rotated by an angle that is not a multiple of 90 degrees",
+            )),
         }
     }
 
-    /// This turn, then another one.
+    /// This rotation followed by another one.
     pub(super) fn then(self, next: Self) -> Self {
         Self {
             a: self.a * next.a + self.b * next.c,
@@ -37,18 +42,19 @@ impl Orientation {
         }
     }
 
-    /// The size that a coded picture of `[width, height]` is seen at.
-    pub(super) fn size([width, height]: [usize; 2], orientation: Self) -> [usize; 2] {
+    /// The displayed size of a coded picture of `[width, height]`.
+    pub(super) fn displayed_size([width, height]: [usize; 2], orientation: Self) -> [usize; 2] {
         if orientation.a == 0 { [height, width] } else { [width, height] }
     }
 
-    /// The picture as it is to be seen.
+    /// The picture as it is displayed.
     pub(super) fn upright(self, coded: GreyImage) -> GreyImage {
         if self == Self::UPRIGHT {
             return coded;
         }
-        let [width, height] = Self::size([coded.width, coded.height], self);
-        // The inverse of a turn is its transpose: where the first pixel comes from, and the steps from there.
+        let [width, height] = Self::displayed_size([coded.width, coded.height], self);
+        // The inverse of a rotation is its transpose: index of the first displayed pixel in the coded picture, and the
+        // index steps to the right and down.
         let [coded_width, coded_height] = [coded.width, coded.height].map(usize::cast_signed);
         let first_x = if self.a + self.b < 0 { coded_width - 1 } else { 0 };
         let first_y = if self.c + self.d < 0 { coded_height - 1 } else { 0 };
@@ -72,32 +78,32 @@ mod tests {
         GreyImage { width: 3, height: 2, pixels: vec![1, 2, 3, 4, 5, 6] }
     }
 
-    fn turned(matrix: [i32; 4]) -> (usize, Vec<u8>) {
-        let seen = Orientation::of(matrix).unwrap().upright(picture());
-        assert_eq!(seen.width * seen.height, 6);
-        (seen.width, seen.pixels)
+    fn rotated(matrix: [i32; 4]) -> (usize, Vec<u8>) {
+        let displayed = Orientation::of(matrix).unwrap().upright(picture());
+        assert_eq!(displayed.width * displayed.height, 6);
+        (displayed.width, displayed.pixels)
     }
 
     #[test]
-    fn a_picture_is_turned_as_its_matrix_says() {
-        assert_eq!(turned([1, 0, 0, 1]), (3, vec![1, 2, 3, 4, 5, 6]));
+    fn a_picture_is_rotated_by_its_matrix() {
+        assert_eq!(rotated([1, 0, 0, 1]), (3, vec![1, 2, 3, 4, 5, 6]));
         // 90 degrees clockwise: the left column becomes the top row.
-        assert_eq!(turned([0, 65_536, -65_536, 0]), (2, vec![4, 1, 5, 2, 6, 3]));
-        assert_eq!(turned([-1, 0, 0, -1]), (3, vec![6, 5, 4, 3, 2, 1]));
-        assert_eq!(turned([0, -1, 1, 0]), (2, vec![3, 6, 2, 5, 1, 4]));
-        assert_eq!(turned([-1, 0, 0, 1]), (3, vec![3, 2, 1, 6, 5, 4]));
-        assert_eq!(turned([0, 1, 1, 0]), (2, vec![1, 4, 2, 5, 3, 6]));
+        assert_eq!(rotated([0, 65_536, -65_536, 0]), (2, vec![4, 1, 5, 2, 6, 3]));
+        assert_eq!(rotated([-1, 0, 0, -1]), (3, vec![6, 5, 4, 3, 2, 1]));
+        assert_eq!(rotated([0, -1, 1, 0]), (2, vec![3, 6, 2, 5, 1, 4]));
+        assert_eq!(rotated([-1, 0, 0, 1]), (3, vec![3, 2, 1, 6, 5, 4]));
+        assert_eq!(rotated([0, 1, 1, 0]), (2, vec![1, 4, 2, 5, 3, 6]));
     }
 
     #[test]
-    fn four_quarter_turns_change_nothing() {
+    fn four_rotations_by_90_degrees_change_nothing() {
         let quarter = Orientation::of([0, 1, -1, 0]).unwrap();
         let full = quarter.then(quarter).then(quarter).then(quarter);
         assert_eq!(full, Orientation::UPRIGHT);
     }
 
     #[test]
-    fn an_oblique_turn_is_refused() {
+    fn a_rotation_by_45_degrees_is_an_error() {
         assert!(Orientation::of([46_341, 46_341, -46_341, 46_341]).is_err());
     }
 }

@@ -1,30 +1,30 @@
-//! Where in an MP4 does each coded picture lie, and when is it shown?  (ISO/IEC 14496-12, 8.6 to 8.8)
+//! Where in an MP4 is each coded picture stored, and when is it displayed?  (ISO/IEC 14496-12, 8.6 to 8.8)
 //!
-//! All counts are checked against the bytes that back them before anything is allocated.
+//! Every count is checked against the number of bytes that hold its entries before memory is allocated.
 
 use super::boxes::{Boxes, Bytes};
-use crate::capture::source::error::Refusal;
+use crate::capture::source::error::SourceError;
 use crate::capture::source::limits::MAX_FRAMES;
 
-type Result<T> = std::result::Result<T, Refusal>;
+type Result<T> = std::result::Result<T, SourceError>;
 
 /// One coded picture, in decoding order.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Sample {
-    /// Where it lies in the file.
+    /// Its offset in the file (bytes).
     pub offset: u64,
     /// Its length (bytes).
     pub size: u32,
-    /// When it is shown, in ticks of the track's clock, before edits.
-    pub shown: i64,
-    /// Which of the track's codec descriptions it needs, from 1.
+    /// Its display time before edits, in ticks of the track's clock.
+    pub display_tick: i64,
+    /// The number of its codec description, from 1.
     pub description: u32,
 }
 
-/// The samples that the tables of a whole film (`stbl`) name.
+/// The samples in the tables of a film without fragments (`stbl`).
 pub(super) fn of_tables(tables: &Boxes) -> Result<Vec<Sample>> {
-    let places = places(tables)?;
-    let count = places.len();
+    let stored = stored_samples(tables)?;
+    let count = stored.len();
     let durations = runs(tables.need(*b"stts")?, count)?;
     let delays = match tables.find(*b"ctts")? {
         Some(delays) => runs(delays, count)?,
@@ -32,14 +32,14 @@ pub(super) fn of_tables(tables: &Boxes) -> Result<Vec<Sample>> {
     };
     let mut decoded = 0_i64;
     let mut samples = Vec::with_capacity(count);
-    for (place, (duration, delay)) in places.into_iter().zip(durations.into_iter().zip(delays)) {
-        samples.push(Sample { shown: decoded + i64::from(delay.cast_signed()), ..place });
+    for (sample, (duration, delay)) in stored.into_iter().zip(durations.into_iter().zip(delays)) {
+        samples.push(Sample { display_tick: decoded + i64::from(delay.cast_signed()), ..sample });
         decoded += i64::from(duration);
     }
     Ok(samples)
 }
 
-/// Run lengths (`stts`, `ctts`) spread out to one value a sample.
+/// One value per sample from run lengths (`stts`, `ctts`).
 fn runs(mut table: Bytes, count: usize) -> Result<Vec<u32>> {
     table.version_and_flags()?;
     let mut values = Vec::with_capacity(count);
@@ -50,13 +50,13 @@ fn runs(mut table: Bytes, count: usize) -> Result<Vec<u32>> {
     }
     if values.len() < count {
         let found = format!("an index of {count} frames of which only {} have times", values.len());
-        return Err(Refusal::damaged(found));
+        return Err(SourceError::damaged(found));
     }
     Ok(values)
 }
 
-/// Offsets, sizes and descriptions from `stsz`, `stsc` and `stco` or `co64`; the times are still open.
-fn places(tables: &Boxes) -> Result<Vec<Sample>> {
+/// Samples with offset, size and description from `stsz`, `stsc` and `stco` or `co64`; their times are 0.
+fn stored_samples(tables: &Boxes) -> Result<Vec<Sample>> {
     let sizes = sizes(tables)?;
     let chunks = chunk_offsets(tables)?;
     let mut table = tables.need(*b"stsc")?;
@@ -75,21 +75,23 @@ fn places(tables: &Boxes) -> Result<Vec<Sample>> {
         }
         let mut offset = offset;
         for &size in sizes.by_ref().take(per_chunk as usize) {
-            samples.push(Sample { offset, size, shown: 0, description });
+            samples.push(Sample { offset, size, display_tick: 0, description });
             offset = offset.saturating_add(u64::from(size));
         }
     }
     if sizes.len() > 0 {
         let (all, found) = (samples.len() + sizes.len(), samples.len());
-        return Err(Refusal::damaged(format!("an index of {all} frames of which only {found} have a place")));
+        return Err(SourceError::damaged(format!(
+            "an index of {all} frames of which only {found} have an offset"
+        )));
     }
     Ok(samples)
 }
 
-/// The length of every sample (`stsz`).
+/// The size of each sample in bytes (`stsz`).
 fn sizes(tables: &Boxes) -> Result<Vec<u32>> {
     if tables.find(*b"stz2")?.is_some() {
-        return Err(Refusal::convertible("an index with compact sizes (`stz2`)"));
+        return Err(SourceError::convertible("an index with compact sizes (`stz2`)"));
     }
     let mut table = tables.need(*b"stsz")?;
     table.version_and_flags()?;
@@ -108,7 +110,7 @@ fn check_count(count: u64) -> Result<()> {
     if count <= MAX_FRAMES {
         return Ok(());
     }
-    Err(Refusal::unfit(format!("{count} frames"), format!("at most {MAX_FRAMES} frames")))
+    Err(SourceError::unsuitable(format!("{count} frames"), format!("at most {MAX_FRAMES} frames")))
 }
 
 fn chunk_offsets(tables: &Boxes) -> Result<Vec<u64>> {
@@ -125,7 +127,7 @@ fn chunk_offsets(tables: &Boxes) -> Result<Vec<u64>> {
     (0..count).map(|_| table.u32().map(u64::from)).collect()
 }
 
-/// What holds for the samples of a fragment unless it says otherwise (`trex`, then `tfhd`).
+/// Default values for the samples of a fragment (`trex`, overridden by `tfhd`).
 #[derive(Clone, Copy, Debug, Default)]
 struct Defaults {
     description: u32,
@@ -133,7 +135,7 @@ struct Defaults {
     size: u32,
 }
 
-/// Appends the samples of track `track` that the film's fragments (`moof`) name.
+/// Appends the samples of track `track` in the film's fragments (`moof`).
 pub(super) fn append_fragments(
     samples: &mut Vec<Sample>,
     track: u32,
@@ -143,10 +145,15 @@ pub(super) fn append_fragments(
     let defaults = track_defaults(track, movie)?;
     let mut run = Run { samples, decoded: 0, offset: 0 };
     for (start, payload) in fragments {
-        let parts = Bytes::of(*b"moof", payload).boxes();
+        let fragment = Bytes::of(*b"moof", payload).boxes();
         run.offset = *start;
-        for part in parts.all(*b"traf") {
-            append_part(&mut run, &part?.boxes(), track, *start, defaults)?;
+        for track_fragment in fragment.all(*b"traf") {
+            append_track_fragment(
+                &mut run,
+                &track_fragment?.boxes(),
+                FragmentOf { track, start: *start },
+                defaults,
+            )?;
         }
     }
     Ok(())
@@ -166,21 +173,33 @@ fn track_defaults(track: u32, movie: &Boxes) -> Result<Defaults> {
     Ok(Defaults { description: 1, ..Defaults::default() })
 }
 
-/// Where the next sample of a fragmented film lies and when it is decoded.
+/// The samples of a fragmented film so far, and the decoding time and offset of the next one.
 struct Run<'a> {
     samples: &'a mut Vec<Sample>,
     decoded: i64,
     offset: u64,
 }
 
-/// The samples of one track fragment (`traf`); those of other tracks only move the place where the next one lies.
-fn append_part(run: &mut Run, part: &Boxes, track: u32, start: u64, defaults: Defaults) -> Result<()> {
-    let mut header = part.need(*b"tfhd")?;
+/// The wanted track and the offset of the fragment in the file.
+#[derive(Clone, Copy)]
+struct FragmentOf {
+    track: u32,
+    start: u64,
+}
+
+/// Appends the samples of one track fragment (`traf`); one of another track only advances the offset.
+fn append_track_fragment(
+    run: &mut Run,
+    track_fragment: &Boxes,
+    fragment: FragmentOf,
+    defaults: Defaults,
+) -> Result<()> {
+    let mut header = track_fragment.need(*b"tfhd")?;
     let (_, flags) = header.version_and_flags()?;
-    let wanted = header.u32()? == track;
+    let wanted = header.u32()? == fragment.track;
     let base = match flags {
         own if own & 0x1 != 0 => header.u64()?,
-        own if own & 0x2_0000 != 0 => start,
+        own if own & 0x2_0000 != 0 => fragment.start,
         _ => run.offset,
     };
     let mut optional = |bit: u32| (flags & bit != 0).then(|| header.u32()).transpose();
@@ -189,18 +208,18 @@ fn append_part(run: &mut Run, part: &Boxes, track: u32, start: u64, defaults: De
         duration: optional(0x8)?.unwrap_or(defaults.duration),
         size: optional(0x10)?.unwrap_or(defaults.size),
     };
-    if let (true, Some(mut time)) = (wanted, part.find(*b"tfdt")?) {
+    if let (true, Some(mut time)) = (wanted, track_fragment.find(*b"tfdt")?) {
         let (version, _) = time.version_and_flags()?;
         run.decoded = if version == 1 { time.u64()?.cast_signed() } else { i64::from(time.u32()?) };
     }
     run.offset = base;
-    for table in part.all(*b"trun") {
+    for table in track_fragment.all(*b"trun") {
         append_run(run, table?, base, wanted, defaults)?;
     }
     Ok(())
 }
 
-/// The samples of one run (`trun`).
+/// Appends the samples of one run (`trun`).
 fn append_run(run: &mut Run, mut table: Bytes, base: u64, wanted: bool, defaults: Defaults) -> Result<()> {
     let (_, flags) = table.version_and_flags()?;
     let count = table.u32()?;
@@ -216,11 +235,11 @@ fn append_run(run: &mut Run, mut table: Bytes, base: u64, wanted: bool, defaults
         let duration = or(0x100, defaults.duration)?;
         let size = or(0x200, defaults.size)?;
         or(0x400, 0)?;
-        // Unsigned in version 0, but no recorder delays a picture by half the clock's range.
+        // Unsigned in version 0, but no recorder writes a delay of half the clock's range.
         let delay = or(0x800, 0)?.cast_signed();
         if wanted {
-            let shown = run.decoded.saturating_add(i64::from(delay));
-            let sample = Sample { offset: run.offset, size, shown, description: defaults.description };
+            let display_tick = run.decoded.saturating_add(i64::from(delay));
+            let sample = Sample { offset: run.offset, size, display_tick, description: defaults.description };
             run.samples.push(sample);
             run.decoded = run.decoded.saturating_add(i64::from(duration));
         }
@@ -229,38 +248,38 @@ fn append_run(run: &mut Run, mut table: Bytes, base: u64, wanted: bool, defaults
     Ok(())
 }
 
-/// An error unless every sample lies within the file of `length` bytes, and all of them fit in it side by side.
-pub(super) fn check_places(samples: &[Sample], length: u64) -> Result<()> {
+/// An error unless every sample is inside the file of `length` bytes and their total size does not exceed it.
+pub(super) fn check_offsets(samples: &[Sample], length: u64) -> Result<()> {
     let count = samples.len();
     let mut total = 0_u64;
     for (n, sample) in samples.iter().enumerate() {
         let end = sample.offset.saturating_add(u64::from(sample.size));
         if sample.size == 0 {
-            return Err(Refusal::damaged(format!("frame {} of {count} has no bytes", n + 1)));
+            return Err(SourceError::damaged(format!("frame {} of {count} has no bytes", n + 1)));
         }
         if end > length {
             let found =
                 format!("the file breaks off: frame {} of {count} ends at byte {end} of {length}", n + 1);
-            return Err(Refusal::damaged(found));
+            return Err(SourceError::damaged(found));
         }
         total += u64::from(sample.size);
     }
     if total > length {
-        return Err(Refusal::damaged(format!("{count} frames of {total} bytes in a file of {length}")));
+        return Err(SourceError::damaged(format!("{count} frames of {total} bytes in a file of {length}")));
     }
     Ok(())
 }
 
-/// The one codec description that all samples use.
+/// The number of the codec description that all samples share.
 pub(super) fn description(samples: &[Sample]) -> Result<u32> {
     let first = samples.first().map_or(1, |sample| sample.description);
     if samples.iter().all(|sample| sample.description == first) {
         return Ok(first);
     }
-    Err(Refusal::convertible("a film whose coding changes on the way"))
+    Err(SourceError::convertible("a film whose coding changes between frames"))
 }
 
-/// The payload of codec description `number` (from 1) and its name.
+/// The name and the payload of codec description `number` (from 1).
 pub(super) fn codec<'a>(tables: &Boxes<'a>, number: u32) -> Result<([u8; 4], Bytes<'a>)> {
     let mut table = tables.need(*b"stsd")?;
     table.version_and_flags()?;
@@ -268,5 +287,5 @@ pub(super) fn codec<'a>(tables: &Boxes<'a>, number: u32) -> Result<([u8; 4], Byt
     let entry = table.boxes().nth(number.saturating_sub(1) as usize).transpose()?;
     entry
         .map(|entry| (entry.name(), entry))
-        .ok_or_else(|| Refusal::damaged(format!("its `stsd` box has no codec description {number}")))
+        .ok_or_else(|| SourceError::damaged(format!("its `stsd` box has no codec description {number}")))
 }

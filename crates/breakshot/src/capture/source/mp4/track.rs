@@ -1,41 +1,45 @@
-//! What does an MP4, a MOV or a fragmented MP4 hold?  (ISO/IEC 14496-12, 14496-15)
+//! The index of an MP4, a MOV or a fragmented MP4 (ISO/IEC 14496-12, 14496-15).
 //!
-//! Only the film's own track is read; whatever cameras put beside it is passed over.
+//! Only the video track is read; other tracks are ignored.
 
-use super::boxes::{self, Boxes, Bytes, text};
+use super::boxes::{self, Boxes, Bytes, four_cc};
 use super::orientation::Orientation;
 use super::samples::{self, Sample};
 use super::timeline::Edit;
-use crate::capture::source::error::Refusal;
-use crate::capture::source::h264::parameters::Coding;
+use crate::capture::source::error::SourceError;
+use crate::capture::source::h264::config::H264Config;
 use crate::capture::source::limits::check_size;
 use std::fs::File;
 
-type Result<T> = std::result::Result<T, Refusal>;
+type Result<T> = std::result::Result<T, SourceError>;
 
-/// The film's track.
+/// The video track.
 #[derive(Debug)]
 pub(super) struct Track {
     /// Ticks of its clock per second.
     pub timescale: u32,
     /// Its coded pictures, in decoding order.
     pub samples: Vec<Sample>,
-    /// Which stretches of it are shown; none: all of it.
+    /// The intervals that are displayed; empty if all of the track is.
     pub edits: Vec<Edit>,
-    /// How it is to be turned.
+    /// The rotation for display.
     pub orientation: Orientation,
-    /// How its pictures are coded.
-    pub coding: Coding,
-    /// What the user should know.
+    /// The decoder's configuration.
+    pub config: H264Config,
+    /// Warnings for the user.
     pub warnings: Vec<String>,
 }
 
-/// Reads the index of a file of `length` bytes and checks that all that it names is there.
+/// Reads the index of a file of `length` bytes and checks that the file holds all samples.
+///
+/// # Errors
+/// A damaged or incomplete file, no video track, a coding other than H.264.
 pub(super) fn read(file: &mut File, length: u64) -> Result<Track> {
-    let outline = boxes::outline(file, length)?;
-    let Some(movie) = &outline.movie else {
+    // Index boxes
+    let index = boxes::index_boxes(file, length)?;
+    let Some(movie) = &index.movie else {
         let found = "no `moov` box (the film's index): the recording was cut off or never finished";
-        return Err(Refusal::damaged(found));
+        return Err(SourceError::damaged(found));
     };
     let movie = Bytes::of(*b"moov", movie).boxes();
     let header = Header::of(movie.need(*b"mvhd")?)?;
@@ -44,29 +48,31 @@ pub(super) fn read(file: &mut File, length: u64) -> Result<Track> {
     let media = track.need(*b"mdia")?.boxes();
     let timescale = Header::of(media.need(*b"mdhd")?)?.timescale;
     let tables = media.need(*b"minf")?.boxes().need(*b"stbl")?.boxes();
+    // Samples and their coding
     let mut samples = samples::of_tables(&tables)?;
-    samples::append_fragments(&mut samples, id.track, &movie, &outline.fragments)?;
+    samples::append_fragments(&mut samples, id.track, &movie, &index.fragments)?;
     let (name, codec) = samples::codec(&tables, samples::description(&samples)?)?;
-    let coding = coding(name, codec)?;
-    samples::check_places(&samples, length)?;
-    if !outline.fragments.is_empty() && !outline.closed {
+    let config = decoder_config(name, codec)?;
+    samples::check_offsets(&samples, length)?;
+    if !index.fragments.is_empty() && !index.closed {
         warnings.push(
-            "the film is a row of fragments without a table at its end: it may have been cut off".into(),
+            "the film consists of fragments without a table at its end: it may have been cut off".into(),
         );
     }
+    // Edit list and orientation
     let mut edits = match track.find(*b"edts")? {
         Some(list) => edits(list.boxes().need(*b"elst")?, header.timescale, timescale)?,
         None => Vec::new(),
     };
-    // An edit list is written before the fragments are, and cannot know their length.
-    if let (Some(last), false) = (edits.last_mut(), outline.fragments.is_empty()) {
+    // A recorder writes the edit list before the fragments, without their length.
+    if let (Some(last), false) = (edits.last_mut(), index.fragments.is_empty()) {
         last.media_end = i64::MAX;
     }
     let orientation = Orientation::of(id.matrix)?.then(Orientation::of(header.matrix)?);
-    Ok(Track { timescale, samples, edits, orientation, coding, warnings })
+    Ok(Track { timescale, samples, edits, orientation, config, warnings })
 }
 
-/// What is needed of `mvhd`, `tkhd` and `mdhd`, which begin alike.
+/// The fields of `mvhd`, `tkhd` and `mdhd`, whose first fields agree.
 struct Header {
     track: u32,
     timescale: u32,
@@ -80,9 +86,12 @@ impl Header {
         header.take(if version == 1 { 16 } else { 8 })?;
         let number = header.u32()?;
         if &name != b"tkhd" && number == 0 {
-            return Err(Refusal::damaged(format!("its `{}` box has a clock without ticks", text(name))));
+            return Err(SourceError::damaged(format!(
+                "its `{}` box has a clock without ticks",
+                four_cc(name)
+            )));
         }
-        // The duration, then what stands before the matrix.
+        // The duration, then the fields before the matrix.
         header.take(if version == 1 { 8 } else { 4 })?;
         let matrix = match &name {
             b"mdhd" => [1, 0, 0, 1],
@@ -104,7 +113,7 @@ fn matrix(mut header: Bytes, before: usize) -> Result<[i32; 4]> {
     Ok([a, b, c, d])
 }
 
-/// The first video track, and a word if there are more.
+/// The first video track, and a warning if there are more.
 fn film_track<'a>(movie: &Boxes<'a>) -> Result<(Boxes<'a>, Vec<String>)> {
     let mut films = Vec::new();
     let mut others = Vec::new();
@@ -117,13 +126,13 @@ fn film_track<'a>(movie: &Boxes<'a>) -> Result<(Boxes<'a>, Vec<String>)> {
             b"soun" => others.push("sound".into()),
             b"text" | b"sbtl" | b"subt" => others.push("text".into()),
             b"pict" => others.push("a still picture".into()),
-            other => others.push(format!("`{}`", text(*other))),
+            other => others.push(format!("`{}`", four_cc(*other))),
         }
     }
     if films.is_empty() {
         let what =
             if others.is_empty() { "no track at all".into() } else { format!("only {}", others.join(", ")) };
-        return Err(Refusal::foreign(format!("no film track: {what}")));
+        return Err(SourceError::unsupported(format!("no film track: {what}")));
     }
     let mut warnings = Vec::new();
     if films.len() > 1 {
@@ -132,7 +141,7 @@ fn film_track<'a>(movie: &Boxes<'a>) -> Result<(Boxes<'a>, Vec<String>)> {
     Ok((films.swap_remove(0), warnings))
 }
 
-/// The names of codings that are not read.
+/// Names of codings that the built-in decoder does not support.
 const CODINGS: [([u8; 4], &str); 21] = [
     (*b"hvc1", "H.265 (HEVC)"),
     (*b"hev1", "H.265 (HEVC)"),
@@ -158,13 +167,13 @@ const CODINGS: [([u8; 4], &str); 21] = [
 ];
 
 /// The decoder's configuration from the track's codec description.
-fn coding(name: [u8; 4], mut entry: Bytes) -> Result<Coding> {
+fn decoder_config(name: [u8; 4], mut entry: Bytes) -> Result<H264Config> {
     if !matches!(&name, b"avc1" | b"avc3") {
         let known = CODINGS.iter().find(|(code, _)| *code == name);
-        let what = known.map_or(format!("`{}`", text(name)), |(_, what)| (*what).to_string());
-        return Err(Refusal::convertible(format!("a film coded as {what}")));
+        let what = known.map_or(format!("`{}`", four_cc(name)), |(_, what)| (*what).to_string());
+        return Err(SourceError::convertible(format!("a film coded as {what}")));
     }
-    // What every visual sample entry begins with; the pictures' size lies within.
+    // The fields of every visual sample entry, among them the pictures' size.
     entry.take(24)?;
     let (width, height) = (entry.u16()?, entry.u16()?);
     check_size(u64::from(width), u64::from(height))?;
@@ -182,7 +191,7 @@ fn coding(name: [u8; 4], mut entry: Bytes) -> Result<Coding> {
             }
         }
     }
-    Ok(Coding { length_bytes, parameter_sets })
+    Ok(H264Config { length_bytes, parameter_sets })
 }
 
 /// The edit list (`elst`) in ticks of the track's clock.
@@ -193,7 +202,7 @@ fn edits(mut list: Bytes, movie_timescale: u32, timescale: u32) -> Result<Vec<Ed
         i64::try_from((scaled + per / 2) / per).unwrap_or(i64::MAX)
     };
     let mut edits: Vec<Edit> = Vec::new();
-    let mut shown_at = 0_i64;
+    let mut display_start = 0_i64;
     for _ in 0..list.entries(if version == 1 { 20 } else { 12 })? {
         let (duration, start) = match version {
             1 => (list.u64()?, list.u64()?.cast_signed()),
@@ -203,16 +212,18 @@ fn edits(mut list: Bytes, movie_timescale: u32, timescale: u32) -> Result<Vec<Ed
         let duration = ticks(duration);
         if start >= 0 {
             if rate != 1 {
-                return Err(Refusal::convertible("an edit list that changes the film's speed"));
+                return Err(SourceError::convertible("an edit list that changes the film's speed"));
             }
             if edits.last().is_some_and(|last| start < last.media_end) {
-                return Err(Refusal::convertible("an edit list that repeats or reorders parts of the film"));
+                return Err(SourceError::convertible(
+                    "an edit list that repeats or reorders parts of the film",
+                ));
             }
-            // A duration of zero stands for all that is left.
+            // A duration of zero means the rest of the track.
             let media_end = if duration == 0 { i64::MAX } else { start.saturating_add(duration) };
-            edits.push(Edit { media_start: start, media_end, shown_at });
+            edits.push(Edit { media_start: start, media_end, display_start });
         }
-        shown_at = shown_at.saturating_add(duration);
+        display_start = display_start.saturating_add(duration);
     }
     Ok(edits)
 }

@@ -1,6 +1,6 @@
-//! Single pictures and folders of them (PNG).
+//! Single PNG images and folders of them.
 
-use super::error::Refusal;
+use super::error::SourceError;
 use super::limits::{MAX_FRAMES, check_size};
 use super::opened::Opened;
 use super::{sniff, timestamps};
@@ -14,15 +14,15 @@ use std::fs::File;
 use std::io::{BufReader, Read};
 use std::path::{Path, PathBuf};
 
-/// The file that says when the pictures of a folder were taken.
+/// The file that holds the times of the images in a folder.
 const TIMING: &str = "timing.toml";
-/// What such a folder needs.
+/// The requirement on such a folder, for messages.
 const NEEDED_TIMING: &str =
     "a file timing.toml among the pictures with `frame_rate_hz = 60.0` or `times_s = [0.0, 0.0167, ...]`";
-/// A picture's rows, and as much again for what else its file carries.
+/// Memory limit of the PNG decoder (bytes): twice the largest image.
 const MAX_PNG_BYTES: usize = 512 << 20;
 
-/// A single picture: one frame at time 0.
+/// A single image: one frame at time 0.
 pub(super) fn open_one(path: &Path) -> Result<Opened> {
     let size_px = size_px(path)?;
     let file = PathBuf::from(path);
@@ -30,7 +30,7 @@ pub(super) fn open_one(path: &Path) -> Result<Opened> {
     Ok(Opened { size_px, frame_count: Some(1), warnings: Vec::new(), frames: Box::new(frames), tick_s: None })
 }
 
-/// A folder of pictures in the natural order of their names.
+/// A folder of images in the natural order of their names.
 pub(super) fn open_folder(path: &Path) -> Result<Opened> {
     let files = pictures_in(path)?;
     let times_s = times_s(path, files.len())?;
@@ -95,7 +95,7 @@ fn natural_order(a: &str, b: &str) -> Ordering {
     a.len().cmp(&b.len())
 }
 
-/// The leading run of digits or of anything else, and the rest.
+/// The leading run of digits or of other characters, and the rest.
 fn leading_part(text: &str) -> (&str, &str) {
     let digit = text.starts_with(|c: char| c.is_ascii_digit());
     text.split_at(text.find(|c: char| c.is_ascii_digit() != digit).unwrap_or(text.len()))
@@ -108,7 +108,7 @@ struct Timing {
     times_s: Option<Vec<f64>>,
 }
 
-/// When each of the folder's `count` pictures was taken; the first one at 0.
+/// The times of the folder's `count` images (s); the first one is 0.
 fn times_s(folder: &Path, count: usize) -> Result<Vec<f64>> {
     let file = folder.join(TIMING);
     if !file.exists() {
@@ -141,7 +141,7 @@ fn times_s(folder: &Path, count: usize) -> Result<Vec<f64>> {
 }
 
 fn undecodable(path: &Path, error: &png::DecodingError) -> Error {
-    Refusal::damaged(format!("a PNG that cannot be decoded ({error})")).of(path)
+    SourceError::damaged(format!("a PNG that cannot be decoded ({error})")).for_file(path)
 }
 
 fn size_px(path: &Path) -> Result<[usize; 2]> {
@@ -150,7 +150,7 @@ fn size_px(path: &Path) -> Result<[usize; 2]> {
     Ok([info.width as usize, info.height as usize])
 }
 
-/// A decoder of a file that begins as a PNG does, its size checked.
+/// A decoder of a file that starts with the PNG signature and has an accepted size.
 fn decoder(path: &Path) -> Result<Decoder<BufReader<File>>> {
     let unreadable = |source| Error::Read { path: path.into(), source };
     let mut head = Vec::new();
@@ -163,7 +163,7 @@ fn decoder(path: &Path) -> Result<Decoder<BufReader<File>>> {
     decoder.set_transformations(Transformations::EXPAND);
     decoder.set_ignore_text_chunk(true);
     let info = decoder.read_header_info().map_err(|e| undecodable(path, &e))?;
-    check_size(u64::from(info.width), u64::from(info.height)).map_err(|refusal| refusal.of(path))?;
+    check_size(u64::from(info.width), u64::from(info.height)).map_err(|error| error.for_file(path))?;
     Ok(decoder)
 }
 
@@ -172,7 +172,7 @@ fn picture(path: &Path) -> Result<GreyImage> {
     let undecodable = |e| undecodable(path, &e);
     let mut reader = decoder(path)?.read_info().map_err(undecodable)?;
     let size = reader.output_buffer_size();
-    let size = size.ok_or_else(|| Refusal::damaged("a PNG without an end").of(path))?;
+    let size = size.ok_or_else(|| SourceError::damaged("a PNG without an end").for_file(path))?;
     let mut samples = vec![0; size];
     let info = reader.next_frame(&mut samples).map_err(undecodable)?;
     if info.bit_depth == BitDepth::Sixteen {
