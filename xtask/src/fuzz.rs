@@ -97,7 +97,7 @@ fn told(count: usize, outcomes: &Outcomes, bad: &[String]) -> Result<(), String>
 /// Opens a film, and plays it if asked; an error of its own making is what is wanted, silence is not.
 fn read(path: &Path, play: bool, outcomes: &mut Outcomes) -> Result<(), String> {
     let mut refuse = |said: String| {
-        if said.contains("ended without a word") {
+        if said.contains("decoding thread died") {
             return Err("panicked in its own thread".to_string());
         }
         *outcomes.refused.entry(words(&said)).or_insert(0) += 1;

@@ -235,18 +235,27 @@ fn a_pair_without_a_measured_restitution_is_refused_by_name() {
 #[test]
 fn a_film_that_needs_ffmpeg_is_refused_with_a_hint_where_it_is_not_installed() {
     let folder = workbench();
-    let film = Path::new(env!("CARGO_MANIFEST_DIR")).join("../breakshot/tests/data/footage/h265.mp4");
-    fs::copy(film, folder.path().join("phone.mp4")).unwrap();
-    let output = Command::new(env!("CARGO_BIN_EXE_breakshot"))
-        .current_dir(folder.path())
-        .args(detect("phone.mp4", "a"))
-        .env("PATH", folder.path())
-        .output()
-        .unwrap();
-    let message = String::from_utf8_lossy(&output.stderr).into_owned();
-    assert_eq!(output.status.code(), Some(2), "{message}");
-    for word in ["phone.mp4", "H.265 (HEVC)", "the program `ffmpeg`", "not installed"] {
-        assert!(message.contains(word), "`{word}` is not in: {message}");
+    let films = Path::new(env!("CARGO_MANIFEST_DIR")).join("../breakshot/tests/data/footage");
+    for (film, coding) in [
+        ("h265.mp4", "H.265 (HEVC)"),
+        ("ten_bit.mp4", "bit depth > 8"),
+        ("full_colour.mp4", "non-4:2:0"),
+        ("lossless.mp4", "lossless"),
+        ("motion_jpeg.mov", "Motion JPEG"),
+        ("interlaced.mp4", "interlace"),
+    ] {
+        fs::copy(films.join(film), folder.path().join(film)).unwrap();
+        let output = Command::new(env!("CARGO_BIN_EXE_breakshot"))
+            .current_dir(folder.path())
+            .args(detect(film, "a"))
+            .env("PATH", folder.path())
+            .output()
+            .unwrap();
+        let message = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_eq!(output.status.code(), Some(2), "{film}: {message}");
+        for word in [film, coding, "the program `ffmpeg`", "not installed"] {
+            assert!(message.contains(word), "`{word}` is not in: {message}");
+        }
     }
 }
 

@@ -1,4 +1,4 @@
-//! Films as they come: what is read from them equals what ffmpeg reads, and what cannot be read is refused by name.
+//! Films of all kinds: luma and times equal those of ffmpeg, and a film that cannot be read is an error that names it.
 
 #![allow(clippy::unwrap_used, reason = "a test may stop where it fails")]
 
@@ -18,7 +18,7 @@ fn code(pixels: &[u8]) -> u64 {
     pixels.iter().fold(0xcbf2_9ce4_8422_2325, |code, &p| (code ^ u64::from(p)).wrapping_mul(0x0100_0000_01b3))
 }
 
-/// All that is said on the way to the last frame: the number of frames, or the error.
+/// The number of frames, or the first error.
 fn played(path: &Path) -> Result<usize, String> {
     let mut count = 0;
     for frame in Footage::open_with(path, Decoder::Builtin).map_err(|e| e.to_string())? {
@@ -28,7 +28,7 @@ fn played(path: &Path) -> Result<usize, String> {
     Ok(count)
 }
 
-/// Writes a file in place: emptying it first makes some file systems wait for the disk.
+/// Overwrites a file without truncating it first, which would make some file systems wait for the disk.
 fn overwrite(path: &Path, bytes: &[u8]) {
     let mut file = std::fs::OpenOptions::new().write(true).create(true).truncate(false).open(path).unwrap();
     file.write_all(bytes).unwrap();
@@ -65,7 +65,7 @@ fn luma_and_times_are_what_ffmpeg_decodes() {
 }
 
 #[test]
-fn what_cannot_be_read_is_refused_by_name() {
+fn a_film_that_cannot_be_read_is_an_error_that_names_it() {
     for (film, named) in [
         ("h265.mp4", "H.265 (HEVC)"),
         ("ten_bit.mp4", "bit depth > 8"),
@@ -77,8 +77,11 @@ fn what_cannot_be_read_is_refused_by_name() {
         ("make.sh", "a text file"),
         ("missing.mp4", "cannot be read"),
     ] {
-        let said = Footage::open_with(&data(film), Decoder::Builtin).err().unwrap().to_string();
-        assert!(said.contains(film) && said.contains(named) && said.contains("needed: "), "{film}: {said}");
+        let message = Footage::open_with(&data(film), Decoder::Builtin).err().unwrap().to_string();
+        assert!(
+            message.contains(film) && message.contains(named) && message.contains("needed: "),
+            "{film}: {message}"
+        );
     }
     for (name, bytes, named) in [
         ("film.mp4", &b""[..], "an empty file"),
@@ -86,8 +89,8 @@ fn what_cannot_be_read_is_refused_by_name() {
         ("film.mp4", b"PK\x03\x04 and so on", "a ZIP archive"),
         ("film.png", b"\x1a\x45\xdf\xa3\xa3\x42\x86\x81", "a Matroska"),
     ] {
-        let said = played_bytes(name, bytes).unwrap_err();
-        assert!(said.contains(name) && said.contains(named), "{said}");
+        let message = played_bytes(name, bytes).unwrap_err();
+        assert!(message.contains(name) && message.contains(named), "{message}");
     }
 }
 
@@ -151,17 +154,17 @@ fn a_damaged_film_that_only_ffmpeg_decodes_is_an_error() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("film.mov");
     std::fs::write(&path, bytes).unwrap();
-    let said =
+    let message =
         Footage::open(&path).map(|footage| footage.map(|frame| frame.map(|f| f.time_s)).collect::<Vec<_>>());
-    let refused = match &said {
+    let refused = match &message {
         Err(e) => e.to_string(),
         Ok(frames) => frames.iter().find_map(|f| f.as_ref().err()).map_or(String::new(), ToString::to_string),
     };
-    assert!(refused.contains("film.mov") && refused.contains("ffmpeg"), "said: {said:?}");
+    assert!(refused.contains("film.mov") && refused.contains("ffmpeg"), "error: {message:?}");
 }
 
 #[test]
-fn what_is_odd_about_a_film_is_said() {
+fn gaps_and_repeated_frames_are_warnings() {
     let warnings = |film: &str| {
         let mut footage = Footage::open(&data(film)).unwrap();
         footage.by_ref().for_each(|frame| drop(frame.unwrap()));
@@ -169,13 +172,13 @@ fn what_is_odd_about_a_film_is_said() {
     };
     assert!(
         warnings("gaps.mp4").contains("3 frames are missing in 3 gaps"),
-        "said: {}",
+        "warnings: {}",
         warnings("gaps.mp4")
     );
     let retimed = warnings("retimed.mp4");
     assert!(
         retimed.contains("every second frame") && retimed.contains("from about 30 to 60"),
-        "said: {retimed}"
+        "message: {retimed}"
     );
     assert_eq!(warnings("b_frames.mp4"), "");
     assert_eq!(warnings("ntsc.mp4"), "");
@@ -192,7 +195,7 @@ fn patched(film: &str, patches: &[(&[u8], &[u8])]) -> Vec<u8> {
 }
 
 #[test]
-fn a_damaged_index_is_an_error_that_says_what() {
+fn a_damaged_index_is_an_error_that_names_the_damage() {
     let size = |width: u16, height: u16| [width.to_be_bytes(), height.to_be_bytes()].concat();
     for (patches, named) in [
         (&[(&b"moov"[..], &b"free"[..])][..], "no `moov` box"),
@@ -208,8 +211,8 @@ fn a_damaged_index_is_an_error_that_says_what() {
         (&[(&size(64, 48), &size(20_000, 20_000))], "20000 x 20000"),
         (&[(b"avc1", b"av01")], "AV1"),
     ] {
-        let said = played_bytes("film.mp4", &patched("b_frames.mp4", patches)).unwrap_err();
-        assert!(said.contains(named), "wanted `{named}`, said: {said}");
+        let message = played_bytes("film.mp4", &patched("b_frames.mp4", patches)).unwrap_err();
+        assert!(message.contains(named), "wanted `{named}`; error: {message}");
     }
 }
 
@@ -221,14 +224,14 @@ fn a_film_cut_off_anywhere_is_an_error_and_not_a_shorter_film() {
         let whole = std::fs::read(data(film)).unwrap();
         for length in 0..whole.len() {
             overwrite(&path, &whole[..length]);
-            let said = played(&path);
-            assert!(said.is_err(), "{film} cut to {length} of {} bytes: {said:?}", whole.len());
+            let message = played(&path);
+            assert!(message.is_err(), "{film} cut to {length} of {} bytes: {message:?}", whole.len());
         }
     }
 }
 
 #[test]
-fn a_fragmented_film_cut_between_fragments_is_called_doubtful() {
+fn a_fragmented_film_cut_between_fragments_has_a_warning() {
     let whole = std::fs::read(data("fragmented.mp4")).unwrap();
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("cut.mp4");
@@ -236,27 +239,27 @@ fn a_fragmented_film_cut_between_fragments_is_called_doubtful() {
     for length in 0..whole.len() {
         overwrite(&path, &whole[..length]);
         if let Ok(footage) = Footage::open(&path) {
-            let said = footage.warnings().join("; ");
-            assert!(said.contains("may have been cut off"), "cut to {length} bytes, said: {said:?}");
+            let message = footage.warnings().join("; ");
+            assert!(message.contains("may have been cut off"), "cut to {length} bytes; error: {message:?}");
             between += 1;
         }
     }
-    assert!((1..=3).contains(&between), "{between} places between three fragments");
+    assert!((1..=3).contains(&between), "{between} cuts between three fragments");
 }
 
 #[test]
-fn a_frame_that_is_damaged_is_named() {
+fn a_damaged_frame_is_an_error_that_names_it() {
     let whole = std::fs::read(data("b_frames.mp4")).unwrap();
     let at = whole.windows(4).position(|window| window == b"mdat").unwrap();
     // The length of the first coded picture's second part reaches past its end.
     let mut bytes = whole.clone();
     bytes[at + 4] = 0xff;
-    let said = played_bytes("film.mp4", &bytes).unwrap_err();
-    assert!(said.contains("longer than its frame"), "said: {said}");
+    let message = played_bytes("film.mp4", &bytes).unwrap_err();
+    assert!(message.contains("longer than its frame"), "error: {message}");
     let mut bytes = whole;
     bytes[at + 900..at + 1100].fill(0xff);
-    let said = played_bytes("film.mp4", &bytes).unwrap_err();
-    assert!(said.contains("frame ") && said.contains("shown at "), "said: {said}");
+    let message = played_bytes("film.mp4", &bytes).unwrap_err();
+    assert!(message.contains("frame ") && message.contains("shown at "), "error: {message}");
 }
 
 /// A film with some bytes changed, lost or added.
@@ -289,7 +292,7 @@ fn damaged_bytes_never_panic_and_never_hang() {
         let whole = &wholes[draw.below(wholes.len())];
         overwrite(&path, &mutated(whole, &mut draw));
         let Ok(footage) = Footage::open(&path) else { continue };
-        // Decoding takes the time: every fourth film is played to its end.
+        // Decoding takes most of the time: only every fourth film is decoded.
         if round % 4 == 0 {
             assert!(footage.take(1000).count() < 1000, "a film of 12 frames that does not end");
         }

@@ -1,4 +1,4 @@
-//! Pictures, folders of them, and uncompressed films.
+//! PNG images, folders of them, and uncompressed films.
 
 #![allow(clippy::unwrap_used, reason = "a test may stop where it fails")]
 
@@ -10,7 +10,7 @@ fn frames(path: &Path) -> Vec<Frame> {
     Footage::open(path).unwrap().map(Result::unwrap).collect()
 }
 
-fn refusal(path: &Path) -> String {
+fn error(path: &Path) -> String {
     match Footage::open(path) {
         Err(e) => e.to_string(),
         Ok(footage) => footage.filter_map(Result::err).map(|e| e.to_string()).collect(),
@@ -50,17 +50,17 @@ fn every_kind_of_png_becomes_luma() {
 }
 
 #[test]
-fn a_cut_or_huge_png_is_refused() {
+fn a_truncated_or_huge_png_is_an_error() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("picture.png");
     write_png(&path, [2, 2], (png::ColorType::Grayscale, png::BitDepth::Eight), &[1, 2, 3, 4]);
     let whole = std::fs::read(&path).unwrap();
     for length in 0..whole.len() - 12 {
         std::fs::write(&path, &whole[..length]).unwrap();
-        let said = refusal(&path);
+        let message = error(&path);
         assert!(
-            said.contains("picture.png") && said.contains("needed: "),
-            "cut to {length} bytes, said: {said:?}"
+            message.contains("picture.png") && message.contains("needed: "),
+            "cut to {length} bytes, error: {message:?}"
         );
     }
     // A header of 20,000 x 20,000 with its checksum.
@@ -70,10 +70,10 @@ fn a_cut_or_huge_png_is_refused() {
     });
     header.extend((!check).to_be_bytes());
     std::fs::write(&path, header).unwrap();
-    assert!(refusal(&path).contains("20000 x 20000"), "said: {}", refusal(&path));
+    assert!(error(&path).contains("20000 x 20000"), "error: {}", error(&path));
 }
 
-/// A folder of one-pixel pictures, named and shaded as told.
+/// A folder of one-pixel images with these names and grey levels.
 fn folder_of(pictures: &[(&str, u8)]) -> tempfile::TempDir {
     let folder = tempfile::tempdir().unwrap();
     for (name, level) in pictures {
@@ -97,13 +97,9 @@ fn a_folder_of_pictures_is_a_film_in_natural_order() {
 }
 
 #[test]
-fn a_folder_says_what_it_lacks() {
+fn the_error_for_a_folder_names_what_is_missing() {
     let folder = folder_of(&[("a.png", 1), ("b.png", 2)]);
-    assert!(
-        refusal(folder.path()).contains("needed: a file timing.toml"),
-        "said: {}",
-        refusal(folder.path())
-    );
+    assert!(error(folder.path()).contains("needed: a file timing.toml"), "error: {}", error(folder.path()));
     let timing = folder.path().join("timing.toml");
     for (text, named) in [
         ("times_s = [0.0]", "1 times for 2 pictures"),
@@ -116,8 +112,8 @@ fn a_folder_says_what_it_lacks() {
         ("", "not just one"),
     ] {
         std::fs::write(&timing, text).unwrap();
-        let said = refusal(folder.path());
-        assert!(said.contains("timing.toml") && said.contains(named), "`{text}`: {said}");
+        let message = error(folder.path());
+        assert!(message.contains("timing.toml") && message.contains(named), "`{text}`: {message}");
     }
     std::fs::write(&timing, "frame_rate_hz = 60.0").unwrap();
     write_png(
@@ -126,18 +122,14 @@ fn a_folder_says_what_it_lacks() {
         (png::ColorType::Grayscale, png::BitDepth::Eight),
         &[1, 2],
     );
-    assert!(refusal(folder.path()).contains("c.png: 2 x 1 px"), "said: {}", refusal(folder.path()));
+    assert!(error(folder.path()).contains("c.png: 2 x 1 px"), "error: {}", error(folder.path()));
     std::fs::write(folder.path().join("c.png"), "no picture").unwrap();
-    assert!(
-        refusal(folder.path()).contains("c.png: a file that is no PNG"),
-        "said: {}",
-        refusal(folder.path())
-    );
+    assert!(error(folder.path()).contains("c.png: a file that is no PNG"), "error: {}", error(folder.path()));
     let empty = tempfile::tempdir().unwrap();
-    assert!(refusal(empty.path()).contains("0 PNG pictures"), "said: {}", refusal(empty.path()));
+    assert!(error(empty.path()).contains("0 PNG pictures"), "error: {}", error(empty.path()));
 }
 
-/// An uncompressed film of 3 x 2 px whose frame `n` is shaded `n`.
+/// An uncompressed film of 3 x 2 px whose frame `n` has the grey level `n`.
 fn y4m(fields: &str, colour_bytes: usize, frame_count: usize) -> Vec<u8> {
     let mut film = format!("YUV4MPEG2 W3 H2 {fields}\n").into_bytes();
     for n in 0..frame_count {
@@ -174,7 +166,7 @@ fn y4m_of_every_8_bit_colour_space_is_read() {
 }
 
 #[test]
-fn a_y4m_that_cannot_be_read_says_why() {
+fn the_error_for_a_damaged_y4m_names_the_damage() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("film.y4m");
     let whole = y4m("F60:1 C420", 4, 2);
@@ -195,7 +187,10 @@ fn a_y4m_that_cannot_be_read_says_why() {
     cases.push((endless.into_bytes(), "a header line that does not end"));
     for (bytes, named) in cases {
         std::fs::write(&path, bytes).unwrap();
-        let said = refusal(&path);
-        assert!(said.contains("film.y4m") && said.contains(named), "wanted `{named}`, said: {said}");
+        let message = error(&path);
+        assert!(
+            message.contains("film.y4m") && message.contains(named),
+            "wanted `{named}`, error: {message}"
+        );
     }
 }

@@ -162,7 +162,7 @@ pub(super) fn detected_near(
     (wrong.count_ones() <= WRONG_BITS_EXPECTED).then(|| refined(image, &undistortion, &tag)).flatten()
 }
 
-/// Largest number of wrong bits: a random pattern has 18 of 36 wrong on average, and so few once in a hundred thousand.
+/// Largest number of wrong bits: a random pattern has 18 of 36 wrong on average, and one in 150,000 has so few.
 const WRONG_BITS_EXPECTED: u32 = 5;
 
 /// The same tag's corners in another picture in which it hardly moved, without decoding it again.
