@@ -79,6 +79,8 @@ fn plumb_bob(name: &str, model: Option<String>, data: &[f64]) -> Result<[f64; 5]
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::cell::{CameraInfo, CameraSpec};
+    use std::path::PathBuf;
 
     fn read(yaml: &str) -> Result<Intrinsics> {
         parsed(Path::new("camera_info.yaml"), yaml)
@@ -112,5 +114,22 @@ mod tests {
         }
         let message = read("image_width: 640\nimage_height: [").expect_err("broken").to_string();
         assert!(message.contains("CameraInfo"), "{message}");
+    }
+
+    #[test]
+    fn a_cell_writes_its_camera_info_as_a_path_with_and_without_its_intrinsics() {
+        let mut info = CameraInfo::from(PathBuf::from("lens/camera_info.yaml"));
+        let text = serde_json::to_string(&info).expect("writes");
+        assert_eq!(text, "\"lens/camera_info.yaml\"");
+        info.intrinsics =
+            Some(read(&ROS.replace("MODEL", "plumb_bob").replace("MORE", "")).expect("a plumb bob"));
+        assert_eq!(serde_json::to_string(&info).expect("writes"), text);
+        let spec = CameraSpec { camera_info: Some(info), ..CameraSpec::default() };
+        let resolved = spec.resolved("cell.toml").expect("its intrinsics were read");
+        assert_eq!((resolved.focal_px, resolved.camera_info), (Some([600.5, 601.0]), None), "fx and fy (px)");
+        let unread: CameraInfo = serde_json::from_str(&text).expect("reads");
+        let spec = CameraSpec { camera_info: Some(unread), ..CameraSpec::default() };
+        let message = spec.resolved("cell.toml").expect_err("no intrinsics").to_string();
+        assert!(message.contains("cell.toml") && message.contains("camera_info.yaml"), "{message}");
     }
 }

@@ -107,10 +107,10 @@ pub struct Intrinsics {
 }
 
 impl CameraSpec {
-    /// The same camera with the values of its `camera_info` file in the keys of its own.
+    /// The same camera with the values of its `camera_info` file in its own keys.
     ///
     /// # Errors
-    /// The lens is given twice, or the cell names a file that nobody has read.
+    /// The lens is given twice, or the `camera_info` file has not been read.
     pub(crate) fn resolved(&self, file: &str) -> Result<Self> {
         self.check_lens_given_once(file)?;
         let Some(info) = &self.camera_info else { return Ok(self.clone()) };

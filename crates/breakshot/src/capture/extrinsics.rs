@@ -182,8 +182,8 @@ impl PoseProblem<'_> {
     /// `distorted` also with k1, if that is significant.
     fn unknown_focal(&self, correspondences: &[Correspondence], distorted: bool) -> Option<PoseFit> {
         let center_px = self.spec.center_px.unwrap_or(middle_px(self.size_px));
-        let fits = FOCAL_GUESSES.iter().filter_map(|part| {
-            let guess = Lens::new([part * self.size_px[0] as f64; 2], center_px, [0.0; 5]);
+        let fits = FOCAL_GUESSES.iter().filter_map(|widths| {
+            let guess = Lens::new([widths * self.size_px[0] as f64; 2], center_px, [0.0; 5]);
             pose::pose(&guess, correspondences, FreeParameters::PoseAndFocal)
         });
         let mut best = fits.min_by(|a, b| a.chi2.total_cmp(&b.chi2))?;

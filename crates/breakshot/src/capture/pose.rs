@@ -89,15 +89,15 @@ fn extrinsics(Homography(h): &Homography) -> Option<Extrinsics> {
 fn mirrored_pose(pose: &Extrinsics, correspondences: &[Correspondence]) -> Extrinsics {
     let middle = middle(correspondences);
     let rotation = pose.rotation();
-    let seen = rotation * middle + pose.translation_m();
-    let ray = seen.normalize();
+    let middle_in_camera = rotation * middle + pose.translation_m();
+    let ray = middle_in_camera.normalize();
     let mirrored = |axis: usize| {
         let v = rotation.column(axis).into_owned();
         v - ray * (2.0 * ray.dot(&v))
     };
     let (r1, r2) = (mirrored(0), mirrored(1));
     let rotation = Matrix3::from_columns(&[r1, r2, r1.cross(&r2)]);
-    Extrinsics::new(&rotation, &(seen - rotation * middle))
+    Extrinsics::new(&rotation, &(middle_in_camera - rotation * middle))
 }
 
 /// The mean of the points, on the table.

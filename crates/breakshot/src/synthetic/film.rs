@@ -286,10 +286,10 @@ impl Canvas {
         let mut below = None;
         for layer in thing.layers() {
             let at_height = |&height_m: &f64| {
-                let seen = |outline: &Vec<Point>| {
-                    outline.iter().map(|&p| seen_px(view, thing, p, height_m, time_s)).collect()
+                let projected = |outline: &Vec<Point>| {
+                    outline.iter().map(|&p| pixel_of(view, thing, p, height_m, time_s)).collect()
                 };
-                layer.outlines.iter().map(seen).collect()
+                layer.outlines.iter().map(projected).collect()
             };
             let figures: Vec<Vec<Vec<Pixel>>> = layer.heights_m.iter().map(at_height).collect();
             let whole = figures.iter().flatten().flatten().all(|p| p.x.is_finite() && p.y.is_finite());
@@ -326,12 +326,15 @@ impl Canvas {
                     cover.add(shifted(p), shifted(q));
                 }
             }
-            covers.iter_mut().zip(cover.rows().flatten()).for_each(|(most, part)| *most = most.max(part));
+            covers
+                .iter_mut()
+                .zip(cover.rows().flatten())
+                .for_each(|(most, fraction)| *most = most.max(fraction));
         }
         for (row, covers) in covers.chunks_exact(right - left).enumerate() {
             let line = &mut self.greys[(top + row) * self.width + left..][..right - left];
-            for (pixel, part) in line.iter_mut().zip(covers) {
-                *pixel += (grey - below.unwrap_or(*pixel)) * part;
+            for (pixel, fraction) in line.iter_mut().zip(covers) {
+                *pixel += (grey - below.unwrap_or(*pixel)) * fraction;
             }
         }
     }
@@ -368,15 +371,16 @@ impl Canvas {
 
 /// The pixel of a point of a thing's body, counted from the picture's corner, at the time at which a rolling shutter
 /// exposes its row.
-fn seen_px(view: &View, thing: &Thing, body: Point, height_m: f64, time_s: f64) -> Pixel {
-    let seen = |time_s: f64| {
+fn pixel_of(view: &View, thing: &Thing, body: Point, height_m: f64, time_s: f64) -> Pixel {
+    let pixel_at = |time_s: f64| {
         let pixel = view.camera.pixel_from_table(thing.pose_at(time_s).table_from_body(body), height_m);
         Pixel::new(pixel.x + 0.5, pixel.y + 0.5)
     };
-    let mut pixel = seen(time_s);
+    let mut pixel = pixel_at(time_s);
     if view.camera.readout_s > 0.0 && thing.moves() {
         for _ in 0..ROW_STEPS {
-            pixel = seen(time_s + view.camera.readout_s * (pixel.y - 0.5) / view.camera.size_px[1] as f64);
+            pixel =
+                pixel_at(time_s + view.camera.readout_s * (pixel.y - 0.5) / view.camera.size_px[1] as f64);
         }
     }
     pixel
@@ -502,10 +506,10 @@ mod tests {
     fn dark(image: &GreyImage, table: f64, thing: f64) -> (Pixel, f64) {
         let (mut area, mut x, mut y) = (0.0, 0.0, 0.0);
         for (k, &grey) in image.pixels.iter().enumerate() {
-            let part = (table - f64::from(grey)) / (table - thing);
-            area += part;
-            x += part * (k % image.width) as f64;
-            y += part * (k / image.width) as f64;
+            let weight = (table - f64::from(grey)) / (table - thing);
+            area += weight;
+            x += weight * (k % image.width) as f64;
+            y += weight * (k / image.width) as f64;
         }
         (Pixel::new(x / area, y / area), area)
     }
@@ -521,8 +525,8 @@ mod tests {
             let shape = Shape::Disc { radius_m: 0.02 };
             let disc = Thing::flat(shape, Pose { position: place, yaw_rad: 0.0 }, height_m, 20.0);
             let (center, area) = dark(&picture(&view, &[disc]), 190.0, 20.0);
-            let seen = view.camera.pixel_from_table(place, height_m);
-            assert!(center.distance_px(seen) < ROUNDING_PX, "{center:?} instead of {seen:?}");
+            let expected = view.camera.pixel_from_table(place, height_m);
+            assert!(center.distance_px(expected) < ROUNDING_PX, "{center:?} instead of {expected:?}");
             let radius_px = 500.0 * 0.02 / (1.0 - height_m);
             let ratio = area / (std::f64::consts::PI * radius_px * radius_px);
             assert!((ratio - 1.0).abs() < 1e-3, "area {ratio} times the disc's");
@@ -538,8 +542,8 @@ mod tests {
             Thing::flat(square, Pose::new(0.01, 0.0, 0.3), 0.0, 20.0).moving(Vec2::new(0.5, 0.2), 2.0);
         let image = picture(&view, &[thing]);
         let (center, area) = dark(&image, 190.0, 20.0);
-        let seen = view.camera.pixel_from_table(Point::new(0.01, 0.0), 0.0);
-        assert!(center.distance_px(seen) < 0.02, "{center:?} instead of {seen:?}");
+        let expected = view.camera.pixel_from_table(Point::new(0.01, 0.0), 0.0);
+        assert!(center.distance_px(expected) < 0.02, "{center:?} instead of {expected:?}");
         assert!((area - 100.0).abs() < 0.5, "{area} px covered by 100");
         let full = image.pixels.iter().filter(|&&grey| grey < 25).count();
         assert!(full < 75, "{full} px stay fully covered");

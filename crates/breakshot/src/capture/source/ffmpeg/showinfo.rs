@@ -33,8 +33,8 @@ impl Line {
         let (_, fields) = text.split_once("Parsed_showinfo")?;
         let value = |key: &str| fields.split_once(key)?.1.split_whitespace().next();
         if let Some(base) = value("config in time_base: ") {
-            let (part, whole) = base.trim_end_matches(',').split_once('/')?;
-            return Some(Self::Tick([part.parse().ok()?, whole.parse().ok()?]));
+            let (numerator, denominator) = base.trim_end_matches(',').split_once('/')?;
+            return Some(Self::Tick([numerator.parse().ok()?, denominator.parse().ok()?]));
         }
         let (width, height) = value(" s:")?.split_once('x')?;
         let bits = match value(" fmt:")?.strip_prefix("gray")? {
