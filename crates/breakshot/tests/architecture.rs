@@ -291,11 +291,10 @@ fn the_map_of_the_paper_names_files_and_tests_that_exist() {
 
 #[test]
 fn every_test_that_needs_ffmpeg_is_run_or_reported_as_skipped_by_the_one_check() {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
-    let check = std::fs::read_to_string(root.join("../../xtask/src/check.rs")).unwrap();
+    let check = std::fs::read_to_string(workspace().join("xtask/src/check.rs")).unwrap();
     let mark = concat!("#[ignore = \"needs ", "ffmpeg\"]");
     let mut found = 0;
-    for path in ["src", "tests"].iter().flat_map(|folder| sources(&root.join(folder))) {
+    for path in written_files() {
         let text = std::fs::read_to_string(&path).unwrap();
         for after in text.split(mark).skip(1) {
             let name = after.split("fn ").nth(1).and_then(|rest| rest.split('(').next()).unwrap();
