@@ -3,7 +3,7 @@
 use crate::laws::LawArgs;
 use breakshot::capture::{Capture, Decoder, Footage, GreyImage};
 use breakshot::cell::Cell;
-use breakshot::plan::{Method, Scatter};
+use breakshot::plan::{ExecutionNoise, Method};
 use breakshot::{Error, Result};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use std::path::{Path, PathBuf};
@@ -347,30 +347,44 @@ impl From<MethodName> for Method {
 
 /// Standard deviations of the poses in the scene and of the execution of the strike (method `robust`).
 #[derive(Debug, Args)]
-pub(crate) struct ScatterArgs {
+pub(crate) struct NoiseArgs {
     /// Standard deviation of an object's position along each axis (m).
-    #[arg(long, value_name = "M", default_value_t = Scatter::default().position_m)]
+    #[arg(long, value_name = "M", default_value_t = ExecutionNoise::default().position_m)]
     position_std_m: f64,
     /// Standard deviation of an object's yaw (rad).
-    #[arg(long, value_name = "RAD", default_value_t = Scatter::default().yaw_rad)]
+    #[arg(long, value_name = "RAD", default_value_t = ExecutionNoise::default().yaw_rad)]
     yaw_std_rad: f64,
     /// Standard deviation of the speed of the strike, as a fraction of the speed.
-    #[arg(long, value_name = "PART", default_value_t = Scatter::default().speed)]
+    #[arg(long, value_name = "PART", default_value_t = ExecutionNoise::default().speed)]
     speed_std: f64,
     /// Standard deviation of the heading of the strike (rad).
-    #[arg(long, value_name = "RAD", default_value_t = Scatter::default().heading_rad)]
+    #[arg(long, value_name = "RAD", default_value_t = ExecutionNoise::default().heading_rad)]
     heading_std_rad: f64,
 }
 
-impl ScatterArgs {
-    pub(crate) fn scatter(&self) -> Scatter {
-        Scatter {
+impl NoiseArgs {
+    pub(crate) fn noise(&self) -> ExecutionNoise {
+        ExecutionNoise {
             position_m: self.position_std_m,
             yaw_rad: self.yaw_std_rad,
             speed: self.speed_std,
             heading_rad: self.heading_std_rad,
         }
     }
+}
+
+/// The evaluation of strikes over the whole grid.
+#[derive(Debug, Args)]
+pub(crate) struct SurveyArgs {
+    /// Evaluates strikes on every object from all directions and writes their success probabilities (JSON).
+    #[arg(long, value_name = "FILE")]
+    pub(crate) survey: Option<PathBuf>,
+    /// Strikes of the survey at most.
+    #[arg(long, value_name = "N", default_value_t = 1000, value_parser = clap::value_parser!(u32).range(1..=100_000), requires = "survey")]
+    pub(crate) survey_strikes: u32,
+    /// Scenarios in which each strike of the survey is simulated.
+    #[arg(long, value_name = "N", default_value_t = 100, value_parser = clap::value_parser!(u32).range(1..=100_000), requires = "survey")]
+    pub(crate) survey_samples: u32,
 }
 
 #[derive(Debug, Args)]
@@ -388,12 +402,17 @@ pub(crate) struct PlanArgs {
     #[arg(long, value_name = "N", default_value_t = 1)]
     pub(crate) seed: u64,
     #[command(flatten)]
-    pub(crate) scatter: ScatterArgs,
+    pub(crate) noise: NoiseArgs,
     #[command(flatten)]
     pub(crate) assumptions: Assumptions,
     /// Plans up to K strikes (1 to 20), each for the expected outcome of the one before it.
     #[arg(long, value_name = "K", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=20))]
     pub(crate) strikes: u32,
+    /// Strikes to evaluate in addition to the grid (method `robust`): a JSON list of aims.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) proposals: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) survey: SurveyArgs,
     /// Also draws the pile, the strike and the possible final poses of the objects (SVG).
     #[arg(long, value_name = "FILE")]
     pub(crate) figure: Option<PathBuf>,
@@ -432,7 +451,7 @@ pub(crate) struct RunArgs {
     #[arg(long, value_name = "COMMAND", requires = "execute")]
     pub(crate) look: Option<String>,
     #[command(flatten)]
-    pub(crate) scatter: ScatterArgs,
+    pub(crate) noise: NoiseArgs,
     #[command(flatten)]
     pub(crate) assumptions: Assumptions,
     /// The output folder for the plans and scenes of all strikes and the result (`run.json`).

@@ -120,3 +120,41 @@ fn more_strikes_are_planned_ahead_and_drawn() {
     let drawing = fs::read_to_string(folder.path().join("plan.svg")).expect("a drawing");
     assert!(drawing.starts_with("<svg") && drawing.trim_end().ends_with("</svg>"));
 }
+
+#[test]
+fn proposals_are_evaluated_and_the_survey_lists_strikes_with_their_success_probability() {
+    let folder = folder();
+    let aims = |object: &str| {
+        format!(
+            r#"[{{ "object": "{object}", "heading_rad": 0.0, "speed_m_s": 0.5, "follow_through_m": 0.01 }}]"#
+        )
+    };
+    fs::write(folder.path().join("aims.json"), aims("a")).expect("a file");
+    let survey = ["--survey", "survey.json", "--survey-strikes", "20", "--survey-samples", "5"];
+    let planned = |proposals: &str| {
+        let robust = ["plan", "--method", "robust", "--proposals", proposals, "-o", "plan.json"];
+        run(folder.path(), &[&robust[..], &survey[..]].concat())
+    };
+    let output = planned("aims.json");
+    assert!(output.status.success(), "{}", stderr(&output));
+    let written = json(&folder.path().join("survey.json"));
+    assert_eq!((&written["version"], &written["samples"]), (&1.into(), &5.into()));
+    let strikes = written["strikes"].as_array().expect("strikes");
+    assert_eq!(strikes.len(), 20);
+    // The proposals come first.
+    assert_eq!(strikes[0]["aim"]["speed_m_s"], 0.5, "m/s");
+    for strike in strikes {
+        let probability = strike["success_probability"].as_f64().expect("a number");
+        assert!((0.0..=1.0).contains(&probability), "{probability}");
+        assert_eq!(strike["aim"]["object"], strike["strike"]["object"]);
+    }
+    // The survey is itself a source of proposals.
+    let proposed: Vec<&Value> = strikes.iter().map(|s| &s["aim"]).collect();
+    fs::write(folder.path().join("surveyed.json"), serde_json::to_string(&proposed).expect("JSON"))
+        .expect("a file");
+    assert!(planned("surveyed.json").status.success());
+    fs::write(folder.path().join("unknown.json"), aims("x")).expect("a file");
+    let output = planned("unknown.json");
+    assert_eq!(output.status.code(), Some(2));
+    assert!(stderr(&output).contains("one of the placed objects: a, b"), "{}", stderr(&output));
+}

@@ -1,4 +1,4 @@
-//! Can a parallel-jaw gripper grasp an object from above without touching its neighbours?
+//! Can a parallel gripper grasp an object from above without touching its neighbours?
 
 use crate::error::Result;
 use crate::geometry::{Point, Pose, Vec2};
@@ -7,15 +7,15 @@ use crate::outline::Outline;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;
 
-/// A parallel-jaw gripper: two fingers that descend on both sides of an object and close.
+/// A parallel gripper: two fingers that descend on both sides of an object and close.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Gripper {
     /// Distance between the inner faces of the open fingers (m).
     pub opening_m: f64,
-    /// Size of a finger (m): thickness along the closing direction, breadth across it.
+    /// Size of a finger along the closing direction and across it (m).
     pub finger_size_m: [f64; 2],
-    /// Clearance between each open finger and the object (m).
+    /// Clearance between each finger and the object before the gripper closes (m).
     #[serde(default = "default_clearance_m")]
     pub clearance_m: f64,
 }
@@ -24,11 +24,11 @@ fn default_clearance_m() -> f64 {
     0.003
 }
 
-/// Number of closing directions that are tried: every 10 degrees over 180 degrees, from the object's x axis.
+/// Closing directions that are tried: every 10 degrees over 180, from the object's own x axis on.
 const DIRECTIONS: u8 = 18;
 
 impl Gripper {
-    /// Checks the dimensions; the error names `owner`.
+    /// Checks the sizes; errors name `owner`.
     ///
     /// # Errors
     /// Sizes that are not positive.
@@ -39,7 +39,7 @@ impl Gripper {
         object::zero_or_more(owner, "gripper.clearance_m", self.clearance_m, "metres")
     }
 
-    /// All closing directions in which the gripper is wide enough for a shape.
+    /// Every grasp of a shape that the opening permits.
     pub fn grasps(&self, shape: &Shape) -> Grasps {
         let [thickness_m, breadth_m] = self.finger_size_m;
         let swept_m = self.clearance_m + thickness_m;
@@ -57,12 +57,12 @@ impl Gripper {
     }
 }
 
-/// The possible grasps of one kind of object.
+/// The grasps of one kind of object.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Grasps {
-    /// For every possible closing direction the centre lines of the areas that both fingers sweep, in the object's frame (m).
+    /// Per feasible closing direction the centre lines of the areas that the two fingers sweep, in the object's frame (m).
     fingers: Vec<[[Point; 2]; 2]>,
-    /// Half the width of a swept area: half of clearance plus finger thickness (m).
+    /// Half of the width that a finger sweeps while it closes (m).
     radius_m: f64,
 }
 
@@ -72,7 +72,8 @@ impl Grasps {
         self.fingers.is_empty()
     }
 
-    /// Largest clearance of any grasp from the neighbours (m): negative if every grasp touches one, infinite without neighbours.
+    /// Clearance between the neighbours and the fingers of the best grasp (m): negative if every grasp touches one, infinite without
+    /// neighbours.
     pub fn room_m<'a>(&self, pose: Pose, neighbours: impl Iterator<Item = &'a Outline> + Clone) -> f64 {
         let room_m = |sides: &[[Point; 2]; 2]| {
             let fingers = sides.map(|[from, to]| {
@@ -81,7 +82,7 @@ impl Grasps {
             let gaps = neighbours.clone().flat_map(|n| fingers.each_ref().map(|finger| finger.gap_m(n)));
             gaps.fold(f64::INFINITY, f64::min)
         };
-        // Without a possible grasp the clearance is negative for any neighbours.
+        // Without a feasible grasp the clearance is that of the deepest overlap.
         self.fingers.iter().map(room_m).fold(-self.radius_m, f64::max)
     }
 }
@@ -102,7 +103,7 @@ mod tests {
     }
 
     #[test]
-    fn a_grasp_is_free_if_the_gaps_exceed_the_swept_width() {
+    fn fingers_fit_where_the_neighbours_leave_clearance() {
         // A finger sweeps the 15 mm beside the square.
         let beside = |gap_m: f64| [square(0.04 + gap_m, 0.0), square(-0.04 - gap_m, 0.0)];
         let free_above = room_m(&beside(0.001));
@@ -117,18 +118,18 @@ mod tests {
     }
 
     #[test]
-    fn clearance_grows_with_the_gaps_even_where_fingers_touch() {
+    fn clearance_decreases_monotonically_even_where_fingers_touch() {
         let around = |gap_m: f64| {
             let far_m = 0.04 + gap_m;
             [square(far_m, 0.0), square(-far_m, 0.0), square(0.0, far_m), square(0.0, -far_m)]
         };
-        // The penetration is at most half of the swept width.
+        // Below half of the swept width the clearance saturates.
         let rooms = [0.008, 0.010, 0.014, 0.018].map(|gap_m| room_m(&around(gap_m)));
         assert!(rooms.is_sorted_by(|less, more| less < more), "{rooms:?}");
     }
 
     #[test]
-    fn an_object_wider_than_the_opening_cannot_be_grasped() {
+    fn an_object_wider_than_the_opening_has_no_grasp() {
         assert!(GRIPPER.grasps(&Shape::Disc { radius_m: 0.026 }).is_empty());
         let bar = GRIPPER.grasps(&Shape::Rectangle { size_m: [0.2, 0.03] });
         assert!(!bar.is_empty() && bar.fingers.len() < usize::from(DIRECTIONS));

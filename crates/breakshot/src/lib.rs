@@ -27,6 +27,7 @@ pub mod estimate;
 mod evidence;
 pub mod files;
 pub mod geometry;
+mod goal_margin;
 pub mod gripper;
 mod moments;
 pub mod object;

@@ -1,4 +1,4 @@
-//! The estimated physical properties of objects and pairs: friction, restitution, mass ratios (`properties.json`).
+//! The identified parameters of the objects: friction, restitution, mass ratios (`properties.json`).
 
 use crate::error::{Error, Result};
 use crate::evidence::Evidence;
@@ -27,18 +27,18 @@ pub struct Properties {
     pub pair_mass_ratio: BTreeMap<String, Estimate>,
     /// Friction coefficients of contacts between objects and with the striker.
     pub contact_friction: ContactFriction,
-    /// Joint covariance of the errors of the values above.
+    /// The joint covariance of the values above.
     #[serde(default)]
     pub covariance: Covariance,
-    /// Quantities that the data do not support, and clips that look wrong.
+    /// Quantities without data, and clips that look inconsistent.
     #[serde(default)]
     pub warnings: Vec<String>,
-    /// The measurements of every clip, so that later clips can be added without the old films.
+    /// The measurements of each clip, for estimates that add later clips.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub evidence: Option<Evidence>,
 }
 
-/// Coulomb friction coefficients at the contact points of impacts.
+/// Coulomb friction at the contacts of impacts.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ContactFriction {
@@ -51,9 +51,9 @@ pub struct ContactFriction {
 }
 
 impl ContactFriction {
-    /// Upper bound of an unmeasured coefficient, which is assumed to be uniform from zero to this: dry wood, plastic and metal.
+    /// A coefficient that was not measured is uniform between zero and this: dry wood, plastic and metal.
     pub const MOST_ASSUMED: f64 = 0.3;
-    /// The mean of that uniform distribution.
+    /// The mean of that distribution.
     pub const ASSUMED: f64 = 0.5 * Self::MOST_ASSUMED;
 }
 
@@ -68,7 +68,7 @@ pub struct Covariance {
 }
 
 impl Properties {
-    /// A copy without covariance, warnings and evidence, which is cheap to clone.
+    /// The values without covariance and evidence: cheap to copy.
     pub(crate) fn values(&self) -> Self {
         Self {
             version: self.version,
@@ -88,7 +88,7 @@ impl Properties {
     /// Friction of an object against the table.
     ///
     /// # Errors
-    /// It was never measured.
+    /// The quantity was not measured.
     pub fn friction(&self, object: &str) -> Result<&Estimate> {
         self.friction.get(kind(object)).ok_or_else(|| Error::NotMeasured {
             name: object.into(),
@@ -100,7 +100,7 @@ impl Properties {
     /// Mass of an object over the reference object's mass.
     ///
     /// # Errors
-    /// It was never measured.
+    /// The quantity was not measured.
     pub fn mass_ratio(&self, object: &str) -> Result<&Estimate> {
         self.mass_ratio.get(kind(object)).ok_or_else(|| Error::NotMeasured {
             name: object.into(),
@@ -116,7 +116,7 @@ impl Properties {
     /// Restitution of an object against the striker.
     ///
     /// # Errors
-    /// It was never measured.
+    /// The quantity was not measured.
     pub fn striker_restitution(&self, object: &str) -> Result<&Estimate> {
         self.striker_restitution.get(kind(object)).ok_or_else(|| Error::NotMeasured {
             name: object.into(),
@@ -131,7 +131,7 @@ impl Properties {
     /// Restitution of a pair of objects.
     ///
     /// # Errors
-    /// It was never measured.
+    /// The quantity was not measured.
     pub fn restitution(&self, one: &str, other: &str) -> Result<&Estimate> {
         let key = pair_key(one, other);
         self.restitution.get(&key).ok_or_else(|| Error::NotMeasured {
@@ -141,7 +141,7 @@ impl Properties {
         })
     }
 
-    /// Assumes `restitution` for every pair of `objects` that was never filmed; returns those pairs.
+    /// Assumes `restitution` for every pair of `objects` that was not measured; returns those pairs.
     ///
     /// # Errors
     /// A restitution outside 0..1.
@@ -162,19 +162,16 @@ impl Properties {
         Ok(assumed)
     }
 
-    /// Checks that every value is physically possible; the error names the entry.
+    /// Checks that every value is physically possible; errors name the entry.
     ///
     /// # Errors
-    /// Restitution outside 0..1, friction or mass ratios that are not positive, values that are not finite.
+    /// Restitution outside 0..1, negative friction, masses not above zero, numbers that are not finite.
     pub fn check(&self, file: &str) -> Result<()> {
-        let restitution = |v: f64| (0.0..=1.0).contains(&v);
-        let positive = |v: f64| v > 0.0 && v.is_finite();
-        check_group(file, "friction", &self.friction, (positive, "a positive number"))?;
-        let unit = "a number from 0 to 1";
-        check_group(file, "striker_restitution", &self.striker_restitution, (restitution, unit))?;
-        check_group(file, "restitution", &self.restitution, (restitution, unit))?;
-        check_group(file, "mass_ratio", &self.mass_ratio, (positive, "a positive number"))?;
-        check_group(file, "pair_mass_ratio", &self.pair_mass_ratio, (positive, "a positive number"))?;
+        POSITIVE.check_group(file, "friction", &self.friction)?;
+        FRACTION.check_group(file, "striker_restitution", &self.striker_restitution)?;
+        FRACTION.check_group(file, "restitution", &self.restitution)?;
+        POSITIVE.check_group(file, "mass_ratio", &self.mass_ratio)?;
+        POSITIVE.check_group(file, "pair_mass_ratio", &self.pair_mass_ratio)?;
         for (name, estimate) in
             [("objects", self.contact_friction.objects), ("striker", self.contact_friction.striker)]
         {
@@ -189,17 +186,25 @@ impl Properties {
     }
 }
 
-/// Checks the means of one group; the error names the first entry that fails.
-fn check_group(
-    file: &str,
-    group: &str,
-    values: &BTreeMap<String, Estimate>,
-    (possible, needed): (impl Fn(f64) -> bool, &str),
-) -> Result<()> {
-    match values.iter().find(|(_, estimate)| !possible(estimate.mean)) {
-        Some((name, estimate)) => {
-            Err(Error::invalid(format!("{file}: {group} of `{name}`"), "mean", estimate.mean, needed))
+/// The values that a quantity can have.
+struct Domain {
+    contains: fn(f64) -> bool,
+    description: &'static str,
+}
+
+const POSITIVE: Domain = Domain { contains: |v| v > 0.0 && v.is_finite(), description: "a positive number" };
+const FRACTION: Domain =
+    Domain { contains: |v| (0.0..=1.0).contains(&v), description: "a number from 0 to 1" };
+
+impl Domain {
+    /// An error that names the first entry whose mean is outside.
+    fn check_group(&self, file: &str, group: &str, values: &BTreeMap<String, Estimate>) -> Result<()> {
+        match values.iter().find(|(_, estimate)| !(self.contains)(estimate.mean)) {
+            Some((name, estimate)) => {
+                let owner = format!("{file}: {group} of `{name}`");
+                Err(Error::invalid(owner, "mean", estimate.mean, self.description))
+            }
+            None => Ok(()),
         }
-        None => Ok(()),
     }
 }

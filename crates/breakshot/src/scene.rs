@@ -1,4 +1,4 @@
-//! What lies on the table, what is wanted, and the strike (`scene.toml`, `strike.json`).
+//! The pile on the table, the goal, and the strike (`scene.toml`, `strike.json`).
 
 use crate::cell::Cell;
 use crate::error::{Error, Result};
@@ -8,22 +8,22 @@ use crate::object::{self, Object};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeSet;
 
-/// A pile on the table of a cell: all that a simulation or a plan needs besides the properties.
+/// A pile on the table of a cell: everything that a simulation or a plan needs besides the properties.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Scene {
     /// The robot cell.
     pub cell: Cell,
     /// The kinds of objects there are.
     pub objects: Vec<Object>,
-    /// When it was looked at (s since 1970), if known.
+    /// The time at which the pile was observed (s since 1970), if known.
     pub observed_unix_s: Option<f64>,
-    /// What lies where.
+    /// The poses of the objects.
     pub placed: Vec<Placed>,
     /// Straight walls.
     pub walls: Vec<Wall>,
     /// Areas that neither striker nor objects may enter.
     pub keep_out: Vec<KeepOut>,
-    /// What is wanted after the strike.
+    /// The goal after the strike.
     pub goal: Goal,
 }
 
@@ -33,9 +33,9 @@ pub struct Scene {
 pub struct Placed {
     /// Its name; `a#2` for the second copy of `a`.
     pub object: String,
-    /// Where its centroid lies.
+    /// Its centroid (m).
     pub position_m: Point,
-    /// How it is turned (rad).
+    /// Its rotation (rad, counter-clockwise).
     #[serde(default)]
     pub yaw_rad: f64,
 }
@@ -47,7 +47,7 @@ impl Placed {
     }
 }
 
-/// A straight wall that objects bounce off.
+/// A straight, fixed wall.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Wall {
@@ -59,7 +59,7 @@ pub struct Wall {
     pub restitution: f64,
 }
 
-/// An area that must stay free.
+/// An area that neither the striker nor any object may enter.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct KeepOut {
@@ -79,22 +79,22 @@ pub struct Goal {
     pub min_gap_m: f64,
     /// Whether every centre must end inside the workspace.
     pub inside_workspace: bool,
-    /// The one object that is wanted: distances, gaps and grasps count only where it takes part, and Eq. 35 is not asked.
+    /// The one object to be singulated: only distances, gaps and grasps that involve it are required, and Eq. 35 is not.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub target: Option<String>,
-    /// Objects that must stay where they lie.
+    /// Objects that must not move.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub keep_still: Vec<String>,
-    /// Every object must be within reach of its fingers from at least one direction.
+    /// The gripper that has to be able to grasp every object from at least one direction.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub gripper: Option<Gripper>,
 }
 
-/// An object that moved by less than this lies still (m): looking twice at the same table may differ by a millimetre or two.
+/// Displacements up to this count as no motion (m): two observations of the same table differ by a millimetre or two.
 pub const STILL_M: f64 = 0.005;
 
 impl Default for Goal {
-    /// The paper's experiment (section 5): 90 mm between any two, 150 to 900 mm on average.
+    /// The paper's experiment (section 5): at least 90 mm between any two centres, 150 to 900 mm on average.
     fn default() -> Self {
         Self {
             min_distance_m: 0.09,
@@ -108,29 +108,31 @@ impl Default for Goal {
     }
 }
 
-/// What the robot does: the striker starts at rest at `start_m`, runs `travel_m` along `heading_rad`, stops and
-/// draws back.
+/// After the strike the striker retracts along its path to this distance behind its start (m).
+pub const RETRACT_PAST_START_M: f64 = 0.02;
+
+/// The motion of the striker: from rest at `start_m` it moves `travel_m` along `heading_rad`, stops and retracts.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Strike {
-    /// The object it is meant for; in a campaign it is the first of the clip's `objects`.
+    /// The object to be struck; in a campaign it is the first of the clip's `objects`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub object: Option<String>,
-    /// Where the striker's centre starts.
+    /// The striker's centre at the start (m).
     pub start_m: Point,
     /// Its direction (rad).
     pub heading_rad: f64,
     /// Its speed (m/s).
     pub speed_m_s: f64,
-    /// How far it runs (m).
+    /// The distance from start to stop (m).
     pub travel_m: f64,
 }
 
 impl Strike {
-    /// An error that names `owner` unless it can be carried out.
+    /// Checks that the strike can be executed; errors name `owner`.
     ///
     /// # Errors
-    /// Numbers that are none, a speed or travel that is not positive.
+    /// Numbers that are not finite, a speed or travel that is not positive.
     pub fn check(&self, owner: &str) -> Result<()> {
         object::positive(owner, "speed_m_s", self.speed_m_s)?;
         object::positive(owner, "travel_m", self.travel_m)?;
@@ -142,6 +144,46 @@ impl Strike {
 }
 
 impl Scene {
+    /// A scene with the default goal, without walls and keep-out areas, checked.
+    ///
+    /// Polygons are moved so that their origin is the centroid, as when they are loaded from a file.
+    ///
+    /// # Errors
+    /// A cell, an object or a placement that is not valid.  Overlaps are found by the simulator.
+    ///
+    /// # Examples
+    /// ```
+    /// use breakshot::cell::{Cell, Striker, Workspace};
+    /// use breakshot::geometry::Point;
+    /// use breakshot::object::{Object, Shape};
+    /// use breakshot::scene::{Placed, Scene};
+    ///
+    /// let cell = Cell::from_above(1000.0, Workspace::centred([0.6, 0.4]), Striker::rod(0.015, [0.05, 1.0]));
+    /// let disc = Object { name: "a".into(), shape: Shape::Disc { radius_m: 0.03 }, height_m: 0.02, marker: None, mass_kg: None, support: None };
+    /// let placed = |object: &str, x_m| Placed { object: object.into(), position_m: Point::new(x_m, 0.0), yaw_rad: 0.0 };
+    /// let scene = Scene::new(cell.clone(), vec![disc.clone()], vec![placed("a", 0.0), placed("a#2", 0.07)])?;
+    /// assert_eq!(scene.goal.min_distance_m, 0.09); // m, Eq. 36
+    /// assert!(Scene::new(cell, vec![disc], vec![placed("b", 0.0)]).is_err()); // no object is called b
+    /// # Ok::<(), breakshot::Error>(())
+    /// ```
+    pub fn new(mut cell: Cell, mut objects: Vec<Object>, placed: Vec<Placed>) -> Result<Self> {
+        cell.check("cell")?;
+        for object in &mut objects {
+            object.check()?;
+        }
+        let scene = Self {
+            cell,
+            objects,
+            observed_unix_s: None,
+            placed,
+            walls: Vec::new(),
+            keep_out: Vec::new(),
+            goal: Goal::default(),
+        };
+        scene.check("scene")?;
+        Ok(scene)
+    }
+
     /// The kind of object placed under that name.
     ///
     /// # Errors
@@ -150,16 +192,16 @@ impl Scene {
         object::find(&self.objects, name, "scene")
     }
 
-    /// An error that names the entry unless the scene can exist.  Overlaps are found by the simulator.
+    /// Checks names, numbers and the goal; errors name the entry.  Overlaps are found by the simulator.
     ///
     /// # Errors
-    /// Unknown or repeated names, numbers that are none, goals that contradict themselves.
+    /// Unknown or repeated names, numbers that are not finite, a contradictory goal.
     pub fn check(&self, file: &str) -> Result<()> {
-        let mut seen = BTreeSet::new();
+        let mut names = BTreeSet::new();
         for placed in &self.placed {
             object::find(&self.objects, &placed.object, file)?;
             let owner = format!("{file}: placed `{}`", placed.object);
-            if !seen.insert(&placed.object) {
+            if !names.insert(&placed.object) {
                 let needed = format!("every copy once; a second one is `{}#2`", object::kind(&placed.object));
                 return Err(Error::invalid(owner, "name", "given twice", needed));
             }
@@ -179,14 +221,14 @@ impl Scene {
             let mut outline = object::Shape::Polygon { points_m: area.points_m.clone() };
             outline.check_and_centre(&format!("{file}: keep_out[{k}]"))?;
         }
-        let wanted = self.goal.target.iter().map(|name| ("target", name));
-        let still = self.goal.keep_still.iter().map(|name| ("keep_still", name));
-        if let Some((what, name)) = wanted.chain(still).find(|(_, name)| !seen.contains(name)) {
-            let placed: Vec<_> = seen.iter().map(|name| name.as_str()).collect();
+        let target = self.goal.target.iter().map(|name| ("target", name));
+        let fixed = self.goal.keep_still.iter().map(|name| ("keep_still", name));
+        if let Some((what, name)) = target.chain(fixed).find(|(_, name)| !names.contains(name)) {
+            let placed: Vec<_> = names.iter().map(|name| name.as_str()).collect();
             let needed = format!("one of the placed objects: {}", placed.join(", "));
             return Err(Error::invalid(format!("{file}: goal"), what, name, needed));
         }
-        if !seen.is_empty() && seen.iter().all(|name| self.goal.keep_still.contains(name)) {
+        if !names.is_empty() && names.iter().all(|name| self.goal.keep_still.contains(name)) {
             let found = "every placed object";
             let needed = "at least one object that may move";
             return Err(Error::invalid(format!("{file}: goal"), "keep_still", found, needed));
@@ -196,20 +238,20 @@ impl Scene {
 }
 
 impl Goal {
-    /// Whether the goal asks anything of an object's distance to the others.
+    /// Whether the goal restricts the distances of an object.
     pub fn asks_of(&self, object: &str) -> bool {
         self.target.as_deref().is_none_or(|target| target == object)
     }
 
-    /// Whether the goal asks anything of the distance between two objects.
+    /// Whether the goal restricts the distance between two objects.
     pub fn asks_of_pair(&self, a: &str, b: &str) -> bool {
         self.asks_of(a) || self.asks_of(b)
     }
 
-    /// An error unless some scene could fulfil it.
+    /// Checks that the goal is not contradictory.
     ///
     /// # Errors
-    /// Negative or non-numeric distances, a mean interval that is empty.
+    /// Distances that are negative or not numbers, an empty interval for the mean.
     pub fn check(&self, file: &str) -> Result<()> {
         let owner = format!("{file}: goal");
         for (what, value) in [

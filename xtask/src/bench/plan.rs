@@ -14,7 +14,7 @@ use std::time::Instant;
 
 /// Objects of the large pile.
 const MANY: usize = 20;
-/// Strikes that are surveyed, and the worlds in which each is judged.
+/// Strikes of the grid, and the scenarios in which each is evaluated.
 const STRIKES: usize = 100;
 const SAMPLES: usize = 100;
 
@@ -29,20 +29,20 @@ pub(crate) fn bench(lab: &Path, properties: &Path) -> Result<(), String> {
     // Nobody filmed an object hitting its own copy.
     properties.assume_restitution(&names, 0.6).map_err(|e| e.to_string())?;
     let many = timed(&many, &properties, 1)?;
-    let survey = Surveys::of(&scene, &properties)?;
+    let grid = GridTimes::of(&scene, &properties)?;
     let rows = [
         Row::at_most("four mixed shapes: robust plan, wall time", four.wall_s, 2.0, "s"),
         Row::plain("the same, CPU time", four.cpu_s, "s"),
         Row::plain("the same, strikes judged", four.rollouts, ""),
         Row::plain("wall time of 10,000 strikes at that rate", four.wall_s / four.rollouts * 1e4, "s"),
         Row::at_most(
-            format!("{} strikes from all around judged in {SAMPLES} worlds each, wall time", survey.strikes),
-            survey.wall_s,
+            format!("{} strikes of the grid evaluated in {SAMPLES} scenarios each, wall time", grid.strikes),
+            grid.wall_s,
             0.4,
             "s",
         ),
-        Row::plain("one of these simulated once: hits, on average", survey.hit_ms, "ms"),
-        Row::plain("the same: slow pushes over 10 cm", survey.push_ms, "ms"),
+        Row::plain("one of these simulated once: hits, on average", grid.hit_ms, "ms"),
+        Row::plain("the same: slow pushes over 10 cm", grid.push_ms, "ms"),
         Row::at_most("twenty objects: robust plan, wall time", many.wall_s, 20.0, "s"),
         Row::plain("the same, CPU time", many.cpu_s, "s"),
         Row::plain("the same, strikes judged", many.rollouts, ""),
@@ -75,24 +75,24 @@ fn timed(scene: &Scene, properties: &Properties, rounds: usize) -> Result<Timed,
     Ok(Timed { wall_s: median(wall_s), cpu_s: median(cpu_s), rollouts })
 }
 
-/// Strikes from all around, judged in [`SAMPLES`] worlds each.
-struct Surveys {
+/// Strikes of the grid, evaluated in [`SAMPLES`] scenarios each.
+struct GridTimes {
     strikes: usize,
-    /// Drawing the worlds included.
+    /// Includes drawing the scenarios.
     wall_s: f64,
     /// Mean wall time of simulating a strike once, on one thread: of hits, and of slow pushes (ms).
     hit_ms: f64,
     push_ms: f64,
 }
 
-impl Surveys {
+impl GridTimes {
     fn of(scene: &Scene, properties: &Properties) -> Result<Self, String> {
         let (mut wall_s, mut all) = (Vec::new(), Vec::new());
         for seed in 0..ROUNDS as u64 {
             let start = Instant::now();
             let options = plan::Options { seed, ..plan::Options::default() };
-            let extent = (STRIKES, SAMPLES);
-            all = plan::survey(scene, properties, &options, extent).map_err(|e| e.to_string())?;
+            let size = plan::GridSize { strikes: STRIKES, samples: SAMPLES };
+            all = plan::evaluate_grid(scene, properties, &options, size).map_err(|e| e.to_string())?;
             wall_s.push(start.elapsed().as_secs_f64());
         }
         let world = World::new(scene, properties, &physics::Options::default()).map_err(|e| e.to_string())?;
@@ -100,9 +100,9 @@ impl Surveys {
         let mut mean_ms = |pushes: bool| {
             let chosen: Vec<_> = all.iter().filter(|s| (s.aim.follow_through_m > PUSH_M) == pushes).collect();
             let start = Instant::now();
-            for surveyed in &chosen {
-                // The worlds' own errors are not looked at: a strike that cannot start costs nothing.
-                let _ = simulator.run(&world, &surveyed.strike);
+            for evaluated in &chosen {
+                // Errors are ignored: a strike that cannot start costs nothing.
+                let _ = simulator.run(&world, &evaluated.strike);
             }
             1e3 * start.elapsed().as_secs_f64() / chosen.len() as f64
         };

@@ -144,7 +144,7 @@ fn works(
     let Some(rest) = lab.strike(&scene.placed, strike, variation)? else { return Ok((false, None)) };
     let poses = rest.poses.iter().cloned().collect();
     let singulation = Singulation::of(scene, &poses).map_err(|e| e.to_string())?;
-    let fulfilled = singulation.violations(&scene.goal).is_empty() && rest.tilt_deg < MOST_TILT_DEG;
+    let fulfilled = singulation.violations().is_empty() && rest.tilt_deg < MOST_TILT_DEG;
     Ok((fulfilled, Some(rest)))
 }
 

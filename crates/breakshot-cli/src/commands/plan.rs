@@ -1,23 +1,30 @@
 //! `breakshot plan`: the strike that singulates a pile.
 
 use super::simulate::{self, SimulationInputs};
-use crate::args::PlanArgs;
+use crate::args::{PlanArgs, SurveyArgs};
 use crate::{Outcome, console};
-use breakshot::plan::{self, Plan};
+use breakshot::plan::{self, Aim, EvaluatedStrike, GridSize, Plan};
 use breakshot::properties::Properties;
-use breakshot::scene::Strike;
+use breakshot::scene::{Scene, Strike};
 use breakshot::{Result, files, report};
+use serde::Serialize;
 
 /// Plans the strike and writes the plan.
 pub(crate) fn run(args: &PlanArgs) -> Result<Outcome> {
     let SimulationInputs { scene, properties, outcome, .. } =
         simulate::inputs(&args.scene, &args.properties, &args.assumptions)?;
+    let aims: Vec<Aim> = args.proposals.as_deref().map(files::read_json).transpose()?.unwrap_or_default();
+    let proposals = |_: &Scene| aims.clone();
     let options = plan::Options {
         method: args.method.into(),
-        scatter: args.scatter.scatter(),
+        noise: args.noise.noise(),
         seed: args.seed,
+        proposals: Some(&proposals),
         ..plan::Options::default()
     };
+    if let Some(file) = &args.survey.survey {
+        files::write_json(file, &survey(&scene, &properties, &options, &args.survey)?)?;
+    }
     let mut plan = plan::plan(&scene, &properties, &options)?;
     if args.strikes > 1 && plan.strike.is_some() {
         plan.then = following(&plan, &properties, &options, args.strikes as usize - 1)?;
@@ -33,14 +40,35 @@ pub(crate) fn run(args: &PlanArgs) -> Result<Outcome> {
         for (k, strike) in plan.then.iter().enumerate() {
             print_strike(&format!("strike {} of {}: ", k + 2, plan.then.len() + 1), strike);
         }
-        for file in std::iter::once(&args.output).chain(&args.figure) {
+        for file in std::iter::once(&args.output).chain(&args.figure).chain(&args.survey.survey) {
             println!("Wrote {}", file.display());
         }
     }
     Ok(outcome.and(Outcome::doubtful_if(plan.outcome != plan::Outcome::Found)))
 }
 
-/// The strikes after the first one, each planned for the expected outcome of the one before it.
+/// The file of `--survey`.
+#[derive(Serialize)]
+struct Survey {
+    version: u32,
+    /// Scenarios in which each strike was simulated.
+    samples: usize,
+    seed: u64,
+    strikes: Vec<EvaluatedStrike>,
+}
+
+fn survey(
+    scene: &Scene,
+    properties: &Properties,
+    options: &plan::Options,
+    args: &SurveyArgs,
+) -> Result<Survey> {
+    let size = GridSize { strikes: args.survey_strikes as usize, samples: args.survey_samples as usize };
+    let strikes = plan::evaluate_grid(scene, properties, options, size)?;
+    Ok(Survey { version: 1, samples: size.samples, seed: options.seed, strikes })
+}
+
+/// The strikes after the first, if each does exactly what is expected of it.
 fn following(
     plan: &Plan,
     properties: &Properties,

@@ -23,7 +23,7 @@ pub(crate) fn run(args: &RunArgs) -> Result<Outcome> {
         .map_err(|source| Error::Write { path: args.output.clone(), source })?;
     let options = Options {
         method: args.method.into(),
-        scatter: args.scatter.scatter(),
+        noise: args.noise.noise(),
         seed: args.seed,
         ..Options::default()
     };

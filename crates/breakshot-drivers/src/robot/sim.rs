@@ -145,7 +145,7 @@ impl Sim {
         let trajectory = physics::trajectory(scene, &self.properties, &strike, &options);
         let poses = trajectory.map_err(|e| e.to_string())?.final_poses;
         let singulation = Singulation::of(scene, &poses).map_err(|e| e.to_string())?;
-        let violations = singulation.violations(&scene.goal).iter().map(ToString::to_string).collect();
+        let violations = singulation.violations().iter().map(ToString::to_string).collect();
         let row = |pose: &Pose| [pose.position.x, pose.position.y, pose.yaw_rad];
         let final_poses = poses.iter().map(|(name, pose)| (name.clone(), row(pose))).collect();
         Ok(SimulatedStrike { speed_m_s, final_poses, violations })

@@ -18,7 +18,7 @@ mod simulator;
 pub(crate) mod sliding;
 mod world;
 
-pub use event_loop::striker::{AfterStrike, RETRACT_PAST_START_M};
+pub use event_loop::striker::AfterStrike;
 pub use impact::compliant::{Compliance, ContactForce, Stiffness};
 pub use impact::pair_impact::{ImpactBody, PairImpact};
 pub use impact::routh::{ImpactLaw, RestitutionLaw};

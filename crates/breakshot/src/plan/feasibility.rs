@@ -1,18 +1,18 @@
-//! Which goals no strike can fulfil, told before any is simulated.
+//! Can any strike fulfil the goal?  Bounds that are checked before a strike is simulated.
 
 use crate::scene::Scene;
 
-/// Why the goal cannot hold for these objects in this workspace; `None` if nothing speaks against it.
+/// The reason why no arrangement of these objects in the workspace fulfils the goal; `None` if no bound excludes it.
 pub(crate) fn impossible(scene: &Scene) -> Option<String> {
     too_wide(scene).or_else(|| too_many(scene))
 }
 
-/// An object that the gripper cannot take wherever it lies.
+/// An object without a feasible grasp.
 fn too_wide(scene: &Scene) -> Option<String> {
     let gripper = scene.goal.gripper.as_ref()?;
     let never = |name: &str| scene.object(name).is_ok_and(|object| gripper.grasps(&object.shape).is_empty());
-    let asked = scene.placed.iter().map(|p| p.object.as_str()).filter(|name| scene.goal.asks_of(name));
-    asked.into_iter().find(|name| never(name)).map(|name| {
+    let grasped = scene.placed.iter().map(|p| p.object.as_str()).filter(|name| scene.goal.asks_of(name));
+    grasped.into_iter().find(|name| never(name)).map(|name| {
         let [opening_mm, clearance_mm] = [gripper.opening_m, gripper.clearance_m].map(|m| m * 1e3);
         format!(
             "{name} is wider in every direction than the gripper opens: {opening_mm:.1} mm, {clearance_mm:.1} mm of it room on each \
@@ -21,7 +21,7 @@ fn too_wide(scene: &Scene) -> Option<String> {
     })
 }
 
-/// Whether so many objects fit so far apart.
+/// More objects than fit into the workspace at the required distances.
 fn too_many(scene: &Scene) -> Option<String> {
     let goal = &scene.goal;
     // Around a target only two have to be apart.
@@ -47,11 +47,10 @@ fn too_many(scene: &Scene) -> Option<String> {
     })
 }
 
-/// An upper bound on how many points at least `apart_m` from each other a rectangle holds; of more than `count` only that
-/// they may fit.
+/// An upper bound on the number of points in a rectangle with distances of at least `apart_m`; not tight above `count`.
 ///
-/// N. Oler's inequality (1961), area and perimeter measured in `apart_m`; and the pigeonhole principle: cells with a
-/// diagonal below `apart_m` hold one point each.
+/// The inequality of Oler (1961), with lengths in units of `apart_m`, and the pigeonhole principle: a cell with a diagonal below
+/// `apart_m` contains at most one point.
 fn most_points(width_m: f64, height_m: f64, apart_m: f64, count: usize) -> usize {
     if apart_m <= 0.0 {
         return usize::MAX;
@@ -65,16 +64,16 @@ fn most_points(width_m: f64, height_m: f64, apart_m: f64, count: usize) -> usize
     oler.min(pigeonholes.unwrap_or(usize::MAX))
 }
 
-/// The greatest mean distance that so many points in a rectangle can have.
+/// The greatest mean distance between `count` points in a rectangle (m).
 ///
-/// The sum of distances is convex in every point, so some best arrangement has all points in corners.
+/// The sum of distances is convex in every point, hence some optimal arrangement has all points in the corners.
 fn greatest_mean_m(width_m: f64, height_m: f64, count: usize) -> f64 {
     let diagonal_m = width_m.hypot(height_m);
     let mut greatest_m = 0f64;
     for a in 0..=count {
         for b in 0..=count - a {
             for c in 0..=count - a - b {
-                // Corners in order around the rectangle.
+                // Number of points per corner, counter-clockwise.
                 let [a, b, c, d] = [a, b, c, count - a - b - c].map(|n| n as f64);
                 let sum_m =
                     width_m * (a * b + c * d) + height_m * (b * c + a * d) + diagonal_m * (a * c + b * d);
@@ -97,14 +96,14 @@ mod tests {
     }
 
     #[test]
-    fn the_bound_never_refuses_what_a_grid_or_a_triangular_lattice_shows_to_fit() {
+    fn the_bound_never_excludes_a_grid_or_a_triangular_lattice() {
         for (columns, rows) in [(2_u32, 2_u32), (3, 4), (5, 2), (7, 7)] {
             let (width_m, height_m) = (0.1 * f64::from(columns - 1), 0.1 * f64::from(rows - 1));
             let count = (columns * rows) as usize;
             let most = most_points(width_m + 1e-9, height_m + 1e-9, 0.1, count);
             assert!(most >= count, "{columns} x {rows}: {most}");
         }
-        // Seven points: the middle of a hexagon and its corners.
+        // Seven points: a hexagon and its centre.
         assert!(most_points(2.0, 3f64.sqrt() + 1e-9, 1.0, 7) >= 7);
     }
 

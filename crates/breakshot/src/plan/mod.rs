@@ -1,26 +1,12 @@
 //! Which strike singulates the pile?
 //!
-//! Section 5 of the paper (Fig. 11): strike the largest object centrally from an accessible direction, simulate, and
-//! feed the distances back into the strike's speed until Eq. 35 and 36 hold.  What the paper leaves open is decided so:
+//! Two planners answer.  [`Method::Paper`] is section 5 of the paper: it strikes the largest object centrally and corrects the speed by
+//! feedback from the simulated distances, with the properties at their means.  [`Method::Robust`] samples everything that is uncertain
+//! and searches for the strike with the largest success probability.
 //!
-//! - *Largest* (rule iii) is the outline's area; of equals the first name in the alphabet.
-//! - *Central* (rule iv): the line of action runs through the centroid; a polygon is struck on a side, square to it.
-//! - *Accessible* (rule vi): the striker's way from its start, and 20 mm behind it, to the contact keeps 3 mm clear of all
-//!   other objects; the whole way, 20 mm past the contact included, keeps as clear of walls and keep-out areas and stays on
-//!   the table.  The striker starts 70 mm before the contact, less (down to 20 mm) where that is not free.
-//! - *Greatest impulse* (rule vi): Eq. 8 with the arm's effective mass if one is given.  Without an arm the striker counts as
-//!   infinitely heavy, all headings of an object are equal, and the one that points most towards the middle of the other
-//!   objects comes first.  If no heading reaches the largest object, all objects compete by impulse.
-//! - *Feedback on the speed* (rule v, Fig. 11): the law, its gain, its stop rule and what happens when the response is
-//!   not monotonic stand in `feedback.rs`.  When no speed works, the next headings are tried in order of impulse, each at least
-//!   15 degrees from those before, on the same object.
-//! - *Follow-through*: the striker stops before the free object would be caught up, half way to `2 e v2 / (mu g)`
-//!   (Eq. 24 to 28 corrected), but not before 5 mm or after 20 mm.  A strike so slow that 5 mm reach the catch-up is *pushing*
-//!   (Eq. 27), every other one *scattering* (Eq. 28).
-//!
-//! A pile that fulfils the goal as it lies, and a single object, need no strike: found, with no strike and the poses as they
-//! are.  The numbers of the strike are rounded (1 um, 1 urad, 0.1 mm/s, 10 um) before they are simulated, so that
-//! simulating the strike as written gives the prediction to the last bit.
+//! A pile that fulfils the goal as it is, and a single object, need no strike: the outcome is found, without a strike.  The numbers of a
+//! strike are rounded (1 um, 1 urad, 0.1 mm/s, 10 um) before it is simulated, so that simulating the strike as written reproduces the
+//! prediction bit for bit.
 
 mod approach;
 mod feasibility;
@@ -38,44 +24,71 @@ use crate::geometry::Pose;
 use crate::properties::Properties;
 use crate::scene::Scene;
 use crate::singulation::Singulation;
-pub use options::{Aim, EffectiveMass, Method, Options, Proposals, Scatter};
+pub use options::{Aim, EffectiveMass, ExecutionNoise, Method, Options, Proposals};
 pub use result::{
-    Contact, Doubt, Failure, Iteration, Outcome, Plan, Prediction, Robustness, RunnerUp, Source,
+    Contact, Failure, Iteration, Outcome, Plan, Prediction, Robustness, RunnerUp, Sensitivity, Source,
 };
 pub use sequence::{Sequence, drawn, expected, sequence};
 use std::collections::BTreeMap;
-pub use survey::{Surveyed, survey};
+pub use survey::{EvaluatedStrike, GridSize, evaluate_grid};
 
 /// Plans the strike that singulates the pile.
 ///
+/// That no strike fulfils the goal is an answer, not an error: see [`Outcome`].
+///
 /// # Errors
-/// A scene that cannot be simulated; that no strike works is an answer, not an error.
+/// A scene that cannot be simulated, such as overlapping objects or a property that was not measured.
+///
+/// # Examples
+/// ```
+/// use breakshot::cell::{Cell, Striker, Workspace};
+/// use breakshot::geometry::Point;
+/// use breakshot::object::{Object, Shape};
+/// use breakshot::plan::{Options, Outcome, plan};
+/// use breakshot::properties::Properties;
+/// use breakshot::scene::{Placed, Scene};
+/// use breakshot::uncertain::Estimate;
+///
+/// let disc = |name: &str, radius_m| {
+///     let shape = Shape::Disc { radius_m };
+///     Object { name: name.into(), shape, height_m: 0.03, marker: None, mass_kg: None, support: None }
+/// };
+/// let placed = |object: &str, x_m| {
+///     Placed { object: object.into(), position_m: Point::new(x_m, 0.0), yaw_rad: 0.0 }
+/// };
+/// let cell = Cell::from_above(1000.0, Workspace::centred([1.0, 0.8]), Striker::rod(0.015, [0.05, 1.0]));
+/// let scene = Scene::new(cell, vec![disc("a", 0.04), disc("b", 0.035)], vec![placed("a", 0.0), placed("b", 0.076)])?;
+///
+/// let each = |a, b| [("a".to_owned(), Estimate::exact(a)), ("b".to_owned(), Estimate::exact(b))].into();
+/// let properties = Properties {
+///     reference: "a".into(),
+///     friction: each(0.3, 0.25),
+///     striker_restitution: each(0.6, 0.6),
+///     restitution: [("a/b".to_owned(), Estimate::exact(0.5))].into(),
+///     mass_ratio: each(1.0, 0.7),
+///     ..Properties::default()
+/// };
+///
+/// let plan = plan(&scene, &properties, &Options::default())?;
+/// assert_eq!(plan.outcome, Outcome::Found);
+/// assert!(plan.prediction.unwrap().min_distance_m.unwrap() >= 0.09); // m, Eq. 36
+/// # Ok::<(), breakshot::Error>(())
+/// ```
 pub fn plan(scene: &Scene, properties: &Properties, options: &Options) -> Result<Plan> {
-    let mut plan = Plan {
-        version: 1,
-        method: options.method,
-        outcome: Outcome::Unreachable,
-        reason: String::new(),
-        scene: scene.clone(),
-        strike: None,
-        prediction: None,
-        iterations: Vec::new(),
-        robustness: None,
-        then: Vec::new(),
-    };
+    let mut plan = Plan::unreachable(scene, options.method);
     if scene.placed.is_empty() {
         plan.reason = "nothing lies on the table".into();
         return Ok(plan);
     }
     let poses: BTreeMap<_, _> = scene.placed.iter().map(|p| (p.object.clone(), p.pose())).collect();
-    let lying = Singulation::of(scene, &poses)?;
-    if lying.violations(&scene.goal).is_empty() {
+    let singulation = Singulation::of(scene, &poses)?;
+    if singulation.violations().is_empty() {
         plan.outcome = Outcome::Found;
         plan.reason = match &scene.placed[..] {
-            [alone] => format!("only {} lies on the table: there is nothing to singulate", alone.object),
-            _ => "the objects already lie as wanted: no strike is needed".into(),
+            [single] => format!("only {} lies on the table: there is nothing to singulate", single.object),
+            _ => "the pile already fulfils the goal: no strike is needed".into(),
         };
-        plan.prediction = Some(prediction(poses, &lying));
+        plan.prediction = Some(unchanged(poses, &singulation));
         return Ok(plan);
     }
     if let Some(reason) = feasibility::impossible(scene) {
@@ -84,11 +97,12 @@ pub fn plan(scene: &Scene, properties: &Properties, options: &Options) -> Result
     }
     match options.method {
         Method::Paper => paper::paper(plan, properties, options),
-        Method::Robust => robust::robust(plan, properties, options, &robust::Effort::FULL),
+        Method::Robust => robust::robust(plan, properties, options, &robust::Budget::FULL),
     }
 }
 
-fn prediction(final_poses: BTreeMap<String, Pose>, singulation: &Singulation) -> Prediction {
+/// The prediction for a pile that is not struck.
+fn unchanged(final_poses: BTreeMap<String, Pose>, singulation: &Singulation) -> Prediction {
     Prediction {
         final_poses,
         min_distance_m: singulation.min_distance_m(),

@@ -1,45 +1,45 @@
-//! How to plan: which algorithm, which arm, how exactly things are known.
+//! The inputs of the planner besides scene and properties: algorithm, arm, proposals, execution noise, seed.
 
 use crate::geometry::Point;
 use crate::scene::Scene;
 use serde::{Deserialize, Serialize};
 
-/// Which algorithm plans.
+/// The planning algorithm.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Method {
-    /// The paper's feedback on the speed.
+    /// The paper's feedback on the speed, with the properties at their means.
     #[default]
     Paper,
-    /// The strike that works most probably, over all that is not known exactly.
+    /// The strike with the largest success probability under all uncertainties.
     Robust,
 }
 
-/// The striker's effective mass (kg) in Eq. 8, by the touched point and the heading (rad); zero where the arm cannot strike.
+/// The arm's effective mass (kg) in Eq. 8 as a function of the touched point and the heading (rad); zero where the arm cannot strike.
 pub type EffectiveMass<'a> = dyn Fn(Point, f64) -> f64 + Sync + 'a;
 
-/// Strikes worth judging besides those from all around: what experience or a learned model proposes for a scene.
+/// A function from a scene to strikes that are evaluated in addition to the grid, such as a learned model.
 pub type Proposals<'a> = dyn Fn(&Scene) -> Vec<Aim> + Sync + 'a;
 
 /// How to plan.
 #[derive(Clone, Copy, Default)]
 pub struct Options<'a> {
-    /// Which algorithm.
+    /// The algorithm.
     pub method: Method,
-    /// The arm's impulse geometry; without it the striker counts as infinitely heavy.
+    /// The arm's effective mass; without it the striker counts as infinitely heavy.
     pub effective_mass_kg: Option<&'a EffectiveMass<'a>>,
-    /// What else to judge; only `Robust` asks.
+    /// Strikes to evaluate in addition to the grid; used by `Robust`.
     pub proposals: Option<&'a Proposals<'a>>,
-    /// How well the pile is seen and the strike carried out; only `Robust` asks.
-    pub scatter: Scatter,
-    /// The seed of all draws; only `Robust` draws.
+    /// Errors of observation and execution; used by `Robust`.
+    pub noise: ExecutionNoise,
+    /// Seed of all random draws; used by `Robust`.
     pub seed: u64,
 }
 
-/// How well the pile is seen and how well an arm does what it is told: one standard deviation each.
+/// Errors of the observed poses and of the executed strike: standard deviations.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Scatter {
-    /// Of an object's place, along each axis (m).
+pub struct ExecutionNoise {
+    /// Of an object's position, along each axis (m).
     pub position_m: f64,
     /// Of an object's yaw (rad).
     pub yaw_rad: f64,
@@ -49,25 +49,26 @@ pub struct Scatter {
     pub heading_rad: f64,
 }
 
-impl Default for Scatter {
-    /// A camera that sees a millimetre and a degree, an arm that keeps two parts in a hundred and a degree: what a strike has to bear to
-    /// be called reliable.
+impl Default for ExecutionNoise {
+    /// Default noise (1 sigma): object position 1 mm and 1 degree, strike speed 2 %, heading 1 degree.
     fn default() -> Self {
         Self { position_m: 1e-3, yaw_rad: 0.0175, speed: 0.02, heading_rad: 0.0175 }
     }
 }
 
-/// What a strike aims at, apart from where it starts.
-#[derive(Clone, Debug, PartialEq)]
+/// A strike without its start: object, line, speed and follow-through.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Aim {
-    /// The object to touch first: its index in the scene's `placed`.
-    pub object: usize,
-    /// The direction (rad).
+    /// Name of the object to touch first.
+    pub object: String,
+    /// Direction of motion (rad).
     pub heading_rad: f64,
-    /// How far to the left of the object's centroid the striker's centre passes (m).
+    /// Distance by which the striker's line passes the object's centroid on its left (m); negative on its right.
+    #[serde(default)]
     pub offset_m: f64,
-    /// The speed (m/s).
+    /// Speed (m/s), clamped to the striker's range.
     pub speed_m_s: f64,
-    /// How far the striker runs on after it touched the object (m).
+    /// Distance that the striker moves on after the first contact (m).
     pub follow_through_m: f64,
 }

@@ -1,4 +1,4 @@
-//! What a plan is: the strike, what it is expected to do, and why it was chosen.
+//! The result of planning: the strike, its prediction, its robustness, and the search that led to it.
 
 use super::options::Method;
 use crate::geometry::Pose;
@@ -10,141 +10,168 @@ use std::collections::BTreeMap;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Outcome {
-    /// The strike fulfils the goal in simulation, or the pile does without one.
+    /// The strike fulfils the goal in simulation, or the pile fulfils it without one.
     Found,
-    /// The best strike there is does not; the reason says what is missing.
+    /// The best strike does not fulfil the goal; the reason names what is missing.
     BestEffort,
     /// No strike is possible.
     Unreachable,
 }
 
-/// How the striker meets a free object (Eq. 27 and 28).
+/// The motion of a struck, free object relative to the striker (Eq. 27 and 28).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Contact {
-    /// The object leaves the striker and is not caught up within its stroke.
+    /// The object leaves the striker, which stops before it catches up with it.
     #[default]
     Scattering,
-    /// The striker catches the object up and pushes it.
+    /// The striker catches up with the object and pushes it.
     Pushing,
 }
 
-/// The strike, what it is expected to do, and why it was chosen (`plan.json`).
+/// The strike, its prediction, and why it was chosen (`plan.json`).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct Plan {
     /// The file format's version.
     pub version: u32,
-    /// Which algorithm planned.
+    /// The algorithm.
     pub method: Method,
     /// How the search ended.
     pub outcome: Outcome,
-    /// Why, in words.
+    /// The reason for the outcome, a sentence.
     pub reason: String,
-    /// What it was planned for.
+    /// The scene that was planned for.
     pub scene: Scene,
-    /// What the robot shall do; none if unreachable, and if nothing needs to be done.
+    /// The strike; none if the goal is unreachable or already fulfilled.
     pub strike: Option<Strike>,
-    /// What is expected then; none if unreachable.
+    /// The predicted result; none if unreachable.
     pub prediction: Option<Prediction>,
-    /// The search, step by step.
+    /// The steps of the search.
     pub iterations: Vec<Iteration>,
-    /// How sure the plan is, and why; only `Robust` tells.
+    /// Success probability and its explanation (`Robust`).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub robustness: Option<Robustness>,
-    /// The strikes that would follow if each did exactly what is expected of it; only where more than one was asked for.
+    /// The strikes that follow if each has exactly its predicted result; only where more than one was asked for.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub then: Vec<Strike>,
 }
 
-/// What a strike is expected to do.
+impl Plan {
+    /// A plan without strike, prediction and reason.
+    pub(crate) fn unreachable(scene: &Scene, method: Method) -> Self {
+        Self {
+            version: 1,
+            method,
+            outcome: Outcome::Unreachable,
+            reason: String::new(),
+            scene: scene.clone(),
+            strike: None,
+            prediction: None,
+            iterations: Vec::new(),
+            robustness: None,
+            then: Vec::new(),
+        }
+    }
+}
+
+/// The predicted result of a strike, with the properties at their means.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct Prediction {
-    /// Where every object comes to rest.
+    /// The pose of every object at rest.
     #[serde(rename = "final")]
     pub final_poses: BTreeMap<String, Pose>,
-    /// Least distance between two centres (m); none for a single object.
+    /// The least distance between two centres (m); none for a single object.
     pub min_distance_m: Option<f64>,
-    /// Mean distance over all pairs (m); none for a single object.
+    /// The mean distance over all pairs (m); none for a single object.
     pub mean_distance_m: Option<f64>,
-    /// How likely it fulfils the goal, where the method can tell.
+    /// The probability that the goal is fulfilled (`Robust`).
     pub success_probability: Option<f64>,
 }
 
-/// One step of the search.
+/// One simulated strike of the search.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Iteration {
-    /// The strike tried.
+    /// The strike.
     pub strike: Strike,
-    /// How the striker meets the object.
+    /// Whether the object leaves the striker or is pushed.
     pub contact: Contact,
-    /// Least distance between two centres after it (m); none for a single object.
+    /// The least distance between two centres after it (m); none for a single object.
     pub min_distance_m: Option<f64>,
-    /// Mean distance over all pairs after it (m); none for a single object.
+    /// The mean distance over all pairs after it (m); none for a single object.
     pub mean_distance_m: Option<f64>,
     /// Whether it fulfils the goal.
     pub fulfilled: bool,
 }
 
-/// How sure a robust plan is, and why (`plan.json`).
+/// The success probability of a strike and its explanation (`plan.json`).
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct Robustness {
-    /// The part of the possible worlds in which the strike fulfils the goal.
+    /// Fraction of the scenarios in which the strike fulfils the goal.
     pub success_probability: f64,
-    /// One standard deviation of that part.
+    /// Standard error of that fraction.
     pub standard_error: f64,
-    /// On how many possible worlds it was judged.
+    /// Number of scenarios.
     pub samples: usize,
-    /// How many strikes were simulated and judged in all.
+    /// Number of simulations of the whole search.
     #[serde(default)]
     pub rollouts: usize,
-    /// How many objects are singulated, on average.
+    /// Mean number of singulated objects.
     pub expected_singulated: f64,
-    /// The best strike that is clearly another one.
+    /// The best strike of another kind.
     pub runner_up: Option<RunnerUp>,
-    /// What goes wrong where it goes wrong, the most frequent first.
+    /// The violated conditions, the most frequent first.
     pub failures: Vec<Failure>,
-    /// What it would bring to know one thing exactly, the most first.
-    pub doubts: Vec<Doubt>,
-    /// Where each object comes to rest in each of the first possible worlds.
-    pub cloud: BTreeMap<String, Vec<Pose>>,
-    /// The seed of all draws.
+    /// The sources of uncertainty, the one with the largest gain first.
+    #[serde(rename = "doubts")]
+    pub sensitivities: Vec<Sensitivity>,
+    /// Final poses of each object in the first scenarios.
+    #[serde(rename = "cloud")]
+    pub final_poses: BTreeMap<String, Vec<Pose>>,
+    /// Seed of all random draws.
     pub seed: u64,
 }
 
-/// A clearly different strike that is nearly as good.
+/// A clearly different strike and its success probability.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct RunnerUp {
     /// The strike.
     pub strike: Strike,
-    /// The part of the possible worlds in which it fulfils the goal.
+    /// Fraction of the scenarios in which it fulfils the goal.
     pub success_probability: f64,
 }
 
-/// One way to fail.
+/// A condition of the goal that fails in some scenarios.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct Failure {
-    /// What happens, in words.
+    /// What happens, a phrase.
     pub what: String,
-    /// In which part of the possible worlds it is the worst that happens.
-    pub part: f64,
+    /// Fraction of the scenarios in which this condition fails by most.
+    #[serde(rename = "part")]
+    pub fraction: f64,
 }
 
-/// What it would bring to know one thing exactly.
+/// The gain in success probability if one source of uncertainty were removed.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Doubt {
-    /// What is not known exactly.
+#[non_exhaustive]
+pub struct Sensitivity {
+    /// The source.
     pub source: Source,
-    /// By how much the success probability of this strike would grow.
+    /// Increase of the success probability of this strike; negative if it decreases.
     pub gain: f64,
 }
 
-/// Where doubt comes from.
+/// A source of uncertainty.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Source {
-    /// Where the objects lie.
+    /// The poses of the objects.
     Poses,
-    /// The strike's speed and heading.
+    /// The speed and heading of the strike.
     Strike,
     /// Friction against the table.
     Friction,
@@ -152,7 +179,7 @@ pub enum Source {
     Restitution,
     /// Mass ratios.
     Masses,
-    /// Contact friction, and how touching objects share an impact.
+    /// Contact friction, and the law of simultaneous impacts.
     Contacts,
 }
 
@@ -160,15 +187,15 @@ impl Source {
     pub(crate) const ALL: [Self; 6] =
         [Self::Poses, Self::Strike, Self::Friction, Self::Restitution, Self::Masses, Self::Contacts];
 
-    /// What it is, in words.
+    /// The source in words.
     pub fn words(self) -> &'static str {
         match self {
-            Self::Poses => "where the objects lie",
+            Self::Poses => "the poses of the objects",
             Self::Strike => "the strike's speed and heading",
             Self::Friction => "friction on the table",
             Self::Restitution => "restitution",
             Self::Masses => "mass ratios",
-            Self::Contacts => "contact friction, and how touching objects share an impact",
+            Self::Contacts => "contact friction and the law of simultaneous impacts",
         }
     }
 }

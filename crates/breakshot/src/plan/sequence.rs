@@ -1,38 +1,38 @@
-//! Strike after strike: plan, carry out, look, plan again.
+//! How is a pile singulated with several strikes?  Plan, execute, observe, and plan again.
 
 use super::options::Options;
 use super::plan;
 use super::result::Plan;
-use super::robust::scenarios::{by_name, possible_worlds};
+use super::robust::scenarios::{Draws, Nominal, by_name};
 use crate::error::Result;
 use crate::geometry::Pose;
 use crate::outline::Outline;
-use crate::physics::{self, Simulator, World};
+use crate::physics::Simulator;
 use crate::properties::Properties;
 use crate::scene::{Placed, Scene};
 use crate::singulation::Singulation;
 use std::collections::BTreeMap;
 
-/// How a sequence of strikes went.
+/// The plans of a sequence of strikes and its result.
 #[derive(Clone, Debug)]
+#[non_exhaustive]
 pub struct Sequence {
-    /// Each strike's plan, its scene as it was seen before it.
+    /// The plan of each strike, with the scene observed before it.
     pub plans: Vec<Plan>,
-    /// How the table was seen after the last strike.
+    /// The scene observed after the last strike.
     pub left: Scene,
     /// Whether the goal holds there.
     pub singulated: bool,
-    /// How it ended, in words.
+    /// The reason for the end, a sentence.
     pub reason: String,
 }
 
-/// Plans and strikes until the goal holds, nothing more can be done, or `most` strikes were made.
+/// Plans and strikes until the goal holds, no strike is possible, or `most` strikes were made.
 ///
-/// `carry_out` makes a plan's strike happen and tells how the table is seen afterwards; it may learn from the strike and
-/// better the properties.
+/// `carry_out` executes the strike of a plan and returns the scene observed afterwards; it may update the properties.
 ///
 /// # Errors
-/// Scenes that cannot be simulated, and whatever goes wrong while carrying out.
+/// Scenes that cannot be simulated, and the errors of `carry_out`.
 pub fn sequence(
     scene: &Scene,
     properties: &mut Properties,
@@ -75,45 +75,46 @@ pub fn expected(plan: &Plan) -> Scene {
     moved(&plan.scene, &poses)
 }
 
-/// The scene after a plan's strike in a world drawn from what is not known: friction, restitution, masses and contacts from their
-/// uncertainty, poses, speed and heading off by what the options say.  The same draw gives the same world.
+/// The scene after the strike of a plan in a drawn world: friction, restitution, masses and contacts from their uncertainty, poses,
+/// speed and heading with the noise of the options.  The same draw gives the same world.
 ///
 /// # Errors
 /// A scene that cannot be simulated.
 pub fn drawn(plan: &Plan, properties: &Properties, options: &Options, draw: u64) -> Result<Scene> {
     let Some(strike) = &plan.strike else { return Ok(plan.scene.clone()) };
-    let mean = World::new(&plan.scene, properties, &physics::Options::default())?;
-    let worlds = possible_worlds((&plan.scene, properties, &mean), options, (draw, 1), None)?;
+    let nominal = Nominal::new(&plan.scene, properties, options.noise)?;
+    let scenarios = nominal.scenarios(Draws { seed: draw, count: 1, fixed: None })?;
     let mut poses = BTreeMap::new();
-    for possible in &worlds {
-        let outcome = Simulator::new().run(&possible.world, &possible.executed(strike))?;
-        poses.extend(by_name(&possible.world, &outcome.poses));
+    for scenario in &scenarios {
+        let outcome = Simulator::new().run(&scenario.world, &scenario.executed(strike))?;
+        poses.extend(by_name(&scenario.world, &outcome.poses));
     }
     Ok(moved(&plan.scene, &poses))
 }
 
-/// The scene with its objects elsewhere.
+/// The scene with its objects at other poses.
 fn moved(scene: &Scene, poses: &BTreeMap<String, Pose>) -> Scene {
-    let place = |p: &Placed| {
+    let placed = |p: &Placed| {
         poses.get(&p.object).map_or_else(
             || p.clone(),
             |pose| Placed { object: p.object.clone(), position_m: pose.position, yaw_rad: pose.yaw_rad },
         )
     };
-    Scene { placed: scene.placed.iter().map(place).collect(), ..scene.clone() }
+    Scene { placed: scene.placed.iter().map(placed).collect(), ..scene.clone() }
 }
 
 fn fulfilled(scene: &Scene) -> Result<bool> {
     let poses: BTreeMap<_, _> = scene.placed.iter().map(|p| (p.object.clone(), p.pose())).collect();
-    Ok(Singulation::of(scene, &poses)?.violations(&scene.goal).is_empty())
+    Ok(Singulation::of(scene, &poses)?.violations().is_empty())
 }
 
-/// An object whose centre lies beyond the table's edge, or on it: it fell there.
+/// An object whose centre is past the table's edge or on it, where a simulation leaves a fallen object.
 fn fallen(scene: &Scene) -> Option<&str> {
     let table = Outline::polygon(&scene.cell.table.as_ref()?.outline_m);
-    let lies = |p: &&Placed| !table.contains(p.position_m) || table.border_distance_m(p.position_m) < EDGE_M;
-    scene.placed.iter().find(lies).map(|p| p.object.as_str())
+    let past_edge =
+        |p: &&Placed| !table.contains(p.position_m) || table.border_distance_m(p.position_m) < EDGE_M;
+    scene.placed.iter().find(past_edge).map(|p| p.object.as_str())
 }
 
-/// A centre this close to the edge fell (m).
+/// Distance to the edge within which an object counts as fallen (m).
 const EDGE_M: f64 = 1e-6;

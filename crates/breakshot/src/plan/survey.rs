@@ -1,54 +1,63 @@
-//! What are strikes from all around worth?  A map of a scene, and what a model that shall propose strikes can learn from.
+//! What is the success probability of strikes over the whole grid?  A map of a scene, and training data for models that propose strikes.
 
 use super::options::{Aim, Options};
-use super::robust::evaluate::{expected_singulated, part, verdicts};
-use super::robust::goal_margin::{Judge, Verdict};
-use super::robust::scenarios::possible_worlds;
-use super::robust::strike_grid::{Candidate, Range, reachable};
+use super::robust::evaluate::{Evaluation, expected_singulated, success_probability};
+use super::robust::scenarios::{Draws, Nominal};
+use super::robust::strike_grid::{StrikeCandidate, StrikeGrid};
 use crate::error::Result;
-use crate::physics::{self, World};
 use crate::properties::Properties;
 use crate::scene::{Scene, Strike};
+use serde::{Deserialize, Serialize};
 
-/// A strike, and what becomes of the goal after it.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Surveyed {
-    /// What it aims at.
+/// How many strikes of the grid are evaluated, and in how many scenarios each.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct GridSize {
+    /// Greatest number of strikes; more are thinned uniformly.
+    pub strikes: usize,
+    /// Number of scenarios.
+    pub samples: usize,
+}
+
+/// A strike of the grid and its evaluation.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
+pub struct EvaluatedStrike {
+    /// Object, line, speed and follow-through.
     pub aim: Aim,
     /// The strike itself.
     pub strike: Strike,
-    /// The part of the possible worlds in which it fulfils the goal.
+    /// Fraction of the scenarios in which it fulfils the goal.
     pub success_probability: f64,
-    /// How many objects it singulates, on average.
+    /// Mean number of singulated objects.
     pub expected_singulated: f64,
 }
 
-/// Judges strikes, at most so many and evenly chosen of all that the striker can make, in so many possible worlds.
+/// Evaluates feasible strikes of the grid, uniformly thinned to `size.strikes`, all in the same scenarios.
 ///
-/// All are judged in the same worlds; the same seed gives the same bits on any number of threads.
+/// The same seed gives the same bits on any number of threads.
 ///
 /// # Errors
 /// A scene that cannot be simulated.
-pub fn survey(
+pub fn evaluate_grid(
     scene: &Scene,
     properties: &Properties,
     options: &Options,
-    (strikes, samples): (usize, usize),
-) -> Result<Vec<Surveyed>> {
-    let nominal = World::new(scene, properties, &physics::Options::default())?;
-    let judge = Judge::new(scene)?;
-    let (all, _) = reachable(scene, &Range::new(scene)?, (options, usize::MAX));
-    let count = strikes.min(all.len());
+    size: GridSize,
+) -> Result<Vec<EvaluatedStrike>> {
+    let nominal = Nominal::new(scene, properties, options.noise)?;
+    let evaluation = Evaluation::new(scene)?;
+    let all = StrikeGrid::new(scene)?.feasible(options, usize::MAX)?.strikes;
+    let count = size.strikes.min(all.len());
     let chosen = (0..count).map(|k| &all[k * all.len() / count]);
-    let worlds = possible_worlds((scene, properties, &nominal), options, (options.seed, samples), None)?;
-    let surveyed = |Candidate { aim, strike, .. }: &Candidate| {
-        let verdicts = verdicts(strike, &worlds, &judge);
-        Surveyed {
+    let scenarios = nominal.scenarios(Draws { seed: options.seed, count: size.samples, fixed: None })?;
+    let evaluated = |StrikeCandidate { aim, strike, .. }: &StrikeCandidate| {
+        let margins = evaluation.margins(strike, &scenarios);
+        EvaluatedStrike {
             aim: aim.clone(),
             strike: strike.clone(),
-            success_probability: part(&verdicts, Verdict::fulfilled),
-            expected_singulated: expected_singulated(&verdicts),
+            success_probability: success_probability(&margins),
+            expected_singulated: expected_singulated(&margins),
         }
     };
-    Ok(chosen.map(surveyed).collect())
+    Ok(chosen.map(evaluated).collect())
 }

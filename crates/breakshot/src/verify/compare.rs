@@ -63,7 +63,7 @@ pub(super) fn report(
         version: 1,
         video: observed.video.clone(),
         summary: summary(&pairs, &objects),
-        goal: GoalChecks { observed: goal_check(scene, &real), predicted: goal_check(scene, &expected) },
+        goal: GoalChecks { observed: goal_check(&real), predicted: goal_check(&expected) },
         before,
         observed: after,
         predicted,
@@ -155,8 +155,8 @@ fn distance_errors<'a>(pairs: impl Iterator<Item = &'a PairDifference>) -> Optio
     })
 }
 
-fn goal_check(scene: &Scene, singulation: &Singulation) -> GoalCheck {
-    let violations: Vec<_> = singulation.violations(&scene.goal).iter().map(ToString::to_string).collect();
+fn goal_check(singulation: &Singulation) -> GoalCheck {
+    let violations: Vec<_> = singulation.violations().iter().map(ToString::to_string).collect();
     GoalCheck {
         fulfilled: violations.is_empty(),
         min_distance_m: singulation.min_distance_m(),

@@ -4,7 +4,7 @@ use crate::cell::Striker;
 use crate::estimate::closest_points::{PlacedShape, closest_points};
 use crate::geometry::{Pose, Vec2};
 use crate::object::Shape;
-use crate::scene::Strike;
+use crate::scene::{RETRACT_PAST_START_M, Strike};
 
 /// The striker's prescribed motion: straight out by the travel of the strike, then back.
 ///
@@ -15,9 +15,6 @@ pub(crate) struct StrikerPath {
     strike: Strike,
     retract_speed_m_s: f64,
 }
-
-/// The striker retracts to this distance behind its start (m).
-const BEHIND_START_M: f64 = 0.02;
 
 impl StrikerPath {
     pub(crate) fn new(striker: &Striker, strike: &Strike) -> Self {
@@ -68,7 +65,7 @@ impl StrikerPath {
         if since_s <= turning_s {
             (distance_m + self.strike.speed_m_s * since_s).max(0.0)
         } else {
-            (self.strike.travel_m - self.retract_speed_m_s * (since_s - turning_s)).max(-BEHIND_START_M)
+            (self.strike.travel_m - self.retract_speed_m_s * (since_s - turning_s)).max(-RETRACT_PAST_START_M)
         }
     }
 }

@@ -8,10 +8,7 @@
 use crate::geometry::{Pose, Vec2};
 use crate::physics::rotation::length;
 use crate::physics::sliding::motion::Motion;
-use crate::scene::Strike;
-
-/// Distance behind its start to which the striker draws back (m).
-pub const RETRACT_PAST_START_M: f64 = 0.02;
+use crate::scene::{RETRACT_PAST_START_M, Strike};
 
 /// What the striker does after it stops.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

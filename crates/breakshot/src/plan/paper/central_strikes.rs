@@ -1,44 +1,42 @@
-//! Central strikes that the striker can carry out: which object, from where (rules iii, iv and vi of section 5).
+//! Which central strikes can the striker execute? (rules iii, iv and vi of section 5)
 //!
-//! A strike is central if its line of action runs through the object's centroid.  A disc is struck so from every
-//! heading; a polygon on each side whose perpendicular through the centroid meets that side.  The way is free if the
-//! striker's swept area, from behind its start to the contact, keeps clear of every other object, and as far as it
-//! runs on keeps clear of walls and keep-out areas.  What happens to other objects after the impact is physics.
+//! A strike is central if its line of action passes through the object's centroid.  A disc can be struck centrally from every heading,
+//! a polygon on each side that contains the foot of the perpendicular from the centroid.  The lead-in has to be free of other objects,
+//! walls and keep-out areas, see `plan/approach.rs`.
 
 use crate::error::Result;
 use crate::geometry::{Point, Pose, Vec2, wrapped_rad};
 use crate::object::Shape;
 use crate::physics::GRAVITY_M_S2;
-use crate::plan::approach::{Surroundings, TOUCH_M, rounded, rounded_strike};
+use crate::plan::approach::{ContactLine, Surroundings, TOUCH_M, rounded, rounded_strike};
 use crate::plan::options::Options;
 use crate::properties::Properties;
 use crate::scene::{Placed, Scene, Strike};
 use std::collections::BTreeSet;
 
-/// After the contact the striker runs on at least so far, or an error of the pose would make it miss.
+/// Least follow-through (m): a shorter one would miss the object by an error of its pose.
 const LEAST_FOLLOW_THROUGH_M: f64 = 0.005;
-/// And at most so far: the paper's strike ends at the impact.
+/// Greatest follow-through (m): the paper's strike ends at the impact.
 pub(crate) const MOST_FOLLOW_THROUGH_M: f64 = 0.02;
-/// The part of the stroke to the catch-up that the striker runs on: before it meets the object again, with a margin.
-const CATCH_UP_PART: f64 = 0.5;
+/// Fraction of the catch-up distance after which the striker stops.
+const CATCH_UP_FRACTION: f64 = 0.5;
 /// Headings around a disc.
 const HEADINGS: u32 = 72;
-/// One central strike, apart from its speed.
+
+/// A central strike without its speed.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Candidate {
-    /// The object it is meant for.
+pub(crate) struct CentralStrike {
+    /// The object to be struck.
     pub object: String,
-    /// Its direction (rad).
-    pub heading_rad: f64,
-    /// Where the striker's centre is when it touches the object.
-    pub contact_m: Point,
-    /// How far it runs before that (m).
+    /// The striker's centre at first contact, and the direction.
+    pub line: ContactLine,
+    /// Distance from the start to the contact (m).
     pub lead_in_m: f64,
-    /// The impulse at unit speed (Eq. 8 and 24; kg if masses are known in kg, else reference masses).
+    /// Impulse at unit speed (Eq. 8 and 24; in kg if masses are known in kg, else in reference masses).
     pub impulse: f64,
     /// The striker's effective mass (kg), infinite without an arm.
     pub effective_mass_kg: f64,
-    /// The cosine of the angle between heading and way to the other objects' middle.
+    /// Cosine of the angle between the heading and the direction to the mean position of the other objects.
     pub towards_pile: f64,
     /// Restitution against the striker.
     restitution: f64,
@@ -46,12 +44,12 @@ pub(crate) struct Candidate {
     deceleration_m_s2: f64,
 }
 
-/// An object that no heading reaches, and what is in the way.
+/// An object that no central strike reaches.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Blocked {
     /// The object.
     pub object: String,
-    /// Names of objects, `a wall`, and so on.
+    /// The obstacles: names of objects, `a wall`, and so on.
     pub by: BTreeSet<String>,
 }
 
@@ -69,13 +67,13 @@ impl std::fmt::Display for Blocked {
 /// then the smaller heading.
 ///
 /// # Errors
-/// A property of the object that was never measured.
-pub(crate) fn candidates(
+/// A property of the object that was not measured.
+pub(crate) fn central_strikes(
     scene: &Scene,
     properties: &Properties,
     options: &Options,
     target: &Placed,
-) -> Result<std::result::Result<Vec<Candidate>, Blocked>> {
+) -> Result<std::result::Result<Vec<CentralStrike>, Blocked>> {
     let shape = &scene.object(&target.object)?.shape;
     let restitution = properties.striker_restitution(&target.object)?.mean;
     let deceleration_m_s2 = properties.friction(&target.object)?.mean * GRAVITY_M_S2;
@@ -87,18 +85,18 @@ pub(crate) fn candidates(
     let mut by = BTreeSet::new();
     for (heading_rad, touch) in central_contacts(shape, target.pose(), pile) {
         let contact_m = striker_center(&scene.cell.striker.shape, touch, heading_rad);
+        let line = ContactLine { contact_m, heading_rad };
         let effective_mass_kg =
             options.effective_mass_kg.map_or(f64::INFINITY, |mass| mass(touch, heading_rad));
-        // An arm that cannot strike there has no mass there.
+        // An effective mass of zero marks a strike that the arm cannot execute.
         if effective_mass_kg.is_nan() || effective_mass_kg <= 0.0 {
             by.insert("the arm's reach".to_owned());
             continue;
         }
-        match surroundings.free_lead_in_m((contact_m, heading_rad), MOST_FOLLOW_THROUGH_M) {
-            Ok(lead_in_m) => found.push(Candidate {
+        match surroundings.free_lead_in_m(line, MOST_FOLLOW_THROUGH_M) {
+            Ok(lead_in_m) => found.push(CentralStrike {
                 object: target.object.clone(),
-                heading_rad,
-                contact_m,
+                line,
                 lead_in_m,
                 impulse: impulse(restitution, mass_ratio, kg_per_ratio, effective_mass_kg),
                 effective_mass_kg,
@@ -114,12 +112,12 @@ pub(crate) fn candidates(
     if found.is_empty() {
         return Ok(Err(Blocked { object: target.object.clone(), by }));
     }
-    found.sort_by(Candidate::better_first);
+    found.sort_by(CentralStrike::better_first);
     Ok(Ok(found))
 }
 
-impl Candidate {
-    /// Orders the better strike before the other.
+impl CentralStrike {
+    /// Sorts the better strike first.
     pub(crate) fn better_first(one: &Self, other: &Self) -> std::cmp::Ordering {
         other
             .impulse
@@ -127,40 +125,39 @@ impl Candidate {
             .then(other.effective_mass_kg.total_cmp(&one.effective_mass_kg))
             .then(rounded(other.towards_pile, 1e-9).total_cmp(&rounded(one.towards_pile, 1e-9)))
             .then(one.object.cmp(&other.object))
-            .then(one.heading_rad.total_cmp(&other.heading_rad))
+            .then(one.line.heading_rad.total_cmp(&other.line.heading_rad))
     }
 
-    /// How far the striker, had it no end, would run from the impact until it meets the sliding object again (m).
+    /// The distance (m) after which a striker that does not stop catches up with the sliding object.
     ///
-    /// The object leaves at (1 + e) v and is caught up at t = 2 e v / (mu g) (Eq. 27 and 28 with 25 corrected).
+    /// The object leaves at (1 + e) v, and both meet again at t = 2 e v / (mu g) (Eq. 27 and 28 with Eq. 25 corrected).
     pub(crate) fn catch_up_m(&self, speed_m_s: f64) -> f64 {
         2.0 * self.restitution * speed_m_s * speed_m_s / self.deceleration_m_s2
     }
 
-    /// How far the striker runs on after the contact (m).
+    /// The distance from contact to stop (m).
     pub(crate) fn follow_through_m(&self, speed_m_s: f64) -> f64 {
-        (CATCH_UP_PART * self.catch_up_m(speed_m_s)).clamp(LEAST_FOLLOW_THROUGH_M, MOST_FOLLOW_THROUGH_M)
+        (CATCH_UP_FRACTION * self.catch_up_m(speed_m_s)).clamp(LEAST_FOLLOW_THROUGH_M, MOST_FOLLOW_THROUGH_M)
     }
 
-    /// The speed at which the object, were it alone, would slide so far (m/s, Eq. 25 and 30).
+    /// The speed at which the object would slide this far if it met no other (m/s, Eq. 25 and 30).
     pub(crate) fn speed_for_slide_m_s(&self, distance_m: f64) -> f64 {
         (2.0 * self.deceleration_m_s2 * distance_m).sqrt() / (1.0 + self.restitution)
     }
 
     /// The strike at that speed.
     pub(crate) fn strike(&self, speed_m_s: f64) -> Strike {
-        let start_m = self.contact_m - Vec2::from_heading(self.heading_rad) * self.lead_in_m;
         rounded_strike(Strike {
             object: Some(self.object.clone()),
-            start_m,
-            heading_rad: self.heading_rad,
+            start_m: self.line.start_m(self.lead_in_m),
+            heading_rad: self.line.heading_rad,
             speed_m_s,
             travel_m: self.lead_in_m + self.follow_through_m(speed_m_s),
         })
     }
 }
 
-/// Eq. 8 with the object at rest and free: (1 + e) / (1/m + 1/M) at unit speed; with an infinite M Eq. 24.
+/// Impulse at unit speed on a free object at rest: (1 + e) / (1/m + 1/M) (Eq. 8); for infinite M (1 + e) m (Eq. 24).
 fn impulse(restitution: f64, mass_ratio: f64, kg_per_ratio: Option<f64>, effective_mass_kg: f64) -> f64 {
     match kg_per_ratio {
         Some(kg) => (1.0 + restitution) / (1.0 / (mass_ratio * kg) + 1.0 / effective_mass_kg),
@@ -168,7 +165,7 @@ fn impulse(restitution: f64, mass_ratio: f64, kg_per_ratio: Option<f64>, effecti
     }
 }
 
-/// The reference object's mass (kg), from the objects that someone weighed; none if nobody did.
+/// The reference object's mass (kg), the mean over the weighed objects; none if no object was weighed.
 fn kilograms_per_ratio(scene: &Scene, properties: &Properties) -> Option<f64> {
     let weighed = |object: &crate::object::Object| {
         Some(object.mass_kg? / properties.mass_ratio(&object.name).ok()?.mean)
@@ -177,15 +174,16 @@ fn kilograms_per_ratio(scene: &Scene, properties: &Properties) -> Option<f64> {
     (!all.is_empty()).then(|| all.iter().sum::<f64>() / all.len() as f64)
 }
 
+/// Mean position of the other objects; none for a single object.
 fn middle_of_others(scene: &Scene, target: &Placed) -> Option<Point> {
     let others: Vec<_> = scene.placed.iter().filter(|p| p.object != target.object).collect();
     let sum = others.iter().fold(Vec2::ZERO, |sum, p| sum + p.position_m.to_vec());
     (!others.is_empty()).then(|| Point::ORIGIN + sum / others.len() as f64)
 }
 
-/// Headings and touched points of all central strikes on a shape.
+/// Headings (rad) and touched points of all central strikes on a shape.
 ///
-/// Around a disc the headings are counted from the way to the pile, so that turning the table turns them all.
+/// Around a disc the headings start at the direction to the pile, so that rotating the table rotates them all.
 fn central_contacts(shape: &Shape, pose: Pose, pile: Option<Vec2>) -> Vec<(f64, Point)> {
     if let Shape::Disc { radius_m } = shape {
         let first_rad = pile.map_or(0.0, Vec2::heading_rad);
@@ -207,7 +205,7 @@ fn central_contacts(shape: &Shape, pose: Pose, pile: Option<Vec2>) -> Vec<(f64, 
             let inward = along.perpendicular();
             let foot = from - along * from.dot(along);
             let on_side = from.dot(along) < 0.0 && to.dot(along) > 0.0;
-            // A side that faces its own centroid's far side is struck from within.
+            // A side with the centroid on its outer side could only be struck from within the object.
             (on_side && foot.dot(inward) < 0.0).then(|| {
                 let touch = pose.table_from_body(Point::ORIGIN + foot);
                 (wrapped_rad(inward.heading_rad() + pose.yaw_rad), touch)
@@ -216,12 +214,12 @@ fn central_contacts(shape: &Shape, pose: Pose, pile: Option<Vec2>) -> Vec<(f64, 
         .collect()
 }
 
-/// Where the striker's centre is when its front touches a point.
+/// The striker's centre when its front touches a point.
 fn striker_center(striker: &Shape, touch: Point, heading_rad: f64) -> Point {
     let reach_m = striker.reach_m(Vec2::new(1.0, 0.0));
     let front = striker.corners().into_iter().filter(|c| c.x > reach_m - TOUCH_M).map(|c| c.y);
     let (low, high) = front.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), y| (l.min(y), h.max(y)));
-    // The point of its front that is nearest to its middle line.
+    // The point of the front that is nearest to the striker's centre line.
     let aside_m = if low > high { 0.0 } else { 0f64.clamp(low, high) };
     touch - Vec2::new(reach_m, aside_m).rotated(heading_rad)
 }

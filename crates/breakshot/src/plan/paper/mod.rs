@@ -1,4 +1,20 @@
-//! The paper's search: the largest object, struck centrally, at the speed that the feedback finds.
+//! Which central strike on the largest object singulates the pile?  The planner of the paper.
+//!
+//! Section 5 of the paper (Fig. 11): strike the largest object centrally from an accessible direction, simulate, and correct the
+//! strike's speed by feedback until Eq. 35 and 36 hold.  What the paper leaves open is decided as follows:
+//!
+//! - *Largest* (rule iii): by the area of the outline, then by name.
+//! - *Central* (rule iv): the line of action passes through the centroid; a polygon is struck perpendicularly on a side.
+//! - *Accessible* (rule vi): from 20 mm behind the start to the contact the striker keeps a clearance of 3 mm to all other objects; to
+//!   walls and keep-out areas it keeps it until 20 mm past the contact, and it stays on the table.  The lead-in is 70 mm, or less (down
+//!   to 20 mm) where that is not free.
+//! - *Greatest impulse* (rule vi): Eq. 8 with the arm's effective mass if one is given.  Without an arm the striker counts as infinitely
+//!   heavy, all headings on an object have equal impulse, and the heading that points most towards the mean position of the other
+//!   objects comes first.  If no heading reaches the largest object, all others compete by impulse.
+//! - *Feedback on the speed* (rule v, Fig. 11): see `plan/paper/feedback.rs`.  Where no speed works, further headings on the same object
+//!   are tried in order of impulse, each at least 15 degrees from the earlier ones.
+//! - *Follow-through*: the striker stops half way to where it would catch up with the free object, `2 e v2 / (mu g)` (Eq. 24 to 28
+//!   corrected), within 5 and 20 mm.  If 5 mm already reach that point the strike is *pushing* (Eq. 27), else *scattering* (Eq. 28).
 
 mod central_strikes;
 mod feedback;
@@ -10,24 +26,24 @@ use crate::geometry::wrapped_rad;
 use crate::physics::{self, World};
 use crate::properties::Properties;
 use crate::scene::{Placed, Scene};
-pub(crate) use central_strikes::{Blocked, Candidate, candidates};
+pub(crate) use central_strikes::{Blocked, CentralStrike, central_strikes};
 use feedback::{Search, Trial};
 
-/// Rules iii to vii of section 5 for a goal that does not hold yet.
+/// Rules iii to vii of section 5 for a pile that does not fulfil the goal.
 pub(crate) fn paper(mut plan: Plan, properties: &Properties, options: &Options) -> Result<Plan> {
     let scene = plan.scene.clone();
     let world = World::new(&scene, properties, &physics::Options::default())?;
-    let (candidates, blocked) = target_candidates(&scene, properties, options)?;
-    if candidates.is_empty() {
+    let Targets { strikes, blocked } = targets(&scene, properties, options)?;
+    if strikes.is_empty() {
         let each: Vec<_> = blocked.iter().map(Blocked::to_string).collect();
         plan.reason = format!("no central strike reaches any object: {}", each.join("; "));
         return Ok(plan);
     }
     let mut search = Search::new(&scene, &world);
-    let headings = spread_out(candidates);
+    let headings = distinct(strikes);
     let mut found = None;
-    for candidate in &headings {
-        found = search.run(candidate)?;
+    for strike in &headings {
+        found = search.run(strike)?;
         if found.is_some() {
             break;
         }
@@ -50,52 +66,54 @@ pub(crate) fn paper(mut plan: Plan, properties: &Properties, options: &Options) 
     Ok(plan)
 }
 
-/// The strikes on the largest object; if none reaches it, those on all others, and who is blocked by what.
-fn target_candidates(
-    scene: &Scene,
-    properties: &Properties,
-    options: &Options,
-) -> Result<(Vec<Candidate>, Vec<Blocked>)> {
+/// The strikes to try, the best first, and the objects that no central strike reaches.
+struct Targets {
+    strikes: Vec<CentralStrike>,
+    blocked: Vec<Blocked>,
+}
+
+/// The strikes on the largest object; if there are none, those on all others.
+fn targets(scene: &Scene, properties: &Properties, options: &Options) -> Result<Targets> {
     let mut sized: Vec<(f64, &Placed)> = scene
         .placed
         .iter()
         .map(|p| Ok((scene.object(&p.object)?.shape.area_m2(), p)))
         .collect::<Result<_>>()?;
     sized.sort_by(|one, other| other.0.total_cmp(&one.0).then(one.1.object.cmp(&other.1.object)));
-    let mut all = Vec::new();
-    let mut blocked = Vec::new();
+    let (mut strikes, mut blocked) = (Vec::new(), Vec::new());
     for (rank, (_, target)) in sized.into_iter().enumerate() {
-        match candidates(scene, properties, options, target)? {
-            Ok(found) if rank == 0 => return Ok((found, Vec::new())),
-            Ok(found) => all.extend(found),
+        match central_strikes(scene, properties, options, target)? {
+            Ok(strikes) if rank == 0 => return Ok(Targets { strikes, blocked }),
+            Ok(found) => strikes.extend(found),
             Err(by) => blocked.push(by),
         }
     }
-    all.sort_by(Candidate::better_first);
-    Ok((all, blocked))
+    strikes.sort_by(CentralStrike::better_first);
+    Ok(Targets { strikes, blocked })
 }
 
-/// Headings of one object closer together than this do nearly the same (rad).
-const LEAST_TURN_RAD: f64 = 15.0 / 180.0 * std::f64::consts::PI;
+/// Headings of one object that differ by less are variants of one strike (rad).
+const LEAST_DIFFERENCE_RAD: f64 = 15.0 / 180.0 * std::f64::consts::PI;
+/// Rounding error of headings that are a whole number of steps apart (rad).
+const ROUNDING_RAD: f64 = 1e-9;
 
-/// The best candidates, without those that nearly repeat a better one.
-fn spread_out(candidates: Vec<Candidate>) -> Vec<Candidate> {
-    let mut kept: Vec<Candidate> = Vec::new();
-    for candidate in candidates {
-        let repeats = |k: &Candidate| {
-            k.object == candidate.object
-                && wrapped_rad(k.heading_rad - candidate.heading_rad).abs() < LEAST_TURN_RAD - ROUNDING_RAD
+/// The best strikes without variants of better ones.
+fn distinct(strikes: Vec<CentralStrike>) -> Vec<CentralStrike> {
+    let mut kept: Vec<CentralStrike> = Vec::new();
+    for strike in strikes {
+        let repeats = |k: &CentralStrike| {
+            k.object == strike.object
+                && wrapped_rad(k.line.heading_rad - strike.line.heading_rad).abs()
+                    < LEAST_DIFFERENCE_RAD - ROUNDING_RAD
         };
         if !kept.iter().any(repeats) {
-            kept.push(candidate);
+            kept.push(strike);
         }
     }
     kept
 }
 
-/// Headings a whole number of steps apart differ from that by rounding alone (rad).
-const ROUNDING_RAD: f64 = 1e-9;
-
+/// The outcome in a sentence.
 fn reason(trial: &Trial, plan: &Plan, headings: usize) -> String {
     let goal = &plan.scene.goal;
     let Iteration { strike, contact, .. } = &trial.iteration;
@@ -112,11 +130,11 @@ fn reason(trial: &Trial, plan: &Plan, headings: usize) -> String {
         );
     }
     if let Some(target) = &goal.target {
-        return format!("{what}: {target} lies by itself then");
+        return format!("{what}: {target} is singulated");
     }
     let (Some(least_m), Some(mean_m)) = (trial.iteration.min_distance_m, trial.iteration.mean_distance_m)
     else {
-        return format!("{what}: it ends where it is wanted");
+        return format!("{what}: the object ends inside the permitted areas");
     };
     format!(
         "{what}: the least distance becomes {:.1} mm ({:.1} mm wanted), the mean {:.1} mm ({:.1} to {:.1} mm wanted)",

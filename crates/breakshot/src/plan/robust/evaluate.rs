@@ -1,79 +1,105 @@
-//! What becomes of the goal in each of the worlds that may be?
+//! By what margin does a strike fulfil the goal in each scenario?
 
-use super::goal_margin::{Judge, Verdict};
-use super::scenarios::Possible;
-use super::strike_grid::Candidate;
+use super::scenarios::Scenario;
+use super::strike_grid::StrikeCandidate;
+use crate::error::Result;
+use crate::goal_margin::{GoalEvaluator, GoalMargin};
 use crate::physics::Simulator;
-use crate::scene::Strike;
+use crate::scene::{Scene, Strike};
 use rayon::prelude::*;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
-/// An outcome that misses or fulfils the goal by this much (m) is still half a question of luck.
+/// Scale of the logistic score (m): a margin of `+SOFT_M` scores 0.73, of `-SOFT_M` 0.27, so that the search has a slope where no sample
+/// succeeds.
 const SOFT_M: f64 = 0.008;
-/// What singulating all objects counts beside fulfilling the goal: it decides where nothing fulfils it.
+/// Weight of the fraction of singulated objects beside the score of the margin: it decides where no strike fulfils the goal.
 const SINGULATED_WEIGHT: f64 = 0.1;
-/// Judges every candidate on the same worlds, and adds up what it is worth there.
-pub(crate) fn weigh(field: &mut [Candidate], worlds: &[Possible], judge: &Judge) {
-    let all = judge.count() as f64;
-    field.par_iter_mut().for_each_init(Simulator::new, |simulator, candidate| {
-        for world in worlds {
-            candidate.worth += worth(&verdict(simulator, world, &candidate.strike, judge), all);
-        }
-    });
-}
-
-/// Between 0 and 1 for how clearly the goal is missed or fulfilled, a little more for every singulated object.
-fn worth(verdict: &Verdict, all: f64) -> f64 {
-    let clearly = 1.0 / (1.0 + (-verdict.margin_m / SOFT_M).exp());
-    clearly + SINGULATED_WEIGHT * verdict.singulated as f64 / all
-}
-
-/// What becomes of the goal if the arm is told this strike in this world.
-fn verdict(simulator: &mut Simulator, possible: &Possible, strike: &Strike, judge: &Judge) -> Verdict {
-    // A striker that starts inside something, by an error of the poses, has failed.
-    simulator
-        .run(&possible.world, &possible.executed(strike))
-        .map_or(Verdict::FAILED, |outcome| judge.verdict(&outcome))
-}
-
-/// What each candidate is worth in these worlds.
-pub(crate) fn judged(field: &[Candidate], worlds: &[Possible], judge: &Judge) -> Vec<(Candidate, f64)> {
-    let all = judge.count() as f64;
-    field
-        .iter()
-        .map(|candidate| {
-            let verdicts = verdicts(&candidate.strike, worlds, judge);
-            // What counts in the end is how often the goal holds; how clearly decides between equals.
-            let clearly = verdicts.iter().map(|v| worth(v, all)).sum::<f64>() / verdicts.len() as f64;
-            let worth = part(&verdicts, Verdict::fulfilled) + TIE_WEIGHT * clearly;
-            (candidate.clone(), worth)
-        })
-        .collect()
-}
-
-/// Small against the standard error of a success probability.
+/// Weight of the score beside the success probability, small against the standard error of that: it decides between equal probabilities.
 const TIE_WEIGHT: f64 = 0.01;
 
-/// The verdicts on one strike in every world.
-pub(crate) fn verdicts(strike: &Strike, worlds: &[Possible], judge: &Judge) -> Vec<Verdict> {
-    worlds
-        .par_iter()
-        .map_init(Simulator::new, |simulator, world| verdict(simulator, world, strike, judge))
-        .collect()
+/// Simulates strikes, evaluates the goal, and counts the simulations.
+pub(crate) struct Evaluation<'a> {
+    goal: GoalEvaluator<'a>,
+    rollouts: AtomicUsize,
 }
 
-/// The part of the verdicts for which something holds.
-pub(crate) fn part(verdicts: &[Verdict], holds: impl Fn(&Verdict) -> bool) -> f64 {
-    verdicts.iter().filter(|v| holds(v)).count() as f64 / verdicts.len() as f64
+impl<'a> Evaluation<'a> {
+    pub(crate) fn new(scene: &'a Scene) -> Result<Self> {
+        Ok(Self { goal: GoalEvaluator::new(scene)?, rollouts: AtomicUsize::new(0) })
+    }
+
+    /// Number of simulated strikes so far.
+    pub(crate) fn rollouts(&self) -> usize {
+        self.rollouts.load(Ordering::Relaxed)
+    }
+
+    /// The margin of one strike in every scenario.
+    pub(crate) fn margins(&self, strike: &Strike, scenarios: &[Scenario]) -> Vec<GoalMargin> {
+        scenarios
+            .par_iter()
+            .map_init(Simulator::new, |simulator, scenario| self.margin(simulator, scenario, strike))
+            .collect()
+    }
+
+    fn margin(&self, simulator: &mut Simulator, scenario: &Scenario, strike: &Strike) -> GoalMargin {
+        // In a scenario the striker may start inside an object: the strike has failed then.
+        simulator.run(&scenario.world, &scenario.executed(strike)).map_or(GoalMargin::FAILED, |outcome| {
+            self.rollouts.fetch_add(1, Ordering::Relaxed);
+            if outcome.complete {
+                self.goal.margin(&outcome.poses, &outcome.fallen)
+            } else {
+                GoalMargin::FAILED
+            }
+        })
+    }
+
+    /// Adds the scores in these scenarios to every candidate.
+    pub(crate) fn add_scores(&self, candidates: &mut [StrikeCandidate], scenarios: &[Scenario]) {
+        candidates.par_iter_mut().for_each_init(Simulator::new, |simulator, candidate| {
+            for scenario in scenarios {
+                candidate.score += self.score(&self.margin(simulator, scenario, &candidate.strike));
+            }
+        });
+    }
+
+    /// A logistic score of the margin between 0 and 1, and a little more for every singulated object.
+    fn score(&self, margin: &GoalMargin) -> f64 {
+        let logistic = 1.0 / (1.0 + (-margin.margin_m / SOFT_M).exp());
+        logistic + SINGULATED_WEIGHT * margin.singulated as f64 / self.goal.count() as f64
+    }
+
+    /// The candidates by success probability in these scenarios, the best first.
+    pub(crate) fn ranked(
+        &self,
+        candidates: Vec<StrikeCandidate>,
+        scenarios: &[Scenario],
+    ) -> Vec<StrikeCandidate> {
+        let mut ranked: Vec<(f64, StrikeCandidate)> = candidates
+            .into_iter()
+            .map(|candidate| {
+                let margins = self.margins(&candidate.strike, scenarios);
+                let score = margins.iter().map(|m| self.score(m)).sum::<f64>() / margins.len() as f64;
+                (success_probability(&margins) + TIE_WEIGHT * score, candidate)
+            })
+            .collect();
+        ranked.sort_by(|one, other| other.0.total_cmp(&one.0));
+        ranked.into_iter().map(|(_, candidate)| candidate).collect()
+    }
 }
 
-/// How many objects are singulated, on average.
-pub(crate) fn expected_singulated(verdicts: &[Verdict]) -> f64 {
-    verdicts.iter().map(|v| v.singulated as f64).sum::<f64>() / verdicts.len() as f64
+/// Fraction of the scenarios in which the goal is fulfilled.
+pub(crate) fn success_probability(margins: &[GoalMargin]) -> f64 {
+    margins.iter().filter(|m| m.fulfilled()).count() as f64 / margins.len() as f64
 }
 
-/// Of a part of `n` (Agresti and Coull: never zero, however clear the count).
-pub(crate) fn standard_error(part: f64, n: usize) -> f64 {
+/// Mean number of singulated objects.
+pub(crate) fn expected_singulated(margins: &[GoalMargin]) -> f64 {
+    margins.iter().map(|m| m.singulated as f64).sum::<f64>() / margins.len() as f64
+}
+
+/// Standard error of a fraction of `n` (Agresti and Coull 1998: never zero, also for 0 of n).
+pub(crate) fn standard_error(fraction: f64, n: usize) -> f64 {
     let n = n as f64 + 4.0;
-    let centred = (part * (n - 4.0) + 2.0) / n;
+    let centred = (fraction * (n - 4.0) + 2.0) / n;
     (centred * (1.0 - centred) / n).sqrt()
 }

@@ -1,13 +1,12 @@
-//! Which strike works in most of the worlds that may be?
+//! Which strike fulfils the goal in most scenarios?
 //!
-//! Successive halving: many aims are judged on a few possible worlds, the better ones on more; the best distinct ones are then
-//! varied, each generation closer, and compared on fresh worlds.  The winner's success probability is the part of still
-//! others, which had no say in choosing it, in which the goal holds.  While searching, an outcome counts by how clearly it
-//! fulfils or misses the goal, so that the search feels a slope where no sample succeeds yet.
+//! Successive halving (Jamieson and Talwalkar 2016): many strikes are evaluated in few scenarios, the better ones in more.  The best
+//! distinct ones are varied, each generation by less, and compared in fresh scenarios.  The success probability of the winner is
+//! measured in further scenarios that did not take part in the choice, so that it is not biased by the selection.  The search maximises
+//! a smooth score of the goal's margin, which has a slope where no sample succeeds.
 
 pub(crate) mod evaluate;
 mod explain;
-pub(crate) mod goal_margin;
 pub(crate) mod scenarios;
 pub(crate) mod strike_grid;
 
@@ -15,228 +14,255 @@ use super::options::{Aim, Options};
 use super::result::{Contact, Iteration, Outcome, Plan, Prediction, Robustness, RunnerUp};
 use crate::error::Result;
 use crate::geometry::{Pose, wrapped_rad};
-use crate::physics::{self, GRAVITY_M_S2, Simulator, World};
+use crate::physics::{GRAVITY_M_S2, Simulator};
 use crate::properties::Properties;
-use crate::scene::{Scene, Strike};
+use crate::scene::Strike;
 use crate::singulation::Singulation;
-use evaluate::{expected_singulated, judged, part, standard_error, verdicts, weigh};
-use explain::{doubts, failures};
-use goal_margin::{Judge, Verdict};
+use evaluate::{Evaluation, expected_singulated, standard_error, success_probability};
+use explain::{failures, sensitivities};
 use rand::{RngExt, SeedableRng};
 use rand_distr::StandardNormal;
 use rand_pcg::Pcg64Mcg;
-use scenarios::{Possible, by_name, possible_worlds};
+use scenarios::{Draws, Nominal, Scenario, by_name};
 use std::collections::BTreeMap;
-use strike_grid::{Candidate, LEAST_FOLLOW_THROUGH_M, MOST_FOLLOW_THROUGH_M, Range, reachable};
+use strike_grid::{Feasible, LEAST_FOLLOW_THROUGH_M, MOST_FOLLOW_THROUGH_M, StrikeCandidate, StrikeGrid};
 
-/// How much is tried and on how many possible worlds.
+/// How many strikes are evaluated, and in how many scenarios.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Effort {
-    /// Lines judged at first, each at all paces; more are thinned evenly.
+pub(crate) struct Budget {
+    /// Lines of the grid, each at all paces; more are thinned uniformly.
     pub lines: usize,
-    /// How many candidates stay, and on how many worlds they are judged then.
-    pub rounds: [(usize, usize); 5],
-    /// Distinct candidates that are varied.
+    /// Rounds of successive halving.
+    pub rounds: [Round; 5],
+    /// Distinct strikes that are varied.
     pub finalists: usize,
-    /// Generations of variants, how many each, and the worlds they are judged on.
-    pub generations: (usize, usize, usize),
-    /// Fresh worlds for the verdict.
+    pub refinement: Refinement,
+    /// Fresh scenarios for the comparison of the finalists, and again for the final evaluation.
     pub fresh: usize,
 }
 
-impl Effort {
+/// One round of successive halving.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Round {
+    /// Strikes that take part.
+    pub strikes: usize,
+    /// Scenarios in which each has been evaluated after the round.
+    pub samples: usize,
+}
+
+/// The local search about each finalist.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Refinement {
+    pub generations: usize,
+    /// Variants of each finalist per generation.
+    pub variants: usize,
+    /// Scenarios in which each variant is evaluated.
+    pub samples: usize,
+}
+
+impl Budget {
     /// Fewer than thirty thousand rollouts.
     pub(crate) const FULL: Self = Self {
         lines: 160,
-        rounds: [(1600, 1), (480, 4), (240, 16), (60, 48), (24, 96)],
+        rounds: [
+            Round { strikes: 1600, samples: 1 },
+            Round { strikes: 480, samples: 4 },
+            Round { strikes: 240, samples: 16 },
+            Round { strikes: 60, samples: 48 },
+            Round { strikes: 24, samples: 96 },
+        ],
         finalists: 6,
-        generations: (4, 10, 64),
+        refinement: Refinement { generations: 4, variants: 10, samples: 64 },
         fresh: 400,
     };
+
+    /// Scenarios of the search.
+    fn samples(&self) -> usize {
+        self.rounds.iter().map(|round| round.samples).max().unwrap_or(1).max(self.refinement.samples)
+    }
 }
 
-/// Fresh worlds whose outcomes are told one by one.
-const CLOUD: usize = 60;
-/// A strike that works less often than this is only the best effort.
+/// Scenarios whose final poses are part of the plan.
+const SHOWN_SAMPLES: usize = 60;
+/// Least success probability of a strike that counts as found; below it is the best effort.
 const LEAST_PROBABILITY: f64 = 0.5;
+/// Offset of the seeds of fresh scenarios from that of the search.
+const FRESH_STREAM: u64 = 0x5EED_F4E5;
+/// Strikes on one object with headings closer than this are variants of each other (rad).
+const ALIKE_RAD: f64 = 0.2;
+/// Factor by which the variation narrows from one generation to the next.
+const NARROWING: f64 = 0.6;
 
-/// Plans the strike that works most probably.
+/// Plans the strike with the largest success probability.
 pub(crate) fn robust(
     mut plan: Plan,
     properties: &Properties,
     options: &Options,
-    effort: &Effort,
+    budget: &Budget,
 ) -> Result<Plan> {
+    // Feasible strikes
     let scene = plan.scene.clone();
-    let nominal = World::new(&scene, properties, &physics::Options::default())?;
-    let range = Range::new(&scene)?;
-    let (candidates, blocked) = reachable(&scene, &range, (options, effort.lines));
-    if candidates.is_empty() {
-        let by: Vec<_> = blocked.into_iter().collect();
+    let nominal = Nominal::new(&scene, properties, options.noise)?;
+    let grid = StrikeGrid::new(&scene)?;
+    let Feasible { strikes, obstacles } = grid.feasible(options, budget.lines)?;
+    if strikes.is_empty() {
+        let by: Vec<_> = obstacles.into_iter().collect();
         plan.reason = format!("the striker reaches no object: in its way are {}", by.join(", "));
         return Ok(plan);
     }
-    let judge = Judge::new(&scene)?;
-    let count = effort.rounds.iter().map(|round| round.1).max().unwrap_or(1).max(effort.generations.2);
-    let known = (&scene, properties, &nominal);
-    let worlds = possible_worlds(known, options, (options.seed, count), None)?;
-    let field = halved(candidates, &worlds, (&judge, effort));
-    let finalists = distinct(field, effort.finalists);
-    let field = refined(finalists, (&worlds, &judge), (&range, effort), options.seed);
-    let drawn = |seed: u64| possible_worlds(known, options, (seed, effort.fresh), None);
-    let [compared_seed, verdict_seed] = [1, 2].map(|k| options.seed.wrapping_add(k * FRESH_STREAM));
-    let mut judged = judged(&field, &drawn(compared_seed)?, &judge);
-    judged.sort_by(|one, other| other.1.total_cmp(&one.1));
-    // Some of the winner's lead is luck: it is judged once more, in worlds that had no say in the choice.
-    let fresh = drawn(verdict_seed)?;
-    let runner_up = judged.get(1).map(|(candidate, _)| RunnerUp {
+
+    // Search
+    let evaluation = Evaluation::new(&scene)?;
+    let drawn = |seed: u64, count: usize| nominal.scenarios(Draws { seed, count, fixed: None });
+    let scenarios = drawn(options.seed, budget.samples())?;
+    let search = Search { grid: &grid, evaluation: &evaluation, scenarios: &scenarios, budget };
+    let finalists = distinct(search.halved(strikes), budget.finalists);
+    let refined = search.refined(finalists, options.seed);
+
+    // Comparison, and evaluation of the winner in scenarios that did not take part in the choice
+    let [comparison_seed, final_seed] = [1, 2].map(|k| options.seed.wrapping_add(k * FRESH_STREAM));
+    let mut ranked = evaluation.ranked(refined, &drawn(comparison_seed, budget.fresh)?);
+    let fresh = drawn(final_seed, budget.fresh)?;
+    let runner_up = ranked.get(1).map(|candidate| RunnerUp {
         strike: candidate.strike.clone(),
-        success_probability: part(&verdicts(&candidate.strike, &fresh, &judge), Verdict::fulfilled),
+        success_probability: success_probability(&evaluation.margins(&candidate.strike, &fresh)),
     });
-    let best = judged.swap_remove(0).0;
-    let told = verdicts(&best.strike, &fresh, &judge);
-    let success_probability = part(&told, Verdict::fulfilled);
-    let samples = told.len();
+    let best = ranked.swap_remove(0);
+    let margins = evaluation.margins(&best.strike, &fresh);
+    let success_probability = success_probability(&margins);
+    let samples = margins.len();
     let mut robustness = Robustness {
         success_probability,
         standard_error: standard_error(success_probability, samples),
         samples,
         rollouts: 0,
-        expected_singulated: expected_singulated(&told),
+        expected_singulated: expected_singulated(&margins),
         runner_up,
-        failures: failures(&scene, &told),
-        doubts: doubts(known, options, (&best.strike, &judge), (verdict_seed, &told))?,
-        cloud: cloud(&best.strike, &fresh[..CLOUD.min(fresh.len())]),
+        failures: failures(&scene, &margins),
+        sensitivities: sensitivities(&nominal, &evaluation, &best.strike, final_seed, &margins)?,
+        final_poses: final_poses(&best.strike, &fresh[..SHOWN_SAMPLES.min(fresh.len())]),
         seed: options.seed,
     };
-    robustness.rollouts = judge.judged();
-    finish(&mut plan, (&nominal, properties), &best, robustness)?;
+    robustness.rollouts = evaluation.rollouts();
+    finish(&mut plan, &nominal, &best, robustness)?;
     Ok(plan)
 }
 
-/// Tells fresh worlds' draws from those of the search.
-const FRESH_STREAM: u64 = 0x5EED_F4E5;
-
-/// Successive halving: the better part of the judged goes on to more worlds.
-fn halved(
-    mut field: Vec<Candidate>,
-    worlds: &[Possible],
-    (judge, effort): (&Judge, &Effort),
-) -> Vec<Candidate> {
-    let mut seen = 0;
-    for (stay, samples) in effort.rounds {
-        field.truncate(stay);
-        let samples = samples.min(worlds.len());
-        weigh(&mut field, &worlds[seen..samples], judge);
-        seen = samples;
-        field.sort_by(|one, other| other.worth.total_cmp(&one.worth));
-    }
-    field
+/// The search for good strikes in a fixed set of scenarios.
+struct Search<'a> {
+    grid: &'a StrikeGrid<'a>,
+    evaluation: &'a Evaluation<'a>,
+    scenarios: &'a [Scenario],
+    budget: &'a Budget,
 }
 
-/// The best candidates that are no variants of a better one.
-fn distinct(field: Vec<Candidate>, count: usize) -> Vec<Candidate> {
-    let mut kept: Vec<Candidate> = Vec::new();
-    for candidate in field {
-        let repeats = |k: &Candidate| {
-            k.aim.object == candidate.aim.object
-                && wrapped_rad(k.aim.heading_rad - candidate.aim.heading_rad).abs() < ALIKE_RAD
+impl Search<'_> {
+    /// Successive halving: each round evaluates the better strikes of the last one in more scenarios.
+    fn halved(&self, mut strikes: Vec<StrikeCandidate>) -> Vec<StrikeCandidate> {
+        let mut evaluated = 0;
+        for round in self.budget.rounds {
+            strikes.truncate(round.strikes);
+            let samples = round.samples.min(self.scenarios.len());
+            self.evaluation.add_scores(&mut strikes, &self.scenarios[evaluated..samples]);
+            evaluated = samples;
+            strikes.sort_by(|one, other| other.score.total_cmp(&one.score));
+        }
+        strikes
+    }
+
+    /// Varies each strike, every generation by less, and keeps the best variant.
+    fn refined(&self, mut strikes: Vec<StrikeCandidate>, seed: u64) -> Vec<StrikeCandidate> {
+        let Refinement { generations, variants, samples } = self.budget.refinement;
+        let scenarios = &self.scenarios[..samples.min(self.scenarios.len())];
+        let mut rng = Pcg64Mcg::seed_from_u64(seed);
+        for strike in &mut strikes {
+            strike.score = 0.0;
+        }
+        self.evaluation.add_scores(&mut strikes, scenarios);
+        for generation in 0..generations {
+            let width = NARROWING.powi(i32::try_from(generation).unwrap_or(0));
+            let mut tried: Vec<(usize, StrikeCandidate)> = Vec::new();
+            for (line, parent) in strikes.iter().enumerate() {
+                for _ in 0..variants {
+                    let aim = self.varied(&parent.aim, width, &mut rng);
+                    if let Ok(strike) = self.grid.strike(&aim) {
+                        tried.push((line, StrikeCandidate { aim, strike, score: 0.0 }));
+                    }
+                }
+            }
+            let (lines, mut children): (Vec<_>, Vec<_>) = tried.into_iter().unzip();
+            self.evaluation.add_scores(&mut children, scenarios);
+            for (line, child) in lines.into_iter().zip(children) {
+                if child.score > strikes[line].score {
+                    strikes[line] = child;
+                }
+            }
+        }
+        strikes
+    }
+
+    /// A normally distributed variation of an aim; `width` scales all standard deviations.
+    fn varied(&self, aim: &Aim, width: f64, rng: &mut Pcg64Mcg) -> Aim {
+        let grid = self.grid;
+        let mut normal = || width * rng.sample::<f64, _>(StandardNormal);
+        let heading_rad = wrapped_rad(aim.heading_rad + 0.12 * normal());
+        let offset_m = aim.offset_m + 0.15 * normal() * grid.greatest_offset_m(&aim.object, heading_rad, 1.0);
+        let most_m = 0.8 * grid.greatest_offset_m(&aim.object, heading_rad, offset_m);
+        Aim {
+            object: aim.object.clone(),
+            heading_rad,
+            offset_m: offset_m.clamp(-most_m, most_m),
+            speed_m_s: (aim.speed_m_s * (0.15 * normal()).exp()).clamp(grid.slowest_m_s, grid.fastest_m_s),
+            follow_through_m: (aim.follow_through_m * (0.4 * normal()).exp())
+                .clamp(LEAST_FOLLOW_THROUGH_M, MOST_FOLLOW_THROUGH_M),
+        }
+    }
+}
+
+/// The best strikes without variants of better ones.
+fn distinct(strikes: Vec<StrikeCandidate>, count: usize) -> Vec<StrikeCandidate> {
+    let mut kept: Vec<StrikeCandidate> = Vec::new();
+    for strike in strikes {
+        let repeats = |k: &StrikeCandidate| {
+            k.aim.object == strike.aim.object
+                && wrapped_rad(k.aim.heading_rad - strike.aim.heading_rad).abs() < ALIKE_RAD
         };
         if kept.len() < count && !kept.iter().any(repeats) {
-            kept.push(candidate);
+            kept.push(strike);
         }
     }
     kept
 }
 
-/// Headings closer together are variants of one strike (rad).
-const ALIKE_RAD: f64 = 0.2;
-
-/// Varies each candidate, every generation by less, and keeps what is better.
-fn refined(
-    mut field: Vec<Candidate>,
-    (worlds, judge): (&[Possible], &Judge),
-    (range, effort): (&Range, &Effort),
-    seed: u64,
-) -> Vec<Candidate> {
-    let (generations, variants, samples) = effort.generations;
-    let worlds = &worlds[..samples.min(worlds.len())];
-    let mut rng = Pcg64Mcg::seed_from_u64(seed);
-    for candidate in &mut field {
-        candidate.worth = 0.0;
-    }
-    weigh(&mut field, worlds, judge);
-    for generation in 0..generations {
-        let width = 0.6f64.powi(i32::try_from(generation).unwrap_or(0));
-        let mut tried: Vec<(usize, Candidate)> = Vec::new();
-        for (line, parent) in field.iter().enumerate() {
-            for _ in 0..variants {
-                let aim = varied(&parent.aim, width, range, &mut rng);
-                if let Ok(strike) = range.strike(&aim) {
-                    tried.push((line, Candidate { aim, strike, worth: 0.0 }));
-                }
-            }
-        }
-        let (lines, mut children): (Vec<_>, Vec<_>) = tried.into_iter().unzip();
-        weigh(&mut children, worlds, judge);
-        for (line, child) in lines.into_iter().zip(children) {
-            if child.worth > field[line].worth {
-                field[line] = child;
-            }
-        }
-    }
-    field
-}
-
-/// An aim nearby.
-fn varied(aim: &Aim, width: f64, range: &Range, rng: &mut Pcg64Mcg) -> Aim {
-    let mut normal = || width * rng.sample::<f64, _>(StandardNormal);
-    let heading_rad = wrapped_rad(aim.heading_rad + 0.12 * normal());
-    let offset_m = aim.offset_m + 0.15 * normal() * range.reach_m(aim.object, heading_rad, 1.0);
-    let most_m = 0.8 * range.reach_m(aim.object, heading_rad, offset_m);
-    Aim {
-        object: aim.object,
-        heading_rad,
-        offset_m: offset_m.clamp(-most_m, most_m),
-        speed_m_s: (aim.speed_m_s * (0.15 * normal()).exp()).clamp(range.slowest_m_s, range.fastest_m_s),
-        follow_through_m: (aim.follow_through_m * (0.4 * normal()).exp())
-            .clamp(LEAST_FOLLOW_THROUGH_M, MOST_FOLLOW_THROUGH_M),
-    }
-}
-
-fn cloud(strike: &Strike, worlds: &[Possible]) -> BTreeMap<String, Vec<Pose>> {
+/// The final poses of each object in these scenarios.
+fn final_poses(strike: &Strike, scenarios: &[Scenario]) -> BTreeMap<String, Vec<Pose>> {
     let mut simulator = Simulator::new();
-    let mut cloud: BTreeMap<String, Vec<Pose>> = BTreeMap::new();
-    for possible in worlds {
-        if let Ok(outcome) = simulator.run(&possible.world, &possible.executed(strike)) {
-            for (name, pose) in by_name(&possible.world, &outcome.poses) {
-                cloud.entry(name).or_default().push(pose);
+    let mut found: BTreeMap<String, Vec<Pose>> = BTreeMap::new();
+    for scenario in scenarios {
+        if let Ok(outcome) = simulator.run(&scenario.world, &scenario.executed(strike)) {
+            for (name, pose) in by_name(&scenario.world, &outcome.poses) {
+                found.entry(name).or_default().push(pose);
             }
         }
     }
-    cloud
+    found
 }
 
-/// The strike as written, simulated with the mean properties, and the answer in words.
-fn finish(
-    plan: &mut Plan,
-    (nominal, properties): (&World, &Properties),
-    best: &Candidate,
-    robustness: Robustness,
-) -> Result<()> {
+/// Completes the plan with the prediction: the strike as written, simulated with the properties at their means.
+fn finish(plan: &mut Plan, nominal: &Nominal, best: &StrikeCandidate, robustness: Robustness) -> Result<()> {
     let strike = best.strike.clone();
-    let outcome = Simulator::new().run(nominal, &strike)?;
-    let final_poses = by_name(nominal, &outcome.poses);
+    let outcome = Simulator::new().run(&nominal.world, &strike)?;
+    let final_poses = by_name(&nominal.world, &outcome.poses);
     let singulation = Singulation::of(&plan.scene, &final_poses)?;
     let probability = robustness.success_probability;
     plan.outcome = if probability >= LEAST_PROBABILITY { Outcome::Found } else { Outcome::BestEffort };
     plan.reason = reason(plan, &strike, &robustness);
     plan.iterations = vec![Iteration {
         strike: strike.clone(),
-        contact: contact(&best.aim, &plan.scene, properties)?,
+        contact: contact(&best.aim, nominal.properties)?,
         min_distance_m: singulation.min_distance_m(),
         mean_distance_m: singulation.mean_distance_m(),
-        fulfilled: singulation.violations(&plan.scene.goal).is_empty(),
+        fulfilled: singulation.violations().is_empty(),
     }];
     plan.prediction = Some(Prediction {
         final_poses,
@@ -249,28 +275,27 @@ fn finish(
     Ok(())
 }
 
-/// Whether a free object would be caught up within the follow-through (Eq. 27 and 28, corrected).
-fn contact(aim: &Aim, scene: &Scene, properties: &Properties) -> Result<Contact> {
-    let name = &scene.placed[aim.object].object;
-    let restitution = properties.striker_restitution(name)?.mean;
-    let deceleration_m_s2 = properties.friction(name)?.mean * GRAVITY_M_S2;
+/// Whether the striker catches up with a free object within the follow-through (Eq. 27 and 28, corrected).
+fn contact(aim: &Aim, properties: &Properties) -> Result<Contact> {
+    let restitution = properties.striker_restitution(&aim.object)?.mean;
+    let deceleration_m_s2 = properties.friction(&aim.object)?.mean * GRAVITY_M_S2;
     let catch_up_m = 2.0 * restitution * aim.speed_m_s.powi(2) / deceleration_m_s2;
     Ok(if catch_up_m > aim.follow_through_m { Contact::Scattering } else { Contact::Pushing })
 }
 
+/// The outcome in a sentence.
 fn reason(plan: &Plan, strike: &Strike, robustness: &Robustness) -> String {
     let Robustness { success_probability, standard_error, samples, expected_singulated, .. } = robustness;
     let what = format!(
-        "striking {} at {:.3} m/s works in {:.0} % (+- {:.1} %) of {samples} possible worlds",
+        "striking {} at {:.3} m/s works in {:.0} % (+- {:.1} %) of {samples} scenarios",
         strike.object.as_deref().unwrap_or_default(),
         strike.speed_m_s,
         success_probability * 100.0,
         standard_error * 100.0
     );
-    let fails = robustness
-        .failures
-        .first()
-        .map(|failure| format!("; what fails most often: {} ({:.0} %)", failure.what, failure.part * 100.0));
+    let fails = robustness.failures.first().map(|failure| {
+        format!("; the most frequent failure: {} ({:.0} %)", failure.what, failure.fraction * 100.0)
+    });
     let best_effort = (plan.outcome == Outcome::BestEffort).then(|| {
         let all = plan.scene.placed.len();
         format!(

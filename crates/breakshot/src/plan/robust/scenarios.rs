@@ -1,15 +1,15 @@
-//! How might the table be, for all we know?  Samples of the uncertain world.
+//! What might the true state be?  Samples of everything that is uncertain.
 //!
-//! Each sample draws what a camera, an arm and a campaign of strike videos leave open: where the objects lie, how fast and
-//! in which direction the arm really strikes, friction, restitution and masses from their covariance, their scatter from
-//! strike to strike, and how objects that touch share an impact, which nobody measured.  All candidates are judged on
-//! the same samples (common random numbers), and leaving one source out keeps the draws of all others.
+//! Each scenario draws the errors of observation, execution and identification: object poses, speed and heading of the executed strike,
+//! friction, restitution and masses from their covariance, their variation from strike to strike, and the law of simultaneous impacts,
+//! which is not identified.  All strikes are evaluated in the same scenarios (common random numbers), and fixing one source of
+//! uncertainty leaves the draws of the others unchanged.
 
 use crate::error::Result;
 use crate::geometry::{Pose, Vec2};
 use crate::outline::Outline;
-use crate::physics::{Compliance, ContactForce, MultipleImpact, Perturbation, Stiffness, World};
-use crate::plan::options::{Options, Scatter};
+use crate::physics::{self, Compliance, ContactForce, MultipleImpact, Perturbation, Stiffness, World};
+use crate::plan::options::ExecutionNoise;
 use crate::plan::result::Source;
 use crate::properties::{ContactFriction, Properties};
 use crate::scene::{Placed, Scene, Strike};
@@ -21,98 +21,129 @@ use rand_pcg::Pcg64Mcg;
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 
-/// One world that may be, and how the arm strikes in it.
-pub(crate) struct Possible {
+/// A sampled world, and the error with which the arm executes a strike in it.
+pub(crate) struct Scenario {
     pub world: World,
     speed_factor: f64,
-    turn_rad: f64,
+    heading_error_rad: f64,
 }
 
-impl Possible {
-    /// What the arm does when it is told this strike.
+impl Scenario {
+    /// The strike as executed where this one is commanded.
     pub(crate) fn executed(&self, strike: &Strike) -> Strike {
         Strike {
-            heading_rad: strike.heading_rad + self.turn_rad,
+            heading_rad: strike.heading_rad + self.heading_error_rad,
             speed_m_s: strike.speed_m_s * self.speed_factor,
             ..strike.clone()
         }
     }
 }
 
-/// Draws worlds around the mean one, always the same ones for the same seed; `known` is taken to be exactly as estimated.
-pub(crate) fn possible_worlds(
-    (scene, properties, mean): (&Scene, &Properties, &World),
-    options: &Options,
-    (seed, count): (u64, usize),
-    known: Option<Source>,
-) -> Result<Vec<Possible>> {
-    let (factor, values) = (Factor::of(properties), properties.values());
-    let draw = |k: usize| {
-        let rng = Pcg64Mcg::seed_from_u64(seed.wrapping_mul(0x9E37_79B9_7F4A_7C15).wrapping_add(k as u64));
-        let mut dice = Dice { rng, known };
-        let properties = dice.properties(&values, &factor);
-        let scene = dice.scene(scene, &options.scatter);
-        let (speed, heading) = (dice.normal(Source::Strike), dice.normal(Source::Strike));
-        let poses: Vec<Pose> = scene.placed.iter().map(Placed::pose).collect();
-        let multiple_impact = dice.multiple_impact();
-        let sample = Perturbation { poses: &poses, properties: &properties, multiple_impact };
-        Ok(Possible {
-            world: mean.perturbed(&sample)?,
-            speed_factor: (1.0 + options.scatter.speed * speed).max(LEAST_SPEED_FACTOR),
-            turn_rad: options.scatter.heading_rad * heading,
-        })
-    };
-    (0..count).into_par_iter().map(draw).collect()
+/// What the scenarios vary: the observed scene, the estimated properties, and the errors of both and of the execution.
+pub(crate) struct Nominal<'a> {
+    pub scene: &'a Scene,
+    pub properties: &'a Properties,
+    pub noise: ExecutionNoise,
+    /// The scene with the properties at their means.
+    pub world: World,
 }
 
-/// However badly the speed is known, the arm moves forward.
+/// Which random numbers are drawn.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Draws {
+    pub seed: u64,
+    /// Number of scenarios.
+    pub count: usize,
+    /// A source of uncertainty to leave out: its quantities are fixed at their means.
+    pub fixed: Option<Source>,
+}
+
+impl<'a> Nominal<'a> {
+    /// # Errors
+    /// A scene that cannot be simulated.
+    pub(crate) fn new(scene: &'a Scene, properties: &'a Properties, noise: ExecutionNoise) -> Result<Self> {
+        let world = World::new(scene, properties, &physics::Options::default())?;
+        Ok(Self { scene, properties, noise, world })
+    }
+
+    /// Samples of the uncertain state, the same ones for the same seed.
+    ///
+    /// # Errors
+    /// A drawn scene that cannot be simulated.
+    pub(crate) fn scenarios(&self, draws: Draws) -> Result<Vec<Scenario>> {
+        let (factor, values) = (CovarianceRoot::of(self.properties), self.properties.values());
+        let draw = |k: usize| {
+            let rng = Pcg64Mcg::seed_from_u64(
+                draws.seed.wrapping_mul(0x9E37_79B9_7F4A_7C15).wrapping_add(k as u64),
+            );
+            let mut sampler = Sampler { rng, fixed: draws.fixed };
+            let properties = sampler.properties(&values, &factor);
+            let scene = sampler.scene(self.scene, &self.noise);
+            let (speed, heading) = (sampler.normal(Source::Strike), sampler.normal(Source::Strike));
+            let poses: Vec<Pose> = scene.placed.iter().map(Placed::pose).collect();
+            let multiple_impact = sampler.multiple_impact();
+            let sample = Perturbation { poses: &poses, properties: &properties, multiple_impact };
+            Ok(Scenario {
+                world: self.world.perturbed(&sample)?,
+                speed_factor: (1.0 + self.noise.speed * speed).max(LEAST_SPEED_FACTOR),
+                heading_error_rad: self.noise.heading_rad * heading,
+            })
+        };
+        (0..draws.count).into_par_iter().map(draw).collect()
+    }
+}
+
+/// Least executed speed over the commanded one: the arm always moves forward.
 const LEAST_SPEED_FACTOR: f64 = 0.1;
-/// Contacts of hard objects of some centimetres last between these times (s).
+/// Range of the contact time of hard objects of some centimetres (s).
 const CONTACT_TIMES_S: [f64; 2] = [5e-5, 2e-3];
-/// Friction does not fall below this part of its mean.
-const LEAST_FRICTION_PART: f64 = 0.2;
+/// Least friction over its mean.
+const LEAST_FRICTION_FACTOR: f64 = 0.2;
 
 /// Random numbers of one sample.
-struct Dice {
+struct Sampler {
     rng: Pcg64Mcg,
-    known: Option<Source>,
+    /// The source whose quantities are not varied.
+    fixed: Option<Source>,
 }
 
-impl Dice {
-    /// A standard normal number; zero for what is taken to be known.  The stream runs on in either case.
+impl Sampler {
+    /// A standard normal number, zero for the fixed source; the stream advances in either case.
     fn normal(&mut self, source: Source) -> f64 {
         let drawn: f64 = self.rng.sample(StandardNormal);
-        if self.known == Some(source) { 0.0 } else { drawn }
+        if self.fixed == Some(source) { 0.0 } else { drawn }
     }
 
-    /// A number from 0 to 1; the middle for what is taken to be known.
+    /// A uniform number from 0 to 1, the mean for the fixed source; the stream advances in either case.
     fn uniform(&mut self, source: Source) -> f64 {
         let drawn: f64 = self.rng.random();
-        if self.known == Some(source) { 0.5 } else { drawn }
+        if self.fixed == Some(source) { 0.5 } else { drawn }
     }
 
-    fn scene(&mut self, scene: &Scene, scatter: &Scatter) -> Scene {
+    /// The scene with perturbed poses; objects that overlap then are separated.
+    fn scene(&mut self, scene: &Scene, noise: &ExecutionNoise) -> Scene {
         let mut drawn = scene.clone();
-        // By name, so that the order in which objects are listed changes nothing.
+        // In the order of names, so that the order of the list does not matter.
         let mut order: Vec<usize> = (0..drawn.placed.len()).collect();
         order.sort_by(|&i, &k| scene.placed[i].object.cmp(&scene.placed[k].object));
         for k in order {
             let placed = &mut drawn.placed[k];
             let shift = Vec2::new(self.normal(Source::Poses), self.normal(Source::Poses));
-            placed.position_m += shift * scatter.position_m;
-            placed.yaw_rad += scatter.yaw_rad * self.normal(Source::Poses);
+            placed.position_m += shift * noise.position_m;
+            placed.yaw_rad += noise.yaw_rad * self.normal(Source::Poses);
         }
-        if set_apart(&mut drawn) { drawn } else { scene.clone() }
+        if separated(&mut drawn) { drawn } else { scene.clone() }
     }
 
-    fn properties(&mut self, properties: &Properties, factor: &Factor) -> Properties {
+    /// Properties drawn from their covariance, with the variation from strike to strike.
+    fn properties(&mut self, properties: &Properties, factor: &CovarianceRoot) -> Properties {
         let z: Vec<f64> = (0..factor.names.len()).map(|_| self.rng.sample(StandardNormal)).collect();
         let shifts = factor.shifts(&z);
         let mut drawn = properties.clone();
         for (name, estimate) in &mut drawn.friction {
             let value =
                 self.drawn(Source::Friction, estimate, shifts.get(format!("friction/{name}").as_str()));
-            estimate.mean = value.max(LEAST_FRICTION_PART * estimate.mean);
+            estimate.mean = value.max(LEAST_FRICTION_FACTOR * estimate.mean);
         }
         for (group, values) in
             [("striker_restitution", &mut drawn.striker_restitution), ("restitution", &mut drawn.restitution)]
@@ -123,10 +154,10 @@ impl Dice {
             }
         }
         for (name, estimate) in &mut drawn.mass_ratio {
-            let alone = self.normal(Source::Masses) * estimate.standard_error / estimate.mean;
-            let shift = shifts.get(format!("log_mass_ratio/{name}").as_str()).copied().unwrap_or(alone);
-            let known = self.known == Some(Source::Masses);
-            estimate.mean *= if known { 1.0 } else { shift.exp() };
+            let independent = self.normal(Source::Masses) * estimate.standard_error / estimate.mean;
+            let shift = shifts.get(format!("log_mass_ratio/{name}").as_str()).copied().unwrap_or(independent);
+            let fixed = self.fixed == Some(Source::Masses);
+            estimate.mean *= if fixed { 1.0 } else { shift.exp() };
         }
         let friction = &mut drawn.contact_friction;
         friction.objects = Some(self.contact_friction(friction.objects));
@@ -134,17 +165,18 @@ impl Dice {
         drawn
     }
 
-    /// A value of one strike: the mean is not known exactly, and from strike to strike it varies.
+    /// The value at one strike: the mean has an error (`shift` if it is part of the covariance), and the value varies about it.
     fn drawn(&mut self, source: Source, estimate: &Estimate, shift: Option<&f64>) -> f64 {
         let (own, spread) = (self.normal(source), self.normal(source));
         let shift = match shift {
-            Some(_) if self.known == Some(source) => 0.0,
+            Some(_) if self.fixed == Some(source) => 0.0,
             Some(shift) => *shift,
             None => estimate.standard_error * own,
         };
         estimate.mean + shift + estimate.std.unwrap_or(0.0) * spread
     }
 
+    /// Contact friction, uniform over the assumed range where it was not measured.
     fn contact_friction(&mut self, measured: Option<Estimate>) -> Estimate {
         let (normal, uniform) = (self.normal(Source::Contacts), self.uniform(Source::Contacts));
         Estimate::exact(match measured {
@@ -156,31 +188,31 @@ impl Dice {
         })
     }
 
-    /// A law of touching: nobody measured it, so any of those in use.
+    /// A law of simultaneous impacts: linear or Hertzian, with equal stiffness or equal contact times.  It is not identified.
     fn multiple_impact(&mut self) -> MultipleImpact {
-        let (hertz, alike) = (self.rng.random_bool(0.5), self.rng.random_bool(0.5));
-        let part = self.uniform(Source::Contacts);
+        let (hertz, same) = (self.rng.random_bool(0.5), self.rng.random_bool(0.5));
+        let fraction = self.uniform(Source::Contacts);
         let standard = Compliance::default();
-        if self.known == Some(Source::Contacts) {
+        if self.fixed == Some(Source::Contacts) {
             return MultipleImpact::Compliant(standard);
         }
         let [least_s, most_s] = CONTACT_TIMES_S;
         MultipleImpact::Compliant(Compliance {
-            contact_time_s: least_s * (most_s / least_s).powf(part),
+            contact_time_s: least_s * (most_s / least_s).powf(fraction),
             force: if hertz { ContactForce::Hertz } else { ContactForce::Linear },
-            stiffness: if alike { Stiffness::Same } else { Stiffness::SameContactTime },
+            stiffness: if same { Stiffness::Same } else { Stiffness::SameContactTime },
             ..standard
         })
     }
 }
 
-/// A square root of the properties' covariance: standard normal numbers times it have that covariance.
-struct Factor<'a> {
+/// A square root of the properties' covariance: it maps standard normal numbers to errors with that covariance.
+struct CovarianceRoot<'a> {
     names: &'a [String],
     root: DMatrix<f64>,
 }
 
-impl<'a> Factor<'a> {
+impl<'a> CovarianceRoot<'a> {
     fn of(properties: &'a Properties) -> Self {
         let covariance = &properties.covariance;
         let n = covariance.names.len();
@@ -188,26 +220,27 @@ impl<'a> Factor<'a> {
             let value = |i: usize, k: usize| covariance.matrix.get(i).and_then(|row| row.get(k)).copied();
             f64::midpoint(value(i, k).unwrap_or(0.0), value(k, i).unwrap_or(0.0))
         });
-        // An empty matrix has no decomposition.
+        // `symmetric_eigen` panics on an empty matrix.
         let root = if n == 0 {
             matrix
         } else {
             let eigen = matrix.symmetric_eigen();
-            // Rounding may leave eigenvalues just below zero.
+            // Rounding can make eigenvalues slightly negative.
             let roots = eigen.eigenvalues.map(|value| value.max(0.0).sqrt());
             eigen.eigenvectors * DMatrix::from_diagonal(&roots)
         };
         Self { names: &covariance.names, root }
     }
 
+    /// The error of each quantity, by name.
     fn shifts(&self, z: &[f64]) -> BTreeMap<&'a str, f64> {
         let shift = |row: usize| (0..z.len()).map(|k| self.root[(row, k)] * z[k]).sum();
         self.names.iter().enumerate().map(|(row, name)| (name.as_str(), shift(row))).collect()
     }
 }
 
-/// Objects cannot overlap: moves those that do apart along their centres, in small steps; whether that worked.
-fn set_apart(scene: &mut Scene) -> bool {
+/// Moves overlapping objects apart along the line of their centres in small steps; false if some still overlap.
+fn separated(scene: &mut Scene) -> bool {
     let shapes: Vec<_> =
         scene.placed.iter().filter_map(|p| scene.object(&p.object).ok().map(|o| o.shape.clone())).collect();
     for _ in 0..MOST_STEPS_APART {
@@ -233,12 +266,12 @@ fn set_apart(scene: &mut Scene) -> bool {
     false
 }
 
-/// Fine against what a camera sees (m).
+/// Step of the separation, small against the error of an observed pose (m).
 const STEP_APART_M: f64 = 1e-4;
-/// Enough for ten millimetres.
+/// Enough steps for ten millimetres.
 const MOST_STEPS_APART: usize = 100;
 
-/// The poses in which the objects lie, by name.
+/// The poses of the objects by name.
 pub(crate) fn by_name(world: &World, poses: &[Pose]) -> BTreeMap<String, Pose> {
     world.names().iter().cloned().zip(poses.iter().copied()).collect()
 }

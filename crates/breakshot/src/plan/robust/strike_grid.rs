@@ -1,25 +1,23 @@
-//! Strikes worth judging: which object, along which line, how fast, how far past the contact.
+//! Which strikes are evaluated?  A grid over objects, lines and speeds, and the strikes that a user proposes.
 //!
-//! A strike is told by what matters about it: the line along which the striker's centre moves (a heading, and how far the line
-//! passes the object's centroid), the speed, and the follow-through.  A proposal is a function from a scene to such aims;
-//! [`everywhere`] is the one that knows nothing.  Rules iii to vi of the paper's section 5 are four of its points, not limits.
+//! A strike is described by the line of the striker's centre (heading, and offset from the object's centroid), the speed, and the
+//! follow-through.  The strikes of rules iii to vi of the paper's section 5 are points of the grid.
 
-use crate::conservative_advancement::{Step, advance};
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::geometry::{Point, Pose, Vec2, wrapped_rad};
 use crate::outline::Outline;
-use crate::plan::approach::{Surroundings, rounded_strike};
+use crate::plan::approach::{ContactLine, Surroundings, rounded_strike};
 use crate::plan::options::{Aim, Options};
 use crate::scene::{Placed, Scene, Strike};
 use rayon::prelude::*;
 use std::collections::BTreeSet;
 use std::f64::consts::TAU;
 
-/// Headings around every object.
+/// Number of headings around every object.
 const HEADINGS: u32 = 24;
-/// Offsets, as parts of the greatest at which striker and object still meet.
+/// Offsets, as fractions of the greatest offset at which striker and object still meet.
 const OFFSETS: [f64; 5] = [-0.5, -0.25, 0.0, 0.25, 0.5];
-/// Speeds, as parts of the striker's fastest, and follow-throughs (m): hits, and slow pushes.
+/// Speeds, as fractions of the striker's greatest speed, with follow-throughs (m): hits, and slow pushes.
 const PACES: [(f64, f64); 10] = [
     (0.25, 0.01),
     (0.4, 0.01),
@@ -32,51 +30,48 @@ const PACES: [(f64, f64); 10] = [
     (0.8, 0.05),
     (0.2, 0.1),
 ];
-/// No strike runs on farther than this (m).
+/// Greatest follow-through (m).
 pub(crate) const MOST_FOLLOW_THROUGH_M: f64 = 0.15;
-/// A shorter follow-through would make an error of the pose a miss (m).
+/// Least follow-through (m): a shorter one would miss the object by an error of its pose.
 pub(crate) const LEAST_FOLLOW_THROUGH_M: f64 = 0.005;
+/// Gaps up to this are contacts (m).
+const CONTACT_GAP_M: f64 = 1e-7;
+/// Greatest number of steps to the contact; a line that grazes the object converges slowly.
+const MOST_STEPS: usize = 200;
 
-/// Every object from all around, centrally and not, at many speeds: lines first, each with all paces.
-pub(crate) fn everywhere(scene: &Scene, range: &Range) -> Vec<Vec<Aim>> {
-    let mut order: Vec<usize> = (0..scene.placed.len()).collect();
-    order.sort_by(|&i, &k| scene.placed[i].object.cmp(&scene.placed[k].object));
-    let mut lines = Vec::new();
-    for object in order {
-        let first_rad = heading_to_others(scene, object);
-        for k in 0..HEADINGS {
-            let heading_rad = wrapped_rad(first_rad + TAU * f64::from(k) / f64::from(HEADINGS));
-            for part in OFFSETS {
-                let offset_m = part * range.reach_m(object, heading_rad, part);
-                let paced = PACES.iter().map(|&(speed, follow_through_m)| Aim {
-                    object,
-                    heading_rad,
-                    offset_m,
-                    speed_m_s: (speed * range.fastest_m_s).max(range.slowest_m_s),
-                    follow_through_m,
-                });
-                lines.push(paced.collect());
-            }
-        }
+/// A feasible strike, and its score so far.
+#[derive(Clone, Debug)]
+pub(crate) struct StrikeCandidate {
+    pub aim: Aim,
+    pub strike: Strike,
+    /// Sum of its scores in the scenarios evaluated so far.
+    pub score: f64,
+}
+
+impl StrikeCandidate {
+    /// Whether the arm can execute it; without an arm, always.
+    fn reached_by_arm(&self, options: &Options) -> bool {
+        let Strike { start_m, heading_rad, travel_m, .. } = self.strike;
+        let contact_m = start_m + Vec2::from_heading(heading_rad) * (travel_m - self.aim.follow_through_m);
+        options.effective_mass_kg.is_none_or(|mass| mass(contact_m, heading_rad) > 0.0)
     }
-    lines
 }
 
-fn heading_to_others(scene: &Scene, object: usize) -> f64 {
-    let others = scene.placed.iter().enumerate().filter(|(k, _)| *k != object);
-    let way = others.fold(Vec2::ZERO, |sum, (_, p)| sum + (p.position_m - scene.placed[object].position_m));
-    way.direction().map_or(0.0, Vec2::heading_rad)
+/// The feasible strikes on a scene, and the obstacles of the others.
+pub(crate) struct Feasible {
+    pub strikes: Vec<StrikeCandidate>,
+    pub obstacles: BTreeSet<String>,
 }
 
-/// What the striker can do to the objects of a scene.
-pub(crate) struct Range<'a> {
+/// The strikes that the striker can make on the objects of a scene.
+pub(crate) struct StrikeGrid<'a> {
     scene: &'a Scene,
     surroundings: Vec<Surroundings<'a>>,
     pub slowest_m_s: f64,
     pub fastest_m_s: f64,
 }
 
-impl<'a> Range<'a> {
+impl<'a> StrikeGrid<'a> {
     pub(crate) fn new(scene: &'a Scene) -> Result<Self> {
         let [slowest_m_s, fastest_m_s] = scene.cell.striker.speed_range_m_s;
         let surroundings =
@@ -84,112 +79,130 @@ impl<'a> Range<'a> {
         Ok(Self { scene, surroundings, slowest_m_s, fastest_m_s })
     }
 
-    /// The greatest offset to one side (the sign of `side`) at which striker and object still meet (m).
-    pub(crate) fn reach_m(&self, object: usize, heading_rad: f64, side: f64) -> f64 {
-        let placed = &self.scene.placed[object];
+    /// The feasible strikes of the proposals and of the grid, uniformly thinned to `most_lines` lines.
+    ///
+    /// # Errors
+    /// A proposal for an object that is not placed.
+    pub(crate) fn feasible(&self, options: &Options, most_lines: usize) -> Result<Feasible> {
+        let mut lines = self.proposed(options)?;
+        lines.extend(self.lines());
+        let tried: Vec<std::result::Result<Vec<StrikeCandidate>, String>> = lines
+            .into_par_iter()
+            .map(|aims| {
+                let candidate =
+                    |aim: Aim| self.strike(&aim).map(|strike| StrikeCandidate { aim, strike, score: 0.0 });
+                let all: Vec<_> = aims.into_iter().map(candidate).collect();
+                let free: Vec<_> = all.iter().filter_map(|c| c.as_ref().ok().cloned()).collect();
+                match all.into_iter().find_map(std::result::Result::err) {
+                    Some(obstacle) if free.is_empty() => Err(obstacle),
+                    _ => Ok(free),
+                }
+            })
+            .collect();
+        let obstacles = tried.iter().filter_map(|t| t.as_ref().err().cloned()).collect();
+        let mut free: Vec<Vec<StrikeCandidate>> =
+            tried.into_iter().filter_map(std::result::Result::ok).collect();
+        free.retain(|line| line.iter().any(|c| c.reached_by_arm(options)));
+        let step = free.len().div_ceil(most_lines).max(1);
+        Ok(Feasible { strikes: free.into_iter().step_by(step).flatten().collect(), obstacles })
+    }
+
+    /// Each proposal as a line of its own.
+    fn proposed(&self, options: &Options) -> Result<Vec<Vec<Aim>>> {
+        let aims = options.proposals.map_or_else(Vec::new, |proposed| proposed(self.scene));
+        if let Some(aim) = aims.iter().find(|aim| self.index(&aim.object).is_none()) {
+            let placed: Vec<_> = self.scene.placed.iter().map(|p| p.object.as_str()).collect();
+            let needed = format!("one of the placed objects: {}", placed.join(", "));
+            return Err(Error::invalid("proposals", "object", &aim.object, needed));
+        }
+        Ok(aims.into_iter().map(|aim| vec![aim]).collect())
+    }
+
+    /// The grid: lines around every object, central and with offsets, each at all paces.
+    fn lines(&self) -> Vec<Vec<Aim>> {
+        let mut order: Vec<&Placed> = self.scene.placed.iter().collect();
+        order.sort_by(|one, other| one.object.cmp(&other.object));
+        let mut lines = Vec::new();
+        for placed in order {
+            let first_rad = heading_to_others(self.scene, placed);
+            for k in 0..HEADINGS {
+                let heading_rad = wrapped_rad(first_rad + TAU * f64::from(k) / f64::from(HEADINGS));
+                for fraction in OFFSETS {
+                    let offset_m = fraction * self.greatest_offset_m(&placed.object, heading_rad, fraction);
+                    let aims = PACES.iter().map(|&(speed, follow_through_m)| Aim {
+                        object: placed.object.clone(),
+                        heading_rad,
+                        offset_m,
+                        speed_m_s: (speed * self.fastest_m_s).max(self.slowest_m_s),
+                        follow_through_m,
+                    });
+                    lines.push(aims.collect());
+                }
+            }
+        }
+        lines
+    }
+
+    fn index(&self, object: &str) -> Option<usize> {
+        self.scene.placed.iter().position(|p| p.object == object)
+    }
+
+    /// The greatest offset (m) to one side (the sign of `side`) at which striker and object still meet.
+    pub(crate) fn greatest_offset_m(&self, object: &str, heading_rad: f64, side: f64) -> f64 {
+        let yaw_rad = self.index(object).map_or(0.0, |k| self.scene.placed[k].yaw_rad);
         let left = Vec2::from_heading(heading_rad).perpendicular() * if side < 0.0 { -1.0 } else { 1.0 };
-        let shape = self.scene.object(&placed.object).map(|o| &o.shape);
-        let own_m = shape.map_or(0.0, |shape| shape.reach_m(left.rotated(-placed.yaw_rad)));
+        let shape = self.scene.object(object).map(|o| &o.shape);
+        let own_m = shape.map_or(0.0, |shape| shape.reach_m(left.rotated(-yaw_rad)));
         let striker = &self.scene.cell.striker.shape;
         own_m + striker.reach_m(-(left.rotated(-heading_rad)))
     }
 
-    /// The strike that an aim asks for, its start the farthest from which the way is free.
+    /// The strike of an aim, with the longest lead-in that is free.
     ///
     /// # Errors
-    /// What is in the way.
+    /// The obstacle.
     pub(crate) fn strike(&self, aim: &Aim) -> std::result::Result<Strike, String> {
-        let placed = &self.scene.placed[aim.object];
-        let contact_m = self.contact_m(placed, aim).ok_or("the line passes the object")?;
-        let line = (contact_m, aim.heading_rad);
-        let lead_in_m = self.surroundings[aim.object].free_lead_in_m(line, aim.follow_through_m)?;
+        let k = self.index(&aim.object).ok_or("the object is not placed")?;
+        let contact_m = self.contact_m(&self.scene.placed[k], aim).ok_or("the line passes the object")?;
+        let line = ContactLine { contact_m, heading_rad: aim.heading_rad };
+        let lead_in_m = self.surroundings[k].free_lead_in_m(line, aim.follow_through_m)?;
         Ok(rounded_strike(Strike {
-            object: Some(placed.object.clone()),
-            start_m: contact_m - Vec2::from_heading(aim.heading_rad) * lead_in_m,
+            object: Some(aim.object.clone()),
+            start_m: line.start_m(lead_in_m),
             heading_rad: aim.heading_rad,
             speed_m_s: aim.speed_m_s.clamp(self.slowest_m_s, self.fastest_m_s),
             travel_m: lead_in_m + aim.follow_through_m,
         }))
     }
 
-    /// Where the striker's centre is when it first touches the object; none if it passes.
+    /// The striker's centre when it first touches the object (conservative advancement along the line); none if it passes.
     fn contact_m(&self, placed: &Placed, aim: &Aim) -> Option<Point> {
         let shape = &self.scene.object(&placed.object).ok()?.shape;
         let striker = &self.scene.cell.striker.shape;
         let target = Outline::new(shape, placed.pose());
         let along = Vec2::from_heading(aim.heading_rad);
-        let far_m = shape.outer_radius_m() + striker.outer_radius_m() + CLOSE_M;
+        let far_m = shape.outer_radius_m() + striker.outer_radius_m() + CONTACT_GAP_M;
         let middle = placed.position_m + along.perpendicular() * aim.offset_m;
-        // The gap is a lower bound of the remaining distance.
-        let contact = advance(-far_m, MOST_STEPS, |distance_m| {
+        let mut distance_m = -far_m;
+        // The gap is a lower bound of the remaining distance, so that the striker never steps over the contact.
+        for _ in 0..MOST_STEPS {
             let position = middle + along * distance_m;
             let gap_m = Outline::new(striker, Pose { position, yaw_rad: aim.heading_rad }).gap_m(&target);
-            if gap_m < CLOSE_M {
-                Step::End(Some(position))
-            } else if distance_m + gap_m > far_m {
-                Step::End(None)
-            } else {
-                Step::To(distance_m + gap_m)
+            if gap_m < CONTACT_GAP_M {
+                return Some(position);
             }
-        });
-        contact.ok().flatten()
+            distance_m += gap_m;
+            if distance_m > far_m {
+                return None;
+            }
+        }
+        None
     }
 }
 
-/// Closer than this is a contact (m).
-const CLOSE_M: f64 = 1e-7;
-/// A line that only just meets the object converges slowly.
-const MOST_STEPS: usize = 200;
-
-/// An aim and the strike it asks for.
-#[derive(Clone, Debug)]
-pub(crate) struct Candidate {
-    pub aim: Aim,
-    pub strike: Strike,
-    /// What it is worth in the worlds it was judged in so far, added up.
-    pub worth: f64,
-}
-
-/// All strikes that an aim leads to, thinned evenly to so many lines, and what is in the way of the others.
-pub(crate) fn reachable(
-    scene: &Scene,
-    range: &Range,
-    (options, most_lines): (&Options, usize),
-) -> (Vec<Candidate>, BTreeSet<String>) {
-    let mut lines = options.proposals.map_or_else(Vec::new, |proposed| {
-        proposed(scene)
-            .into_iter()
-            .filter(|aim| aim.object < scene.placed.len())
-            .map(|aim| vec![aim])
-            .collect()
-    });
-    lines.extend(everywhere(scene, range));
-    let tried: Vec<std::result::Result<Vec<Candidate>, String>> = lines
-        .into_par_iter()
-        .map(|paces| {
-            let candidate = |aim: Aim| range.strike(&aim).map(|strike| Candidate { aim, strike, worth: 0.0 });
-            let slow: Vec<_> = paces.into_iter().map(candidate).collect();
-            let free: Vec<_> = slow.iter().filter_map(|c| c.as_ref().ok().cloned()).collect();
-            match slow.into_iter().find_map(std::result::Result::err) {
-                Some(obstacle) if free.is_empty() => Err(obstacle),
-                _ => Ok(free),
-            }
-        })
-        .collect();
-    let blocked = tried.iter().filter_map(|t| t.as_ref().err().cloned()).collect();
-    let mut free: Vec<Vec<Candidate>> = tried.into_iter().filter_map(std::result::Result::ok).collect();
-    free.retain(|line| line.iter().any(|c| reached_by_arm(c, options)));
-    let step = free.len().div_ceil(most_lines).max(1);
-    (free.into_iter().step_by(step).flatten().collect(), blocked)
-}
-
-/// Whether the arm has any mass there; without an arm, always.
-fn reached_by_arm(candidate: &Candidate, options: &Options) -> bool {
-    let end = |strike: &Strike| {
-        let along = crate::geometry::Vec2::from_heading(strike.heading_rad);
-        strike.start_m + along * (strike.travel_m - candidate.aim.follow_through_m)
-    };
-    options
-        .effective_mass_kg
-        .is_none_or(|mass| mass(end(&candidate.strike), candidate.strike.heading_rad) > 0.0)
+/// Heading from an object to the sum of the directions to the others (rad).
+fn heading_to_others(scene: &Scene, object: &Placed) -> f64 {
+    let others = scene.placed.iter().filter(|p| p.object != object.object);
+    let sum = others.fold(Vec2::ZERO, |sum, p| sum + (p.position_m - object.position_m));
+    sum.direction().map_or(0.0, Vec2::heading_rad)
 }

@@ -1,4 +1,4 @@
-//! The plan as a whole: promises kept, reasons given.
+//! Properties of the plan as a whole: reproducible predictions, and reasons.
 
 mod central_strikes;
 mod robust;
@@ -89,7 +89,7 @@ fn piles() -> Vec<Scene> {
 }
 
 #[test]
-fn simulating_the_strike_gives_what_the_plan_promised_to_the_last_bit() {
+fn simulating_the_strike_reproduces_the_prediction_bit_for_bit() {
     for scene in piles() {
         let plan = planned(&scene);
         assert_ne!(plan.outcome, Outcome::Unreachable, "{}", plan.reason);
@@ -97,24 +97,19 @@ fn simulating_the_strike_gives_what_the_plan_promised_to_the_last_bit() {
         let text = serde_json::to_string(&plan).expect("JSON");
         let read: Plan = serde_json::from_str(&text).expect("the same plan");
         assert_eq!(read, plan);
-        let (strike, promised) = (read.strike.expect("a strike"), read.prediction.expect("a prediction"));
+        let (strike, predicted) = (read.strike.expect("a strike"), read.prediction.expect("a prediction"));
         let done =
             physics::trajectory(&scene, &properties(), &strike, &physics::Options::default()).expect("a run");
-        assert_eq!(done.final_poses, promised.final_poses);
+        assert_eq!(done.final_poses, predicted.final_poses);
         let distances = Singulation::of(&scene, &done.final_poses).expect("known objects");
-        assert_eq!(distances.min_distance_m(), promised.min_distance_m);
-        assert_eq!(distances.mean_distance_m(), promised.mean_distance_m);
-        assert_eq!(
-            distances.violations(&scene.goal).is_empty(),
-            plan.outcome == Outcome::Found,
-            "{}",
-            plan.reason
-        );
+        assert_eq!(distances.min_distance_m(), predicted.min_distance_m);
+        assert_eq!(distances.mean_distance_m(), predicted.mean_distance_m);
+        assert_eq!(distances.violations().is_empty(), plan.outcome == Outcome::Found, "{}", plan.reason);
     }
 }
 
 #[test]
-fn the_same_pile_gives_the_same_bytes_and_names_do_not_depend_on_the_order() {
+fn the_same_pile_gives_the_same_bytes_in_any_order_of_its_objects() {
     for scene in piles() {
         let text = |plan: &Plan| serde_json::to_string(plan).expect("JSON");
         assert_eq!(text(&planned(&scene)), text(&planned(&scene)));
@@ -135,7 +130,7 @@ fn two_touching_discs_are_singulated() {
 }
 
 #[test]
-fn when_no_speed_works_the_best_strike_is_told_and_what_it_lacks() {
+fn when_no_speed_works_the_plan_has_the_best_strike_and_names_the_violated_condition() {
     let mut slow = piles()[1].clone();
     slow.cell.striker.speed_range_m_s = [0.05, 0.12];
     let plan = planned(&slow);
@@ -163,7 +158,7 @@ fn the_largest_object_is_struck_and_another_one_where_it_cannot_be() {
 }
 
 #[test]
-fn what_cannot_be_is_answered_at_once_with_the_reason() {
+fn an_impossible_goal_is_unreachable_with_the_reason() {
     let walled = |mut scene: Scene| {
         let corners = [[-0.075, -0.075], [0.075, -0.075], [0.075, 0.075], [-0.075, 0.075]].map(Point::from);
         let side = |k: usize| Wall { from_m: corners[k], to_m: corners[(k + 1) % 4], restitution: 0.5 };
@@ -192,21 +187,21 @@ fn what_cannot_be_is_answered_at_once_with_the_reason() {
 }
 
 #[test]
-fn what_is_singulated_already_needs_no_strike() {
+fn a_singulated_pile_needs_no_strike() {
     for (scene, words) in [
         (scene(&[("a", 0.0, 0.0, 0.0)]), "only a lies on the table"),
-        (scene(&[("a", 0.0, 0.0, 0.0), ("b", 0.2, 0.0, 0.0)]), "already lie as wanted"),
+        (scene(&[("a", 0.0, 0.0, 0.0), ("b", 0.2, 0.0, 0.0)]), "already fulfils the goal"),
     ] {
         let plan = planned(&scene);
         assert_eq!((plan.outcome, &plan.strike), (Outcome::Found, &None));
         assert!(plan.reason.contains(words), "{}", plan.reason);
-        let here = plan.prediction.expect("the poses as they are").final_poses;
-        assert!(scene.placed.iter().all(|p| here[&p.object] == p.pose()));
+        let unmoved = plan.prediction.expect("the poses as they are").final_poses;
+        assert!(scene.placed.iter().all(|p| unmoved[&p.object] == p.pose()));
     }
 }
 
 #[test]
-fn a_pair_that_was_never_filmed_is_an_error_with_its_name() {
+fn a_pair_without_a_measured_restitution_is_an_error_with_its_name() {
     let mut properties = properties();
     properties.restitution.remove("a/c");
     let error = plan(&piles()[0], &properties, &Options::default()).expect_err("not measured");

@@ -1,4 +1,4 @@
-//! Laws of strikes that follow each other.
+//! Properties of sequences of strikes.
 
 use super::{properties, scene};
 use crate::geometry::Point;
@@ -26,7 +26,7 @@ fn the_loop_ends_as_soon_as_the_goal_holds() {
 }
 
 #[test]
-fn a_table_on_which_nothing_moves_is_struck_as_often_as_allowed_and_never_said_to_be_singulated() {
+fn a_pile_that_never_moves_is_struck_as_often_as_allowed_and_not_singulated() {
     let mut nothing_moves = |plan: &Plan, _: &mut Properties| Ok(plan.scene.clone());
     let ended =
         sequence(&row(), &mut properties(), &Options::default(), 3, &mut nothing_moves).expect("a scene");
@@ -36,7 +36,7 @@ fn a_table_on_which_nothing_moves_is_struck_as_often_as_allowed_and_never_said_t
 }
 
 #[test]
-fn the_same_draw_gives_the_same_world_and_another_one_another() {
+fn a_draw_determines_the_world() {
     let plan = plan(&row(), &properties(), &Options::default()).expect("a scene");
     let after = |draw| drawn(&plan, &properties(), &Options::default(), draw).expect("a scene").placed;
     assert_eq!(after(1), after(1));
@@ -44,7 +44,7 @@ fn the_same_draw_gives_the_same_world_and_another_one_another() {
 }
 
 #[test]
-fn what_was_learned_from_a_strike_counts_for_the_next() {
+fn updated_properties_are_used_for_the_next_strike() {
     let mut learns = |plan: &Plan, properties: &mut Properties| {
         properties.friction.clear();
         Ok(plan.scene.clone())
@@ -55,7 +55,7 @@ fn what_was_learned_from_a_strike_counts_for_the_next() {
 }
 
 #[test]
-fn what_fell_off_the_table_ends_the_sequence() {
+fn an_object_that_falls_off_the_table_ends_the_sequence() {
     let mut scene = row();
     let corners = [[-0.5, -0.5], [0.5, -0.5], [0.5, 0.5], [-0.5, 0.5]];
     let outline_m = corners.map(|[x, y]| Point::new(x, y)).to_vec();

@@ -84,7 +84,7 @@ const WORKSPACE_FACTOR: f64 = 2.0;
 
 /// The final poses of the objects in sampled scenarios.
 fn possible_poses<'a>(plan: &'a Plan, palette: &Palette) -> Vec<DrawnObject<'a>> {
-    let clouds = plan.robustness.iter().flat_map(|r| &r.cloud);
+    let clouds = plan.robustness.iter().flat_map(|r| &r.final_poses);
     let poses = clouds.flat_map(|(name, poses)| poses.iter().map(move |pose| (name.as_str(), *pose)));
     drawn_objects(&plan.scene, poses, Layer::Possible, palette)
 }
@@ -105,11 +105,11 @@ fn robustness(plan: &Plan) -> String {
         );
     }
     let failures = robustness.failures.iter().take(MOST_REASONS);
-    let failures: Vec<_> = failures.map(|f| vec![escaped(&f.what), percent(f.part)]).collect();
+    let failures: Vec<_> = failures.map(|f| vec![escaped(&f.what), percent(f.fraction)]).collect();
     if !failures.is_empty() {
         section += &table(&["violated condition", "fraction of all scenarios"], &failures);
     }
-    let doubts = robustness.doubts.iter().filter(|d| d.gain > 0.0).take(MOST_REASONS);
+    let doubts = robustness.sensitivities.iter().filter(|d| d.gain > 0.0).take(MOST_REASONS);
     let doubts: Vec<_> = doubts.map(|d| vec![d.source.words().to_owned(), percent(d.gain)]).collect();
     if !doubts.is_empty() {
         section += &table(&["if this were known exactly", "gain of success probability"], &doubts);

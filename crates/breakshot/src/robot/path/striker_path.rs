@@ -5,7 +5,7 @@ use crate::error::{Error, Result};
 use crate::geometry::{Point, Pose, Vec2};
 use crate::object::Shape;
 use crate::outline::Outline;
-use crate::scene::{Scene, Strike};
+use crate::scene::{RETRACT_PAST_START_M, Scene, Strike};
 
 /// The striker's line; positions are distances along the heading from the strike's `start_m` (m).
 #[derive(Clone, Debug, PartialEq)]
@@ -38,8 +38,6 @@ const STOP_JERK_TIME_S: f64 = 0.02;
 const SETTLING_S: f64 = 0.02;
 /// Time at constant speed after the contact (s): an impact of hard bodies lasts about a millisecond.
 const FOLLOW_THROUGH_S: f64 = 0.005;
-/// Distance of the draw-back past the start (m), as in the definition of a strike.
-const PAST_START_M: f64 = 0.02;
 /// Least distance from every obstacle on the path (m).
 const CLEARANCE_M: f64 = 0.002;
 
@@ -64,7 +62,7 @@ impl StrikerPath {
             direction: Vec2::from_heading(strike.heading_rad),
             begin_m,
             end_m: brake_m.max(begin_m + run_up.ramp_length()) + stop.ramp_length(),
-            back_m: -PAST_START_M,
+            back_m: -RETRACT_PAST_START_M,
             contact_m,
             run_up,
             stop,

@@ -6,14 +6,12 @@ use super::body::{Body, STEP_S};
 use super::impact::{StrikerState, Variation, collide, strike};
 use super::truth::TrueModel;
 use crate::geometry::Vec2;
-use crate::scene::Strike;
+use crate::scene::{RETRACT_PAST_START_M, Strike};
 
 /// Radius of the striker (m).
 pub(super) const STRIKER_RADIUS_M: f64 = 0.015;
 /// Speed at which the striker draws back (m/s).
 pub(super) const RETRACT_M_S: f64 = 0.15;
-/// The striker draws back past its start by this much (m).
-const RETRACT_PAST_START_M: f64 = 0.02;
 
 /// The poses of one body at every time step.
 #[derive(Clone, Debug)]
