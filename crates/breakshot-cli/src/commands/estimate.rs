@@ -5,7 +5,7 @@ use crate::{Outcome, console};
 use breakshot::campaign::{Campaign, Clip};
 use breakshot::capture::Decoder;
 use breakshot::cell::Cell;
-use breakshot::estimate::{self, Advice, AdviceOptions, ClipTracks, Shot};
+use breakshot::estimate::{self, Advice, AdviceOptions, ClipTracks, Experiment};
 use breakshot::object::Object;
 use breakshot::properties::Properties;
 use breakshot::uncertain::Estimate;
@@ -109,8 +109,8 @@ fn print_advice(advice: &Advice) {
         "", "strike", "into", "speed (m/s)", "offset (mm)", "then (mm)"
     );
     for (k, clip) in advice.clips.iter().enumerate() {
-        let Shot { strike, into, speed_m_s, offset_m } = &clip.shot;
-        let quantities: Vec<&str> = clip.tells.iter().take(2).map(|t| t.quantity.as_str()).collect();
+        let Experiment { strike, into, speed_m_s, offset_m } = &clip.experiment;
+        let quantities: Vec<&str> = clip.reductions.iter().take(2).map(|t| t.quantity.as_str()).collect();
         println!(
             "{:>3} {strike:<12} {:<12} {speed_m_s:>11.2} {:>11.1} {:>11.2}  {}",
             k + 1,

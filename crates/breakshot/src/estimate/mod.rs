@@ -19,10 +19,11 @@ mod measure;
 pub use clip::result::{BodyFit, ClipFit, Impact, Measured};
 pub use clip::sliding::MotionState;
 pub use clip_tracks::ClipTracks;
-pub use design::experiment::Shot;
-pub use design::simulated_clip::{Filming, staged};
+pub use design::experiment::{Experiment, Setup};
+pub use design::simulated_clip::{SimulatedCamera, simulated_clip};
 pub use design::{
-    Advice, AdviceOptions, Advised, StruckPile, advice, prediction_error_m, predictive_spread_m, struck_piles,
+    Advice, AdviceOptions, AdvisedClip, Draws, StruckPile, UncertaintyReduction, advice, prediction_error_m,
+    predictive_std_m, struck_piles,
 };
 pub use joint::clip_values::{ClipValue, clip_values};
 

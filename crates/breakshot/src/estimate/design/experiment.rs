@@ -1,6 +1,6 @@
-//! A clip that could be filmed: who is struck how fast, into whom, and how far off centre.
+//! An experiment that could be filmed: which object is struck at which speed, into which other one, with which offset.
 
-use super::simulated_clip::{Filming, staged};
+use super::simulated_clip::{SimulatedCamera, simulated_clip};
 use crate::cell::Cell;
 use crate::conservative_advancement::{Step, advance};
 use crate::error::{Error, Result};
@@ -13,46 +13,56 @@ use crate::scene::{Goal, Placed, Scene, Strike};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;
 
-/// One strike worth filming: the striker hits an object centrally, which may hit another one.
+/// The robot cell and the objects with which experiments are made.
+#[derive(Clone, Copy, Debug)]
+pub struct Setup<'a> {
+    /// The cell: striker, camera, workspace.
+    pub cell: &'a Cell,
+    /// The kinds of objects.
+    pub objects: &'a [Object],
+}
+
+/// One experiment: the striker hits an object centrally, which may hit another one.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Shot {
+pub struct Experiment {
     /// The object that the robot strikes.
     pub strike: String,
-    /// The object that it hits then; none if it slides alone. `a#2` for a second copy.
+    /// The object that the struck one hits; `None` if it slides alone.  A second copy is `a#2`.
     #[serde(default)]
     pub into: Option<String>,
     /// The striker's speed (m/s).
     pub speed_m_s: f64,
-    /// How far the other object's centre lies to the left of the line along which the struck one comes (m).
+    /// Offset of the other object's centre to the left of the line of motion of the struck one (m).
     #[serde(default)]
     pub offset_m: f64,
 }
 
-/// The other object lies about so much free motion from the struck one (s): five frames of a usual camera show it, and
-/// little speed is lost.
+/// Time of free sliding before the struck object hits the other one (s): about five frames of a usual camera, short enough
+/// that little speed is lost.
 const FREE_S: f64 = 0.08;
-/// An object leaves the striker about this much faster than that moves.
-const FASTER: f64 = 1.6;
-/// But not nearer or farther than this (m).
+/// Typical speed of an object after the strike over the speed of the striker.
+const SPEED_GAIN: f64 = 1.6;
+/// Smallest and largest gap between the objects (m).
 const GAPS_M: [f64; 2] = [0.02, 0.12];
-/// The striker starts this far from the struck object, and goes on this far after it has hit it (m).
+/// Gap between the striker and the struck object at the start, and travel after the contact (m).
 const RUN_UP_M: f64 = 0.03;
 const FOLLOW_M: f64 = 0.005;
 
-impl Shot {
-    /// Where everything lies and what the robot does: along +x, the struck object near the workspace's left edge.
+impl Experiment {
+    /// The initial scene and the strike along +x, with the struck object near the left edge of the workspace.
     ///
-    /// Sides lie square to the line; a polygon that a flat side comes to meet lies with a corner towards it, so that they
-    /// meet once.
+    /// Flat sides are perpendicular to the motion; a polygon that is hit by a flat side has a corner towards it, so that there
+    /// is one contact and not two.
     ///
     /// # Errors
-    /// Unknown objects, a speed that is none.
-    pub fn laid_out(&self, cell: &Cell, objects: &[Object]) -> Result<(Scene, Strike)> {
-        let find = |name: &str| object::find(objects, name, "shot");
-        object::positive("shot", "speed_m_s", self.speed_m_s)?;
+    /// Unknown objects, a speed that is not positive, an offset that is not finite.
+    pub fn layout(&self, setup: Setup) -> Result<(Scene, Strike)> {
+        let Setup { cell, objects } = setup;
+        let find = |name: &str| object::find(objects, name, "experiment");
+        object::positive("experiment", "speed_m_s", self.speed_m_s)?;
         if !self.offset_m.is_finite() {
-            return Err(Error::invalid("shot", "offset_m", self.offset_m, "a number"));
+            return Err(Error::invalid("experiment", "offset_m", self.offset_m, "a number"));
         }
         let struck = &find(&self.strike)?.shape;
         let striker = &cell.striker.shape;
@@ -67,7 +77,7 @@ impl Shot {
             let yaw_rad = if flat { corner_towards(shape, PI) } else { flat_towards(shape, PI) };
             let from = Outline::new(struck, pose);
             let start = pose.position + Vec2::new(0.0, self.offset_m);
-            let gap_m = (FREE_S * FASTER * self.speed_m_s).clamp(GAPS_M[0], GAPS_M[1]);
+            let gap_m = (FREE_S * SPEED_GAIN * self.speed_m_s).clamp(GAPS_M[0], GAPS_M[1]);
             let position_m = apart(&from, (shape, yaw_rad), start, Vec2::new(1.0, 0.0), gap_m);
             placed.push(Placed { object: into.clone(), position_m, yaw_rad });
         }
@@ -92,51 +102,52 @@ impl Shot {
         Ok((scene, strike))
     }
 
-    /// The clip that a camera would film of it if the objects were as the properties say.
+    /// The tracks that the clip of this experiment would give if the objects had these properties.
     ///
     /// # Errors
-    /// As [`Shot::laid_out`] and [`staged`].
-    pub fn staged(
+    /// As [`Experiment::layout`] and [`simulated_clip`].
+    pub fn simulated_clip(
         &self,
         name: &str,
-        (cell, objects): (&Cell, &[Object]),
+        setup: Setup,
         properties: &Properties,
-        filming: &Filming,
+        camera: &SimulatedCamera,
     ) -> Result<ClipTracks> {
-        let (scene, strike) = self.laid_out(cell, objects)?;
-        staged(name, &scene, properties, &strike, filming)
+        let (scene, strike) = self.layout(setup)?;
+        simulated_clip(name, &scene, properties, &strike, camera)
     }
 }
 
-/// Where a shape's centre comes to lie `gap_m` from an outline, pushed out of it along a direction.
+/// The position of a shape's centre on the ray from `start` along a unit vector at which its gap to an outline is `gap_m`.
 fn apart(from: &Outline, (shape, yaw_rad): (&Shape, f64), start: Point, along: Vec2, gap_m: f64) -> Point {
-    const ENOUGH: usize = 200;
-    const CLOSE_M: f64 = 1e-7;
-    let gap =
-        |way_m: f64| from.gap_m(&Outline::new(shape, Pose { position: start + along * way_m, yaw_rad }));
-    // Far enough out, then nearer by no more than the gap: it never passes through.
+    const MAX_STEPS: usize = 200;
+    const TOLERANCE_M: f64 = 1e-7;
+    let gap = |distance_m: f64| {
+        from.gap_m(&Outline::new(shape, Pose { position: start + along * distance_m, yaw_rad }))
+    };
     let far_m = 2.0 * shape.outer_radius_m() + 1.0;
-    let placed = advance(far_m, ENOUGH, |distance_m| {
+    let placed = advance(far_m, MAX_STEPS, |distance_m| {
         let excess_m = gap(distance_m) - gap_m;
-        let is_placed = excess_m.abs() < CLOSE_M || distance_m < -1.0;
+        let is_placed = excess_m.abs() < TOLERANCE_M || distance_m < -1.0;
         if is_placed { Step::End(distance_m) } else { Step::To(distance_m - excess_m) }
     });
     start + along * placed.unwrap_or_else(|reached_m| reached_m)
 }
 
-/// The yaw that turns the side that is best to strike square to a direction; any for a disc.
+/// The yaw at which the best side to strike faces a heading; 0 for a disc.
 ///
-/// Best is the longest side whose middle part faces the centroid: the line of action runs through it.
+/// The best side is the one on which the foot of the perpendicular from the centroid is farthest from both ends, so that a
+/// central strike acts through the centroid.
 fn flat_towards(shape: &Shape, heading_rad: f64) -> f64 {
     let corners = shape.corners();
     let n = corners.len();
     let side = |k: usize| {
         let (from, to) = (corners[k], corners[(k + 1) % n]);
         let along = (to - from).direction()?;
-        // How far the foot of the centroid is from the nearer end.
+        // Distance of the foot of the perpendicular from the nearer end.
         let inside_m = (-from.to_vec().dot(along)).min(to.to_vec().dot(along));
         let outwards = Vec2::new(along.y, -along.x);
-        // A side that others stand in front of cannot be struck.
+        // A side behind other parts of the outline cannot be struck.
         let outermost = corners.iter().all(|c| (*c - from).dot(outwards) < 1e-9);
         outermost.then(|| (inside_m, outwards.heading_rad()))
     };
@@ -144,14 +155,14 @@ fn flat_towards(shape: &Shape, heading_rad: f64) -> f64 {
     best.map_or(0.0, |(_, normal_rad)| heading_rad - normal_rad)
 }
 
-/// The yaw that turns the farthest corner towards a direction.
+/// The yaw at which the corner farthest from the centroid points along a heading.
 fn corner_towards(shape: &Shape, heading_rad: f64) -> f64 {
     let farthest =
         shape.corners().into_iter().max_by(|p, q| p.to_vec().length().total_cmp(&q.to_vec().length()));
     farthest.map_or(0.0, |corner| heading_rad - corner.to_vec().heading_rad())
 }
 
-/// Whether the outline ends in a flat side in that direction.
+/// Whether the extreme part of the outline in a direction is a side and not a corner.
 fn is_flat_towards(shape: &Shape, yaw_rad: f64, heading_rad: f64) -> bool {
     const FLAT_M: f64 = 1e-6;
     let along = Vec2::from_heading(heading_rad - yaw_rad);

@@ -1,11 +1,13 @@
 //! What to film next?
 //!
-//! Bayesian experimental design.  What is known is Gaussian: the estimate's means and full covariance, wide priors where
-//! nothing was filmed.  What matters is where objects come to rest after a strike on a pile: over many random piles (or the
-//! user's own), the final places are linearized about the means by finite differences of rollouts.  What a clip would tell
-//! is found by staging it with the learned properties and fitting it: the fit's own covariance at the learned noise, plus the
-//! learned spread from clip to clip.  The clip that lowers the mean standard deviation of the final places most comes
-//! first; the covariance is updated as if it had been filmed, and so on.
+//! Bayesian experimental design with a Gaussian model.
+//!
+//! - `prior`: means and covariance of all parameters of a simulation, wide where nothing was filmed.
+//! - `sensitivity`: the Jacobian of the final positions of many struck piles (random ones or the user's own), by finite
+//!   differences of rollouts.
+//! - `information`: the measurement model of every candidate clip, from a simulated clip and its fit.
+//! - `advice` chooses the clip that reduces the mean standard deviation of the final positions most, updates the covariance as if
+//!   that clip had been filmed, and continues with the next one (greedy selection).
 
 pub(crate) mod experiment;
 mod information;
@@ -16,8 +18,8 @@ pub(crate) mod simulated_clip;
 #[cfg(test)]
 mod tests;
 
-pub use monte_carlo::{prediction_error_m, predictive_spread_m, struck_piles};
-pub use sensitivity::StruckPile;
+pub use monte_carlo::{prediction_error_m, predictive_std_m, struck_piles};
+pub use sensitivity::{Draws, StruckPile};
 
 use crate::cell::Cell;
 use crate::error::{Error, Result};
@@ -25,84 +27,87 @@ use crate::estimate::measure::ClipMeasurements;
 use crate::object::{self, Object};
 use crate::properties::Properties;
 use crate::scene::Scene;
-use experiment::Shot;
-use information::{Candidate, Habits};
+use experiment::{Experiment, Setup};
+use information::{CandidateClip, LearnedNoise};
 use nalgebra::DMatrix;
-use prior::Belief;
+use prior::Prior;
 use rayon::prelude::*;
-use sensitivity::Response;
+use sensitivity::OutcomeJacobian;
 use serde::{Deserialize, Serialize};
 
-/// What to advise, and for what.
+/// How many clips to advise, and for which piles.
 #[derive(Clone, Debug, PartialEq)]
 pub struct AdviceOptions<'a> {
-    /// How many clips.
+    /// Number of clips.
     pub clips: usize,
-    /// The seed of the random piles.
+    /// Seed of the random piles and strikes.
     pub seed: u64,
-    /// The pile to plan for; random ones of all objects if not given.
+    /// The pile whose outcome matters; without one, random piles of all objects.
     pub scene: Option<&'a Scene>,
 }
 
-/// The clips that are worth filming next (`advice.json`).
+/// The most informative clips to film next (`advice.json`).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Advice {
     /// The file format's version.
     pub version: u32,
-    /// The seed of the piles.
+    /// Seed of the random piles and strikes.
     pub seed: u64,
-    /// How many strikes on piles it rests on.
+    /// Number of strikes on piles over which the advice is averaged.
     pub piles: usize,
-    /// One standard deviation of where an object comes to rest (m), the mean over all objects of all piles, as far as
-    /// filming can lower it.
+    /// Standard deviation of an object's final position (m), the mean over all objects of all piles, from the uncertainty of
+    /// the properties: without the variation from strike to strike, which no clip reduces.
     pub spread_m: f64,
-    /// The clips, the most useful first.
-    pub clips: Vec<Advised>,
+    /// The clips, the most informative first.
+    pub clips: Vec<AdvisedClip>,
 }
 
 /// One clip to film.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Advised {
-    /// What to do.
+pub struct AdvisedClip {
+    /// The experiment to film.
     #[serde(flatten)]
-    pub shot: Shot,
-    /// What [`Advice::spread_m`] is expected to be once this clip and those before it are filmed.
+    pub experiment: Experiment,
+    /// The expected [`Advice::spread_m`] after this clip and those before it.
     pub spread_m: f64,
-    /// What it tells of, the most telling first.
-    pub tells: Vec<Told>,
+    /// The parameters whose uncertainty it reduces, the largest reduction first.
+    #[serde(rename = "tells")]
+    pub reductions: Vec<UncertaintyReduction>,
 }
 
-/// What a clip tells of one quantity.
+/// The reduction of the uncertainty of one parameter.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Told {
-    /// The quantity, as the covariance of the properties calls it.
+pub struct UncertaintyReduction {
+    /// The parameter, by its name in the covariance of the properties.
     pub quantity: String,
-    /// One standard deviation of its mean before.
+    /// Standard deviation before the clip.
     pub before: f64,
-    /// And after.
+    /// Standard deviation after the clip.
     pub after: f64,
 }
 
-/// How many strikes on piles stand for all.
+/// Number of strikes on piles over which the advice is averaged.
 const PILES: usize = 80;
-/// A quantity that a clip makes surer by less than this part is not worth a word.
-const TELLS: f64 = 0.05;
+/// Smallest relative reduction of a standard deviation that is listed.
+const MIN_REDUCTION: f64 = 0.05;
 
-/// The next clips, ranked by how much they shrink the predictive uncertainty of final places.
+/// The clips to film next, ranked by how much they reduce the predicted uncertainty of final positions.
 ///
 /// # Errors
-/// Properties without evidence; a pile that cannot be struck; nothing that could be filmed within the workspace.
+/// Properties without evidence; a pile that cannot be struck or simulated; no experiment that stays within the workspace.
 pub fn advice(
     properties: &Properties,
     cell: &Cell,
     objects: &[Object],
     options: &AdviceOptions,
 ) -> Result<Advice> {
+    // The earlier clips
+    let setup = Setup { cell, objects };
     let evidence = properties.evidence.as_ref();
     let records = evidence
         .into_iter()
         .flat_map(|e| &e.clips)
-        .map(ClipMeasurements::from_kept)
+        .map(ClipMeasurements::from_evidence)
         .collect::<Result<Vec<_>>>()?;
     if records.is_empty() {
         let needed = "properties with the evidence of at least one clip";
@@ -114,50 +119,67 @@ pub fn advice(
     let in_scene = options.scene.into_iter().flat_map(|s| &s.placed).map(|p| p.object.as_str());
     let filmed = records.iter().flat_map(|r| &r.objects).map(String::as_str);
     let copies = information::copies(filmed.chain(in_scene));
-    let mut belief = Belief::new(properties, objects, !copies.is_empty());
-    let piles = sensitivity::sampled(&belief, (cell, objects), options.scene, (PILES, options.seed))?;
-    let responses = sensitivity::responses(&belief, &piles);
-    if responses.is_empty() {
+
+    // How final positions depend on the parameters
+    let mut prior = Prior::new(properties, objects, !copies.is_empty());
+    let draws = Draws { count: PILES, seed: options.seed };
+    let piles = sensitivity::random_struck_piles(&prior, setup, options.scene, draws)?;
+    let jacobians = sensitivity::jacobians(&prior, &piles);
+    if jacobians.is_empty() {
         let needed = "a pile that the striker reaches and that can be simulated";
         return Err(Error::invalid("advice", "piles", "none", needed));
     }
-    let habits = Habits::new(&records);
-    let shots = information::shots(&belief, cell, objects, &copies);
-    let candidates = information::candidates(&belief, (cell, objects), &habits, shots);
+
+    // What each clip would measure
+    let learned = LearnedNoise::new(&records);
+    let experiments = information::experiments(&prior, setup, &copies);
+    let candidates = information::candidates(&prior, setup, &learned, experiments);
     if candidates.is_empty() {
         let needed = "a workspace in which at least one object can be struck and comes to rest";
         return Err(Error::invalid("advice", "clips", "none that stays in the workspace", needed));
     }
-    let spread_m = mean_spread_m(&responses, &belief.covariance);
-    let clips = (0..options.clips).map_while(|_| next(&mut belief, &responses, &candidates)).collect();
-    Ok(Advice { version: 1, seed: options.seed, piles: responses.len(), spread_m, clips })
+
+    // Greedy selection
+    let spread_m = mean_position_std_m(&jacobians, &prior.covariance);
+    let clips = (0..options.clips).map_while(|_| next(&mut prior, &jacobians, &candidates)).collect();
+    Ok(Advice { version: 1, seed: options.seed, piles: jacobians.len(), spread_m, clips })
 }
 
-/// The best candidate; the belief is updated as if it had been filmed.
-fn next(belief: &mut Belief, responses: &[Response], candidates: &[Candidate]) -> Option<Advised> {
-    let merits: Vec<Option<(f64, DMatrix<f64>)>> = candidates
+/// The best candidate; updates the covariance as if it had been filmed.
+fn next(
+    prior: &mut Prior,
+    jacobians: &[OutcomeJacobian],
+    candidates: &[CandidateClip],
+) -> Option<AdvisedClip> {
+    let outcomes: Vec<Option<(f64, DMatrix<f64>)>> = candidates
         .par_iter()
         .map(|candidate| {
-            let after = candidate.after(&belief.covariance)?;
-            Some((mean_spread_m(responses, &after), after))
+            let after = candidate.after(&prior.covariance)?;
+            Some((mean_position_std_m(jacobians, &after), after))
         })
         .collect();
-    let found = candidates.iter().zip(merits).filter_map(|(c, merit)| merit.map(|(m, after)| (c, m, after)));
+    let found =
+        candidates.iter().zip(outcomes).filter_map(|(c, outcome)| outcome.map(|(m, after)| (c, m, after)));
     let (best, spread_m, after) = found.min_by(|p, q| p.1.total_cmp(&q.1))?;
-    let before = std::mem::replace(&mut belief.covariance, after);
+    let before = std::mem::replace(&mut prior.covariance, after);
     let std = |matrix: &DMatrix<f64>, k: usize| matrix[(k, k)].max(0.0).sqrt();
-    let mut tells: Vec<Told> = (belief.quantities.iter().enumerate())
-        .map(|(k, q)| Told { quantity: q.name(), before: std(&before, k), after: std(&belief.covariance, k) })
-        .filter(|t| t.after < (1.0 - TELLS) * t.before)
+    let mut reductions: Vec<UncertaintyReduction> = (prior.parameters.iter().enumerate())
+        .map(|(k, p)| UncertaintyReduction {
+            quantity: p.name(),
+            before: std(&before, k),
+            after: std(&prior.covariance, k),
+        })
+        .filter(|r| r.after < (1.0 - MIN_REDUCTION) * r.before)
         .collect();
-    tells.sort_by(|p, q| (p.after / p.before).total_cmp(&(q.after / q.before)));
-    Some(Advised { shot: best.shot.clone(), spread_m, tells })
+    reductions.sort_by(|p, q| (p.after / p.before).total_cmp(&(q.after / q.before)));
+    Some(AdvisedClip { experiment: best.experiment.clone(), spread_m, reductions })
 }
 
-fn mean_spread_m(responses: &[Response], covariance: &DMatrix<f64>) -> f64 {
+/// The mean over all objects of all piles of the standard deviation of the final position (m).
+fn mean_position_std_m(jacobians: &[OutcomeJacobian], covariance: &DMatrix<f64>) -> f64 {
     let (mut sum, mut count) = (0.0, 0);
-    for spread_m in responses.iter().flat_map(|r| r.spreads_m(covariance)) {
-        sum += spread_m;
+    for std_m in jacobians.iter().flat_map(|j| j.position_stds_m(covariance)) {
+        sum += std_m;
         count += 1;
     }
     sum / f64::from(count.max(1))

@@ -1,7 +1,8 @@
-//! How far final places really scatter if the quantities are as uncertain as they are: rollouts of random draws.
+//! How large is the uncertainty of final positions without linearization?  Rollouts with randomly drawn parameters.
 
-use super::prior::Belief;
-use super::sensitivity::{self, Rolled, StruckPile};
+use super::experiment::Setup;
+use super::prior::Prior;
+use super::sensitivity::{self, Draws, PileSimulation, StruckPile};
 use crate::cell::Cell;
 use crate::error::{Error, Result};
 use crate::geometry::{Point, Vec2};
@@ -14,7 +15,7 @@ use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64Mcg;
 use rayon::prelude::*;
 
-/// Random strikes on random piles of these objects, as fast as the properties let them stay in the workspace.
+/// Random strikes on random piles of these objects, slow enough for the struck object to stay in the workspace.
 ///
 /// # Errors
 /// No pile of these objects can be struck.
@@ -22,70 +23,73 @@ pub fn struck_piles(
     properties: &Properties,
     cell: &Cell,
     objects: &[Object],
-    (count, seed): (usize, u64),
+    draws: Draws,
 ) -> Result<Vec<StruckPile>> {
-    let belief = Belief::new(properties, objects, false);
-    let piles = sensitivity::sampled(&belief, (cell, objects), None, (count, seed))?;
+    let prior = Prior::new(properties, objects, false);
+    let piles = sensitivity::random_struck_piles(&prior, Setup { cell, objects }, None, draws)?;
     if piles.is_empty() {
         return Err(Error::invalid("piles", "strikes", "none", "objects that the striker can reach"));
     }
     Ok(piles)
 }
 
-/// One standard deviation of where an object comes to rest (m), the mean over all objects of all piles, if the quantities are
-/// as uncertain as the properties say: the scatter of `draws` rollouts of each pile.
-pub fn predictive_spread_m(
+/// Standard deviation of an object's final position (m), the mean over all objects of all piles.
+///
+/// For every pile the parameters are drawn `draws.count` times from the estimate's distribution (Monte Carlo).
+pub fn predictive_std_m(
     properties: &Properties,
     objects: &[Object],
     piles: &[StruckPile],
-    (draws, seed): (usize, u64),
+    draws: Draws,
 ) -> f64 {
-    let belief = Belief::new(properties, objects, false);
-    let size = belief.quantities.len();
-    let eigen = SymmetricEigen::new(belief.covariance.clone());
+    let prior = Prior::new(properties, objects, false);
+    let size = prior.parameters.len();
+    let eigen = SymmetricEigen::new(prior.covariance.clone());
     let scales = eigen.eigenvalues.map(|v| v.max(0.0).sqrt());
-    let mut random = Pcg64Mcg::seed_from_u64(seed);
-    let worlds: Vec<Properties> = (0..draws)
+    let mut random = Pcg64Mcg::seed_from_u64(draws.seed);
+    let samples: Vec<Properties> = (0..draws.count)
         .map(|_| {
             let normal = DVector::from_fn(size, |k, _| {
                 let z: f64 = StandardNormal.sample(&mut random);
                 z * scales[k]
             });
             let drawn = &eigen.eigenvectors * normal;
-            belief.moved(&drawn.iter().copied().enumerate().collect::<Vec<_>>()).0
+            prior.changed(&drawn.iter().copied().enumerate().collect::<Vec<_>>()).0
         })
         .collect();
-    let of_piles: Vec<Vec<f64>> = piles.par_iter().map(|pile| scatter_m(pile, &worlds)).collect();
+    let of_piles: Vec<Vec<f64>> = piles.par_iter().map(|pile| position_stds_m(pile, &samples)).collect();
     let all: Vec<f64> = of_piles.into_iter().flatten().collect();
     all.iter().sum::<f64>() / all.len().max(1) as f64
 }
 
-/// How far objects come to rest from where the properties predict it, if `truth` is true (m, mean over all objects of all
-/// piles); what the properties do not know has the stand-ins of [`super::advice`].
+/// Distance between predicted and true final positions (m), the mean over all objects of all piles.
+///
+/// `truth` holds the true properties; parameters that the estimate lacks have the default values of [`super::advice`].
 pub fn prediction_error_m(
     properties: &Properties,
     truth: &Properties,
     objects: &[Object],
     piles: &[StruckPile],
 ) -> f64 {
-    let belief = Belief::new(properties, objects, false);
+    let prior = Prior::new(properties, objects, false);
     let of_pile = |pile: &StruckPile| {
-        let rolled = Rolled::new(pile, truth)?;
+        let simulation = PileSimulation::new(pile, truth)?;
         let mut simulator = Simulator::new();
-        let predicted = rolled.finals(&belief.properties, &mut simulator)?;
-        let real = rolled.finals(truth, &mut simulator)?;
+        let predicted = simulation.final_positions(&prior.properties, &mut simulator)?;
+        let real = simulation.final_positions(truth, &mut simulator)?;
         Some(predicted.iter().zip(&real).map(|(p, q)| p.distance(*q)).collect::<Vec<_>>())
     };
     let all: Vec<f64> = piles.par_iter().filter_map(of_pile).collect::<Vec<_>>().concat();
     all.iter().sum::<f64>() / all.len().max(1) as f64
 }
 
-/// The scatter of each object's final place over the worlds (m).
-fn scatter_m(pile: &StruckPile, worlds: &[Properties]) -> Vec<f64> {
+/// Standard deviation of each object's final position over samples of the properties (m, root of the sum over both axes).
+fn position_stds_m(pile: &StruckPile, samples: &[Properties]) -> Vec<f64> {
     let mut simulator = Simulator::new();
-    let rolled = worlds.first().and_then(|world| Rolled::new(pile, world));
-    let Some(rolled) = rolled else { return Vec::new() };
-    let ends: Vec<Vec<Point>> = worlds.iter().filter_map(|w| rolled.finals(w, &mut simulator)).collect();
+    let simulation = samples.first().and_then(|sample| PileSimulation::new(pile, sample));
+    let Some(simulation) = simulation else { return Vec::new() };
+    let ends: Vec<Vec<Point>> =
+        samples.iter().filter_map(|s| simulation.final_positions(s, &mut simulator)).collect();
     if ends.len() < 2 {
         return Vec::new();
     }

@@ -1,4 +1,4 @@
-//! What is known of every number that a simulation needs: means, and how their errors go together.
+//! Means and joint covariance of all parameters of a simulation, as far as they are known before the next clip.
 
 use crate::estimate::measure::quantity::Quantity;
 use crate::object::{Object, pair_key};
@@ -6,43 +6,45 @@ use crate::properties::Properties;
 use crate::uncertain::Estimate;
 use nalgebra::DMatrix;
 
-/// One number that a simulation needs.
+/// A parameter of a simulation.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) enum Parameter {
     Friction(String),
     StrikerRestitution(String),
     /// Names in alphabetical order.
     Restitution(String, String),
-    /// Logarithm of the mass over the reference's.
+    /// Logarithm of the mass over that of the reference object.
     LogMass(String),
     ContactFriction,
     StrikerContactFriction,
 }
 
-/// Means and covariance; what no clip told has a wide prior.
+/// A Gaussian distribution of all parameters; those that no clip measures have a wide prior.
 #[derive(Clone, Debug)]
-pub(crate) struct Belief {
-    pub(crate) quantities: Vec<Parameter>,
+pub(crate) struct Prior {
+    pub(crate) parameters: Vec<Parameter>,
     pub(crate) covariance: DMatrix<f64>,
-    /// The means, with stand-ins for what no clip told.
+    /// The means, with default values where no clip measures a parameter.
     pub(crate) properties: Properties,
 }
 
-/// What stands in where nothing was filmed: any restitution, friction as of dry wood or plastic give or take half of it,
-/// masses as of the same material within a factor of two, contact friction as everywhere in the estimate.
+/// Default means and standard deviations of parameters that no clip measures: friction of dry wood or plastic with half of it as
+/// standard deviation, any restitution, masses of equal density within a factor of two, the contact friction that the
+/// estimate assumes.
 const FRICTION: [f64; 2] = [0.3, 0.15];
 const RESTITUTION: f64 = 0.5;
 const LOG_MASS_STD: f64 = std::f64::consts::LN_2;
 const CONTACT_FRICTION: [f64; 2] = [0.2, 0.1];
 
-impl Belief {
-    /// What the properties say of these objects, each with its own copies too where the restitution of copies is known or
-    /// `copies` asks for it.
+impl Prior {
+    /// The distribution of the parameters of these objects.
+    ///
+    /// The restitution between copies of one object is included if it is known or `copies` is set.
     pub(crate) fn new(properties: &Properties, objects: &[Object], copies: bool) -> Self {
         let mut names: Vec<&Object> = objects.iter().collect();
         names.sort_by(|p, q| p.name.cmp(&q.name));
-        let mut belief = Self {
-            quantities: Vec::new(),
+        let mut prior = Self {
+            parameters: Vec::new(),
             covariance: DMatrix::zeros(0, 0),
             properties: Properties { evidence: None, ..properties.clone() },
         };
@@ -50,33 +52,33 @@ impl Belief {
         let reference = names.iter().find(|o| o.name == properties.reference).copied();
         for (k, object) in names.iter().enumerate() {
             let name = object.name.clone();
-            belief.friction(&name, &mut stds);
-            belief.restitution(Parameter::StrikerRestitution(name.clone()), &mut stds);
+            prior.friction(&name, &mut stds);
+            prior.restitution(Parameter::StrikerRestitution(name.clone()), &mut stds);
             if name != properties.reference {
-                belief.mass(object, reference, &mut stds);
+                prior.mass(object, reference, &mut stds);
             }
             for other in &names[k..] {
                 let known = properties.restitution.contains_key(&pair_key(&name, &other.name));
                 if other.name != name || copies || known {
-                    belief.restitution(Parameter::Restitution(name.clone(), other.name.clone()), &mut stds);
+                    prior.restitution(Parameter::Restitution(name.clone(), other.name.clone()), &mut stds);
                 }
             }
         }
-        belief.contact_friction(&mut stds);
-        belief.covariance = covariance(properties, &belief.quantities, &stds);
-        belief
+        prior.contact_friction(&mut stds);
+        prior.covariance = covariance(properties, &prior.parameters, &stds);
+        prior
     }
 
     fn friction(&mut self, name: &str, stds: &mut Vec<f64>) {
         let known = &mut self.properties.friction;
         let typical = mean(known.values()).unwrap_or(FRICTION[0]);
-        let entry = known.entry(name.into()).or_insert(stand_in(typical, FRICTION[1]));
+        let entry = known.entry(name.into()).or_insert(default_estimate(typical, FRICTION[1]));
         stds.push(entry.standard_error);
-        self.quantities.push(Parameter::Friction(name.into()));
+        self.parameters.push(Parameter::Friction(name.into()));
     }
 
-    fn restitution(&mut self, quantity: Parameter, stds: &mut Vec<f64>) {
-        let (known, key) = match &quantity {
+    fn restitution(&mut self, parameter: Parameter, stds: &mut Vec<f64>) {
+        let (known, key) = match &parameter {
             Parameter::Restitution(a, b) => (&mut self.properties.restitution, format!("{a}/{b}")),
             Parameter::StrikerRestitution(a) => (&mut self.properties.striker_restitution, a.clone()),
             _ => return,
@@ -84,16 +86,16 @@ impl Belief {
         let typical = mean(known.values().filter(|e| e.n > 0)).unwrap_or(RESTITUTION);
         let entry = known.entry(key).or_insert(Estimate::assumed(typical));
         stds.push(entry.standard_error);
-        self.quantities.push(quantity);
+        self.parameters.push(parameter);
     }
 
     fn mass(&mut self, object: &Object, reference: Option<&Object>, stds: &mut Vec<f64>) {
         let volume = |o: &Object| o.shape.area_m2() * o.height_m;
         let guess = reference.map_or(1.0, |r| volume(object) / volume(r));
         let known = &mut self.properties.mass_ratio;
-        let entry = known.entry(object.name.clone()).or_insert(stand_in(guess, guess * LOG_MASS_STD));
+        let entry = known.entry(object.name.clone()).or_insert(default_estimate(guess, guess * LOG_MASS_STD));
         stds.push(entry.standard_error / entry.mean);
-        self.quantities.push(Parameter::LogMass(object.name.clone()));
+        self.parameters.push(Parameter::LogMass(object.name.clone()));
         let unit = self.properties.reference.clone();
         self.properties.mass_ratio.entry(unit).or_insert(Estimate::exact(1.0));
     }
@@ -101,35 +103,34 @@ impl Belief {
     fn contact_friction(&mut self, stds: &mut Vec<f64>) {
         let [value, std] = CONTACT_FRICTION;
         let contact = &mut self.properties.contact_friction;
-        for (slot, quantity) in [
+        for (slot, parameter) in [
             (&mut contact.objects, Parameter::ContactFriction),
             (&mut contact.striker, Parameter::StrikerContactFriction),
         ] {
-            stds.push(slot.get_or_insert(stand_in(value, std)).standard_error);
-            self.quantities.push(quantity);
+            stds.push(slot.get_or_insert(default_estimate(value, std)).standard_error);
+            self.parameters.push(parameter);
         }
     }
 
-    /// The properties with these changes of the quantities (of logarithms where they are logarithms), kept possible; and the
-    /// changes that were.
-    pub(crate) fn moved(&self, changes: &[(usize, f64)]) -> (Properties, Vec<f64>) {
+    /// The properties with these parameters changed by index, limited to possible values, and the changes that were made.
+    pub(crate) fn changed(&self, changes: &[(usize, f64)]) -> (Properties, Vec<f64>) {
         let mut properties = self.properties.clone();
-        let done =
-            changes.iter().map(|&(k, change)| self.quantities[k].change(&mut properties, change)).collect();
-        (properties, done)
+        let made =
+            changes.iter().map(|&(k, change)| self.parameters[k].change(&mut properties, change)).collect();
+        (properties, made)
     }
 
-    /// One standard deviation of every quantity.
+    /// Standard deviation of parameter `k`.
     pub(crate) fn std(&self, k: usize) -> f64 {
         self.covariance[(k, k)].max(0.0).sqrt()
     }
 
-    /// What a clip's reading is a linear function of: quantities with their factors; none if it tells nothing new.
-    pub(crate) fn row(&self, key: &Quantity) -> Vec<(usize, f64)> {
+    /// The row of the measurement matrix of a quantity: indices of parameters with factors; empty if it depends on none.
+    pub(crate) fn row(&self, quantity: &Quantity) -> Vec<(usize, f64)> {
         let at = |wanted: Parameter, factor: f64| {
-            self.quantities.iter().position(|q| *q == wanted).map(|k| (k, factor))
+            self.parameters.iter().position(|p| *p == wanted).map(|k| (k, factor))
         };
-        match key {
+        match quantity {
             Quantity::Friction(a) => at(Parameter::Friction(a.clone()), 1.0).into_iter().collect(),
             Quantity::StrikerRestitution(a) => {
                 at(Parameter::StrikerRestitution(a.clone()), 1.0).into_iter().collect()
@@ -147,7 +148,7 @@ impl Belief {
 }
 
 impl Parameter {
-    /// As the covariance of the properties calls it.
+    /// Its name in the covariance of the properties.
     pub(crate) fn name(&self) -> String {
         match self {
             Self::Friction(a) => format!("friction/{a}"),
@@ -159,7 +160,7 @@ impl Parameter {
         }
     }
 
-    /// One standard deviation before anything is filmed.
+    /// Standard deviation of the prior before any clip.
     fn prior_std(&self, properties: &Properties) -> f64 {
         match self {
             Self::Friction(a) => properties.friction.get(a).map_or(FRICTION[1], |e| e.mean.max(FRICTION[1])),
@@ -171,7 +172,7 @@ impl Parameter {
         }
     }
 
-    /// The objects without which it does not matter.
+    /// The objects to which it belongs.
     pub(crate) fn objects(&self) -> Vec<&str> {
         match self {
             Self::Friction(a) | Self::StrikerRestitution(a) | Self::LogMass(a) => vec![a],
@@ -180,9 +181,9 @@ impl Parameter {
         }
     }
 
-    /// Changes the mean, as far as it stays possible; gives the change that was.
+    /// Changes the mean within its possible values; returns the change that was made.
     fn change(&self, properties: &mut Properties, change: f64) -> f64 {
-        /// Friction of an object that still comes to rest.
+        /// Smallest friction with which objects come to rest.
         const LEAST_FRICTION: f64 = 0.01;
         let shift = |estimate: Option<&mut Estimate>, least: f64, most: f64| {
             estimate.map_or(0.0, |e| {
@@ -212,44 +213,45 @@ fn mean<'a>(estimates: impl Iterator<Item = &'a Estimate>) -> Option<f64> {
     (!all.is_empty()).then(|| all.iter().sum::<f64>() / all.len() as f64)
 }
 
-fn stand_in(mean: f64, std: f64) -> Estimate {
+fn default_estimate(mean: f64, std: f64) -> Estimate {
     let interval_95 = [mean - 2.0 * std, mean + 2.0 * std];
     Estimate { mean, std: None, standard_error: std, interval_95, n: 0 }
 }
 
-/// The properties' covariance in the order of the quantities; independent priors for what it does not hold.
-fn covariance(properties: &Properties, quantities: &[Parameter], stds: &[f64]) -> DMatrix<f64> {
-    let known = |quantity: &Parameter| match quantity {
+/// The covariance of the parameters: that of the properties, and independent priors for what it does not contain.
+fn covariance(properties: &Properties, parameters: &[Parameter], stds: &[f64]) -> DMatrix<f64> {
+    let known = |parameter: &Parameter| match parameter {
         Parameter::Friction(a) => properties.friction.contains_key(a),
         Parameter::StrikerRestitution(a) => properties.striker_restitution.contains_key(a),
         Parameter::Restitution(a, b) => properties.restitution.contains_key(&format!("{a}/{b}")),
         Parameter::LogMass(a) => properties.mass_ratio.contains_key(a),
         _ => false,
     };
-    let place = |quantity: &Parameter| {
-        let name = quantity.name();
+    let index = |parameter: &Parameter| {
+        let name = parameter.name();
         let found = properties.covariance.names.iter().position(|n| *n == name);
-        found.filter(|_| known(quantity))
+        found.filter(|_| known(parameter))
     };
-    let places: Vec<Option<usize>> = quantities.iter().map(place).collect();
+    let indices: Vec<Option<usize>> = parameters.iter().map(index).collect();
     let matrix = &properties.covariance.matrix;
-    let told = DMatrix::from_fn(quantities.len(), quantities.len(), |r, c| match (places[r], places[c]) {
-        (Some(p), Some(q)) => matrix.get(p).and_then(|row| row.get(q)).copied().unwrap_or(0.0),
-        _ if r == c => stds[r].powi(2),
-        _ => 0.0,
-    });
-    // A clip that tells next to nothing leaves no quantity less sure than a prior does: both together.
-    let prior = DMatrix::from_diagonal(&nalgebra::DVector::from_fn(quantities.len(), |k, _| {
-        if places[k].is_some() { quantities[k].prior_std(properties).powi(2) } else { UNBOUND_VARIANCE }
+    let estimated =
+        DMatrix::from_fn(parameters.len(), parameters.len(), |r, c| match (indices[r], indices[c]) {
+            (Some(p), Some(q)) => matrix.get(p).and_then(|row| row.get(q)).copied().unwrap_or(0.0),
+            _ if r == c => stds[r].powi(2),
+            _ => 0.0,
+        });
+    // The product of estimate and prior: a poor measurement does not leave a parameter less certain than the prior does.
+    let prior = DMatrix::from_diagonal(&nalgebra::DVector::from_fn(parameters.len(), |k, _| {
+        if indices[k].is_some() { parameters[k].prior_std(properties).powi(2) } else { UNBOUND_VARIANCE }
     }));
-    match (&told + prior).cholesky() {
+    match (&estimated + prior).cholesky() {
         Some(factor) => {
-            let both = &told - &told * factor.solve(&told);
-            (&both + both.transpose()) * 0.5
+            let product = &estimated - &estimated * factor.solve(&estimated);
+            (&product + product.transpose()) * 0.5
         }
-        None => told,
+        None => estimated,
     }
 }
 
-/// What has its prior already gets no second one.
+/// Variance that has no effect, for parameters whose prior is already in the first factor.
 const UNBOUND_VARIANCE: f64 = 1e12;

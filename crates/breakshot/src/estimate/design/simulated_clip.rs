@@ -1,67 +1,71 @@
-//! A clip that nobody filmed: what a camera would see of a strike if the objects were as the properties say.
+//! Which tracks would a clip give if the objects had these properties?
 //!
-//! The simulator moves the objects, a camera of given frame rate and noise looks at them.  Advice on what to film next and
-//! tests with known truth are made of such clips.
+//! The simulator moves the objects, and a camera of given frame rate and noise observes them.  Experimental design and tests
+//! with known truth use such clips.
 
 use crate::detect::{Sample, Track, Tracks};
 use crate::error::{Error, Result};
 use crate::estimate::clip_tracks::ClipTracks;
-use crate::object::{Object, Shape};
-use crate::physics::{self, Trajectory};
+use crate::geometry::Pose;
+use crate::object::{self, Object, Shape};
+use crate::physics;
 use crate::properties::Properties;
 use crate::scene::{Scene, Strike};
 use rand::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64Mcg;
 
-/// How a staged clip is filmed: with an infinitely short exposure, every object in every frame.
+/// The camera of a simulated clip: infinitely short exposure, every object visible in every frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Filming {
+pub struct SimulatedCamera {
     /// Frames per second.
     pub frame_rate_hz: f64,
-    /// One standard deviation of a position's noise along each axis, and what the track claims (m).
-    pub place_std_m: f64,
-    /// One standard deviation of a yaw's noise, for objects whose marker is no disc (rad).
+    /// Standard deviation of the position noise along each axis, which is also the one that the track claims (m).
+    pub position_std_m: f64,
+    /// Standard deviation of the yaw noise, for objects whose marker is not a disc (rad).
     pub yaw_std_rad: f64,
-    /// The noise's seed; without one the positions are exact.
+    /// Seed of the noise; without a seed the positions are exact.
     pub seed: Option<u64>,
 }
 
-/// The clip begins this long before the striker starts and ends this long after everything rests (s).
+/// Time before the striker starts and after all objects have come to rest (s).
 const LEAD_S: f64 = 0.2;
 const TAIL_S: f64 = 0.2;
 
-impl Filming {
+impl SimulatedCamera {
     fn check(&self) -> Result<()> {
-        crate::object::positive("filming", "frame_rate_hz", self.frame_rate_hz)?;
-        crate::object::positive("filming", "place_std_m", self.place_std_m)?;
+        object::positive("camera", "frame_rate_hz", self.frame_rate_hz)?;
+        object::positive("camera", "position_std_m", self.position_std_m)?;
         if !(self.yaw_std_rad >= 0.0 && self.yaw_std_rad.is_finite()) {
-            return Err(Error::invalid("filming", "yaw_std_rad", self.yaw_std_rad, "zero or more"));
+            return Err(Error::invalid("camera", "yaw_std_rad", self.yaw_std_rad, "zero or more"));
         }
         Ok(())
     }
 }
 
-/// The tracks of a clip of this strike, its objects in the scene's order.
+/// The tracks of a clip of this strike, its objects in the order of the scene.
 ///
 /// # Errors
-/// Whatever cannot be simulated; a frame rate or noise that is not positive.
-pub fn staged(
+/// A scene or strike that cannot be simulated; a frame rate or position noise that is not positive.
+pub fn simulated_clip(
     name: &str,
     scene: &Scene,
     properties: &Properties,
     strike: &Strike,
-    filming: &Filming,
+    camera: &SimulatedCamera,
 ) -> Result<ClipTracks> {
-    filming.check()?;
+    camera.check()?;
     let trajectory = physics::trajectory(scene, properties, strike, &physics::Options::default())?;
-    let mut random = filming.seed.map(Pcg64Mcg::seed_from_u64);
+    let mut random = camera.seed.map(Pcg64Mcg::seed_from_u64);
     let mut noise = move || random.as_mut().map_or(0.0, |r| StandardNormal.sample(r));
-    let frames = ((LEAD_S + trajectory.duration_s + TAIL_S) * filming.frame_rate_hz).ceil() as usize;
+    let frames = ((LEAD_S + trajectory.duration_s + TAIL_S) * camera.frame_rate_hz).ceil() as usize;
     let tracks = scene.placed.iter().map(|placed| {
         let object = scene.object(&placed.object)?;
-        let samples =
-            (0..=frames).map(|k| sample(&trajectory, (&placed.object, object), (k, filming), &mut noise));
+        let samples = (0..=frames).map(|k| {
+            let time_s = k as f64 / camera.frame_rate_hz;
+            let pose = trajectory.pose(&placed.object, time_s - LEAD_S).unwrap_or_default();
+            camera.sample(object, pose, time_s, &mut noise)
+        });
         Ok(Track { object: placed.object.clone(), samples: samples.collect() })
     });
     let tracks = tracks.collect::<Result<_>>()?;
@@ -73,27 +77,22 @@ pub fn staged(
     })
 }
 
-/// An object in frame `k`.
-fn sample(
-    trajectory: &Trajectory,
-    (name, object): (&str, &Object),
-    (k, filming): (usize, &Filming),
-    noise: &mut impl FnMut() -> f64,
-) -> Sample {
-    let time_s = k as f64 / filming.frame_rate_hz;
-    let pose = trajectory.pose(name, time_s - LEAD_S).unwrap_or_default();
-    let told = !matches!(object.feature().shape, Shape::Disc { .. });
-    Sample {
-        time_s,
-        x_m: pose.position.x + filming.place_std_m * noise(),
-        y_m: pose.position.y + filming.place_std_m * noise(),
-        yaw_rad: told.then(|| pose.yaw_rad + filming.yaw_std_rad * noise()),
-        vx_m_s: None,
-        vy_m_s: None,
-        yaw_rate_rad_s: None,
-        ax_m_s2: None,
-        ay_m_s2: None,
-        std_m: filming.place_std_m,
-        doubtful: false,
+impl SimulatedCamera {
+    /// The noisy observation of an object; `noise` draws standard normal numbers.
+    fn sample(&self, object: &Object, pose: Pose, time_s: f64, noise: &mut impl FnMut() -> f64) -> Sample {
+        let yaw_visible = !matches!(object.feature().shape, Shape::Disc { .. });
+        Sample {
+            time_s,
+            x_m: pose.position.x + self.position_std_m * noise(),
+            y_m: pose.position.y + self.position_std_m * noise(),
+            yaw_rad: yaw_visible.then(|| pose.yaw_rad + self.yaw_std_rad * noise()),
+            vx_m_s: None,
+            vy_m_s: None,
+            yaw_rate_rad_s: None,
+            ax_m_s2: None,
+            ay_m_s2: None,
+            std_m: self.position_std_m,
+            doubtful: false,
+        }
     }
 }

@@ -1,46 +1,46 @@
-//! What the single clips said, quantity by quantity, as the evidence of the properties keeps it.
+//! The measurements of single clips, as the evidence of the properties stores them.
 
 use crate::error::Result;
 use crate::estimate::measure::ClipMeasurements;
 use crate::estimate::measure::quantity::Quantity;
 use crate::properties::Properties;
 
-/// What one clip says of one quantity.
+/// One measurement of one clip.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ClipValue {
-    /// The clip.
+    /// The clip's name.
     pub clip: String,
-    /// Which group of the properties: `friction`, `striker_restitution`, `restitution` or `pair_mass_ratio`.
+    /// The group of the properties to which it belongs: `friction`, `striker_restitution`, `restitution` or `pair_mass_ratio`.
     pub group: &'static str,
-    /// The object or pair, as that group calls it.
+    /// The object or pair, by its key in that group.
     pub name: String,
-    /// The value.
+    /// The measured value.
     pub value: f64,
-    /// One standard deviation of its noise.
+    /// Standard deviation of its noise.
     pub std: f64,
 }
 
-/// What every clip says; none if the properties keep no evidence.
+/// The measurements of all clips, in the order of the evidence; empty if the properties contain no evidence.
 ///
 /// # Errors
-/// Evidence that does not hold what it must.
+/// Evidence that is damaged.
 pub fn clip_values(properties: &Properties) -> Result<Vec<ClipValue>> {
     let mut values = Vec::new();
-    for kept in properties.evidence.iter().flat_map(|e| &e.clips) {
-        let measurements = ClipMeasurements::from_kept(kept)?.measurements;
-        for (k, key) in measurements.quantities.iter().enumerate() {
+    for record in properties.evidence.iter().flat_map(|e| &e.clips) {
+        let measurements = ClipMeasurements::from_evidence(record)?.measurements;
+        for (k, quantity) in measurements.quantities.iter().enumerate() {
             let measured = measurements.measured(k);
-            let (group, name) = match key {
+            let (group, name) = match quantity {
                 Quantity::Friction(object) => ("friction", object.clone()),
                 Quantity::StrikerRestitution(object) => ("striker_restitution", object.clone()),
                 Quantity::Restitution(a, b) => ("restitution", format!("{a}/{b}")),
                 Quantity::MassRatio(a, b) => ("pair_mass_ratio", format!("{a}/{b}")),
             };
-            let (value, std) = match key {
+            let (value, std) = match quantity {
                 Quantity::MassRatio(..) => (measured.value.exp(), measured.std * measured.value.exp()),
                 _ => (measured.value, measured.std),
             };
-            values.push(ClipValue { clip: kept.clip.clone(), group, name, value, std });
+            values.push(ClipValue { clip: record.clip.clone(), group, name, value, std });
         }
     }
     Ok(values)

@@ -1,6 +1,6 @@
 //! The coefficient of contact friction that explains the oblique impacts of all clips.
 
-use super::random_effects::{Group, spread};
+use super::random_effects::{Group, between_clip_std};
 use crate::estimate::clip::result::Measured;
 use crate::estimate::measure::contact_friction::ObliqueImpact;
 use crate::uncertain::Estimate;
@@ -38,7 +38,7 @@ pub(crate) fn coefficient(impacts: &[ObliqueImpact]) -> Option<Estimate> {
         return None;
     }
     let group = Group { values, scale: best };
-    let mean = group.mean(spread(std::slice::from_ref(&group)))?;
+    let mean = group.mean(between_clip_std(std::slice::from_ref(&group)))?;
     let accurate = mean.value > 0.0 && mean.half_width() < MAX_RELATIVE_ERROR * mean.value;
     accurate.then(|| mean.estimate(&group))
 }

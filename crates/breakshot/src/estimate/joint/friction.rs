@@ -1,6 +1,6 @@
 //! The friction of each object over all clips, and whether its deceleration is Coulomb's (Eq. 29 and 30).
 
-use super::random_effects::{Group, Spread, spread};
+use super::random_effects::{BetweenClipStd, Group, between_clip_std};
 use crate::estimate::clip::result::Measured;
 use crate::estimate::measure::friction::Drag;
 use crate::estimate::measure::measurements::{Measurements, grouped};
@@ -11,7 +11,7 @@ use std::collections::{BTreeMap, BTreeSet};
 /// The friction of an object is refused beyond this fraction of drag, or this relative standard deviation from clip to
 /// clip.
 const MAX_DRAG: f64 = 0.3;
-const MAX_SPREAD: f64 = 0.3;
+const MAX_BETWEEN_CLIP_STD: f64 = 0.3;
 /// Either must also exceed this many times its own uncertainty.
 const SIGNIFICANT: f64 = 4.0;
 
@@ -24,21 +24,21 @@ pub(crate) fn expected(clips: &[Measurements]) -> BTreeMap<String, Measured> {
         .filter(|(_, group)| group.values.len() >= CLIPS_NEEDED)
         .filter_map(|(object, group)| {
             let mean = group.mean(typical)?;
-            let spread = typical.relative * group.scale * mean.dispersion.sqrt();
-            Some((object.clone(), Measured { value: mean.value, std: spread.hypot(mean.standard_error) }))
+            let between = typical.relative * group.scale * mean.dispersion.sqrt();
+            Some((object.clone(), Measured { value: mean.value, std: between.hypot(mean.standard_error) }))
         })
         .collect()
 }
 
-fn groups(clips: &[Measurements]) -> (BTreeMap<String, Group>, Spread) {
+fn groups(clips: &[Measurements]) -> (BTreeMap<String, Group>, BetweenClipStd) {
     let groups: BTreeMap<String, Group> = grouped(clips)
         .into_iter()
         .filter_map(|(key, places)| match key {
-            Quantity::Friction(object) => Some((object.clone(), Group::of(clips, key, &places))),
+            Quantity::Friction(object) => Some((object.clone(), Group::new(clips, key, &places))),
             _ => None,
         })
         .collect();
-    let typical = spread(&groups.values().cloned().collect::<Vec<_>>());
+    let typical = between_clip_std(&groups.values().cloned().collect::<Vec<_>>());
     (groups, typical)
 }
 
@@ -68,7 +68,7 @@ pub(crate) fn refused(
         group.values.push(drag.fraction);
     }
     for (object, group) in fractions {
-        let own = spread(std::slice::from_ref(&group));
+        let own = between_clip_std(std::slice::from_ref(&group));
         let Some(mean) = group.mean(own) else { continue };
         if mean.value.abs() > MAX_DRAG && mean.value.abs() > SIGNIFICANT * mean.standard_error {
             let grows = if mean.value > 0.0 { "grows" } else { "falls" };
@@ -82,9 +82,10 @@ pub(crate) fn refused(
         }
     }
     for (object, group) in coulomb {
-        let own = spread(std::slice::from_ref(&group));
+        let own = between_clip_std(std::slice::from_ref(&group));
         let noise = median(group.values.iter().map(|m| m.std / group.scale)).unwrap_or(0.0);
-        if own.relative > MAX_SPREAD && own.relative > SIGNIFICANT * noise && group.values.len() > 3 {
+        if own.relative > MAX_BETWEEN_CLIP_STD && own.relative > SIGNIFICANT * noise && group.values.len() > 3
+        {
             refused
                 .entry(object)
                 .or_insert_with(|| format!("it differs from clip to clip by {:.0} %", own.relative * 100.0));

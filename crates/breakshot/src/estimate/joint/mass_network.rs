@@ -1,41 +1,62 @@
-//! The mass ratios of all objects from those of all pairs (Eq. 33 and 34 as corrected).
+//! The masses of all objects from the mass ratios of all pairs (Eq. 33 and 34 as corrected).
 
 use super::random_effects::{Group, Mean};
 use crate::estimate::measure::quantity::Quantity;
 use nalgebra::{DMatrix, DVector};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// The logarithms of the masses over the reference's, as a linear function of those of the pairs' ratios.
+/// Assumed difference of the frictions of two objects where one of them is unknown.
+pub(crate) const ASSUMED_FRICTION_DIFFERENCE: f64 = 0.1;
+
+/// Logarithms of all masses over the reference's, by weighted least squares on those of the pairs' ratios.
+///
+/// The network's nodes are objects, its edges pairs with a measured ratio.
 #[derive(Clone, Debug)]
-pub(crate) struct Masses {
+pub(crate) struct MassNetwork {
+    /// The objects that a chain of pairs connects with the reference, without the reference.
     pub(crate) objects: Vec<String>,
     pub(crate) pairs: Vec<Quantity>,
-    /// One row per object, one column per pair.
+    /// The linear map from the pairs' logarithms (columns) to the objects' (rows).
     pub(crate) from_pairs: DMatrix<f64>,
-    pub(crate) values: DVector<f64>,
-    /// What every pair is off by, beyond what its clips' scatter tells, so that loops of pairs close (log, std).
-    pub(crate) misfit: f64,
-    /// What moves all masses at once (log, std).
-    pub(crate) shifts: Vec<f64>,
-    pub(crate) freedom: f64,
+    values: DVector<f64>,
+    /// Additional standard deviation of every pair's logarithm that the closure errors of the loops require.
+    pub(crate) closure_std: f64,
+    degrees_of_freedom: f64,
 }
 
-/// One pair's logarithm of the mass of the first over the second.
+/// Errors of mass ratios that are equal in all clips of a pair.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct SystematicErrors {
+    /// Standard deviation of the logarithm of each pair's ratio.
+    pub(crate) pair_std: f64,
+    /// Standard deviation of the vertical impulse over the horizontal one, common to all pairs; it shifts a logarithm by
+    /// this times the difference of the two frictions.
+    pub(crate) vertical_impulse_std: f64,
+}
+
+/// The logarithm of one pair's mass ratio, first over second object.
 struct Pair<'a> {
-    key: &'a Quantity,
+    quantity: &'a Quantity,
     first: &'a str,
     second: &'a str,
     mean: &'a Mean,
 }
 
-impl Masses {
-    /// Weighted least squares on the logarithms; objects that no chain of pairs connects with the reference are left
-    /// out.
+/// A weighted least-squares solution.
+struct Solution {
+    from_pairs: DMatrix<f64>,
+    values: DVector<f64>,
+    /// Weighted sum of squared residuals.
+    chi2: f64,
+}
+
+impl MassNetwork {
+    /// The masses of all objects that a chain of pairs connects with the reference.
     pub(crate) fn new(groups: &BTreeMap<Quantity, (Group, Mean)>, reference: &str) -> Self {
         let mut pairs: Vec<Pair> = groups
             .iter()
-            .filter_map(|(key, (_, mean))| match key {
-                Quantity::MassRatio(a, b) if a != b => Some(Pair { key, first: a, second: b, mean }),
+            .filter_map(|(quantity, (_, mean))| match quantity {
+                Quantity::MassRatio(a, b) if a != b => Some(Pair { quantity, first: a, second: b, mean }),
                 _ => None,
             })
             .collect();
@@ -45,40 +66,75 @@ impl Masses {
         let design = design(&pairs, &objects);
         let ratios = DVector::from_iterator(pairs.len(), pairs.iter().map(|p| p.mean.value));
         let variances: Vec<f64> = pairs.iter().map(|p| p.mean.standard_error.powi(2)).collect();
-        let loops = pairs.len().saturating_sub(objects.len()) as f64;
-        let solved = |misfit: f64| {
-            let weights: Vec<f64> =
-                variances.iter().map(|v| 1.0 / (v + misfit * misfit).max(f64::MIN_POSITIVE)).collect();
-            let from_pairs = inverse_of(&design, &weights);
+        let solve = |closure_std: f64| {
+            let weights: Vec<f64> = variances
+                .iter()
+                .map(|v| 1.0 / (v + closure_std * closure_std).max(f64::MIN_POSITIVE))
+                .collect();
+            let from_pairs = weighted_pseudo_inverse(&design, &weights);
             let values = &from_pairs * &ratios;
-            let off = &ratios - &design * &values;
-            let squares: f64 = off.iter().zip(&weights).map(|(m, w)| w * m * m).sum();
-            (from_pairs, values, squares)
+            let residuals = &ratios - &design * &values;
+            let chi2 = residuals.iter().zip(&weights).map(|(r, w)| w * r * r).sum();
+            Solution { from_pairs, values, chi2 }
         };
-        let misfit = smallest_misfit(loops, |misfit| solved(misfit).2);
-        let (from_pairs, values, _) = solved(misfit);
-        let freedom = pairs.iter().map(|p| p.mean.freedom).sum();
-        let pairs = pairs.into_iter().map(|p| p.key.clone()).collect();
-        let shifts = vec![0.0; objects.len()];
-        Self { objects, pairs, from_pairs, values, misfit, shifts, freedom }
+        let loops = pairs.len().saturating_sub(objects.len()) as f64;
+        let closure_std = closure_std(loops, |std| solve(std).chi2);
+        let Solution { from_pairs, values, .. } = solve(closure_std);
+        let degrees_of_freedom = pairs.iter().map(|p| p.mean.degrees_of_freedom).sum();
+        let pairs = pairs.into_iter().map(|p| p.quantity.clone()).collect();
+        Self { objects, pairs, from_pairs, values, closure_std, degrees_of_freedom }
+    }
+
+    /// The error of every object's logarithm that is common to all pairs (1 sigma).
+    ///
+    /// The unknown vertical impulse shifts masses in proportion to the difference of the frictions.  The shifts of a loop of
+    /// pairs cancel, so closure errors do not show them.
+    pub(crate) fn common_shifts(
+        &self,
+        frictions: &BTreeMap<String, f64>,
+        reference: &str,
+        vertical_impulse_std: f64,
+    ) -> Vec<f64> {
+        let friction = |name: &str| frictions.get(name).copied();
+        let shift = |object: &str| Some(vertical_impulse_std * (friction(object)? - friction(reference)?));
+        let assumed = vertical_impulse_std * ASSUMED_FRICTION_DIFFERENCE;
+        self.objects.iter().map(|object| shift(object).unwrap_or(assumed)).collect()
+    }
+
+    /// The mean logarithm of every object, with the standard error from a covariance whose last rows are these objects.
+    pub(crate) fn means(&self, covariance: &DMatrix<f64>) -> BTreeMap<String, Mean> {
+        let first_row = covariance.nrows() - self.objects.len();
+        let mean = |(k, object): (usize, &String)| {
+            let variance = covariance[(first_row + k, first_row + k)];
+            let mean = Mean {
+                value: self.values[k],
+                standard_error: variance.max(0.0).sqrt(),
+                degrees_of_freedom: self.degrees_of_freedom,
+                weights: Vec::new(),
+                dispersion: 1.0,
+            };
+            (object.clone(), mean)
+        };
+        self.objects.iter().enumerate().map(mean).collect()
     }
 }
 
-/// The least misfit of every pair that lets the loops close as well as chance would.
-fn smallest_misfit(loops: f64, squares: impl Fn(f64) -> f64) -> f64 {
+/// The smallest additional standard deviation of every pair with which chi-square is at most the number of independent
+/// loops, its expectation (as Paule and Mandel 1982 do for one group).
+fn closure_std(loops: f64, chi2: impl Fn(f64) -> f64) -> f64 {
     const LARGEST: f64 = 1.0;
-    if loops < 1.0 || squares(0.0) <= loops {
+    if loops < 1.0 || chi2(0.0) <= loops {
         return 0.0;
     }
     let (mut low, mut high) = (0.0, LARGEST);
     for _ in 0..40 {
         let middle = f64::midpoint(low, high);
-        if squares(middle) > loops { low = middle } else { high = middle }
+        if chi2(middle) > loops { low = middle } else { high = middle }
     }
     high
 }
 
-/// +1 for the first object of a pair, -1 for the second.
+/// The design matrix, one row per pair and one column per object: +1 for the first object of a pair, -1 for the second.
 fn design(pairs: &[Pair], objects: &[String]) -> DMatrix<f64> {
     DMatrix::from_fn(pairs.len(), objects.len(), |row, column| {
         let object = objects[column].as_str();
@@ -86,8 +142,8 @@ fn design(pairs: &[Pair], objects: &[String]) -> DMatrix<f64> {
     })
 }
 
-/// What takes the pairs' logarithms to the objects'.
-fn inverse_of(design: &DMatrix<f64>, weights: &[f64]) -> DMatrix<f64> {
+/// The matrix that maps data to the weighted least-squares solution; zero if the design has no full rank.
+fn weighted_pseudo_inverse(design: &DMatrix<f64>, weights: &[f64]) -> DMatrix<f64> {
     let weighted = DMatrix::from_fn(design.nrows(), design.ncols(), |r, c| weights[r] * design[(r, c)]);
     let normal = design.tr_mul(&weighted);
     let size = normal.nrows();
@@ -95,7 +151,7 @@ fn inverse_of(design: &DMatrix<f64>, weights: &[f64]) -> DMatrix<f64> {
     inverse * weighted.transpose()
 }
 
-/// All that a chain of pairs connects with `start`.
+/// All objects that a chain of pairs connects with `start`, including `start`.
 fn connected(start: &str, pairs: &[Pair]) -> BTreeSet<String> {
     let mut reached = BTreeSet::from([start.to_owned()]);
     loop {

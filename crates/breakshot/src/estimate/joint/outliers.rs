@@ -1,144 +1,150 @@
-//! Clips that contradict the others: named with the evidence, and left out.
+//! Which measurements contradict those of the other clips, and what explains it?
 
 use super::random_effects::Group;
 use crate::estimate::clip::result::Measured;
 use crate::estimate::measure::measurements::{Measurements, grouped};
-use crate::estimate::measure::quantity::Quantity;
+use crate::estimate::measure::quantity::{KINDS, Quantity};
 use crate::statistics::median;
 use std::collections::{BTreeMap, BTreeSet};
 
-/// A reading this many deviations away from the other clips' counts less and less, ...
-const DOUBTED: f64 = 4.0;
-/// ... until it contradicts them and does not count at all.
-const CONTRADICTS: f64 = 6.0;
-/// Between the two a reading's own deviation is never less than this part of the one with which it counts.
-const LEAST_PART: f64 = 0.03;
-/// Below this part of the value no reading is worth a word.
-const WORTH_A_WORD: f64 = 0.05;
-/// With fewer clips nobody can tell which one is wrong.
+/// From this many standard deviations off the median of all clips the weight of a measurement decreases ...
+const DOWNWEIGHTED_STDS: f64 = 4.0;
+/// ... and beyond this many the measurement is an outlier and is left out.
+const OUTLIER_STDS: f64 = 6.0;
+/// Lower bound of the factor by which downweighting divides the standard deviation of a measurement.
+const MIN_FACTOR: f64 = 0.03;
+/// A relative deviation below this is never an outlier.
+const MIN_RELATIVE_DEVIATION: f64 = 0.05;
+/// Number of clips from which the median shows which one is wrong.
 const CLIPS_NEEDED: usize = 3;
-/// So many contradictions put the whole clip in doubt.
-const HOPELESS: usize = 2;
+/// From this number of outliers the whole clip is left out.
+const MAX_OUTLIERS: usize = 2;
+/// Median absolute deviation of a standard normal variable.
+const NORMAL_MEDIAN_DEVIATION: f64 = 0.6745;
 
-/// What the clips say of one quantity, by majority.
-struct Majority {
-    value: f64,
+/// The robust consensus of all clips on one quantity.
+struct Consensus {
+    median: f64,
+    /// The value to which relative deviations refer.
     scale: f64,
-    spread: f64,
+    /// Standard deviation from clip to clip.
+    std: f64,
 }
 
-/// The measurements without those that contradict the other clips', and a sentence about each clip concerned.
+/// The measurements without outliers, and a warning about each clip concerned.
 ///
-/// What lies nearly as far off has more noise than it had: else one reading that is a little farther off than another would
-/// count for nothing, and the other one in full.
-pub(crate) fn without_contradictions(
-    clips: &[Measurements],
-    names: &[String],
-) -> (Vec<Measurements>, Vec<String>) {
-    let majorities = majorities(clips);
+/// Between the two thresholds the variance of a measurement increases gradually with its deviation, as in a redescending
+/// M-estimator: otherwise a small change of a measurement near the threshold would change the result by a step.
+pub(crate) fn without_outliers(clips: &[Measurements], names: &[String]) -> (Vec<Measurements>, Vec<String>) {
+    let consensus = consensus(clips);
     let mut kept = Vec::with_capacity(clips.len());
     let mut warnings = Vec::new();
     for (measurements, name) in clips.iter().zip(names) {
-        let wrong: Vec<usize> = (0..measurements.quantities.len())
-            .filter(|&k| contradicts(measurements, k, &majorities))
-            .collect();
-        if wrong.is_empty() {
-            kept.push(doubted(measurements.clone(), &majorities));
+        let outliers: Vec<usize> =
+            (0..measurements.quantities.len()).filter(|&k| is_outlier(measurements, k, &consensus)).collect();
+        if outliers.is_empty() {
+            kept.push(downweighted(measurements.clone(), &consensus));
             continue;
         }
-        let evidence: Vec<String> = wrong.iter().map(|&k| told(measurements, k, &majorities)).collect();
-        let all_out = wrong.len() >= HOPELESS;
-        let hint = if all_out { hint(measurements, &majorities) } else { String::new() };
+        let evidence: Vec<String> =
+            outliers.iter().map(|&k| comparison(measurements, k, &consensus)).collect();
+        let all_out = outliers.len() >= MAX_OUTLIERS;
+        let cause = if all_out { likely_cause(measurements, &consensus) } else { String::new() };
         let what = if all_out { "left out" } else { "left out in part" };
-        warnings.push(format!("{name}: {what}: {}{hint}", evidence.join("; ")));
-        kept.push(doubted(measurements.retained(|k| !all_out && !wrong.contains(&k)), &majorities));
+        warnings.push(format!("{name}: {what}: {}{cause}", evidence.join("; ")));
+        let remaining = measurements.retained(|k| !all_out && !outliers.contains(&k));
+        kept.push(downweighted(remaining, &consensus));
     }
     (kept, warnings)
 }
 
-fn majorities(clips: &[Measurements]) -> BTreeMap<Quantity, Majority> {
+/// The consensus on every quantity that enough clips measure.
+fn consensus(clips: &[Measurements]) -> BTreeMap<Quantity, Consensus> {
     let groups: Vec<(Quantity, Group)> = grouped(clips)
         .into_iter()
-        .filter(|(_, places)| places.len() >= CLIPS_NEEDED)
-        .map(|(key, places)| (key.clone(), Group::of(clips, key, &places)))
+        .filter(|(_, indices)| indices.len() >= CLIPS_NEEDED)
+        .map(|(quantity, indices)| (quantity.clone(), Group::new(clips, quantity, &indices)))
         .collect();
     let middle = |group: &Group| median(group.values.iter().map(|m| m.value)).unwrap_or(0.0);
-    let mut spreads = [0.0; crate::estimate::measure::quantity::KINDS];
-    for (kind, spread) in spreads.iter_mut().enumerate() {
-        let deviations = groups.iter().filter(|(key, _)| key.kind() == kind).flat_map(|(_, group)| {
+    let mut relative_stds = [0.0; KINDS];
+    for (kind, std) in relative_stds.iter_mut().enumerate() {
+        let deviations = groups.iter().filter(|(q, _)| q.kind() == kind).flat_map(|(_, group)| {
             let centre = middle(group);
-            // The median is drawn to its own values: few of them look closer together than they are.
+            // Deviations from the median of a small sample are too small on average.
             let n = group.values.len() as f64;
             let widened = (n / (n - 1.0)).sqrt() / group.scale;
             group.values.iter().map(move |m| (m.value - centre).abs() * widened)
         });
-        // For a Gaussian the median distance is 0.6745 deviations.
-        *spread = median(deviations).unwrap_or(0.0) / 0.6745;
+        *std = median(deviations).unwrap_or(0.0) / NORMAL_MEDIAN_DEVIATION;
     }
     groups
         .iter()
-        .map(|(key, group)| {
-            let majority = Majority {
-                value: middle(group),
+        .map(|(quantity, group)| {
+            let consensus = Consensus {
+                median: middle(group),
                 scale: group.scale,
-                spread: spreads[key.kind()] * group.scale,
+                std: relative_stds[quantity.kind()] * group.scale,
             };
-            (key.clone(), majority)
+            (quantity.clone(), consensus)
         })
         .collect()
 }
 
-/// The measurements, with as much more noise as they are far from the other clips'.
-fn doubted(mut measurements: Measurements, majorities: &BTreeMap<Quantity, Majority>) -> Measurements {
+/// The measurements with larger variances where they deviate much from the consensus.
+fn downweighted(mut measurements: Measurements, consensus: &BTreeMap<Quantity, Consensus>) -> Measurements {
     for k in 0..measurements.quantities.len() {
-        let Some(majority) = majorities.get(&measurements.quantities[k]) else { continue };
+        let Some(consensus) = consensus.get(&measurements.quantities[k]) else { continue };
         let measured = measurements.measured(k);
-        let part = (CONTRADICTS - majority.deviations(measured)) / (CONTRADICTS - DOUBTED);
-        if part < 1.0 {
-            let variance = majority.variance(measured.std);
-            measurements.covariance[(k, k)] += variance * (part.max(LEAST_PART).powi(-2) - 1.0);
+        let factor = (OUTLIER_STDS - consensus.deviation_stds(measured)) / (OUTLIER_STDS - DOWNWEIGHTED_STDS);
+        if factor < 1.0 {
+            let variance = consensus.variance(measured.std);
+            measurements.covariance[(k, k)] += variance * (factor.max(MIN_FACTOR).powi(-2) - 1.0);
         }
     }
     measurements
 }
 
-impl Majority {
-    /// Of a clip's value with this noise about the majority's.
+impl Consensus {
+    /// Variance of the deviation of a clip's value with this noise.
     fn variance(&self, std: f64) -> f64 {
-        std.powi(2) + self.spread.powi(2)
+        std.powi(2) + self.std.powi(2)
     }
 
-    /// How many standard deviations off a reading is; 0 where that is not worth a word.
-    fn deviations(&self, measured: Measured) -> f64 {
-        let off = (measured.value - self.value).abs();
-        if off > WORTH_A_WORD * self.scale { off / self.variance(measured.std).sqrt() } else { 0.0 }
+    /// The deviation of a measurement in standard deviations; 0 for small relative deviations.
+    fn deviation_stds(&self, measured: Measured) -> f64 {
+        let deviation = (measured.value - self.median).abs();
+        if deviation > MIN_RELATIVE_DEVIATION * self.scale {
+            deviation / self.variance(measured.std).sqrt()
+        } else {
+            0.0
+        }
     }
 
-    fn is_contradicted(&self, measured: Measured) -> bool {
-        self.deviations(measured) > CONTRADICTS
+    fn is_outlier(&self, measured: Measured) -> bool {
+        self.deviation_stds(measured) > OUTLIER_STDS
     }
 }
 
-fn contradicts(measurements: &Measurements, k: usize, majorities: &BTreeMap<Quantity, Majority>) -> bool {
-    majorities
-        .get(&measurements.quantities[k])
-        .is_some_and(|majority| majority.is_contradicted(measurements.measured(k)))
+/// Whether measurement `k` of a clip is an outlier.
+fn is_outlier(measurements: &Measurements, k: usize, consensus: &BTreeMap<Quantity, Consensus>) -> bool {
+    consensus.get(&measurements.quantities[k]).is_some_and(|c| c.is_outlier(measurements.measured(k)))
 }
 
-/// The evidence in words.
-fn told(measurements: &Measurements, k: usize, majorities: &BTreeMap<Quantity, Majority>) -> String {
-    let key = &measurements.quantities[k];
-    let (mut here, mut there) = (measurements.values[k], majorities[key].value);
-    if matches!(key, Quantity::MassRatio(..)) {
-        (here, there) = (here.exp(), there.exp());
+/// The measurement `k` beside the consensus, for a warning.
+fn comparison(measurements: &Measurements, k: usize, consensus: &BTreeMap<Quantity, Consensus>) -> String {
+    let quantity = &measurements.quantities[k];
+    let (mut value, mut others) = (measurements.values[k], consensus[quantity].median);
+    if matches!(quantity, Quantity::MassRatio(..)) {
+        (value, others) = (value.exp(), others.exp());
     }
-    format!("{key} is {here:.3}, in the other clips {there:.3}")
+    format!("{quantity} is {value:.3}, in the other clips {others:.3}")
 }
 
-/// What would explain all of a clip's contradictions at once.
-fn hint(measurements: &Measurements, majorities: &BTreeMap<Quantity, Majority>) -> String {
+/// A mistake that explains all outliers of a clip: two exchanged names or a wrong frame rate; empty if neither does.
+fn likely_cause(measurements: &Measurements, consensus: &BTreeMap<Quantity, Consensus>) -> String {
+    // Two exchanged names
     let objects: BTreeSet<&String> = (measurements.quantities.iter())
-        .filter_map(|key| match key {
+        .filter_map(|quantity| match quantity {
             Quantity::Friction(object) => Some(object),
             _ => None,
         })
@@ -146,21 +152,22 @@ fn hint(measurements: &Measurements, majorities: &BTreeMap<Quantity, Majority>) 
     for one in &objects {
         for other in objects.iter().filter(|o| *o > one) {
             let explained = (0..measurements.quantities.len()).all(|k| {
-                let (key, sign) = measurements.quantities[k].swapped(one, other);
+                let (quantity, sign) = measurements.quantities[k].swapped(one, other);
                 let Measured { value, std } = measurements.measured(k);
-                let here = Measured { value: sign * value, std };
-                majorities.get(&key).is_none_or(|majority| !majority.is_contradicted(here))
+                let swapped = Measured { value: sign * value, std };
+                consensus.get(&quantity).is_none_or(|consensus| !consensus.is_outlier(swapped))
             });
             if explained {
                 return format!(": as if `{one}` and `{other}` were swapped");
             }
         }
     }
+
+    // A wrong frame rate: deceleration is proportional to its square
     let ratios: Vec<f64> = (measurements.quantities.iter().enumerate())
-        .filter(|(_, key)| matches!(key, Quantity::Friction(_)))
-        .filter_map(|(k, key)| majorities.get(key).map(|m| measurements.values[k] / m.value))
+        .filter(|(_, quantity)| matches!(quantity, Quantity::Friction(_)))
+        .filter_map(|(k, quantity)| consensus.get(quantity).map(|c| measurements.values[k] / c.median))
         .collect();
-    // Deceleration goes with the square of the frame rate.
     let close =
         |factor: f64| !ratios.is_empty() && ratios.iter().all(|r| (r / (factor * factor) - 1.0).abs() < 0.2);
     for (factor, words) in [(2.0, "half"), (0.5, "twice")] {
@@ -173,13 +180,13 @@ fn hint(measurements: &Measurements, majorities: &BTreeMap<Quantity, Majority>) 
 
 #[cfg(test)]
 mod tests {
-    use super::super::random_effects::Spread;
+    use super::super::random_effects::BetweenClipStd;
     use super::*;
     use nalgebra::{DMatrix, DVector};
 
     const STD: f64 = 0.01;
 
-    fn reading(pair: usize, value: f64) -> Measurements {
+    fn measurement(pair: usize, value: f64) -> Measurements {
         Measurements {
             quantities: vec![Quantity::Restitution(format!("a{pair}"), format!("b{pair}"))],
             values: DVector::from_element(1, value),
@@ -189,28 +196,29 @@ mod tests {
         }
     }
 
-    /// The mean over five clips of one pair, four of which agree, and whether the fifth is named.
+    /// The mean over five clips of one pair, four of which agree, and whether there is a warning about the fifth.
     fn mean(fifth: f64) -> (f64, bool) {
-        let scattered = |pair: usize| [-0.01, -0.005, 0.0, 0.005, 0.01].map(|off| reading(pair, 0.6 + off));
+        let scattered =
+            |pair: usize| [-0.01, -0.005, 0.0, 0.005, 0.01].map(|off| measurement(pair, 0.6 + off));
         let mut clips: Vec<Measurements> = (0..6).flat_map(scattered).collect();
-        clips[4] = reading(0, fifth);
+        clips[4] = measurement(0, fifth);
         let names: Vec<String> = (0..clips.len()).map(|k| k.to_string()).collect();
-        let (kept, warnings) = without_contradictions(&clips, &names);
-        let (key, places) = grouped(&kept).into_iter().next().expect("a pair");
-        let spread = Spread { relative: 0.01, freedom: 12.0 };
-        (Group::of(&kept, key, &places).mean(spread).expect("values").value, !warnings.is_empty())
+        let (kept, warnings) = without_outliers(&clips, &names);
+        let (quantity, indices) = grouped(&kept).into_iter().next().expect("a pair");
+        let between = BetweenClipStd { relative: 0.01, degrees_of_freedom: 12.0 };
+        (Group::new(&kept, quantity, &indices).mean(between).expect("values").value, !warnings.is_empty())
     }
 
     #[test]
-    fn a_reading_that_moves_away_from_the_others_lets_go_of_them_bit_by_bit() {
+    fn the_influence_of_a_deviating_measurement_decreases_gradually() {
         let steps: Vec<(f64, bool)> = (0..=200).map(|k| mean(0.6 + 1e-3 * f64::from(k))).collect();
         for (k, pair) in steps.windows(2).enumerate() {
             let [(before, _), (after, _)] = [pair[0], pair[1]];
             assert!((after - before).abs() < 1e-3, "{before} to {after} at {k} thousandths");
         }
         let furthest = steps.iter().map(|step| step.0).fold(0.0, f64::max);
-        let (last, named) = steps[200];
+        let (last, warned) = steps[200];
         println!("0.6 without it, {furthest:.4} at most, {last:.4} far off");
-        assert!((0.602..0.62).contains(&furthest) && (last - 0.5975).abs() < 0.002 && named);
+        assert!((0.602..0.62).contains(&furthest) && (last - 0.5975).abs() < 0.002 && warned);
     }
 }

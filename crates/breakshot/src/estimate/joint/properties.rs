@@ -1,8 +1,7 @@
-//! From what every clip tells to the properties and their warnings.
+//! The properties and their warnings from the measurements of all clips.
 
-use super::outliers;
-use super::{Joint, exponential};
-use super::{contact_friction, friction};
+use super::means::{JointMeans, exponential};
+use super::{contact_friction, friction, outliers};
 use crate::estimate::clip::result::Measured;
 use crate::estimate::measure::ClipMeasurements;
 use crate::estimate::measure::measurements::{Measurements, without_replaceable_double_contacts};
@@ -12,55 +11,64 @@ use crate::properties::Properties;
 use crate::uncertain::Estimate;
 use std::collections::{BTreeMap, BTreeSet};
 
-/// Contact friction of dry, hard objects if no impact tells it.
+/// Assumed contact friction of dry, hard objects if no impact measures it.
 const ASSUMED_CONTACT_FRICTION: Measured = Measured { value: 0.2, std: 0.1 };
 
-/// All clips together.
+/// The properties of all objects from the measurements of all clips, without evidence.
+///
+/// Absent, refused and excluded values are listed in the warnings.
 pub(crate) fn properties(clips: &[&ClipMeasurements], objects: &[Object], reference: &str) -> Properties {
     let names: Vec<String> = clips.iter().map(|c| c.name.clone()).collect();
     let measurements: Vec<Measurements> = clips.iter().map(|c| c.measurements.clone()).collect();
     let drags: Vec<_> = clips.iter().flat_map(|c| c.drags.iter().cloned()).collect();
     let oblique_impacts: Vec<_> = clips.iter().flat_map(|c| c.oblique_impacts.iter().copied()).collect();
 
+    // Outliers and laws of friction
     let measurements = without_replaceable_double_contacts(&measurements);
-    let (measurements, contradictions) = outliers::without_contradictions(&measurements, &names);
+    let (measurements, contradictions) = outliers::without_outliers(&measurements, &names);
     let non_coulomb: Vec<&String> = clips.iter().flat_map(|c| &c.non_coulomb).collect();
     let refused = friction::refused(&measurements, &drags, &non_coulomb);
+
+    // Corrections that need the frictions of all clips
     let expected = friction::expected(&measurements);
     let [of_objects, of_striker] = [false, true].map(|with_striker| {
-        let some: Vec<_> =
-            oblique_impacts.iter().copied().filter(|g| g.with_striker == with_striker).collect();
-        contact_friction::coefficient(&some)
+        let impacts: Vec<_> =
+            oblique_impacts.iter().copied().filter(|i| i.with_striker == with_striker).collect();
+        contact_friction::coefficient(&impacts)
     });
     let contact =
         of_objects.map_or(ASSUMED_CONTACT_FRICTION, |e| Measured { value: e.mean, std: e.standard_error });
     let measurements: Vec<Measurements> = measurements
         .iter()
-        .map(|r| r.conditioned_on_friction(&expected).corrected_for_table_friction(&expected, contact.value))
+        .map(|m| m.conditioned_on_friction(&expected).corrected_for_table_friction(&expected, contact.value))
         .collect();
-    let joint = Joint::new(&measurements, reference, contact);
 
-    let mut properties = means(&joint, &measurements, reference.to_owned());
+    // Means
+    let joint = JointMeans::new(&measurements, reference, contact);
+    let mut properties = from_means(&joint, &measurements, reference.to_owned());
     properties.contact_friction.objects = of_objects;
     properties.contact_friction.striker = of_striker;
+
+    // Refused and impossible values, warnings
     for (object, why) in &refused {
         properties.friction.remove(object);
         properties.warnings.push(format!("friction of `{object}` is refused: {why}"));
     }
     properties.warnings.extend(contradictions);
     remove_impossible(&mut properties);
-    properties.warnings.extend(poor(&measurements));
-    properties.warnings.extend(absent(&properties, clips, objects, &refused));
+    properties.warnings.extend(double_contact_warnings(&measurements));
+    properties.warnings.extend(absence_warnings(&properties, clips, objects, &refused));
     for clip in clips {
         properties.warnings.extend(clip.remarks.iter().map(|r| format!("{}: {r}", clip.name)));
     }
     properties
 }
 
-fn means(joint: &Joint, measurements: &[Measurements], reference: String) -> Properties {
+/// The properties with these means and their covariance.
+fn from_means(joint: &JointMeans, measurements: &[Measurements], reference: String) -> Properties {
     let mut properties = Properties { version: 1, reference: reference.clone(), ..Properties::default() };
-    for (key, (group, mean)) in &joint.groups {
-        match key {
+    for (quantity, (group, mean)) in &joint.groups {
+        match quantity {
             Quantity::Friction(object) => properties.friction.insert(object.clone(), mean.estimate(group)),
             Quantity::StrikerRestitution(object) => {
                 properties.striker_restitution.insert(object.clone(), mean.estimate(group))
@@ -78,31 +86,30 @@ fn means(joint: &Joint, measurements: &[Measurements], reference: String) -> Pro
     for (object, mean) in &joint.log_masses {
         properties
             .mass_ratio
-            .insert(object.clone(), exponential(mean, None, clips_that_weigh(measurements, object)));
+            .insert(object.clone(), exponential(mean, None, clips_with_mass_ratio(measurements, object)));
     }
     properties.covariance = joint.covariance.clone();
     properties
 }
 
-/// The pairs whose restitution comes from flat sides that met twice.
-fn poor(measurements: &[Measurements]) -> Vec<String> {
-    let keys = measurements
+/// Warnings about pairs all of whose restitutions come from flat sides that met at one end and then at the other.
+fn double_contact_warnings(measurements: &[Measurements]) -> Vec<String> {
+    let double_contacts = measurements
         .iter()
-        .flat_map(|r| r.quantities.iter().zip(&r.double_contact).filter(|(_, twice)| **twice));
-    let names: BTreeSet<String> = keys.map(|(key, _)| key.to_string()).collect();
-    let told =
+        .flat_map(|m| m.quantities.iter().zip(&m.double_contact).filter(|(_, twice)| **twice));
+    let names: BTreeSet<String> = double_contacts.map(|(quantity, _)| quantity.to_string()).collect();
+    let warning =
         |name| format!("{name} is only known within wide bounds: in all its clips flat sides met twice");
-    names.into_iter().map(told).collect()
+    names.into_iter().map(warning).collect()
 }
 
-/// How many clips show an object hit another kind.
-fn clips_that_weigh(measurements: &[Measurements], object: &str) -> usize {
-    let weighs =
-        |key: &Quantity| matches!(key, Quantity::MassRatio(a, b) if a != b && (a == object || b == object));
-    measurements.iter().filter(|r| r.quantities.iter().any(weighs)).count()
+/// Number of clips with an impact between the object and one of another kind.
+fn clips_with_mass_ratio(measurements: &[Measurements], object: &str) -> usize {
+    let concerns = |quantity: &Quantity| matches!(quantity, Quantity::MassRatio(a, b) if a != b && (a == object || b == object));
+    measurements.iter().filter(|m| m.quantities.iter().any(concerns)).count()
 }
 
-/// Means that no body can have are taken out, and told.
+/// Removes means that are physically impossible, with a warning each.
 fn remove_impossible(properties: &mut Properties) {
     let warnings = &mut properties.warnings;
     let mut check = |what: &str, values: &mut BTreeMap<String, Estimate>, most: f64| {
@@ -119,8 +126,8 @@ fn remove_impossible(properties: &mut Properties) {
     check("restitution", &mut properties.restitution, 1.0);
 }
 
-/// What the clips' objects need and no clip tells.
-fn absent(
+/// Warnings about quantities of these objects that no clip measures.
+fn absence_warnings(
     properties: &Properties,
     clips: &[&ClipMeasurements],
     objects: &[Object],
@@ -154,7 +161,7 @@ fn absent(
                 .collect::<Vec<_>>()
         })
         .collect();
-    let mut never = Vec::new();
+    let mut never_filmed = Vec::new();
     for (i, a) in objects.iter().enumerate() {
         for b in &objects[i..] {
             let (a, b) = (a.name.as_str().min(&b.name), a.name.as_str().max(&b.name));
@@ -163,15 +170,17 @@ fn absent(
                 continue;
             }
             if filmed.contains(&(a, b)) {
-                warnings.push(format!("restitution of `{key}` is absent: none of its clips tells one"));
+                warnings.push(format!("restitution of `{key}` is absent: none of its clips measures one"));
             } else if a != b {
-                never.push(format!("`{key}`"));
+                never_filmed.push(format!("`{key}`"));
             }
         }
     }
-    if !never.is_empty() {
-        warnings
-            .push(format!("restitution is absent for pairs that were never filmed: {}", never.join(", ")));
+    if !never_filmed.is_empty() {
+        warnings.push(format!(
+            "restitution is absent for pairs that were never filmed: {}",
+            never_filmed.join(", ")
+        ));
     }
     for (what, value) in [
         ("objects", properties.contact_friction.objects),
@@ -210,14 +219,14 @@ mod tests {
         Cell { camera, ..Cell::from_above(1000.0, Workspace::centred([2.0, 2.0]), striker) }
     }
 
-    /// How far a slide has come after a time, and its speed then.
+    /// Distance of a slide after a time, and the speed at that time.
     fn slid(speed: f64, friction: f64, after_s: f64) -> (f64, f64) {
         let a = friction * GRAVITY_M_S2;
         let t = after_s.clamp(0.0, speed / a);
         (speed * t - a * t * t / 2.0, if after_s >= 0.0 { speed - a * t } else { 0.0 })
     }
 
-    /// The striker (0.5 m/s, restitution 0.6) hits `a`, which hits `b` 30 mm farther on; all central, along `heading`.
+    /// The striker (0.5 m/s, restitution 0.6) hits `a`, which hits `b` after 30 mm; both impacts central, along the heading.
     ///
     /// Frictions 0.2 and 0.3, mass ratio a/b 2, restitution 0.5.
     fn clip(name: &str, objects: [&str; 2], heading_rad: f64, phase_s: f64) -> ClipTracks {
@@ -235,16 +244,16 @@ mod tests {
             samples: (0..60)
                 .map(|k| {
                     let t = k as f64 * FRAME_S;
-                    let way_m = match n {
+                    let distance_m = match n {
                         0 if t < second_s => slid(v_a, 0.2, t - first_s).0,
                         0 => gap_m + slid(after_a, 0.2, t - second_s).0,
                         _ => 2.0 * RADIUS_M + gap_m + slid(after_b, 0.3, t - second_s).0,
                     };
-                    let place = Point::ORIGIN + along * way_m;
+                    let position = Point::ORIGIN + along * distance_m;
                     Sample {
                         time_s: t,
-                        x_m: place.x + noise(k, n as f64),
-                        y_m: place.y + noise(k, n as f64 + 7.0),
+                        x_m: position.x + noise(k, n as f64),
+                        y_m: position.y + noise(k, n as f64 + 7.0),
                         yaw_rad: None,
                         vx_m_s: None,
                         vy_m_s: None,
@@ -289,20 +298,20 @@ mod tests {
         close("friction of b", properties.friction["b"].mean, 0.3);
         close("striker restitution", properties.striker_restitution["a"].mean, 0.6);
         close("restitution", properties.restitution["a/b"].mean, 0.5);
-        // Bodies of the same height: a quarter of contact friction is expected to act upwards, and is taken out.
-        let pressed = f64::exp(0.25 * 0.2 * (0.2 - 0.3));
-        close("mass ratio a/b", properties.pair_mass_ratio["a/b"].mean * pressed, 2.0);
+        // Bodies of the same height: the correction assumes that a quarter of contact friction acts vertically.
+        let correction = f64::exp(0.25 * 0.2 * (0.2 - 0.3));
+        close("mass ratio a/b", properties.pair_mass_ratio["a/b"].mean * correction, 2.0);
         assert_eq!(properties.mass_ratio["b"].n, 5);
     }
 
     #[test]
-    fn turning_the_table_turns_nothing() {
+    fn rotating_the_table_leaves_the_restitution_unchanged() {
         let objects = [object("a"), object("b")];
         let means = [0.0, 2.5].map(|heading_rad| {
             let found = estimation(&clips(["a", "b"], heading_rad), &cell(), &objects, &Options::default());
             found.expect("an estimation").properties.restitution["a/b"].mean
         });
-        close("restitution of the turned table", means[1], means[0]);
+        close("restitution on the rotated table", means[1], means[0]);
     }
 
     #[test]
@@ -330,7 +339,7 @@ mod tests {
     }
 
     #[test]
-    fn tracks_that_tell_nothing_give_warnings_and_no_panic() {
+    fn tracks_too_short_to_measure_anything_give_warnings_and_no_panic() {
         let objects = [object("a"), object("b")];
         let whole = clip("c.mp4", ["a", "b"], 0.0, 0.0);
         for samples in [0, 1, 2, 5, 13, 14, 16] {
@@ -346,7 +355,7 @@ mod tests {
     }
 
     #[test]
-    fn clips_without_a_strike_still_tell_pairs() {
+    fn clips_without_a_strike_still_measure_pairs() {
         let mut clips = clips(["a", "b"], 0.0);
         for clip in &mut clips {
             clip.strike = None;
@@ -358,13 +367,14 @@ mod tests {
     }
 
     #[test]
-    fn a_clip_with_swapped_names_is_named_and_left_out() {
+    fn a_clip_with_swapped_names_is_reported_and_left_out() {
         let mut clips = clips(["a", "b"], 0.0);
         clips.push(clip("swapped.mp4", ["b", "a"], 0.0, 0.002));
         let found = estimation(&clips, &cell(), &[object("a"), object("b")], &Options::default());
         let properties = found.expect("an estimation").properties;
-        let named = properties.warnings.iter().any(|w| w.starts_with("swapped.mp4") && w.contains("swapped"));
-        assert!(named, "{:#?}", properties.warnings);
+        let reported =
+            properties.warnings.iter().any(|w| w.starts_with("swapped.mp4") && w.contains("swapped"));
+        assert!(reported, "{:#?}", properties.warnings);
         close("friction of a", properties.friction["a"].mean, 0.2);
     }
 }

@@ -1,7 +1,7 @@
-//! What is kept of a clip, so that later clips can be added without its film.
+//! How are the measurements of a clip stored, so that later clips can be added without its film?
 //!
-//! A record holds everything that the joint estimate asks of a clip: measurements with the covariance of their noise, and
-//! what its noise and its frames around impacts say about those of all clips.
+//! A record in the evidence of the properties holds all that the joint estimate needs of a clip: its measurements with their
+//! covariance, its noise statistics, and the chi-square of its frames around impacts for every candidate exposure.
 
 use crate::cell::Cell;
 use crate::error::{Error, Result};
@@ -12,42 +12,46 @@ use crate::object::{self, Object, kind};
 use crate::properties::Properties;
 
 impl ClipMeasurements {
-    /// As the properties keep it.
-    fn kept(&self, tracks: &ClipTracks) -> Result<ClipRecord> {
-        let measurements = serde_json::to_value(self)
+    /// The record of this clip in the evidence.
+    fn record(&self, tracks: &ClipTracks) -> Result<ClipRecord> {
+        let content = serde_json::to_value(self)
             .map_err(|e| Error::invalid(&self.name, "evidence", e, "numbers that can be written"))?;
         let (clip, objects) = (self.name.clone(), self.objects.clone());
-        Ok(ClipRecord { clip, fingerprint: fingerprint(tracks), objects, measurements })
+        Ok(ClipRecord { clip, fingerprint: fingerprint(tracks), objects, measurements: content })
     }
 
-    pub(crate) fn from_kept(kept: &ClipRecord) -> Result<Self> {
-        let owner = || format!("properties: evidence of `{}`", kept.clip);
-        let mut record: Self = serde_json::from_value(kept.measurements.clone()).map_err(|e| {
+    /// The measurements of a stored record.
+    ///
+    /// # Errors
+    /// A record that does not have the format of this version, or has lists of different lengths or values that are not finite.
+    pub(crate) fn from_evidence(record: &ClipRecord) -> Result<Self> {
+        let owner = || format!("properties: evidence of `{}`", record.clip);
+        let mut measurements: Self = serde_json::from_value(record.measurements.clone()).map_err(|e| {
             Error::invalid(owner(), "told", e, "what `breakshot estimate` of this version wrote")
         })?;
-        if !record.measurements.is_valid() {
-            let needed = "as many values and covariances as keys, all of them numbers";
-            return Err(Error::invalid(owner(), "readings", "not sound", needed));
+        if !measurements.measurements.is_valid() {
+            let needed = "as many values and covariances as keys, all of them finite numbers";
+            return Err(Error::invalid(owner(), "readings", "not valid", needed));
         }
-        record.name.clone_from(&kept.clip);
-        record.objects.clone_from(&kept.objects);
-        Ok(record)
+        measurements.name.clone_from(&record.clip);
+        measurements.objects.clone_from(&record.objects);
+        Ok(measurements)
     }
 }
 
-/// The evidence of these clips.
+/// The evidence of these clips: cell, objects, and one record per clip.
 pub(crate) fn evidence(
-    records: &[ClipMeasurements],
+    measurements: &[ClipMeasurements],
     clips: &[ClipTracks],
     cell: &Cell,
     objects: &[Object],
 ) -> Result<Evidence> {
-    let kept =
-        records.iter().zip(clips).map(|(record, tracks)| record.kept(tracks)).collect::<Result<_>>()?;
-    Ok(Evidence { filmed_with: FilmedWith::new(cell), objects: all_objects(None, objects), clips: kept })
+    let records =
+        measurements.iter().zip(clips).map(|(clip, tracks)| clip.record(tracks)).collect::<Result<_>>()?;
+    Ok(Evidence { filmed_with: FilmedWith::new(cell), objects: all_objects(None, objects), clips: records })
 }
 
-/// Old objects and new ones, by name, without their weighed masses.
+/// Old and new objects in alphabetical order, without their weighed masses; a new object replaces an old one of its name.
 pub(crate) fn all_objects(old: Option<&Evidence>, new: &[Object]) -> Vec<Object> {
     let known = old.map_or(&[][..], |e| &e.objects);
     let mut all: Vec<Object> = new.to_vec();
@@ -59,10 +63,10 @@ pub(crate) fn all_objects(old: Option<&Evidence>, new: &[Object]) -> Vec<Object>
     all
 }
 
-/// The records of earlier clips, if new clips may join them.
+/// The measurements of the earlier clips, if the new clips are compatible with them.
 ///
 /// # Errors
-/// As [`check_basis`]; also evidence that does not hold what it must, and a clip that it knows by its content.
+/// As [`check_basis`]; also damaged evidence, and a clip whose tracks the evidence already contains.
 pub(crate) fn earlier(
     old: &Properties,
     clips: &[ClipTracks],
@@ -78,13 +82,13 @@ pub(crate) fn earlier(
             object::find(&evidence.objects, name, &format!("properties: evidence of `{}`", record.clip))?;
         }
     }
-    evidence.clips.iter().map(ClipMeasurements::from_kept).collect()
+    evidence.clips.iter().map(ClipMeasurements::from_evidence).collect()
 }
 
-/// The evidence of the properties, if clips of these names, cell and objects may join it.
+/// The evidence of the properties, if it is compatible with clips of these names, this cell and these objects.
 ///
 /// # Errors
-/// Properties without evidence; another reference, cell or object than theirs; a name that they know.
+/// Properties without evidence; another reference, cell or object than that of the earlier clips; the name of an earlier clip.
 pub(crate) fn check_basis<'a>(
     old: &'a Properties,
     names: &[&str],
@@ -106,7 +110,7 @@ pub(crate) fn check_basis<'a>(
     }
     for object in objects {
         let Some(known) = evidence.objects.iter().find(|o| o.name == object.name) else { continue };
-        check_alike(object, known)?;
+        check_same_object(object, known)?;
     }
     for (k, name) in names.iter().enumerate() {
         if names[..k].contains(name) || evidence.clips.iter().any(|c| c.clip == *name) {
@@ -117,8 +121,8 @@ pub(crate) fn check_basis<'a>(
     Ok(evidence)
 }
 
-/// An error that names what a ruler measured otherwise than for the earlier clips.
-fn check_alike(now: &Object, then: &Object) -> Result<()> {
+/// Checks that height, outline and marker are those of the earlier clips; the error names the difference.
+fn check_same_object(now: &Object, then: &Object) -> Result<()> {
     let differs = |what: &str, now_is: String, then_was: String| {
         let needed = format!("{then_was}, as for the clips of the properties");
         Err(Error::invalid(format!("object `{}`", now.name), what, now_is, needed))
@@ -135,7 +139,7 @@ fn check_alike(now: &Object, then: &Object) -> Result<()> {
     Ok(())
 }
 
-/// An error that names a clip whose content is there already.
+/// Checks that no clip has the same tracks as another one; the error names both.
 fn check_new(clips: &[ClipTracks], evidence: &Evidence) -> Result<()> {
     let mut known: Vec<(&str, String)> =
         evidence.clips.iter().map(|c| (c.clip.as_str(), c.fingerprint.clone())).collect();
@@ -151,21 +155,21 @@ fn check_new(clips: &[ClipTracks], evidence: &Evidence) -> Result<()> {
     Ok(())
 }
 
-/// A number that two clips share only if they are the same: FNV-1a over names, times and places.
+/// Hash of the kinds of objects, times and positions of a clip (FNV-1a, 128 bits).
 fn fingerprint(clip: &ClipTracks) -> String {
     const OFFSET: u128 = 0x6c62_272e_07bb_0142_62b8_2175_6295_c58d;
     const PRIME: u128 = 0x0000_0000_0100_0000_0000_0000_0000_013b;
     let mut hash = OFFSET;
-    let mut eat = |bytes: &[u8]| {
+    let mut add = |bytes: &[u8]| {
         for byte in bytes {
             hash = (hash ^ u128::from(*byte)).wrapping_mul(PRIME);
         }
     };
     for track in &clip.tracks.tracks {
-        eat(kind(&track.object).as_bytes());
+        add(kind(&track.object).as_bytes());
         for sample in &track.samples {
             for number in [sample.time_s, sample.x_m, sample.y_m] {
-                eat(&number.to_bits().to_le_bytes());
+                add(&number.to_bits().to_le_bytes());
             }
         }
     }

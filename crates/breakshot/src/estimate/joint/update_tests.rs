@@ -1,13 +1,13 @@
-//! Adding clips to an estimate gives what all clips at once would have given.
+//! Adding clips to an estimate gives the estimate of all clips at once.
 
 use crate::cell::{CameraSpec, Cell, Striker, Workspace};
-use crate::estimate::{ClipTracks, Filming, Options, Shot, estimation, updated};
+use crate::estimate::{ClipTracks, Experiment, Options, Setup, SimulatedCamera, estimation, updated};
 use crate::object::{Marker, Object, Shape, pair_key};
 use crate::properties::Properties;
 use crate::uncertain::Estimate;
 
 pub(crate) fn object(name: &str, shape: Shape) -> Object {
-    // A disc turns unseen, a bar on a block tells how it lies.
+    // The rotation of a disc is invisible; a bar on a block shows its yaw.
     let marker = match shape {
         Shape::Disc { .. } => Shape::Disc { radius_m: 0.01 },
         _ => Shape::Rectangle { size_m: [0.018, 0.009] },
@@ -30,7 +30,7 @@ pub(crate) fn cell() -> Cell {
     Cell { camera, ..Cell::from_above(1000.0, Workspace::centred([1.2, 0.8]), striker) }
 }
 
-/// The truth of a clip: friction and restitution vary a little from clip to clip.
+/// The true properties of a clip: friction and restitution vary by up to 2 % from clip to clip.
 pub(crate) fn truth(clip: usize) -> Properties {
     let vary = |k: usize| 1.0 + 0.02 * ((clip * 7 + k * 3) as f64).sin();
     let mut properties = Properties { version: 1, reference: "a".into(), ..Properties::default() };
@@ -47,10 +47,22 @@ pub(crate) fn truth(clip: usize) -> Properties {
 }
 
 fn clip(number: usize, strike: &str, into: Option<&str>) -> ClipTracks {
-    let filming =
-        Filming { frame_rate_hz: 60.0, place_std_m: 5e-5, yaw_std_rad: 0.004, seed: Some(number as u64) };
-    let shot = Shot { strike: strike.into(), into: into.map(Into::into), speed_m_s: 0.45, offset_m: 0.0 };
-    shot.staged(&format!("{number}.mp4"), (&cell(), &objects()), &truth(number), &filming).expect("a clip")
+    let camera = SimulatedCamera {
+        frame_rate_hz: 60.0,
+        position_std_m: 5e-5,
+        yaw_std_rad: 0.004,
+        seed: Some(number as u64),
+    };
+    let experiment =
+        Experiment { strike: strike.into(), into: into.map(Into::into), speed_m_s: 0.45, offset_m: 0.0 };
+    experiment
+        .simulated_clip(
+            &format!("{number}.mp4"),
+            Setup { cell: &cell(), objects: &objects() },
+            &truth(number),
+            &camera,
+        )
+        .expect("a clip")
 }
 
 fn clips(numbers: std::ops::Range<usize>) -> Vec<ClipTracks> {
@@ -77,8 +89,8 @@ fn all(properties: &Properties) -> Vec<(String, f64, f64)> {
 
 #[test]
 fn an_update_equals_the_joint_estimate() {
-    /// Means agree within this part of their standard error, standard errors within this part of themselves: what is left
-    /// is the level of noise, which the old clips agreed on without the new ones.
+    /// Largest difference of means over their standard error, and relative difference of standard errors.  It comes from
+    /// the noise level, which the old clips estimated without the new ones.
     const TOLERANCE: f64 = 0.05;
     let first = estimated(&clips(0..18));
     // Through the file and back.
@@ -105,7 +117,7 @@ fn an_update_equals_the_joint_estimate() {
 }
 
 #[test]
-fn updating_twice_is_updating_once() {
+fn two_updates_equal_one_update_with_all_clips() {
     let options = Options::default();
     let update = |old: &Properties, numbers| {
         updated(old, &clips(numbers), &cell(), &objects(), &options).expect("an update").properties
@@ -123,7 +135,7 @@ fn refusal(clips: &[ClipTracks], cell: &Cell, objects: &[Object], options: &Opti
 }
 
 #[test]
-fn what_does_not_fit_the_old_clips_is_named() {
+fn a_difference_from_the_old_clips_is_reported() {
     let (new, options) = (clips(3..4), Options::default());
     let mut taller = objects();
     taller[1].height_m = 40.0;
@@ -145,7 +157,7 @@ fn what_does_not_fit_the_old_clips_is_named() {
 }
 
 #[test]
-fn a_clip_given_twice_is_named_by_name_and_by_content() {
+fn a_repeated_clip_is_detected_by_name_and_by_content() {
     let options = Options::default();
     let message = refusal(&clips(2..4), &cell(), &objects(), &options);
     assert!(message.contains("2.mp4"), "{message}");
@@ -160,7 +172,7 @@ fn a_clip_given_twice_is_named_by_name_and_by_content() {
 }
 
 #[test]
-fn evidence_that_was_tampered_with_is_refused_without_a_panic() {
+fn damaged_evidence_is_an_error_without_a_panic() {
     let whole = estimated(&clips(0..3));
     let options = Options::default();
     let damaged = [

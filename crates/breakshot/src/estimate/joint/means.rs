@@ -1,0 +1,203 @@
+//! The means of all quantities over all clips, and their joint covariance.
+
+use super::mass_network::{ASSUMED_FRICTION_DIFFERENCE, MassNetwork, SystematicErrors};
+use super::random_effects::{
+    BetweenClipStd, Group, Mean, between_clip_std, between_clip_std_with_prior, quantile_95,
+};
+use crate::estimate::clip::result::Measured;
+use crate::estimate::measure::impulse_ratio::vertical_impulse_std;
+use crate::estimate::measure::measurements::{Measurements, grouped};
+use crate::estimate::measure::quantity::{KINDS, Quantity};
+use crate::properties::Covariance;
+use crate::uncertain::Estimate;
+use nalgebra::{DMatrix, DVector};
+use std::collections::BTreeMap;
+
+/// The means of all quantities.
+#[derive(Clone, Debug)]
+pub(crate) struct JointMeans {
+    pub(crate) groups: BTreeMap<Quantity, (Group, Mean)>,
+    /// The logarithm of the mass ratio of every object that a chain of pairs connects with the reference.
+    pub(crate) log_masses: BTreeMap<String, Mean>,
+    pub(crate) covariance: Covariance,
+}
+
+/// Standard deviation of the logarithm of a pair's mass ratio that no repetition reduces: bodies rock after an impact and
+/// exchange impulse with the table within it, in the same way in all clips of the pair.
+pub(crate) const ROCKING_STD: f64 = 0.005;
+
+impl JointMeans {
+    /// The means over all clips; mass ratios refer to the object `reference`.
+    pub(crate) fn new(clips: &[Measurements], reference: &str, contact_friction: Measured) -> Self {
+        // Means of every quantity by itself
+        let indices = grouped(clips);
+        let all: BTreeMap<&Quantity, Group> =
+            indices.iter().map(|(quantity, i)| (*quantity, Group::new(clips, quantity, i))).collect();
+        let typical = between_clip_stds(&all);
+        let mut groups: BTreeMap<Quantity, (Group, Mean)> = all
+            .into_iter()
+            .filter_map(|(quantity, group)| {
+                let mean = group.mean(typical[quantity.kind()])?;
+                Some((quantity.clone(), (group, mean)))
+            })
+            .collect();
+        let frictions: BTreeMap<String, f64> = (groups.iter())
+            .filter_map(|(quantity, (_, mean))| match quantity {
+                Quantity::Friction(object) => Some((object.clone(), mean.value)),
+                _ => None,
+            })
+            .collect();
+
+        // Masses from all pairs, and the systematic errors that repetitions do not reduce
+        let masses = MassNetwork::new(&groups, reference);
+        let errors = SystematicErrors {
+            pair_std: masses.closure_std.max(ROCKING_STD),
+            vertical_impulse_std: vertical_impulse_std(contact_friction),
+        };
+        let shifts = masses.common_shifts(&frictions, reference, errors.vertical_impulse_std);
+
+        // Covariance
+        let base = base_covariance(clips, &indices, &groups);
+        let quantities: Vec<&Quantity> = groups.keys().collect();
+        let full = transformed_covariance(&quantities, &base, &masses, errors.pair_std, &shifts);
+        let log_masses = masses.means(&full);
+        let covariance = named_covariance(&quantities, &masses, &full);
+        add_systematic_errors(&mut groups, &frictions, errors);
+        Self { groups, log_masses, covariance }
+    }
+}
+
+/// The typical standard deviation from clip to clip of every kind of quantity.
+fn between_clip_stds(all: &BTreeMap<&Quantity, Group>) -> [BetweenClipStd; KINDS] {
+    let mut typical = [BetweenClipStd { relative: 0.0, degrees_of_freedom: 0.0 }; KINDS];
+    for (kind, typical) in typical.iter_mut().enumerate() {
+        let of_kind: Vec<Group> =
+            all.iter().filter(|(q, _)| q.kind() == kind).map(|(_, group)| group.clone()).collect();
+        // Masses do not vary from clip to clip, so they need no prior of that variation.
+        *typical = if kind == Quantity::MASS_RATIO {
+            between_clip_std(&of_kind)
+        } else {
+            between_clip_std_with_prior(&of_kind)
+        };
+    }
+    typical
+}
+
+/// Adds the errors that are equal in all clips of a pair to the standard errors of the pairs' mass ratios.
+fn add_systematic_errors(
+    groups: &mut BTreeMap<Quantity, (Group, Mean)>,
+    frictions: &BTreeMap<String, f64>,
+    errors: SystematicErrors,
+) {
+    for (quantity, (_, mean)) in groups {
+        if let Quantity::MassRatio(a, b) = quantity
+            && a != b
+        {
+            let difference = match (frictions.get(a), frictions.get(b)) {
+                (Some(a), Some(b)) => a - b,
+                _ => ASSUMED_FRICTION_DIFFERENCE,
+            };
+            let vertical = errors.vertical_impulse_std * difference;
+            mean.standard_error = mean.standard_error.hypot(errors.pair_std).hypot(vertical);
+        }
+    }
+}
+
+/// The covariance of the means of all quantities: the noise of different quantities of one clip is correlated.
+fn base_covariance(
+    clips: &[Measurements],
+    indices: &BTreeMap<&Quantity, Vec<(usize, usize)>>,
+    groups: &BTreeMap<Quantity, (Group, Mean)>,
+) -> DMatrix<f64> {
+    let quantities: Vec<&Quantity> = groups.keys().collect();
+    // For every quantity and clip: the index of each measurement, and its weight in the mean.
+    let weights: Vec<BTreeMap<usize, Vec<(usize, f64)>>> = quantities
+        .iter()
+        .map(|quantity| {
+            let mut by_clip: BTreeMap<usize, Vec<(usize, f64)>> = BTreeMap::new();
+            for (&(clip, k), weight) in indices[*quantity].iter().zip(&groups[*quantity].1.weights) {
+                by_clip.entry(clip).or_default().push((k, *weight));
+            }
+            by_clip
+        })
+        .collect();
+    DMatrix::from_fn(quantities.len(), quantities.len(), |r, c| {
+        let (mean_r, mean_c) = (&groups[quantities[r]].1, &groups[quantities[c]].1);
+        if r == c {
+            return mean_r.standard_error.powi(2);
+        }
+        let mut sum = 0.0;
+        for (clip, of_r) in &weights[r] {
+            for &(k, weight_r) in of_r {
+                for &(l, weight_c) in weights[c].get(clip).into_iter().flatten() {
+                    sum += weight_r * weight_c * clips[*clip].covariance[(k, l)];
+                }
+            }
+        }
+        sum * (mean_r.dispersion * mean_c.dispersion).sqrt()
+    })
+}
+
+/// Indices of the quantities that appear in the result as they are: all but the mass ratios of pairs.
+fn direct(quantities: &[&Quantity]) -> Vec<usize> {
+    (0..quantities.len()).filter(|&k| !matches!(quantities[k], Quantity::MassRatio(..))).collect()
+}
+
+/// The covariance of the result: frictions and restitutions directly, then the logarithms of the masses, which are linear
+/// functions of those of the pairs.
+///
+/// `base` is the covariance of all quantities, `pair_std` the additional error of every pair, `shifts` the common error of
+/// all masses.
+fn transformed_covariance(
+    quantities: &[&Quantity],
+    base: &DMatrix<f64>,
+    masses: &MassNetwork,
+    pair_std: f64,
+    shifts: &[f64],
+) -> DMatrix<f64> {
+    let direct = direct(quantities);
+    let size = direct.len() + masses.objects.len();
+    let column = |pair: &Quantity| quantities.iter().position(|q| *q == pair);
+    let columns: Vec<usize> = masses.pairs.iter().filter_map(column).collect();
+    let mut widened = base.clone();
+    for &pair in &columns {
+        widened[(pair, pair)] += pair_std * pair_std;
+    }
+    let mut transform = DMatrix::zeros(size, quantities.len());
+    for (row, &k) in direct.iter().enumerate() {
+        transform[(row, k)] = 1.0;
+    }
+    for (row, _) in masses.objects.iter().enumerate() {
+        for (from, &pair) in columns.iter().enumerate() {
+            transform[(direct.len() + row, pair)] = masses.from_pairs[(row, from)];
+        }
+    }
+    let mut common = DVector::zeros(size);
+    for (row, shift) in shifts.iter().enumerate() {
+        common[direct.len() + row] = *shift;
+    }
+    &transform * widened * transform.transpose() + &common * common.transpose()
+}
+
+/// The covariance with the names of its rows.
+fn named_covariance(quantities: &[&Quantity], masses: &MassNetwork, full: &DMatrix<f64>) -> Covariance {
+    let size = full.nrows();
+    let direct = direct(quantities).into_iter().map(|k| quantities[k].name());
+    let objects = masses.objects.iter().map(|o| format!("log_mass_ratio/{o}"));
+    let matrix = (0..size).map(|r| (0..size).map(|c| full[(r, c)]).collect()).collect();
+    Covariance { names: direct.chain(objects).collect(), matrix }
+}
+
+/// The estimate of the exponential of a mean, for example of a mass ratio from its logarithm.
+///
+/// `std` is the standard deviation of the logarithm from clip to clip; `n` the number of clips.
+pub(crate) fn exponential(mean: &Mean, std: Option<f64>, n: usize) -> Estimate {
+    let (value, half) = (mean.value.exp(), quantile_95(mean.degrees_of_freedom) * mean.standard_error);
+    Estimate {
+        mean: value,
+        std: std.map(|s| s * value),
+        standard_error: mean.standard_error * value,
+        interval_95: [value * (-half).exp(), value * half.exp()],
+        n,
+    }
+}
