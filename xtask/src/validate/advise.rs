@@ -128,7 +128,7 @@ impl World {
             (0..n).flat_map(|k| [experiment(k, None), experiment(k, None)]).collect();
         match start {
             Start::Few => {
-                experiments.extend((1..n).flat_map(|k| [experiment(0, Some(k)), experiment(0, Some(k))]))
+                experiments.extend((1..n).flat_map(|k| [experiment(0, Some(k)), experiment(0, Some(k))]));
             }
             Start::EveryPair => {
                 experiments.extend(
