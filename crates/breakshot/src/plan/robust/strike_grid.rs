@@ -3,6 +3,7 @@
 //! A strike is described by the line of the striker's centre (heading, and offset from the object's centroid), the speed, and the
 //! follow-through.  The strikes of rules iii to vi of the paper's section 5 are points of the grid.
 
+use crate::conservative_advancement::{Step, advance};
 use crate::error::{Error, Result};
 use crate::geometry::{Point, Pose, Vec2, wrapped_rad};
 use crate::outline::Outline;
@@ -183,20 +184,19 @@ impl<'a> StrikeGrid<'a> {
         let along = Vec2::from_heading(aim.heading_rad);
         let far_m = shape.outer_radius_m() + striker.outer_radius_m() + CONTACT_GAP_M;
         let middle = placed.position_m + along.perpendicular() * aim.offset_m;
-        let mut distance_m = -far_m;
         // The gap is a lower bound of the remaining distance, so that the striker never steps over the contact.
-        for _ in 0..MOST_STEPS {
+        let contact = advance(-far_m, MOST_STEPS, |distance_m| {
             let position = middle + along * distance_m;
             let gap_m = Outline::new(striker, Pose { position, yaw_rad: aim.heading_rad }).gap_m(&target);
             if gap_m < CONTACT_GAP_M {
-                return Some(position);
+                Step::End(Some(position))
+            } else if distance_m + gap_m > far_m {
+                Step::End(None)
+            } else {
+                Step::To(distance_m + gap_m)
             }
-            distance_m += gap_m;
-            if distance_m > far_m {
-                return None;
-            }
-        }
-        None
+        });
+        contact.ok().flatten()
     }
 }
 
