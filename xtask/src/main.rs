@@ -35,7 +35,7 @@ usage: cargo xtask TASK
   validate air-table [SHARED]
                    impacts against two pucks recorded on an air table alone
   validate estimate [COUNT]
-                   how often 95 % intervals hold the truth in drawn campaigns (200 unless told)
+                   coverage of 95 % intervals by kind of quantity on COUNT synthetic campaigns (default 200)
   validate tracks LAB TRACKS
                    bounds, thinned and spoilt campaigns on the films' saved tracks, without the films (TRACKS is what
                    `breakshot estimate --tracks` wrote)
