@@ -14,7 +14,7 @@ fn file(name: &str) -> PathBuf {
 
 fn arm(name: &str) -> Arm {
     let text = std::fs::read_to_string(file(name)).expect("a test file");
-    Arm::from_urdf(&text, &file(name), None).expect("a good arm")
+    Arm::from_urdf(&text, name, None).expect("a good arm")
 }
 
 /// A cell whose arm stands half a metre behind the middle of the table.

@@ -14,10 +14,10 @@ use std::path::Path;
 
 /// Plans the joint path and writes it; a strike that the arm cannot execute is reported and ends doubtful.
 pub(crate) fn run(args: &CommandArgs) -> Result<Outcome> {
-    if let Some(touches) = &args.touch {
-        return touch::run(touches, args);
-    }
     let cell = cell(args)?;
+    if let Some(touches) = &args.touch {
+        return touch::run(touches, &cell, args);
+    }
     let Planned { strike, scene } = planned(args)?;
     let mounted = MountedArm::of_cell(&cell)?;
     if let Some(path) = &args.urdf {
@@ -33,7 +33,7 @@ pub(crate) fn run(args: &CommandArgs) -> Result<Outcome> {
 }
 
 /// The cell with the arm of `--arm`, if given.
-pub(crate) fn cell(args: &CommandArgs) -> Result<Cell> {
+fn cell(args: &CommandArgs) -> Result<Cell> {
     let mut cell = files::load_cell(&args.cell)?;
     if let Some(arm) = &args.arm {
         let robot = cell.robot.get_or_insert_default();

@@ -1,9 +1,8 @@
 //! `breakshot command --touch`: the table's pose in the robot's base frame, from touched points.
 
-use super::command;
 use crate::args::CommandArgs;
 use crate::{Outcome, console};
-use breakshot::cell::Transform;
+use breakshot::cell::{Cell, Transform};
 use breakshot::robot::{self, Arm, TouchedPoint};
 use breakshot::{Error, Result, files};
 use serde::Deserialize;
@@ -21,8 +20,7 @@ struct TouchFile {
 const DOUBTFUL_MM: f64 = 2.0;
 
 /// Fits the touched points and writes `base_from_table` into the cell file.
-pub(crate) fn run(touches: &Path, args: &CommandArgs) -> Result<Outcome> {
-    let cell = command::cell(args)?;
+pub(crate) fn run(touches: &Path, cell: &Cell, args: &CommandArgs) -> Result<Outcome> {
     let robot = cell.robot.as_ref().ok_or_else(|| {
         Error::invalid(args.cell.display().to_string(), "robot", "missing", "a [robot] table with `arm`")
     })?;

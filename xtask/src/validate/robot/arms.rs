@@ -173,7 +173,7 @@ fn live() -> Result<bool, String> {
     for name in ["offset_wrist", "seven_joints", "with_gripper"] {
         let path = PathBuf::from("crates/breakshot/tests/data/arms").join(name).with_extension("urdf");
         let text = std::fs::read_to_string(&path).map_err(|e| format!("{}: {e}", path.display()))?;
-        let arm = Arm::from_urdf(&text, &path, None).map_err(|e| e.to_string())?;
+        let arm = Arm::from_urdf(&text, &path.display().to_string(), None).map_err(|e| e.to_string())?;
         all_hold &= beside_pinocchio(&python, name, &arm, &path)?;
     }
     Ok(all_hold)

@@ -6,7 +6,6 @@ use super::{indy7, urdf};
 use crate::cell::RobotSpec;
 use crate::error::{Error, Result};
 use nalgebra::Vector3;
-use std::path::Path;
 
 /// The names of the built-in models.
 const BUILT_IN: [&str; 4] = ["indy7", "indy7_published", "indy7_v2", "indy7_v2_published"];
@@ -26,16 +25,16 @@ impl Arm {
         })
     }
 
-    /// The arm of a URDF's text, from its root to the link `flange`, or to the outermost link if it is unique. `path` is the
-    /// file's name in error messages.
+    /// The arm of a URDF's text, from its root to the link `flange`, or to the outermost link if it is unique. `file` is its
+    /// name in error messages.
     ///
     /// Links with inertials and primitive collision shapes, and joints with origin, axis and limits are read; a link without
     /// a shape counts as 12 cm thick.
     ///
     /// # Errors
     /// Not a plain URDF, not one root, not six or seven revolute joints, or joints without limits.
-    pub fn from_urdf(text: &str, path: &Path, flange: Option<&str>) -> Result<Self> {
-        urdf::arm(text, path, flange)
+    pub fn from_urdf(text: &str, file: &str, flange: Option<&str>) -> Result<Self> {
+        urdf::arm(text, file, flange)
     }
 
     /// The arm of a cell with its tool, and gravity in the base frame according to `base_from_table`.
@@ -43,9 +42,8 @@ impl Arm {
     /// # Errors
     /// See [`Arm::built_in`], [`Arm::from_urdf`], [`Arm::with_tool`] and [`Arm::with_armature`].
     pub fn of_cell(robot: &RobotSpec) -> Result<Self> {
-        let path = Path::new(&robot.arm);
         let arm = if let Some(text) = &robot.urdf {
-            Self::from_urdf(text, path, robot.flange.as_deref())?
+            Self::from_urdf(text, &robot.arm, robot.flange.as_deref())?
         } else if robot.is_file() {
             let found = format!("`{}` without its text", robot.arm);
             return Err(Error::invalid("cell: robot", "arm", found, "a URDF loaded with the cell"));

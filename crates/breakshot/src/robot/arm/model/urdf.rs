@@ -12,7 +12,6 @@ use nalgebra::{Matrix3, UnitVector3, Vector3};
 use roxmltree::{Document, Node};
 use std::collections::BTreeMap;
 use std::fmt::Write;
-use std::path::Path;
 
 /// The kind of a joint.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -33,7 +32,7 @@ struct JointElement<'a, 'input> {
 
 /// The links of the file as a tree.
 struct Tree<'a, 'input> {
-    path: &'a Path,
+    file: &'a str,
     links: BTreeMap<&'a str, Node<'a, 'input>>,
     children: BTreeMap<&'a str, Vec<JointElement<'a, 'input>>>,
     root: &'a str,
@@ -46,30 +45,30 @@ const COMMON_FLANGES: [&str; 6] = ["tcp", "tool0", "hand_tcp", "flange", "ee_lin
 ///
 /// # Errors
 /// Not a URDF, a xacro file, not one root, not six or seven revolute joints, joints without limits; the message starts
-/// with `path`.
-pub(crate) fn arm(text: &str, path: &Path, flange: Option<&str>) -> Result<Arm> {
-    let document = Document::parse(text).map_err(|e| syntax(path, e.to_string()))?;
+/// with `file`.
+pub(crate) fn arm(text: &str, file: &str, flange: Option<&str>) -> Result<Arm> {
+    let document = Document::parse(text).map_err(|e| syntax(file, e.to_string()))?;
     let robot = document.root_element();
     if robot.tag_name().name() != "robot" {
         return Err(syntax(
-            path,
+            file,
             format!("its root is <{}>; needed: a URDF's <robot>", robot.tag_name().name()),
         ));
     }
     if robot.descendants().any(|node| node.tag_name().namespace().is_some_and(|ns| ns.contains("xacro"))) {
         let problem =
             "it is a xacro file; needed: a plain URDF (`ros2 run xacro xacro arm.xacro > arm.urdf`)";
-        return Err(syntax(path, problem.into()));
+        return Err(syntax(file, problem.into()));
     }
-    let tree = Tree::read(robot, path)?;
+    let tree = Tree::read(robot, file)?;
     let chain = tree.chain(flange)?;
     let mut arm = tree.assembled(robot.attribute("name").unwrap_or("arm"), &chain)?;
     arm.warnings.extend(arm.inertia_warnings());
     Ok(arm)
 }
 
-fn syntax(path: &Path, problem: String) -> Error {
-    Error::Syntax { path: path.into(), problem }
+fn syntax(file: &str, problem: String) -> Error {
+    Error::Syntax { path: file.into(), problem }
 }
 
 fn child<'a, 'input>(node: Node<'a, 'input>, tag: &str) -> Option<Node<'a, 'input>> {
@@ -77,20 +76,20 @@ fn child<'a, 'input>(node: Node<'a, 'input>, tag: &str) -> Option<Node<'a, 'inpu
 }
 
 impl<'a, 'input> Tree<'a, 'input> {
-    fn read(robot: Node<'a, 'input>, path: &'a Path) -> Result<Self> {
+    fn read(robot: Node<'a, 'input>, file: &'a str) -> Result<Self> {
         let mut links = BTreeMap::new();
         for node in robot.children().filter(|node| node.has_tag_name("link")) {
-            links.insert(attribute(path, node, "name")?, node);
+            links.insert(attribute(file, node, "name")?, node);
         }
         let mut children: BTreeMap<&str, Vec<JointElement>> = BTreeMap::new();
         let mut parents: BTreeMap<&str, &str> = BTreeMap::new();
         for node in robot.children().filter(|node| node.has_tag_name("joint")) {
-            let name = attribute(path, node, "name")?;
+            let name = attribute(file, node, "name")?;
             let end = |tag: &str| -> Result<&'a str> {
                 let link = child(node, tag).and_then(|node| node.attribute("link"));
                 link.filter(|link| links.contains_key(link)).ok_or_else(|| {
                     syntax(
-                        path,
+                        file,
                         format!("joint `{name}`: its <{tag}> is not a link of the file; needed: link=\"..\""),
                     )
                 })
@@ -100,7 +99,7 @@ impl<'a, 'input> Tree<'a, 'input> {
                 let problem = format!(
                     "link `{child_link}` has the parents `{other}` and `{parent}`; needed: one parent"
                 );
-                return Err(syntax(path, problem));
+                return Err(syntax(file, problem));
             }
             let motion = match node.attribute("type") {
                 Some("fixed") => Motion::Fixed,
@@ -111,9 +110,9 @@ impl<'a, 'input> Tree<'a, 'input> {
         }
         let roots: Vec<&str> = links.keys().copied().filter(|link| !parents.contains_key(link)).collect();
         match roots[..] {
-            [root] => Ok(Self { path, links, children, root }),
+            [root] => Ok(Self { file, links, children, root }),
             _ => {
-                Err(syntax(path, format!("{} links have no parent {roots:?}; needed: one root", roots.len())))
+                Err(syntax(file, format!("{} links have no parent {roots:?}; needed: one root", roots.len())))
             }
         }
     }
@@ -133,7 +132,7 @@ impl<'a, 'input> Tree<'a, 'input> {
             let chain = chains.into_iter().find(|chain| end(chain) == flange);
             return chain.ok_or_else(|| {
                 syntax(
-                    self.path,
+                    self.file,
                     format!("no link `{flange}` is connected to the root by revolute and fixed joints"),
                 )
             });
@@ -150,7 +149,7 @@ impl<'a, 'input> Tree<'a, 'input> {
                 let ends: Vec<&str> = chains.iter().map(|chain| end(chain)).collect();
                 let problem =
                     format!("the flange may be any of {ends:?}; needed: `flange = \"..\"` in [robot]");
-                Err(syntax(self.path, problem))
+                Err(syntax(self.file, problem))
             }
         }
     }
@@ -189,7 +188,7 @@ impl<'a, 'input> Tree<'a, 'input> {
         let mut link = self.root;
         for joint in chain {
             self.carry(link, arm.last_from_flange, Some(joint.child), &mut carried)?;
-            let here = arm.last_from_flange * origin(self.path, joint.node)?;
+            let here = arm.last_from_flange * origin(self.file, joint.node)?;
             if joint.motion == Motion::Revolute {
                 carried.assign_to(&mut arm, &here);
                 arm.links.push(self.moving_link(joint, here)?);
@@ -206,20 +205,20 @@ impl<'a, 'input> Tree<'a, 'input> {
         if !(6..=7).contains(&arm.links.len()) {
             let found =
                 format!("{} revolute joints from `{}` to `{}`", arm.links.len(), self.root, arm.flange);
-            let owner = self.path.display().to_string();
+            let owner = self.file.to_owned();
             return Err(Error::invalid(owner, "the arm", found, "six or seven"));
         }
         Ok(arm)
     }
 
     fn moving_link(&self, joint: &JointElement, parent_from_joint: Frame) -> Result<Link> {
-        let owner = format!("{}: joint `{}`", self.path.display(), joint.name);
+        let owner = format!("{}: joint `{}`", self.file, joint.name);
         let limit = child(joint.node, "limit");
         let number = |name: &str| -> Result<f64> {
             let text = limit
                 .and_then(|limit| limit.attribute(name))
                 .ok_or_else(|| Error::invalid(&owner, format!("limit {name}"), "missing", "a number"))?;
-            numbers::<1>(self.path, text).map(|[value]| value)
+            numbers::<1>(self.file, text).map(|[value]| value)
         };
         let continuous = joint.node.attribute("type") == Some("continuous");
         let range_rad = if continuous {
@@ -236,7 +235,7 @@ impl<'a, 'input> Tree<'a, 'input> {
             crate::object::positive(&owner, what, value)?;
         }
         let axis = match child(joint.node, "axis").and_then(|node| node.attribute("xyz")) {
-            Some(text) => Vector3::from(numbers::<3>(self.path, text)?),
+            Some(text) => Vector3::from(numbers::<3>(self.file, text)?),
             None => Vector3::x(),
         };
         let axis = UnitVector3::try_new(axis, f64::EPSILON)
@@ -262,12 +261,12 @@ impl<'a, 'input> Tree<'a, 'input> {
     /// Adds a link and its descendants, except the branch to `onward`, to the bodies carried by a moving link.
     fn carry(&self, link: &str, at: Frame, onward: Option<&str>, carried: &mut Carried) -> Result<()> {
         let node = self.links[link];
-        carried.inertia = carried.inertia.joined(&inertial(self.path, node, link)?.seen_from(&at));
+        carried.inertia = carried.inertia.joined(&inertial(self.file, node, link)?.seen_from(&at));
         for collision in node.children().filter(|node| node.has_tag_name("collision")) {
-            let shape_at = at * origin(self.path, collision)?;
+            let shape_at = at * origin(self.file, collision)?;
             carried
                 .capsules
-                .extend(capsule(self.path, collision)?.map(|capsule| capsule.seen_from(&shape_at)));
+                .extend(capsule(self.file, collision)?.map(|capsule| capsule.seen_from(&shape_at)));
         }
         for joint in self.joints_of(link).iter().filter(|joint| Some(joint.child) != onward) {
             if joint.motion != Motion::Fixed {
@@ -275,7 +274,7 @@ impl<'a, 'input> Tree<'a, 'input> {
                     .notes
                     .push(format!("joint `{}` is not part of the arm and stays at zero", joint.name));
             }
-            self.carry(joint.child, at * origin(self.path, joint.node)?, None, carried)?;
+            self.carry(joint.child, at * origin(self.file, joint.node)?, None, carried)?;
         }
         Ok(())
     }
@@ -305,16 +304,16 @@ impl Carried {
 }
 
 /// The capsule around a collision shape; `None` for a mesh.
-fn capsule(path: &Path, collision: Node) -> Result<Option<Capsule>> {
+fn capsule(file: &str, collision: Node) -> Result<Option<Capsule>> {
     let shape = child(collision, "geometry").and_then(|geometry| geometry.children().find(Node::is_element));
     let Some(shape) = shape else { return Ok(None) };
-    let number = |name: &str| -> Result<f64> { Ok(numbers::<1>(path, attribute(path, shape, name)?)?[0]) };
+    let number = |name: &str| -> Result<f64> { Ok(numbers::<1>(file, attribute(file, shape, name)?)?[0]) };
     let (half, radius_m) = match shape.tag_name().name() {
         "sphere" => (Vector3::zeros(), number("radius")?),
         // The caps extend past the cylinder's ends, which is conservative.
         "cylinder" | "capsule" => (Vector3::z() * (number("length")? / 2.0), number("radius")?),
         "box" => {
-            let size = Vector3::from(numbers::<3>(path, attribute(path, shape, "size")?)?);
+            let size = Vector3::from(numbers::<3>(file, attribute(file, shape, "size")?)?);
             let long = size.imax();
             let mut across = size;
             across[long] = 0.0;
@@ -325,42 +324,42 @@ fn capsule(path: &Path, collision: Node) -> Result<Option<Capsule>> {
     Ok(Some(Capsule { from_m: -half, to_m: half, radius_m }))
 }
 
-fn inertial(path: &Path, link: Node, name: &str) -> Result<LinkInertia> {
+fn inertial(file: &str, link: Node, name: &str) -> Result<LinkInertia> {
     let Some(node) = child(link, "inertial") else { return Ok(LinkInertia::none()) };
     let part = |tag: &str| {
-        child(node, tag).ok_or_else(|| syntax(path, format!("link `{name}`: its <inertial> has no <{tag}>")))
+        child(node, tag).ok_or_else(|| syntax(file, format!("link `{name}`: its <inertial> has no <{tag}>")))
     };
-    let [mass_kg] = numbers(path, attribute(path, part("mass")?, "value")?)?;
+    let [mass_kg] = numbers(file, attribute(file, part("mass")?, "value")?)?;
     let tensor = part("inertia")?;
-    let moment = |name: &str| -> Result<f64> { Ok(numbers::<1>(path, attribute(path, tensor, name)?)?[0]) };
+    let moment = |name: &str| -> Result<f64> { Ok(numbers::<1>(file, attribute(file, tensor, name)?)?[0]) };
     let (xx, yy, zz) = (moment("ixx")?, moment("iyy")?, moment("izz")?);
     let (xy, xz, yz) = (moment("ixy")?, moment("ixz")?, moment("iyz")?);
     let inertia_kg_m2 = Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz);
     let body = LinkInertia { mass_kg, com_m: Vector3::zeros(), inertia_kg_m2 };
-    Ok(body.seen_from(&origin(path, node)?))
+    Ok(body.seen_from(&origin(file, node)?))
 }
 
-fn origin(path: &Path, node: Node) -> Result<Frame> {
+fn origin(file: &str, node: Node) -> Result<Frame> {
     let Some(origin) = child(node, "origin") else { return Ok(Frame::identity()) };
-    let triple = |name: &str| origin.attribute(name).map_or(Ok([0.0; 3]), |text| numbers(path, text));
+    let triple = |name: &str| origin.attribute(name).map_or(Ok([0.0; 3]), |text| numbers(file, text));
     Ok(frame(triple("xyz")?, triple("rpy")?))
 }
 
-fn attribute<'a>(path: &Path, node: Node<'a, '_>, name: &str) -> Result<&'a str> {
+fn attribute<'a>(file: &str, node: Node<'a, '_>, name: &str) -> Result<&'a str> {
     node.attribute(name)
-        .ok_or_else(|| syntax(path, format!("<{}> has no `{name}`{}", node.tag_name().name(), line(node))))
+        .ok_or_else(|| syntax(file, format!("<{}> has no `{name}`{}", node.tag_name().name(), line(node))))
 }
 
 fn line(node: Node) -> String {
     format!(" (line {})", node.document().text_pos_at(node.range().start).row)
 }
 
-fn numbers<const N: usize>(path: &Path, text: &str) -> Result<[f64; N]> {
+fn numbers<const N: usize>(file: &str, text: &str) -> Result<[f64; N]> {
     let parsed: Vec<f64> = text.split_whitespace().filter_map(|word| word.parse().ok()).collect();
     let words = text.split_whitespace().count();
     match <[f64; N]>::try_from(parsed) {
         Ok(values) if words == N && values.iter().all(|value| value.is_finite()) => Ok(values),
-        _ => Err(syntax(path, format!("`{text}` where {N} numbers are needed"))),
+        _ => Err(syntax(file, format!("`{text}` where {N} numbers are needed"))),
     }
 }
 

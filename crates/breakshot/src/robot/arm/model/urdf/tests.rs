@@ -1,7 +1,7 @@
 use super::*;
 
 fn read(text: &str) -> Result<Arm> {
-    arm(text, Path::new("arm.urdf"), None)
+    arm(text, "arm.urdf", None)
 }
 
 /// A chain of `joints` revolute joints with a gripper.
@@ -48,8 +48,7 @@ fn an_arm_written_and_read_again_is_the_same() {
     let tool = Tool { offset_m: Vector3::new(0.0, 0.01, 0.2), mass_kg: 0.3 };
     for arm in [Arm::built_in("indy7").expect("built in"), read(&text(7)).expect("a good file")] {
         let arm = arm.with_tool(tool).expect("a tool");
-        let again =
-            super::arm(&arm.urdf(), Path::new("again.urdf"), Some("tip")).expect("what was just written");
+        let again = super::arm(&arm.urdf(), "again.urdf", Some("tip")).expect("what was just written");
         let angles = [0.3, -0.5, 0.9, -1.2, 0.4, 0.8, 1.1];
         let apart = (arm.tip(&angles).to_homogeneous() - again.tip(&angles).to_homogeneous()).amax();
         assert!(apart < 1e-12, "tips {apart} m apart");
