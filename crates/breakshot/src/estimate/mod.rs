@@ -61,6 +61,20 @@ pub struct Estimation {
 /// A quantity that no clip supports is absent and listed in the warnings; a clip that contradicts the others or the
 /// model is named there and left out.
 ///
+/// ```
+/// use breakshot::estimate::{Options, estimation};
+/// use breakshot::synthetic::campaign::{CampaignSpec, campaign};
+///
+/// // Clips of two objects, whose tracks are drawn from known properties.
+/// let spec = CampaignSpec { objects: 2, ..CampaignSpec::default() };
+/// let drawn = campaign(&spec, 1);
+/// let found = estimation(&drawn.clips, &drawn.cell, &drawn.objects, &Options::default())?.properties;
+///
+/// let (ratio, truth) = (found.mass_ratio["b"].mean, drawn.truth.mass_ratio["b"]);
+/// assert!((ratio / truth - 1.0).abs() < 0.05, "mass of b over mass of a: {ratio}, not {truth} (no unit)");
+/// # Ok::<(), breakshot::Error>(())
+/// ```
+///
 /// # Errors
 /// No clip at all, a track of an unknown object, a reference that is not an object.
 pub fn estimation(

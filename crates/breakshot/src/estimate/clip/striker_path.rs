@@ -22,7 +22,7 @@ impl StrikerPath {
         Self { shape, strike: strike.clone(), retract_speed_m_s }
     }
 
-    /// Its velocity on the way out.
+    /// Its velocity before it retracts.
     pub(crate) fn velocity(&self) -> Vec2 {
         self.along() * self.strike.speed_m_s
     }
@@ -59,7 +59,7 @@ impl StrikerPath {
         Some(distance_m)
     }
 
-    /// Its distance from the start, `since_s` after it was at `distance_m` on the way out (m).
+    /// Its distance from the start, `since_s` after it passed `distance_m` before retracting (m).
     pub(crate) fn distance_at_m(&self, distance_m: f64, since_s: f64) -> f64 {
         let turning_s = (self.strike.travel_m - distance_m) / self.strike.speed_m_s;
         if since_s <= turning_s {

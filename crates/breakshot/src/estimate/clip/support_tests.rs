@@ -1,4 +1,4 @@
-//! Unknown tells where a body touches the table: the spin after an impact must be found all the same.
+//! The spin after an impact is found although the contact patch of the body is unknown.
 
 use super::fit::MotionFit;
 use super::initial_guess::InitialGuess;
@@ -10,15 +10,17 @@ use crate::object::Shape;
 const STRUCK_S: f64 = 0.105;
 const FRICTION: f64 = 0.22;
 
-/// How a square is set in motion, and how a fit finds it again, if its spin is braked so many times as hard as on its whole area.
-fn struck_and_found(braked: f64) -> (MotionState, MotionState) {
+/// The state just after a square is set in motion, drawn and fitted, if the table decelerates its spin `factor` times as
+/// strongly as on its whole area.
+fn drawn_and_fitted(factor: f64) -> (MotionState, MotionState) {
     let shape = Shape::Rectangle { size_m: [0.05, 0.05] };
     let patch_radius_m = patch_radius_m(&shape);
     let gyration_m = shape.radius_of_gyration_m();
-    let grip = SlideParameters { friction: FRICTION, patch_radius_m: braked * patch_radius_m, gyration_m };
+    let friction =
+        SlideParameters { friction: FRICTION, patch_radius_m: factor * patch_radius_m, gyration_m };
     let rest = MotionState { pose: Pose::new(0.1, 0.2, 0.3), ..MotionState::default() };
     let struck = MotionState { velocity: Vec2::new(0.3, 0.05), spin_rad_s: 8.0, ..rest };
-    let slide = Slide::new(STRUCK_S, struck, &grip);
+    let slide = Slide::new(STRUCK_S, struck, &friction);
     let observations = (0..30).map(|k| {
         let time_s = f64::from(k) / 60.0;
         let pose = if time_s < STRUCK_S { rest.pose } else { slide.motion(time_s).pose };
@@ -47,12 +49,15 @@ fn struck_and_found(braked: f64) -> (MotionState, MotionState) {
 }
 
 #[test]
-fn a_body_on_its_corners_or_on_feet_is_found_to_spin_as_fast_as_it_did() {
-    for braked in [0.6, 1.0, 1.8] {
-        let (struck, found) = struck_and_found(braked);
-        let part = found.spin_rad_s / struck.spin_rad_s;
-        assert!((part - 1.0).abs() < 0.02, "braked {braked} times as hard: {part} of the spin");
-        let off_m_s = (found.velocity - struck.velocity).length();
-        assert!(off_m_s < 0.002, "braked {braked} times as hard: {off_m_s} m/s off");
+fn the_spin_of_a_body_on_its_corners_or_on_feet_is_fitted_correctly() {
+    for factor in [0.6, 1.0, 1.8] {
+        let (drawn, found) = drawn_and_fitted(factor);
+        let ratio = found.spin_rad_s / drawn.spin_rad_s;
+        assert!(
+            (ratio - 1.0).abs() < 0.02,
+            "spin decelerated {factor} times as strongly: {ratio} of the spin"
+        );
+        let error_m_s = (found.velocity - drawn.velocity).length();
+        assert!(error_m_s < 0.002, "spin decelerated {factor} times as strongly: error {error_m_s} m/s");
     }
 }

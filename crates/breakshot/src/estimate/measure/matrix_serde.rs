@@ -1,4 +1,4 @@
-//! Vectors and matrices as plain lists of numbers in files.
+//! The serialization of vectors and matrices as lists of numbers.
 
 /// A vector as a list.
 pub(crate) mod vector {
