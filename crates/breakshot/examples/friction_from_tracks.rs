@@ -52,7 +52,8 @@ fn main() -> Result<(), breakshot::Error> {
 /// A disc of 30 mm radius with a round marker, which does not show the yaw.
 fn disc(name: &str) -> Object {
     let marker = Some(Marker::centred(Shape::Disc { radius_m: 0.01 }));
-    Object { name: name.into(), shape: Shape::Disc { radius_m: 0.03 }, height_m: 0.02, marker, mass_kg: None }
+    let shape = Shape::Disc { radius_m: 0.03 };
+    Object { name: name.into(), shape, height_m: 0.02, marker, mass_kg: None, support: None }
 }
 
 /// A clip of one object that is in motion from the first frame on until it stops.
