@@ -22,6 +22,26 @@ pub struct ImpactBody {
 }
 
 /// Point, normal and coefficients of an impact of two bodies.
+///
+/// ```
+/// use breakshot::geometry::{Point, Vec2};
+/// use breakshot::physics::{ImpactBody, ImpactLaw, PairImpact};
+///
+/// let (position, normal_ab) = (Point::ORIGIN, Vec2::new(1.0, 0.0));
+/// let a = ImpactBody {
+///     mass_kg: 0.1,
+///     gyration_m: 0.02,
+///     position,
+///     velocity: Vec2::new(0.8, 0.0),
+///     yaw_rate_rad_s: 0.0,
+/// };
+/// let b = ImpactBody { position: Point::new(0.06, 0.0), velocity: Vec2::ZERO, ..a };
+/// let point = Point::new(0.03, 0.0);
+/// let impact = PairImpact { point, normal_ab, restitution: 0.5, friction: 0.2, law: ImpactLaw::Stronge };
+/// let [a, b] = impact.after([a, b])?;
+/// assert!((b.velocity.x - a.velocity.x - 0.5 * 0.8).abs() < 1e-12, "separation speed in m/s");
+/// # Ok::<(), breakshot::Error>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PairImpact {
     /// Point of contact.
