@@ -1,6 +1,7 @@
 //! The striker's position over time: its motion is prescribed, only the instant of its start is unknown.
 
 use crate::cell::Striker;
+use crate::conservative_advancement::{Step, advance};
 use crate::estimate::closest_points::{PlacedShape, closest_points};
 use crate::geometry::{Pose, Vec2};
 use crate::object::Shape;
@@ -45,18 +46,15 @@ impl StrikerPath {
         const STEPS: usize = 200;
         // Measured positions and outlines may be wrong by a few millimetres.
         let longest_m = self.strike.travel_m + 0.005;
-        let mut distance_m = 0.0;
-        for _ in 0..STEPS {
+        let look = |distance_m: f64| {
             let gap_m = closest_points(self.outline_at(distance_m), outline).map_or(0.0, |c| c.gap_m);
             if gap_m < CONTACT_M {
-                return (distance_m > 0.0).then_some(distance_m);
+                return Step::End((distance_m > 0.0).then_some(distance_m));
             }
-            distance_m += gap_m;
-            if distance_m > longest_m {
-                return None;
-            }
-        }
-        Some(distance_m)
+            let next_m = distance_m + gap_m;
+            if next_m > longest_m { Step::End(None) } else { Step::To(next_m) }
+        };
+        advance(0.0, STEPS, look).unwrap_or_else(Some)
     }
 
     /// Its distance from the start, `since_s` after it passed `distance_m` before retracting (m).
