@@ -3,8 +3,8 @@
 //! Everything is checked while it is loaded: an unknown key names its nearest known one, an impossible number
 //! names its object.  Results are written whole or not at all.
 
-use crate::camera_info;
 use crate::campaign::{Campaign, Clip};
+use crate::cell::camera_info;
 use crate::cell::{Cell, Intrinsics, RobotSpec};
 use crate::error::{Error, Result};
 use crate::object::Object;

@@ -16,29 +16,21 @@
 //! The files beside the folders are the vocabulary all stages share.  Everything is SI and radians; the table frame
 //! is the default.
 
-mod camera_info;
 pub mod campaign;
 pub mod capture;
 pub mod cell;
-mod conservative_advancement;
 pub mod detect;
 pub mod error;
 pub mod estimate;
-mod evidence;
 pub mod files;
 pub mod geometry;
-mod goal_margin;
-pub mod gripper;
-mod moments;
 pub mod object;
-pub mod outline;
 pub mod physics;
 pub mod plan;
 pub mod properties;
 pub mod report;
 pub mod robot;
 pub mod scene;
-pub mod singulation;
 mod statistics;
 #[cfg(any(test, feature = "synthetic"))]
 pub mod synthetic;

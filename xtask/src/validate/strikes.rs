@@ -11,12 +11,12 @@ mod table;
 
 use super::Program;
 use crate::splitmix::Draw;
+use breakshot::geometry::outline::Outline;
 use breakshot::geometry::{Point, Pose, Vec2};
-use breakshot::outline::Outline;
 use breakshot::plan::{self, Method};
 use breakshot::properties::Properties;
+use breakshot::scene::singulation::Singulation;
 use breakshot::scene::{Goal, Placed, Scene, Strike};
-use breakshot::singulation::Singulation;
 use breakshot::{Result as Planned, files};
 use lab::{Lab, Pile, Rest};
 use std::path::Path;

@@ -5,7 +5,7 @@ use crate::{Outcome, console};
 use breakshot::physics::{self, Trajectory};
 use breakshot::properties::Properties;
 use breakshot::scene::Scene;
-use breakshot::singulation::Singulation;
+use breakshot::scene::singulation::Singulation;
 use breakshot::{Result, files};
 use std::path::Path;
 

@@ -9,7 +9,7 @@ use breakshot::physics;
 use breakshot::properties::Properties;
 use breakshot::robot::{Command, PhaseName};
 use breakshot::scene::Strike;
-use breakshot::singulation::Singulation;
+use breakshot::scene::singulation::Singulation;
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::sync::{Mutex, PoisonError};

@@ -11,7 +11,7 @@ use super::track_state::{TrackPoint, TrackState};
 use super::tracks::{Sample, Track};
 use crate::capture::Camera;
 use crate::geometry::Pixel;
-use crate::moments::principal_axes;
+use crate::geometry::moments::principal_axes;
 use crate::statistics::{STD_OVER_MEDIAN_ABSOLUTE, upper_median};
 use std::f64::consts::PI;
 

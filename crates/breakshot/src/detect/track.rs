@@ -16,8 +16,8 @@ use super::motion_blur::FrameView;
 use super::threshold::{Level, search_thresholds};
 use super::track_state::{COMPLETE, Observation, TrackState};
 use crate::capture::{Camera, Frame, GreyImage};
+use crate::geometry::moments::{compactness, principal_axes};
 use crate::geometry::{Pixel, Pose, wrapped_rad};
-use crate::moments::{compactness, principal_axes};
 use std::collections::BTreeMap;
 use std::ops::RangeInclusive;
 

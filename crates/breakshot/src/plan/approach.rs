@@ -1,8 +1,8 @@
 //! From how far can the striker approach the contact without touching anything else?
 
 use crate::error::Result;
+use crate::geometry::outline::Outline;
 use crate::geometry::{Point, Pose, Vec2};
-use crate::outline::Outline;
 use crate::scene::{Placed, RETRACT_PAST_START_M, Scene, Strike};
 
 /// Lead-ins (m), the longest first: 70 mm is enough to reach 1 m/s at 7 m/s2.

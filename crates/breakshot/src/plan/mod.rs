@@ -23,7 +23,7 @@ use crate::error::Result;
 use crate::geometry::Pose;
 use crate::properties::Properties;
 use crate::scene::Scene;
-use crate::singulation::Singulation;
+use crate::scene::singulation::Singulation;
 pub use options::{Aim, EffectiveMass, ExecutionNoise, Method, Options, Proposals};
 pub use result::{
     Contact, Failure, Iteration, Outcome, Plan, Prediction, Robustness, RunnerUp, Sensitivity, Source,

@@ -6,11 +6,11 @@ use super::result::Plan;
 use super::robust::scenarios::{Draws, Nominal, by_name};
 use crate::error::Result;
 use crate::geometry::Pose;
-use crate::outline::Outline;
+use crate::geometry::outline::Outline;
 use crate::physics::Simulator;
 use crate::properties::Properties;
+use crate::scene::singulation::Singulation;
 use crate::scene::{Placed, Scene};
-use crate::singulation::Singulation;
 use std::collections::BTreeMap;
 
 /// The plans of a sequence of strikes and its result.

@@ -8,7 +8,7 @@ use crate::error::{Error, Result};
 use crate::geometry::Pose;
 use crate::object::Shape;
 use crate::scene::Scene;
-use crate::singulation::Singulation;
+use crate::scene::singulation::Singulation;
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
 

@@ -9,7 +9,7 @@ use super::super::threshold::Level;
 use super::patch::{Patch, RIM_PX, THIRDS};
 use crate::capture::GreyImage;
 use crate::geometry::Pixel;
-use crate::moments::{Moments, principal_axes};
+use crate::geometry::moments::{Moments, principal_axes};
 
 /// A marker, or a region that resembles one, measured in the image.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -4,7 +4,7 @@ use super::super::label::{Component, Window};
 use super::super::threshold::Level;
 use crate::capture::GreyImage;
 use crate::geometry::Pixel;
-use crate::moments::Moments;
+use crate::geometry::moments::Moments;
 use crate::statistics::{STD_OVER_MEDIAN_ABSOLUTE, upper_median};
 
 /// Width of the rim around the thresholded outline in which a marker fades into the background (px), for any lens: a

@@ -2,8 +2,8 @@
 
 use super::blob::{Blob, ImagePose};
 use crate::capture::Camera;
+use crate::geometry::moments::{Moments, compactness, principal_axes};
 use crate::geometry::{Pixel, Point, Pose, Vec2, half_turn_wrapped_rad};
-use crate::moments::{Moments, compactness, principal_axes};
 use crate::object::{Marker, Object, Shape};
 use std::f64::consts::TAU;
 use std::ops::RangeInclusive;

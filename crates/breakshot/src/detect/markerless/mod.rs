@@ -13,8 +13,8 @@ use super::marker::target::Target;
 use super::motion_blur::FrameView;
 use super::track_state::{Observation, TrackState};
 use crate::capture::Camera;
+use crate::geometry::moments::principal_axes;
 use crate::geometry::{Pixel, Pose};
-use crate::moments::principal_axes;
 use edge_fit::{OutlineFit, SearchRange};
 use edge_visibility::OutlineView;
 

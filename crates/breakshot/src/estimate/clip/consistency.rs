@@ -6,8 +6,8 @@
 use super::fit::MotionFit;
 use super::initial_guess::{frame_s, noise_m, observed_pose};
 use super::motion_model::{Body, Cause, EventIndices, Observation};
+use crate::geometry::outline::Outline;
 use crate::geometry::{Point, Vec2};
-use crate::outline::Outline;
 
 /// A body is at rest if so many observations before or after an instant are together.
 const REST_OBSERVATIONS: usize = 3;

@@ -1,8 +1,8 @@
 //! The striker's position over time: its motion is prescribed, only the instant of its start is unknown.
 
 use crate::cell::Striker;
-use crate::conservative_advancement::{Step, advance};
 use crate::estimate::closest_points::{PlacedShape, closest_points};
+use crate::geometry::conservative_advancement::{Step, advance};
 use crate::geometry::{Pose, Vec2};
 use crate::object::Shape;
 use crate::scene::{RETRACT_PAST_START_M, Strike};

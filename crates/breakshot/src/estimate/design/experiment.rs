@@ -2,12 +2,12 @@
 
 use super::simulated_clip::{SimulatedCamera, simulated_clip};
 use crate::cell::Cell;
-use crate::conservative_advancement::{Step, advance};
 use crate::error::{Error, Result};
 use crate::estimate::clip_tracks::ClipTracks;
+use crate::geometry::conservative_advancement::{Step, advance};
+use crate::geometry::outline::Outline;
 use crate::geometry::{Point, Pose, Vec2};
 use crate::object::{self, Object, Shape};
-use crate::outline::Outline;
 use crate::properties::Properties;
 use crate::scene::{Goal, Placed, Scene, Strike};
 use serde::{Deserialize, Serialize};

@@ -5,11 +5,11 @@
 use super::experiment::Setup;
 use super::prior::{Parameter, Prior};
 use crate::cell::Cell;
-use crate::conservative_advancement::{Step, advance};
 use crate::error::Result;
+use crate::geometry::conservative_advancement::{Step, advance};
+use crate::geometry::outline::Outline;
 use crate::geometry::{Point, Pose, Vec2};
 use crate::object::{Object, Shape, kind};
-use crate::outline::Outline;
 use crate::physics::{self, GRAVITY_M_S2, Simulator, World};
 use crate::properties::Properties;
 use crate::scene::{Goal, Placed, Scene, Strike};

@@ -7,9 +7,9 @@ use crate::cell::Cell;
 use crate::error::{Error, Result};
 use crate::estimate::clip_tracks::ClipTracks;
 use crate::estimate::measure::ClipMeasurements;
-use crate::evidence::{ClipRecord, Difference, Evidence, FilmedWith};
 use crate::object::{self, Object, kind};
 use crate::properties::Properties;
+use crate::properties::evidence::{ClipRecord, Difference, Evidence, FilmedWith};
 
 impl ClipMeasurements {
     /// The record of this clip in the evidence.

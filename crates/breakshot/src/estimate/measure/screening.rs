@@ -5,7 +5,7 @@ use super::{impulse_ratio, restitution};
 use crate::estimate::clip::fit::MotionFit;
 use crate::estimate::clip::initial_guess::frame_s;
 use crate::estimate::clip::striker_path::StrikerPath;
-use crate::outline::Outline;
+use crate::geometry::outline::Outline;
 
 /// The striker counts as touching a body that hits another one if their gap is smaller than this (m).
 const STRIKER_CONTACT_M: f64 = 5e-4;

@@ -12,8 +12,8 @@ use super::separating_axis::{Feature, corner_direction, separation};
 use super::time_of_impact::{
     CONTACT_GAP_M, MovingBody, SMALLEST_GAP_M, SUSTAINED_CONTACT_M_S, TimeOfImpact, safe_time_s,
 };
-use crate::conservative_advancement::{Step, advance};
 use crate::geometry::Vec2;
+use crate::geometry::conservative_advancement::{Step, advance};
 use crate::physics::rotation::Rotation;
 use crate::physics::sliding::motion::State;
 

@@ -8,8 +8,8 @@ use super::roots::first_crossing;
 use super::time_of_impact::{
     CONTACT_GAP_M, MovingBody, SMALLEST_GAP_M, SUSTAINED_CONTACT_M_S, TimeOfImpact, safe_time_s,
 };
-use crate::conservative_advancement::{Step, advance};
 use crate::geometry::Vec2;
+use crate::geometry::conservative_advancement::{Step, advance};
 use crate::physics::sliding::motion::{Motion, SpeedLaw};
 
 /// The first contact of two discs from a time on; a sustained contact is ignored until `ignored_until_s`.

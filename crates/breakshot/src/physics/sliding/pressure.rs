@@ -1,8 +1,8 @@
 //! Where does an object press on the table, and with what fraction of its weight?
 
+use crate::geometry::outline::Outline;
 use crate::geometry::{Point, Pose, Vec2};
 use crate::object::{Shape, Support};
-use crate::outline::Outline;
 
 /// Outlines whose length is more than this times their width (by their second moments) have no round patch.
 const ELONGATED: f64 = 1.5;

@@ -18,7 +18,7 @@ use crate::geometry::Pose;
 use crate::physics::{Simulator, World};
 use crate::plan::result::{Contact, Iteration};
 use crate::scene::Scene;
-use crate::singulation::{Area, Misplaced, Singulation, Violation};
+use crate::scene::singulation::{Area, Misplaced, Singulation, Violation};
 use std::collections::BTreeMap;
 
 /// Gain from the relative error to the relative change of the squared speed.

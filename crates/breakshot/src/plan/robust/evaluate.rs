@@ -3,8 +3,8 @@
 use super::scenarios::Scenario;
 use super::strike_grid::StrikeCandidate;
 use crate::error::Result;
-use crate::goal_margin::{GoalEvaluator, GoalMargin};
 use crate::physics::Simulator;
+use crate::scene::goal_margin::{GoalEvaluator, GoalMargin};
 use crate::scene::{Scene, Strike};
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicUsize, Ordering};

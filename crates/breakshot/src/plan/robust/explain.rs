@@ -3,10 +3,10 @@
 use super::evaluate::{Evaluation, success_probability};
 use super::scenarios::{Draws, Nominal};
 use crate::error::Result;
-use crate::goal_margin::{Condition, GoalMargin};
 use crate::plan::result::{Failure, Sensitivity, Source};
+use crate::scene::goal_margin::{Condition, GoalMargin};
+use crate::scene::singulation::Area;
 use crate::scene::{Scene, Strike};
-use crate::singulation::Area;
 use std::collections::BTreeMap;
 
 /// Scenarios per source of uncertainty: the first of those in which the strike was evaluated, with that source fixed.

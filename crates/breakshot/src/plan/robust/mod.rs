@@ -17,7 +17,7 @@ use crate::geometry::{Pose, wrapped_rad};
 use crate::physics::{GRAVITY_M_S2, Simulator};
 use crate::properties::Properties;
 use crate::scene::Strike;
-use crate::singulation::Singulation;
+use crate::scene::singulation::Singulation;
 use evaluate::{Evaluation, expected_singulated, standard_error, success_probability};
 use explain::{failures, sensitivities};
 use rand::{RngExt, SeedableRng};

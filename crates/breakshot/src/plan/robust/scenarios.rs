@@ -6,8 +6,8 @@
 //! uncertainty leaves the draws of the others unchanged.
 
 use crate::error::Result;
+use crate::geometry::outline::Outline;
 use crate::geometry::{Pose, Vec2};
-use crate::outline::Outline;
 use crate::physics::{self, Compliance, ContactForce, MultipleImpact, Perturbation, Stiffness, World};
 use crate::plan::options::ExecutionNoise;
 use crate::plan::result::Source;

@@ -3,10 +3,10 @@
 //! A strike is described by the line of the striker's centre (heading, and offset from the object's centroid), the speed, and the
 //! follow-through.  The strikes of rules iii to vi of the paper's section 5 are points of the grid.
 
-use crate::conservative_advancement::{Step, advance};
 use crate::error::{Error, Result};
+use crate::geometry::conservative_advancement::{Step, advance};
+use crate::geometry::outline::Outline;
 use crate::geometry::{Point, Pose, Vec2, wrapped_rad};
-use crate::outline::Outline;
 use crate::plan::approach::{ContactLine, Surroundings, rounded_strike};
 use crate::plan::options::{Aim, Options};
 use crate::scene::{Placed, Scene, Strike};

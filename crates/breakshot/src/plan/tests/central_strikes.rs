@@ -1,9 +1,9 @@
 //! Properties of accessible central strikes.
 
 use super::{properties, scene};
+use crate::geometry::outline::Outline;
 use crate::geometry::{Point, Vec2};
 use crate::object::Shape;
-use crate::outline::Outline;
 use crate::physics::GRAVITY_M_S2;
 use crate::plan::paper::{Blocked, CentralStrike, central_strikes};
 use crate::plan::*;

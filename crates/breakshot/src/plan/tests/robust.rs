@@ -2,14 +2,14 @@
 
 use super::{properties, scene};
 use crate::geometry::Point;
-use crate::goal_margin::GoalEvaluator;
-use crate::gripper::Gripper;
 use crate::physics::{self, Simulator, World};
 use crate::plan::robust::evaluate::{Evaluation, success_probability};
 use crate::plan::robust::scenarios::{Draws, Nominal};
 use crate::plan::robust::{Budget, Refinement, Round, robust};
 use crate::plan::*;
 use crate::scene::Goal;
+use crate::scene::goal_margin::GoalEvaluator;
+use crate::scene::gripper::Gripper;
 use crate::uncertain::Estimate;
 use proptest::prelude::*;
 

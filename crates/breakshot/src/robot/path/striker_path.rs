@@ -2,9 +2,9 @@
 
 use super::profile::{Profile, ProfileLimits};
 use crate::error::{Error, Result};
+use crate::geometry::outline::Outline;
 use crate::geometry::{Point, Pose, Vec2};
 use crate::object::Shape;
-use crate::outline::Outline;
 use crate::scene::{RETRACT_PAST_START_M, Scene, Strike};
 
 /// The striker's line; positions are distances along the heading from the strike's `start_m` (m).

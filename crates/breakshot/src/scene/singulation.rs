@@ -2,8 +2,8 @@
 
 use crate::error::Result;
 use crate::geometry::{Point, Pose};
-pub use crate::goal_margin::Area;
-use crate::goal_margin::{Condition, Evaluated, GoalEvaluator, Placement};
+pub use crate::scene::goal_margin::Area;
+use crate::scene::goal_margin::{Condition, Evaluated, GoalEvaluator, Placement};
 use crate::scene::{STILL_M, Scene};
 use std::collections::BTreeMap;
 use std::fmt;
@@ -178,7 +178,7 @@ impl Singulation {
     /// ```
     /// use breakshot::cell::{Cell, Striker, Workspace};
     /// use breakshot::object::{Object, Shape};
-    /// use breakshot::{geometry::Point, scene::{Placed, Scene}, singulation::Singulation};
+    /// use breakshot::{geometry::Point, scene::{Placed, Scene, singulation::Singulation}};
     ///
     /// let cell = Cell::from_above(1000.0, Workspace::centred([0.6, 0.6]), Striker::rod(0.015, [0.05, 1.0]));
     /// let disc = |name: &str| Object { name: name.into(), shape: Shape::Disc { radius_m: 0.03 }, height_m: 0.03, marker: None, mass_kg: None, support: None };

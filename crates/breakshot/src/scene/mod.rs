@@ -1,10 +1,14 @@
 //! The pile on the table, the goal, and the strike (`scene.toml`, `strike.json`).
 
+pub(crate) mod goal_margin;
+pub mod gripper;
+pub mod singulation;
+
 use crate::cell::Cell;
 use crate::error::{Error, Result};
 use crate::geometry::{Point, Pose};
-use crate::gripper::Gripper;
 use crate::object::{self, Object};
+use crate::scene::gripper::Gripper;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeSet;
 

@@ -1,5 +1,7 @@
 //! The robot cell: camera, tags on the table, workspace, striker, robot (`cell.toml`).
 
+pub(crate) mod camera_info;
+
 use crate::error::{Error, Result};
 use crate::geometry::{Pixel, Point};
 use crate::object::{Shape, positive, zero_or_more};

@@ -1,13 +1,13 @@
 //! Do these poses fulfil the goal, and by what margin?
 //!
-//! The one place where a goal is evaluated: [`crate::singulation`] reports the conditions that fail, the planner searches for the strike
+//! The one place where a goal is evaluated: [`crate::scene::singulation`] reports the conditions that fail, the planner searches for the strike
 //! with the largest margin.
 
 use crate::error::Result;
+use crate::geometry::outline::Outline;
 use crate::geometry::{Point, Pose};
-use crate::gripper::Grasps;
 use crate::object::Shape;
-use crate::outline::Outline;
+use crate::scene::gripper::Grasps;
 use crate::scene::{STILL_M, Scene};
 use serde::{Deserialize, Serialize};
 

@@ -4,6 +4,10 @@
 //! Point` does not compile. The table frame is right-handed: x right, y up, z out of the table. All lengths are in
 //! metres.
 
+pub(crate) mod conservative_advancement;
+pub(crate) mod moments;
+pub mod outline;
+
 use serde::{Deserialize, Serialize};
 use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
 

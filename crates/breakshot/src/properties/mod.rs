@@ -1,8 +1,10 @@
 //! The identified parameters of the objects: friction, restitution, mass ratios (`properties.json`).
 
+pub(crate) mod evidence;
+
 use crate::error::{Error, Result};
-use crate::evidence::Evidence;
 use crate::object::{kind, pair_key};
+use crate::properties::evidence::Evidence;
 use crate::uncertain::Estimate;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;

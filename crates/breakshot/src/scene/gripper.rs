@@ -1,9 +1,9 @@
 //! Can a parallel gripper grasp an object from above without touching its neighbours?
 
 use crate::error::Result;
+use crate::geometry::outline::Outline;
 use crate::geometry::{Point, Pose, Vec2};
 use crate::object::{self, Shape};
-use crate::outline::Outline;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;
 
