@@ -1,8 +1,8 @@
 //! How long does estimation take, and how does that grow? `cargo xtask bench estimate [LAB TRACKS]`.
 
 use crate::process;
+use crate::validate::estimation::saved::Saved;
 use crate::validate::row::{self, Row};
-use crate::validate::saved::Saved;
 use breakshot::estimate::{self, ClipTracks, Options};
 use breakshot::synthetic::campaign::{CampaignSpec, campaign};
 use breakshot::{cell::Cell, object::Object};

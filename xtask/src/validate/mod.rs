@@ -4,17 +4,12 @@
 //! release mode and run as a user would run it; its files are compared with the truth.  The other modules measure parts of
 //! it: `cargo xtask validate physics`, `air-table`, `scatter LAB`.
 
-mod advise;
 pub(crate) mod air_table;
-mod altered;
-mod bound;
 mod cameras;
-mod campaigns;
+pub(crate) mod estimation;
 mod physics;
-mod properties;
 mod robot;
 pub(crate) mod row;
-pub(crate) mod saved;
 mod scatter;
 mod strikes;
 mod study;
@@ -23,6 +18,7 @@ mod truth;
 
 use crate::process;
 pub(crate) use cameras::cameras;
+use estimation::{advise, altered, campaigns, properties, saved};
 use row::Row;
 use std::path::{Path, PathBuf};
 use std::process::Command;

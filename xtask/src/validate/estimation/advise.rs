@@ -5,8 +5,8 @@
 //! comparison is of rollouts of new piles with parameters drawn from the new estimates, and of the errors of their predicted
 //! final positions: neither uses the formulas of the advice.
 
-use super::row::{self, Row};
 use crate::splitmix::Draw;
+use crate::validate::row::{self, Row};
 use breakshot::cell::{CameraSpec, Cell, Striker, Workspace};
 use breakshot::estimate::{
     self, AdviceOptions, ClipTracks, Draws, Experiment, Options, Setup, SimulatedCamera, StruckPile,

@@ -2,9 +2,9 @@
 
 use super::bound;
 use super::properties;
-use super::row::{self, Row};
 use super::saved::Saved;
-use super::truth::Truth;
+use crate::validate::row::{self, Row};
+use crate::validate::truth::Truth;
 use breakshot::detect::Sample;
 use breakshot::estimate::{self, ClipTracks, Estimation, Options};
 use breakshot::geometry::{Point, Vec2};

@@ -1,8 +1,8 @@
 //! Estimated properties against the true ones of the lab.
 
 use super::bound::{Bounds, MEAN_PER_STD};
-use super::row::{Row, mean_and_worst};
-use super::truth::Truth;
+use crate::validate::row::{Row, mean_and_worst};
+use crate::validate::truth::Truth;
 use breakshot::properties::Properties;
 use breakshot::uncertain::Estimate;
 use std::collections::BTreeMap;

@@ -3,7 +3,7 @@
 //! Synthetic campaigns with known truth and noise are estimated, and the coverage of every kind of quantity is counted by
 //! itself: a kind that is covered too often would hide one that is covered too rarely.
 
-use super::row::{self, Row, median};
+use crate::validate::row::{self, Row, median};
 use breakshot::estimate::{self, Options};
 use breakshot::properties::Properties;
 use breakshot::synthetic::campaign::{CampaignSpec, SyntheticCampaign, Truth, campaign};

@@ -1,0 +1,8 @@
+//! Estimates against the truth: of the lab's films, of the same films thinned and spoilt, and of synthetic campaigns.
+
+pub(crate) mod advise;
+pub(crate) mod altered;
+pub(crate) mod bound;
+pub(crate) mod campaigns;
+pub(crate) mod properties;
+pub(crate) mod saved;
