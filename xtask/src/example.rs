@@ -85,7 +85,7 @@ pub(crate) fn finals(csv: &Path) -> Result<Finals, String> {
     Ok(finals)
 }
 
-/// Of each scene of both, how far apart the final places of the worst object are (mm).
+/// For each scene of both, the largest distance between the two final positions of an object (mm).
 pub(crate) fn apart_mm(one: &Finals, other: &Finals) -> Vec<f64> {
     let worst = |a: &[[f64; 2]], b: &[[f64; 2]]| {
         a.iter().zip(b).map(|(p, q)| 1e3 * (p[0] - q[0]).hypot(p[1] - q[1])).fold(0.0, f64::max)

@@ -1,6 +1,6 @@
 //! Damaged films: whatever is broken in them, reading ends with frames or with an error, soon and in little memory.
 //!
-//! `cargo xtask fuzz [COUNT]` opens COUNT mutated films (a million if not told) and plays every seventh to its end;
+//! `cargo xtask fuzz [COUNT]` opens COUNT mutated films (a million by default) and plays every seventh to its end;
 //! arithmetic is checked in this build, so that a wrapped number is a panic too.
 
 use crate::splitmix::Draw;
@@ -69,10 +69,11 @@ pub(crate) fn fuzz(count: usize) -> Result<(), String> {
             );
         }
     }
-    told(count, &outcomes, &bad)
+    print_result(count, &outcomes, &bad)
 }
 
-fn told(count: usize, outcomes: &Outcomes, bad: &[String]) -> Result<(), String> {
+/// Prints the outcomes; an error if a film was handled wrongly or too much memory was used.
+fn print_result(count: usize, outcomes: &Outcomes, bad: &[String]) -> Result<(), String> {
     println!("\n{count} mutated films: {} opened, {} played to their end", outcomes.opened, outcomes.played);
     let mut refused: Vec<_> = outcomes.refused.iter().collect();
     refused.sort_by_key(|(words, count)| (std::cmp::Reverse(**count), words.as_str()));
@@ -94,7 +95,7 @@ fn told(count: usize, outcomes: &Outcomes, bad: &[String]) -> Result<(), String>
     Ok(())
 }
 
-/// Opens a film, and plays it if asked; an error of its own making is what is wanted, silence is not.
+/// Opens a film, and plays it if asked; a film that is refused must end with an error of the reader.
 fn read(path: &Path, play: bool, outcomes: &mut Outcomes) -> Result<(), String> {
     let mut refuse = |said: String| {
         if said.contains("decoding thread died") {
@@ -172,7 +173,7 @@ fn overwrite(path: &Path, bytes: &[u8]) -> std::io::Result<()> {
 fn mutated(corpus: &[Vec<u8>], draw: &mut Draw) -> Vec<u8> {
     let mut bytes = corpus[draw.below(corpus.len())].clone();
     for _ in 0..=draw.below(6) {
-        let at = place(&bytes, draw);
+        let at = position(&bytes, draw);
         let rest = bytes.len() - at;
         match draw.below(14) {
             0..=3 => bytes[at] ^= 1 << draw.below(8),
@@ -199,8 +200,8 @@ fn mutated(corpus: &[Vec<u8>], draw: &mut Draw) -> Vec<u8> {
     bytes
 }
 
-/// Where a change strikes.
-fn place(bytes: &[u8], draw: &mut Draw) -> usize {
+/// The position of a change: in half of the cases in the index of the film (the box `moov`).
+fn position(bytes: &[u8], draw: &mut Draw) -> usize {
     let index = bytes.windows(4).position(|window| window == b"moov").unwrap_or(0);
     let index_length = (bytes.len() - index).min(1200);
     if draw.below(2) == 0 { index + draw.below(index_length) } else { draw.below(bytes.len()) }

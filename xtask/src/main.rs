@@ -30,7 +30,7 @@ usage: cargo xtask TASK
                    which parameter or law explains how far predicted strikes on piles are from the filmed ones;
                    the exported models in MuJoCo
   validate physics [SHARED]
-                   final places against an independent simulator, the same bits in every build, recorded collisions
+                   final positions against an independent simulator, the same bits in every build, recorded collisions
                    (SHARED holds reference/scenes and real/air_table; ../shared if not given)
   validate air-table [SHARED]
                    impacts against two pucks recorded on an air table alone
@@ -51,10 +51,10 @@ usage: cargo xtask TASK
                    itself for the piles that some strike singulates reliably (minutes a pile)
   validate cameras LAB [--only NAME] [--python PYTHON]
                    tracks of one strike of the lab filmed at other rates, tilted, blurred, noisy, dim, in other codings
-                   (NAME is part of a camera's name; use `cargo run --release -p xtask --`; needs ffmpeg and libosmesa)
+                   (NAME is a substring of a camera's name; use `cargo run --release -p xtask --`; needs ffmpeg and libosmesa)
   validate decode CLIPS
                    decoded films against ffmpeg's, bit for bit; the same as `bench decode`
-  fuzz [COUNT]     mutated films are opened, every fiftieth is played: no panic, no hang, no waste of memory
+  fuzz [COUNT]     mutated films are opened, every seventh is played: no panic, no hang, no waste of memory
   bench decode CLIPS
                    decoded films against ffmpeg's, and the CPU time of both on a folder of MP4 clips
   bench detect [LAB] [--python PYTHON]

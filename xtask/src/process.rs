@@ -52,7 +52,7 @@ pub(crate) fn peak_memory_mb() -> Option<f64> {
     peak_megabytes(Path::new("/proc/self"))
 }
 
-/// What the processes that this one started, and has seen end, have used (s).
+/// CPU time of all child processes that have ended and were waited for (s).
 pub(crate) fn children_cpu_s() -> Result<f64, String> {
     let ticks = ticks(Path::new("/proc/self"), 13).ok_or("/proc/self/stat cannot be read")?;
     Ok(ticks / TICKS_PER_S)

@@ -51,7 +51,7 @@ const KINDS: [(&str, usize, &str); 35] = [
     ("4k.mp4", 2, "-profile:v high -bf 2 -b:v 60M"),
 ];
 
-/// Films made from others without coding them again: name, from which, what ffmpeg is told before and after it.
+/// Films made from others without coding them again: name, original film, ffmpeg's arguments before and after it.
 const COPIES: [(&str, &str, &str, &str); 5] = [
     ("turned_90.mp4", "odd_crop.mp4", "", "-metadata:s:v rotate=90"),
     ("turned_180.mp4", "odd_crop.mp4", "", "-metadata:s:v rotate=180"),
@@ -149,7 +149,7 @@ fn films(folder: &Path) -> Result<Vec<PathBuf>, String> {
 /// How often each program runs.
 const ROUNDS: usize = 5;
 
-/// Prints the CPU time a frame of decoding these films, the programs taking turns.
+/// Prints the CPU time per frame of decoding these films; the programs run alternately.
 fn weigh(title: &str, films: &[PathBuf]) -> Result<(), String> {
     let mut spent_s = [const { Vec::new() }; 3];
     let mut count = 0_usize;

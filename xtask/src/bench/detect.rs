@@ -1,6 +1,6 @@
 //! Labelling and tracking beside OpenCV: `cargo run --release -p xtask -- bench detect [LAB]`.
 //!
-//! Both work on the same frames and films in turns; CPU time counts, and medians of the rounds.
+//! Both process the same frames and films alternately; the table shows medians of the CPU time over the rounds.
 
 use super::ROUNDS;
 use crate::process::{self, own_cpu_s};
@@ -20,7 +20,7 @@ const LEAST_AREA_PX: u64 = 2;
 struct Task {
     name: &'static str,
     size_px: [usize; 2],
-    /// Share of black pixels strewn over it.
+    /// Density of salt-and-pepper noise: the fraction of pixels that are set to black.
     salt: f64,
     /// Our repeats a round, and the peer's.
     repeats: [usize; 2],
@@ -140,7 +140,7 @@ fn sums(found: &[Component]) -> [f64; 4] {
     [found.len() as f64, sum(|c| c.area_px), sum(|c| c.x[0].into()), sum(|c| c.y[1].into())]
 }
 
-/// Eight dark discs on a light, grainy table, strewn with black pixels.
+/// Eight dark discs on a light, grainy table, with salt-and-pepper noise of black pixels.
 fn frame(task: &Task) -> GreyImage {
     let [width, height] = task.size_px;
     let scale = width as f64 / 3840.0;

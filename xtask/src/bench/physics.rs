@@ -1,7 +1,7 @@
 //! How fast piles are simulated, beside rapier2d and MuJoCo: `cargo xtask bench physics`.
 //!
-//! All three run in turns on the same machine, CPU time of one thread, so that the ratios count.  rapier2d steps by a
-//! millisecond; MuJoCo at the step at which its own median error, against steps a quarter as long, is at most 2 mm.
+//! All three run alternately on the same machine; the CPU time of one thread is measured, so the ratios are comparable.
+//! rapier2d steps by a millisecond; MuJoCo at the step at which its own median error, against steps a quarter as long, is at most 2 mm.
 
 use crate::example::{Scenes, answer, apart_mm, finals, target};
 use crate::validate::row::{self, Row, median};
@@ -59,7 +59,8 @@ pub(crate) fn bench(scenes: &Path, python: Option<&str>) -> Result<(), String> {
             faster("rapier2d", 1),
             faster("MuJoCo", 2),
         ];
-        all_hold &= row::print_all(&format!("Speed on {name}, medians of {ROUNDS} rounds in turns"), &rows);
+        all_hold &=
+            row::print_all(&format!("Speed on {name}, medians of {ROUNDS} alternating rounds"), &rows);
     }
     all_hold &= growth(&ours)?;
     if all_hold { Ok(()) } else { Err("some targets were missed".into()) }
@@ -83,15 +84,15 @@ impl Peers {
         Ok(answer(&mut command)?.rollouts_per_cpu_s)
     }
 
-    /// How far MuJoCo's final places are from its own with steps a quarter as long.
+    /// Median distance between MuJoCo's final positions and its own with steps a quarter as long (mm).
     fn own_error_mm(&self, file: &Path, step_s: f64) -> Result<f64, String> {
-        let mut places = Vec::new();
+        let mut positions = Vec::new();
         for step_s in [step_s, 0.25 * step_s] {
             let csv = tempfile::NamedTempFile::new().map_err(|e| e.to_string())?;
             self.mujoco(file, step_s, &["--repeat", "0", "--final", &csv.path().to_string_lossy()])?;
-            places.push(finals(csv.path())?);
+            positions.push(finals(csv.path())?);
         }
-        Ok(median(apart_mm(&places[0], &places[1])))
+        Ok(median(apart_mm(&positions[0], &positions[1])))
     }
 }
 
@@ -107,7 +108,7 @@ fn rapier() -> Result<PathBuf, String> {
     Ok(folder.join("release/rapier-scenes"))
 }
 
-/// A Python that knows MuJoCo: given, or made here once.
+/// A Python interpreter with MuJoCo: the given one, or a virtual environment that is created once.
 pub(crate) fn mujoco(python: Option<&str>) -> Result<PathBuf, String> {
     venv::given_or(python, "mujoco", &["mujoco==4.0.0"])
 }
@@ -200,12 +201,12 @@ fn heaps(size: usize) -> String {
             draw = (draw + 0.618_033_988_749_894_9) % 1.0;
             0.002 * (draw - 0.5)
         };
-        let places = nearest_places(size);
-        let left = places.iter().map(|(x, _)| *x).min().unwrap_or(0);
+        let positions = nearest_points(size);
+        let left = positions.iter().map(|(x, _)| *x).min().unwrap_or(0);
         let start_x = pitch * f64::from(left) - 0.045;
         let _ = writeln!(text, "scene heap {number}");
         let _ = writeln!(text, "striker 0.015 {start_x} {} 1.0 0.1 0.75 0.0", 2.0 * jitter());
-        for (x, y) in places {
+        for (x, y) in positions {
             let (x, y) = (pitch * f64::from(x) + 0.5 * jitter(), pitch * f64::from(y) + 0.5 * jitter());
             let _ = writeln!(text, "disc 0.05 0.3 0.8 0.0 {x} {y} 0.0 {radius} {}", radius * 2.0 / 3.0);
         }
@@ -214,10 +215,10 @@ fn heaps(size: usize) -> String {
     text
 }
 
-/// The places of a square grid that are nearest to its middle.
-fn nearest_places(count: usize) -> Vec<(i32, i32)> {
-    let mut places: Vec<(i32, i32)> = (-10..=10).flat_map(|x| (-10..=10).map(move |y| (x, y))).collect();
-    places.sort_by_key(|&(x, y)| (x * x + y * y, x, y));
-    places.truncate(count);
-    places
+/// The points of a square grid that are nearest to its middle.
+fn nearest_points(count: usize) -> Vec<(i32, i32)> {
+    let mut positions: Vec<(i32, i32)> = (-10..=10).flat_map(|x| (-10..=10).map(move |y| (x, y))).collect();
+    positions.sort_by_key(|&(x, y)| (x * x + y * y, x, y));
+    positions.truncate(count);
+    positions
 }

@@ -1,7 +1,7 @@
 //! Two pucks on an air table, filmed by motion capture: do the simulator's impacts predict what was recorded?
 //!
 //! Restitution and contact friction are fitted on every second run by name, and the velocity vectors after impact of the
-//! others are predicted from those before it.  The folder's README tells the columns and the truth.
+//! others are predicted from those before it.  The folder's README describes the columns and the truth.
 
 use super::row::{self, Row, median};
 use crate::process;
@@ -16,19 +16,19 @@ use nalgebra::{Matrix3, Vector3};
 use std::path::Path;
 use std::time::Instant;
 
-/// What a scale said: the puck that moves first, the one that rests (kg).
+/// Weighed masses: the puck that moves first, the one that rests (kg).
 pub(crate) const MASS_KG: [f64; 2] = [0.028_726_2, 0.028_185_2];
 /// Radius of both pucks (m); the first one's rubber band makes it a little larger.
 pub(crate) const RADIUS_M: f64 = 0.025;
 /// The files hold no times: motion capture at 500 Hz.
 pub(crate) const STEP_S: f64 = 0.002;
 
-/// Where a puck was at one instant.
+/// The pose of a puck at one instant.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Sample {
     pub(crate) time_s: f64,
     pub(crate) position: Point,
-    /// Without jumps by full turns.
+    /// Continuous: without jumps by 2 pi.
     pub(crate) yaw_rad: f64,
 }
 
@@ -75,26 +75,26 @@ fn recording(file: &Path) -> Result<Recording, String> {
     }
     let name = file.file_stem().unwrap_or_default().to_string_lossy().into_owned();
     let mut recording = Recording { name, pucks };
-    // The names `a` and `b` say nothing: the puck that moves first is the one that comes along just before the impact.
+    // The names `a` and `b` do not specify it: the first puck is the one that moves farther just before the impact.
     let hit_s = nearest_s(&recording);
-    let way_m = |puck: &Vec<Sample>| {
+    let distance_m = |puck: &Vec<Sample>| {
         let mut before = puck.iter().filter(|s| (hit_s - WINDOW_S..hit_s - CONTACT_S).contains(&s.time_s));
         let first = before.next();
         first.zip(before.next_back()).map_or(0.0, |(first, last)| first.position.distance(last.position))
     };
-    if way_m(&recording.pucks[0]) < way_m(&recording.pucks[1]) {
+    if distance_m(&recording.pucks[0]) < distance_m(&recording.pucks[1]) {
         recording.pucks.swap(0, 1);
     }
     Ok(recording)
 }
 
-/// A shorter recording tells no velocity on either side of the impact.
+/// A shorter recording has too few samples for a velocity on either side of the impact.
 const FEWEST_SAMPLES: usize = 100;
 
-/// The angle nearest to the last one among those that look alike.
+/// The angle, modulo 2 pi, that is nearest to the last one (rad).
 fn unwound(last: Option<&Sample>, angle_rad: f64) -> f64 {
-    let turns = last.map_or(0.0, |last| ((last.yaw_rad - angle_rad) / std::f64::consts::TAU).round());
-    angle_rad + turns * std::f64::consts::TAU
+    let revolutions = last.map_or(0.0, |last| ((last.yaw_rad - angle_rad) / std::f64::consts::TAU).round());
+    angle_rad + revolutions * std::f64::consts::TAU
 }
 
 /// Both pucks just before and just after their impact.
@@ -200,11 +200,11 @@ impl Collision {
         (self.before[0].velocity - self.before[1].velocity).length()
     }
 
-    /// What the simulator makes of the impact.
+    /// Both pucks after the impact as the simulator predicts them.
     fn predicted(&self, restitution: f64, friction: f64) -> Result<[ImpactBody; 2], String> {
         let [a, b] = self.before;
         let between = b.position - a.position;
-        let normal_ab = between.direction().ok_or("two pucks at one place")?;
+        let normal_ab = between.direction().ok_or("two pucks at one position")?;
         // The resting puck's rim; what is left of the distance is the other one's radius with its band.
         let point = b.position - normal_ab * RADIUS_M;
         PairImpact { point, normal_ab, restitution, friction, law: ImpactLaw::Stronge }
@@ -218,7 +218,7 @@ impl Collision {
         Ok([0, 1].map(|k| (predicted[k].velocity - self.after[k].velocity).length() / self.approach_m_s()))
     }
 
-    /// How much of the slip between the rims comes back the other way.
+    /// Slip between the rims after the impact over that before it, with the sign reversed: tangential restitution.
     fn slip_regained(&self) -> f64 {
         let slip = |[a, b]: &[ImpactBody; 2]| {
             let normal = (b.position - a.position).direction().unwrap_or_default();

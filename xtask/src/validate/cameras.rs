@@ -1,4 +1,4 @@
-//! One strike filmed by other cameras, and coded in other ways: `cargo xtask validate cameras LAB`.
+//! One strike filmed by other cameras, and coded by other codecs: `cargo xtask validate cameras LAB`.
 //!
 //! The lab films it (`peers/lab_cameras.py`): 30 to 120 frames a second, tilted, blurred, noisy, dim; HEVC, Motion JPEG,
 //! 10 bits.  Truth is read for measuring only.
@@ -48,14 +48,14 @@ fn measured(folder: &Path) -> Result<bool, String> {
     let mut warnings = Vec::new();
     for clip in &campaign.clips {
         let name = clip.video.file_name().unwrap_or_default().to_string_lossy().into_owned();
-        let told = breakshot::clip_tracks(&campaign, clip, Decoder::Auto).map_err(|e| e.to_string())?;
-        let steps = told.tracks.tracks.iter().flat_map(|track| track.samples.windows(2));
+        let result = breakshot::clip_tracks(&campaign, clip, Decoder::Auto).map_err(|e| e.to_string())?;
+        let steps = result.tracks.tracks.iter().flat_map(|track| track.samples.windows(2));
         let interval_s = median(steps.map(|pair| pair[1].time_s - pair[0].time_s).collect());
-        // However long the shutter is open, it is for less than from frame to frame.
+        // The exposure is shorter than the interval between frames.
         let film = Film { frame_rate_hz: 1.0 / interval_s, near_impact_s: 0.5 * interval_s };
         let known = truth.clips.get(&name).ok_or_else(|| format!("{name} is not in the truth"))?;
-        errors.add(&name, &told.tracks, known, film);
-        warnings.extend(told.tracks.warnings);
+        errors.add(&name, &result.tracks, known, film);
+        warnings.extend(result.tracks.warnings);
     }
     let rows = [
         Row::at_most("tracks that miss their first or last frame", errors.incomplete.len() as f64, 0.0, ""),

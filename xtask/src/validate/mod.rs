@@ -1,8 +1,8 @@
 //! Measures the program against films with known truth: `cargo xtask validate LAB`.
 //!
 //! LAB is a folder with `campaign/` and `scatter/`, each holding films and a `truth.json`.  The program is built in
-//! release mode and run as a user would run it; its files are compared with the truth.  The other modules measure parts of
-//! it: `cargo xtask validate physics`, `air-table`, `scatter LAB`.
+//! release mode and run as a user would run it; its files are compared with the truth.  The other modules measure single
+//! stages: `cargo xtask validate physics`, `air-table`, `scatter LAB`.
 
 pub(crate) mod air_table;
 mod cameras;
@@ -51,7 +51,7 @@ impl Program {
     }
 }
 
-/// Drawn campaigns unless told otherwise.
+/// Default number of drawn campaigns.
 pub(crate) const CAMPAIGNS: u64 = campaigns::COUNT;
 
 /// Coverage of the intervals on drawn campaigns.
@@ -68,7 +68,7 @@ pub(crate) fn lab(lab: &Path, details: bool) -> Result<(), String> {
     if all_hold { Ok(()) } else { Err("some targets were missed".into()) }
 }
 
-/// What following the advice on the next clips is worth, on so many synthetic cells.
+/// The gain in accuracy from advised clips over random ones, on this many synthetic cells.
 pub(crate) fn advise(cells: Option<&str>) -> Result<(), String> {
     let cells = cells.map_or(Ok(advise::CELLS), |text| {
         text.parse().map_err(|_| format!("CELLS is `{text}`; needed: a whole number"))

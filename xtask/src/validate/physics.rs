@@ -1,6 +1,6 @@
 //! The simulator against an independent one, and against itself: `cargo xtask validate physics`.
 //!
-//! The independent simulator (`tests/stepper` of the library) takes many small steps and shares no code with the first.
+//! The independent simulator (`tests/stepper` of the library) takes many small steps and has no code in common with the first.
 
 use super::air_table;
 use super::row::{self, Row, median};
@@ -31,7 +31,7 @@ const CONTACT_TIME_S: f64 = 3e-5;
 /// File, law of the steps, flags of ours, what it shows, targets of median and worst (mm).
 struct Case(&'static str, Contact, &'static [&'static str], &'static str, [f64; 2]);
 
-/// No target: a graze more or less is another answer (mm).
+/// No target: one more or one fewer grazing impact leads to a different result (mm).
 const ANY_MM: f64 = f64::INFINITY;
 
 fn independent(example: &Scenes, scenes: &Path) -> Result<bool, String> {
@@ -67,21 +67,21 @@ fn independent(example: &Scenes, scenes: &Path) -> Result<bool, String> {
         }
     }
     Ok(row::print_all(
-        "Final places against an independent simulator of small steps (worst object of each pile)",
+        "Final positions against an independent simulator of small steps (worst object of each pile)",
         &rows,
     ))
 }
 
-/// Where the independent simulator sees everything come to rest.
+/// The positions of rest that the independent simulator computes.
 fn stepped(file: &Path, contact: Contact) -> Result<Finals, String> {
     let text = std::fs::read_to_string(file).map_err(|e| format!("{}: {e}", file.display()))?;
     let step_s = if contact == Contact::Rigid { STEP_S } else { SPRING_STEP_S };
     let piles = stepper::read::piles(&text).map_err(|e| format!("{}: {e}", file.display()))?;
-    let places = |pile: &stepper::Pile| {
+    let positions = |pile: &stepper::Pile| {
         let poses = settled(pile, contact, step_s);
         (pile.name.clone(), poses.into_iter().map(|[x, y, _]| [x, y]).collect())
     };
-    Ok(piles.iter().map(places).collect())
+    Ok(piles.iter().map(positions).collect())
 }
 
 /// The same bits in debug and release builds, with 1, 2 and 8 threads.

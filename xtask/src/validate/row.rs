@@ -26,27 +26,27 @@ impl Row {
         Self { what: what.into(), figure, target: None, unit, least: false }
     }
 
-    /// Prints it as a line of a table; says whether the target holds.
+    /// Prints it as a line of a table; returns whether the target holds.
     pub(crate) fn print(&self) -> bool {
         let holds = self
             .target
             .is_none_or(|target| if self.least { self.figure >= target } else { self.figure <= target });
         let sign = if self.least { ">=" } else { "<=" };
         let target = self.target.map_or(String::new(), |t| format!("{sign} {t} {}", self.unit));
-        let verdict = match (self.target, holds) {
+        let result = match (self.target, holds) {
             (None, _) => "",
             (_, true) => "holds",
             (_, false) => "MISSED",
         };
         println!(
-            "| {:<62} | {:>10.4} {:<4} | {:<14} | {verdict:<6} |",
+            "| {:<62} | {:>10.4} {:<4} | {:<14} | {result:<6} |",
             self.what, self.figure, self.unit, target
         );
         holds
     }
 }
 
-/// Prints all rows; says whether every target holds.
+/// Prints all rows; returns whether every target holds.
 pub(crate) fn print_all(title: &str, rows: &[Row]) -> bool {
     println!("\n{title}");
     let missed = rows.iter().filter(|row| !row.print()).count();

@@ -1,8 +1,9 @@
 //! Do planned strikes work?  Random piles, plans by both methods, carried out in the lab.
 //!
-//! The planner knows what `estimate` learned from the campaign's films; the lab is another physics engine with friction that varies
-//! from strike to strike.  A strike succeeds if the goal holds where the objects come to rest and none has tipped.  Some piles cannot be
-//! relied on by anyone: for each it is looked for in the lab itself whether any strike works again and again.
+//! The planner has the properties that `estimate` measured in the campaign's films; the lab is another physics engine with
+//! friction that varies from strike to strike.  A strike succeeds if the goal holds where the objects come to rest and none
+//! has tipped.  For some piles no strike is reliable: a search in the lab itself decides for each pile whether any strike
+//! succeeds repeatedly.
 
 mod figure;
 mod lab;
@@ -24,10 +25,10 @@ use table::Trial;
 
 /// Strikes after which a pile has to be singulated.
 const MOST_STRIKES: usize = 3;
-/// An object that leans more than this has tipped (degrees).
+/// Tilt above which an object counts as tipped (degrees).
 const MOST_TILT_DEG: f64 = 10.0;
 
-/// How hard reliable strikes are looked for.
+/// Effort of the search for reliable strikes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Effort {
     /// Every strike is made once.
@@ -69,7 +70,7 @@ pub(crate) fn run(shared: &Path, count: usize, effort: Effort) -> Result<(), Str
     Ok(())
 }
 
-/// What the campaign's films tell.
+/// The properties estimated from the campaign's films.
 fn learned(program: &Program, shared: &Path) -> Result<Properties, String> {
     let properties = program.output.join("properties.json");
     let campaign = shared.join("campaign/campaign.toml");
@@ -84,12 +85,12 @@ fn trial(
     (seed, effort): (u64, Effort),
 ) -> Result<Trial, String> {
     let mut scene = scene.clone();
-    scene.placed = placed(&pile.place);
+    scene.placed = placed(&pile.poses);
     let friction_scale = friction_scale(seed);
     let plan = |scene: &Scene, method| planned(scene, properties, method, seed).map_err(|e| e.to_string());
     let robust = plan(&scene, Method::Robust)?;
     let stated = robust.prediction.as_ref().and_then(|p| p.success_probability).unwrap_or(0.0);
-    let mut trial = Trial { pile: pile.name.clone(), size: pile.place.len(), stated, ..Trial::default() };
+    let mut trial = Trial { pile: pile.name.clone(), size: pile.poses.len(), stated, ..Trial::default() };
     let paper = plan(&scene, Method::Paper)?;
     let once = (friction_scale, None);
     trial.paper = works(lab, &scene, paper.strike.as_ref(), once)?.0;
@@ -112,7 +113,7 @@ fn trial(
         }
         trial.ended = "not yet";
         scene.placed = placed(&rest.poses);
-        // Objects that lean on each other can overlap as seen from above.
+        // The outlines of tilted objects that rest on each other can overlap in the view from above.
         let Ok(next) = plan(&scene, Method::Robust) else {
             trial.ended = "no plan";
             break;
@@ -126,8 +127,8 @@ fn planned(scene: &Scene, properties: &Properties, method: Method, seed: u64) ->
     plan::plan(scene, properties, &plan::Options { method, seed, ..plan::Options::default() })
 }
 
-fn placed(place: &[(String, Pose)]) -> Vec<Placed> {
-    place
+fn placed(poses: &[(String, Pose)]) -> Vec<Placed> {
+    poses
         .iter()
         .map(|(name, pose)| Placed { object: name.clone(), position_m: pose.position, yaw_rad: pose.yaw_rad })
         .collect()
@@ -152,11 +153,11 @@ fn works(
 fn friction_scale(seed: u64) -> f64 {
     // A sum of twelve uniform numbers is nearly normal.
     let mut draw = Draw::new(seed ^ 0xF51C);
-    let sum: f64 = (0..12).map(|_| draw.part()).sum();
+    let sum: f64 = (0..12).map(|_| draw.fraction()).sum();
     (1.0 + 0.03 * (sum - 6.0)).clamp(0.92, 1.08)
 }
 
-/// A strike that knows nothing: any object, from anywhere that is free, at any speed that may do.
+/// A random strike without any model: of any object, from any free start position, at any permitted speed.
 fn random_strike(scene: &Scene, seed: u64) -> Option<Strike> {
     let mut draw = Draw::new(seed);
     let striker = &scene.cell.striker.shape;
@@ -185,11 +186,12 @@ fn random_strike(scene: &Scene, seed: u64) -> Option<Strike> {
 /// How far before the contact random strikes start (m).
 const LEAD_IN_M: f64 = 0.07;
 
-/// Whether the striker's way keeps clear of all objects but the one to strike.
-fn is_free(scene: &Scene, strike: &Strike, way_m: f64) -> bool {
+/// Whether the striker's path keeps clear of all objects but the one to strike.
+fn is_free(scene: &Scene, strike: &Strike, distance_m: f64) -> bool {
     let start = Pose { position: strike.start_m, yaw_rad: strike.heading_rad };
     let along = Vec2::from_heading(strike.heading_rad);
-    let way = Outline::swept(&scene.cell.striker.shape, start, along * way_m);
+    let path = Outline::swept(&scene.cell.striker.shape, start, along * distance_m);
     let mut others = scene.placed.iter().filter(|p| Some(&p.object) != strike.object.as_ref());
-    others.all(|p| scene.object(&p.object).is_ok_and(|o| way.gap_m(&Outline::new(&o.shape, p.pose())) > 3e-3))
+    others
+        .all(|p| scene.object(&p.object).is_ok_and(|o| path.gap_m(&Outline::new(&o.shape, p.pose())) > 3e-3))
 }

@@ -253,7 +253,7 @@ fn distance_errors_mm(film: &Film, variant: &Variant, sources: &Sources) -> Resu
     Ok(errors_mm)
 }
 
-/// The estimated properties, with the true values of a variant in their place.
+/// The estimated properties; a variant's true values replace the estimated ones.
 fn properties(sources: &Sources, variant: &Variant, friction_scale: f64) -> Properties {
     let Sources { estimated, campaign, scatter } = sources;
     let mut properties = estimated.clone();

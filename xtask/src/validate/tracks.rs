@@ -13,7 +13,7 @@ pub(super) struct Errors {
     ends_m: Vec<f64>,
     /// Every frame whose exposure holds no impact.
     every_m: Vec<f64>,
-    /// Angles of objects whose marker tells them (rad), modulo half a turn.
+    /// Angles of objects whose marker determines them (rad), modulo pi.
     angles_rad: Vec<f64>,
     /// Tracks that do not reach from the first to the last frame.
     pub(super) incomplete: Vec<String>,
@@ -107,8 +107,8 @@ fn compare(
         if impacts.iter().all(|t| (t - sample.time_s).abs() > film.near_impact_s) {
             errors.every_m.push(error_m);
             if let Some(yaw_rad) = sample.yaw_rad {
-                let half_turns = ((yaw_rad - pose[2]) / std::f64::consts::PI).round();
-                errors.angles_rad.push((yaw_rad - pose[2] - half_turns * std::f64::consts::PI).abs());
+                let half_revolutions = ((yaw_rad - pose[2]) / std::f64::consts::PI).round();
+                errors.angles_rad.push((yaw_rad - pose[2] - half_revolutions * std::f64::consts::PI).abs());
             }
         }
     }

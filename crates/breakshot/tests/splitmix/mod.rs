@@ -20,18 +20,18 @@ impl Draw {
     }
 
     /// Uniform from 0 to below 1.
-    pub(crate) fn part(&mut self) -> f64 {
+    pub(crate) fn fraction(&mut self) -> f64 {
         (self.bits() >> 11) as f64 / (1u64 << 53) as f64
     }
 
     /// Uniform between two numbers.
     pub(crate) fn between(&mut self, low: f64, high: f64) -> f64 {
-        low + (high - low) * self.part()
+        low + (high - low) * self.fraction()
     }
 
     /// A uniform integer from 0 to `count - 1`; 0 for a count of 0.
     pub(crate) fn below(&mut self, count: usize) -> usize {
-        ((self.part() * count as f64) as usize).min(count.saturating_sub(1))
+        ((self.fraction() * count as f64) as usize).min(count.saturating_sub(1))
     }
 
     /// Normal, of mean 0 and standard deviation 1.

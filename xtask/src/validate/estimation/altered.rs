@@ -33,7 +33,7 @@ pub(crate) fn validate(saved: &Saved, truth: &Truth) -> Result<bool, String> {
     Ok(holds)
 }
 
-/// What these clips tell.
+/// The estimation from these clips.
 pub(crate) fn learned(saved: &Saved, clips: &[ClipTracks]) -> Result<Estimation, String> {
     let Saved { campaign, .. } = saved;
     estimate::estimation(clips, &campaign.cell, &campaign.objects, &Options::default())
@@ -42,10 +42,10 @@ pub(crate) fn learned(saved: &Saved, clips: &[ClipTracks]) -> Result<Estimation,
 
 /// The first clips of every case.
 fn fewer(clips: &[ClipTracks], most: usize) -> Vec<ClipTracks> {
-    let mut seen: BTreeMap<&[String], usize> = BTreeMap::new();
+    let mut counts: BTreeMap<&[String], usize> = BTreeMap::new();
     let mut kept = Vec::new();
     for clip in clips {
-        let count = seen.entry(&clip.objects).or_default();
+        let count = counts.entry(&clip.objects).or_default();
         *count += 1;
         if *count <= most {
             kept.push(clip.clone());
@@ -81,16 +81,21 @@ fn doubled(clip: &ClipTracks) -> ClipTracks {
     })
 }
 
-/// Somebody touches the camera in the middle of the clip.
+/// The camera is moved by a small shift and rotation in the second half of the clip.
 fn nudged(clip: &ClipTracks) -> ClipTracks {
     const SHIFT: Vec2 = Vec2 { x: 0.002, y: -0.0015 };
-    const TURN_RAD: f64 = 0.004;
+    const ROTATION_RAD: f64 = 0.004;
     const AFTER: f64 = 0.55;
     let end_s = clip.tracks.tracks.iter().flat_map(|t| &t.samples).map(|s| s.time_s).fold(0.0, f64::max);
     changed(clip, |samples| {
         let moved = |s: &Sample| {
-            let place = Point::ORIGIN + s.position().to_vec().rotated(TURN_RAD) + SHIFT;
-            Sample { x_m: place.x, y_m: place.y, yaw_rad: s.yaw_rad.map(|yaw| yaw + TURN_RAD), ..*s }
+            let position = Point::ORIGIN + s.position().to_vec().rotated(ROTATION_RAD) + SHIFT;
+            Sample {
+                x_m: position.x,
+                y_m: position.y,
+                yaw_rad: s.yaw_rad.map(|yaw| yaw + ROTATION_RAD),
+                ..*s
+            }
         };
         samples.iter().map(|s| if s.time_s > AFTER * end_s { moved(s) } else { *s }).collect()
     })
@@ -134,20 +139,20 @@ fn spoilt_rows(saved: &Saved, whole: &Estimation) -> Result<Vec<Row>, String> {
             clips[k] = spoil(&clips[k]);
         }
         let found = learned(saved, &clips)?;
-        let told = |name: &str| {
+        let new_warning = |name: &str| {
             let about = |w: &&String| w.starts_with(&format!("{name}:"));
             found.properties.warnings.iter().find(about).filter(|w| !whole.properties.warnings.contains(w))
         };
         let named_before =
             |name: &str| whole.properties.warnings.iter().any(|w| w.starts_with(&format!("{name}:")));
-        let missed = which.iter().filter(|&&k| told(&clips[k].name).is_none()).count();
+        let missed = which.iter().filter(|&&k| new_warning(&clips[k].name).is_none()).count();
         let others: Vec<&String> = (0..clips.len())
             .filter(|k| !which.contains(k) && !named_before(&clips[*k].name))
-            .filter_map(|k| told(&clips[k].name))
+            .filter_map(|k| new_warning(&clips[k].name))
             .inspect(|warning| println!("{what}, newly named: {warning}"))
             .collect();
         for &k in &which {
-            println!("{what}: {}", told(&clips[k].name).map_or("NOT NAMED", String::as_str));
+            println!("{what}: {}", new_warning(&clips[k].name).map_or("NOT NAMED", String::as_str));
         }
         rows.push(Row::at_most(format!("{what}: clips not named"), missed as f64, 0.0, ""));
         rows.push(Row::plain(format!("{what}: other clips newly named"), others.len() as f64, ""));

@@ -17,25 +17,26 @@ pub(super) struct Lab {
     answers: BufReader<ChildStdout>,
 }
 
-/// A random pile: its objects and where they lie.
+/// A random pile: its objects and their poses.
 #[derive(Clone, Debug)]
 pub(super) struct Pile {
     pub name: String,
-    pub place: Vec<(String, Pose)>,
+    pub poses: Vec<(String, Pose)>,
 }
 
-/// Where everything came to rest.
+/// The poses in which all objects came to rest.
 #[derive(Clone, Debug)]
 pub(super) struct Rest {
     pub poses: Vec<(String, Pose)>,
-    /// How far the object that leans most leans (degrees).
+    /// The largest tilt of an object (degrees).
     pub tilt_deg: f64,
 }
 
 #[derive(Deserialize)]
 struct PileAnswer {
     name: String,
-    place: BTreeMap<String, Pose>,
+    #[serde(rename = "place")]
+    poses: BTreeMap<String, Pose>,
 }
 
 #[derive(Deserialize)]
@@ -63,7 +64,8 @@ impl Lab {
     }
 
     fn ask(&mut self, request: &Value) -> Result<Value, String> {
-        writeln!(self.requests, "{request}").map_err(|e| format!("the lab does not listen ({e})"))?;
+        writeln!(self.requests, "{request}")
+            .map_err(|e| format!("the lab does not accept a request ({e})"))?;
         let mut line = String::new();
         self.answers.read_line(&mut line).map_err(|e| format!("the lab does not answer ({e})"))?;
         serde_json::from_str(&line).map_err(|e| format!("the lab answered {line:?} ({e})"))
@@ -73,7 +75,7 @@ impl Lab {
     pub(super) fn piles(&mut self, count: usize, seed: u64) -> Result<Vec<Pile>, String> {
         let answer = self.ask(&json!({ "piles": count, "seed": seed }))?;
         let piles: Vec<PileAnswer> = serde_json::from_value(answer).map_err(|e| e.to_string())?;
-        Ok(piles.into_iter().map(|p| Pile { name: p.name, place: p.place.into_iter().collect() }).collect())
+        Ok(piles.into_iter().map(|p| Pile { name: p.name, poses: p.poses.into_iter().collect() }).collect())
     }
 
     /// Carries a strike out; none if the lab refuses it.  With a seed poses, speed and heading are off by 1 mm, 2 % and 1 degree
@@ -84,9 +86,9 @@ impl Lab {
         strike: &Strike,
         (friction_scale, seed): (f64, Option<u64>),
     ) -> Result<Option<Rest>, String> {
-        let place: BTreeMap<&str, Pose> = placed.iter().map(|p| (p.object.as_str(), p.pose())).collect();
+        let poses: BTreeMap<&str, Pose> = placed.iter().map(|p| (p.object.as_str(), p.pose())).collect();
         let answer = self.ask(&json!({
-            "place": place,
+            "place": poses,
             "strike": {
                 "start": strike.start_m,
                 "heading": strike.heading_rad,

@@ -1,4 +1,4 @@
-//! Is there a strike that can be relied on?  Looked for in the lab itself, without any model.
+//! Is there a reliable strike?  The search uses the lab itself, without any model.
 //!
 //! A pile is robustly solvable if some strike singulates it in at least [`ENOUGH`] of [`REPEATS`] strikes with poses, speed and
 //! heading off as in a robot cell.  Tried are variants of the planned strike and of its runner-up, and random strikes: what works
@@ -17,8 +17,8 @@ pub(super) const REPEATS: u64 = 10;
 const ENOUGH: usize = 8;
 /// Strikes that are tried on a pile.
 const TRIED: u64 = 60;
-/// How far variants turn (rad) and change their speed (relative), at most.
-const TURN_RAD: f64 = 0.3;
+/// Largest rotation (rad) and relative change of speed of a variant.
+const ROTATION_RAD: f64 = 0.3;
 const SPEED: f64 = 0.25;
 
 /// What was found about a pile.
@@ -78,14 +78,14 @@ fn another(lab: &mut Lab, scene: &Scene, plan: &Plan, seed: u64) -> Result<bool,
     Ok(false)
 }
 
-/// A strike turned about the object that it strikes, and faster or slower; none if its way is not free.
+/// A strike rotated about the object that it strikes, and faster or slower; none if its path is not free.
 fn varied(scene: &Scene, strike: &Strike, draw: &mut Draw) -> Option<Strike> {
     let target = scene.placed.iter().find(|p| Some(&p.object) == strike.object.as_ref())?;
-    let turn_rad = draw.between(-TURN_RAD, TURN_RAD);
+    let rotation_rad = draw.between(-ROTATION_RAD, ROTATION_RAD);
     let [_, fastest_m_s] = scene.cell.striker.speed_range_m_s;
     let varied = Strike {
-        start_m: target.position_m + (strike.start_m - target.position_m).rotated(turn_rad),
-        heading_rad: wrapped_rad(strike.heading_rad + turn_rad),
+        start_m: target.position_m + (strike.start_m - target.position_m).rotated(rotation_rad),
+        heading_rad: wrapped_rad(strike.heading_rad + rotation_rad),
         speed_m_s: (strike.speed_m_s * draw.between(1.0 - SPEED, 1.0 + SPEED)).min(fastest_m_s),
         ..strike.clone()
     };
