@@ -108,7 +108,7 @@ fn an_old_or_changed_table_is_refused_with_the_reason() {
 }
 
 #[test]
-fn bad_robots_and_damaged_commands_are_told() {
+fn bad_robots_and_damaged_commands_are_reported() {
     let folder = folder();
     let cases: [(&[&str], i32, &str); 3] = [
         (&["strike", "command.json", "--driver", "kuka:host"], 2, "`kuka:host`"),

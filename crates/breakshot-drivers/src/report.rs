@@ -1,4 +1,4 @@
-//! The result of a run: the preflight checks, the ending, and the course of a stop.
+//! The result of a run: the preflight checks, the ending, and the times of a stop.
 
 use crate::fault::Fault;
 use crate::preflight::PreflightCheck;
@@ -34,12 +34,12 @@ pub enum Ending {
         /// The fault.
         #[serde(rename = "trouble")]
         fault: Fault,
-        /// The course of the stop.
+        /// Confirmation and times of the stop.
         stop: StopReport,
     },
 }
 
-/// The course of a stop; times count from the detection of the fault.
+/// Confirmation of a stop and its times, which count from the detection of the fault.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct StopReport {

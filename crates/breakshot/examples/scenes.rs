@@ -43,7 +43,7 @@ struct Pile {
     roughness: Vec<f64>,
     /// Square roots of the restitutions: striker, then objects.
     bounce: Vec<f64>,
-    /// Mass, friction, restitution and contact friction of each kind; copies share them and the outline.
+    /// Mass, friction, restitution and contact friction of each kind; copies have the same values and the same outline.
     kinds: Vec<[f64; 4]>,
 }
 

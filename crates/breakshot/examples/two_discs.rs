@@ -85,7 +85,7 @@ fn main() -> breakshot::Result<()> {
         launch,
     );
 
-    // Coulomb friction slows `a` down on its way to `b` (Eq. 26).
+    // Coulomb friction slows `a` down until it reaches `b` (Eq. 26).
     let gap_m = DISCS[1].5 - DISCS[0].1 - DISCS[1].1;
     let approach = speed_at(launch, DISCS[0].3, gap_m);
     let [before_a, before_b] = [hit_b.velocities_before_m_s[0].x, hit_b.velocities_before_m_s[1].x];

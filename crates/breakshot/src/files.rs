@@ -15,7 +15,7 @@ use serde::{Deserialize, Serialize};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-/// A value from a file, and what the user should be told about how it was read.
+/// A value from a file, and warnings for the user about how it was read.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Loaded<T> {
     /// The value.
@@ -58,7 +58,7 @@ pub fn read_json<T: DeserializeOwned>(path: &Path) -> Result<T> {
     })
 }
 
-/// Turns a parser's message into ours: an unknown key becomes [`Error::UnknownKey`] with the nearest known one.
+/// Converts a parser's message into an [`Error`]: an unknown key becomes [`Error::UnknownKey`] with the nearest known one.
 fn syntax_error(path: &Path, message: &str, line: Option<usize>) -> Error {
     let at = line.map_or(String::new(), |line| format!(" (line {line})"));
     let first = message.lines().next().unwrap_or_default();
@@ -92,20 +92,20 @@ pub fn write_whole(path: &Path, bytes: &[u8]) -> Result<()> {
     let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
     let mut file = tempfile::NamedTempFile::new_in(folder).map_err(failed)?;
     file.write_all(bytes).map_err(failed)?;
-    share(&file).map_err(failed)?;
+    make_readable(&file).map_err(failed)?;
     file.persist(path).map_err(|e| failed(e.error))?;
     Ok(())
 }
 
-/// Temporary files are private to their maker; a result is readable as any other file.
+/// Makes a file readable for all users: a temporary file is readable only for its owner.
 #[cfg(unix)]
-fn share(file: &tempfile::NamedTempFile) -> std::io::Result<()> {
+fn make_readable(file: &tempfile::NamedTempFile) -> std::io::Result<()> {
     use std::os::unix::fs::PermissionsExt;
     file.as_file().set_permissions(std::fs::Permissions::from_mode(0o644))
 }
 
 #[cfg(not(unix))]
-fn share(_file: &tempfile::NamedTempFile) -> std::io::Result<()> {
+fn make_readable(_file: &tempfile::NamedTempFile) -> std::io::Result<()> {
     Ok(())
 }
 

@@ -215,7 +215,7 @@ fn a_disc_between_walls_loses_speed_by_restitution_and_friction() {
 }
 
 #[test]
-fn the_closest_near_miss_tells_by_how_much() {
+fn the_closest_near_miss_has_the_exact_margin() {
     let reach = STRIKER_RADIUS_M + 0.05;
     for (offset_m, hit) in [(reach - 1e-4, true), (reach + 1e-4, false)] {
         let run =

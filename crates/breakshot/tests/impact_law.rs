@@ -47,9 +47,9 @@ fn stepped_impact(
     let arms = bodies.map(|m| Point::ORIGIN - m.position);
     let softness = |i: usize, k: usize| -> f64 {
         let of = |m: &ImpactBody, r: Vec2| {
-            let turn = [-r.y, r.x];
+            let perpendicular = [-r.y, r.x];
             let own = if i == k { 1.0 } else { 0.0 };
-            (own + turn[i] * turn[k] / (m.gyration_m * m.gyration_m)) / m.mass_kg
+            (own + perpendicular[i] * perpendicular[k] / (m.gyration_m * m.gyration_m)) / m.mass_kg
         };
         of(bodies[0], arms[0]) + of(bodies[1], arms[1])
     };
@@ -86,7 +86,7 @@ fn stepped_impact(
         approach = next;
         slip -= part * change[1];
         if slip * first_slip < 0.0 && slip_history == "slips" {
-            slip_history = if approach > 0.0 { "turns early" } else { "turns late" };
+            slip_history = if approach > 0.0 { "reverses early" } else { "reverses late" };
         }
     }
     ([approach, slip], slip_history)
@@ -95,7 +95,7 @@ fn stepped_impact(
 #[test]
 fn impacts_end_as_impulses_that_grow_in_small_steps() {
     let mut draw = draw(7);
-    let mut seen: BTreeMap<&str, usize> = BTreeMap::new();
+    let mut counts: BTreeMap<&str, usize> = BTreeMap::new();
     for _ in 0..4000 {
         let (a, b) = (corner(&mut draw, 0.1, -1.0), corner(&mut draw, 0.07, 1.0));
         let (restitution, friction) = (draw.between(0.3, 0.95), draw.between(0.05, 1.2));
@@ -111,9 +111,9 @@ fn impacts_end_as_impulses_that_grow_in_small_steps() {
             apart < 1e-3 * before.length(),
             "{slip_history}: {after:?}, in small steps [{approach}, {slip}], e {restitution}, mu {friction}"
         );
-        *seen.entry(slip_history).or_default() += 1;
+        *counts.entry(slip_history).or_default() += 1;
     }
-    assert_eq!(seen.len(), 5, "the five ways of slip: {seen:?}");
+    assert_eq!(counts.len(), 5, "the five cases of slip: {counts:?}");
 }
 
 /// The greatest energy gain (relative) of a hundred thousand impacts on a wall.

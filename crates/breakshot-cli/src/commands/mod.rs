@@ -1,4 +1,4 @@
-//! One file for each command, and what several commands share.
+//! One file for each command, and what several commands have in common.
 
 pub(crate) mod calibrate;
 pub(crate) mod command;

@@ -54,7 +54,7 @@ fn with_base(text: &str, base: &Transform) -> std::result::Result<String, TomlEr
 
 /// A transform as an inline table, rounded to a micrometre and a microradian.
 fn inline(transform: &Transform) -> InlineTable {
-    // Adding zero turns a negative zero into a positive one.
+    // Adding zero converts a negative zero into a positive one.
     let rounded =
         |values: [f64; 3]| values.into_iter().map(|x| (x * 1e6).round() / 1e6 + 0.0).collect::<Array>();
     let mut table = InlineTable::new();

@@ -1,4 +1,4 @@
-//! The demo's pile, and what its films tell of the objects.
+//! The demo's pile, and the properties of its objects estimated from its films.
 
 use breakshot::capture::Decoder;
 use breakshot::properties::Properties;
@@ -6,7 +6,7 @@ use breakshot::scene::Scene;
 use breakshot::{clip_tracks, estimate, files};
 use std::path::{Path, PathBuf};
 
-/// Where its files lie.
+/// The folder of its files.
 pub(crate) fn folder() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fixtures/demo")
 }

@@ -274,10 +274,10 @@ mod tests {
             let camera = camera(rpy_rad);
             for height_m in [0.0, 0.05, 0.3] {
                 for k in 0..50 {
-                    let place = Point::new(f64::from(k % 7) * 0.1 - 0.3, f64::from(k / 7) * 0.05 - 0.2);
-                    let pixel = camera.pixel_from_table(place, height_m);
+                    let point = Point::new(f64::from(k % 7) * 0.1 - 0.3, f64::from(k / 7) * 0.05 - 0.2);
+                    let pixel = camera.pixel_from_table(point, height_m);
                     let back = camera.table_from_pixel(pixel, height_m);
-                    assert!(back.distance(place) < 1e-11, "{place:?} at {height_m} m came back as {back:?}");
+                    assert!(back.distance(point) < 1e-11, "{point:?} at {height_m} m came back as {back:?}");
                 }
             }
         }
@@ -285,16 +285,16 @@ mod tests {
 
     proptest! {
         #[test]
-        fn any_place_in_view_of_any_camera_is_found_again(
+        fn any_position_in_view_of_any_camera_is_found_again(
             roll_rad in -0.8..0.8, pitch_rad in -0.8..0.8, yaw_rad in -3.0..3.0,
             k1 in -0.2..0.2, x_px in 0.0..1279.0, y_px in 0.0..719.0, height_m in 0.0..0.3,
         ) {
             let lens = Lens::new([1100.0, 1098.0], [642.0, 355.0], [k1, 0.03, 0.001, -0.0005, 0.0]);
             let at = Transform { position_m: [0.05, -0.1, 1.2], rpy_rad: [roll_rad, pitch_rad, yaw_rad] };
             let camera = Camera::new([1280, 720], lens, at);
-            let place = camera.table_from_pixel(Pixel::new(x_px, y_px), height_m);
-            prop_assume!(place.is_finite());
-            let back = camera.pixel_from_table(place, height_m);
+            let point = camera.table_from_pixel(Pixel::new(x_px, y_px), height_m);
+            prop_assume!(point.is_finite());
+            let back = camera.pixel_from_table(point, height_m);
             prop_assert!(back.distance_px(Pixel::new(x_px, y_px)) < 1e-6, "came back as {back:?}");
         }
     }
@@ -315,7 +315,7 @@ mod tests {
     }
 
     #[test]
-    fn what_cannot_be_seen_is_not_a_number() {
+    fn pixels_of_the_sky_and_points_behind_the_camera_have_no_finite_position() {
         let camera = camera([0.0, 1.3, 0.0]);
         let sky =
             [Pixel::new(0.0, 360.0), Pixel::new(1279.0, 360.0)].map(|p| camera.table_from_pixel(p, 0.0));
@@ -331,8 +331,8 @@ mod tests {
     #[test]
     fn a_flat_camera_maps_by_its_scale_alone() {
         let camera = Camera::flat([640, 480], 1000.0, None);
-        let place = camera.table_from_pixel(Pixel::new(419.5, 139.5), 0.05);
-        assert!(place.distance(Point::new(0.1, 0.1)) < 1e-12, "{place:?}");
+        let point = camera.table_from_pixel(Pixel::new(419.5, 139.5), 0.05);
+        assert!(point.distance(Point::new(0.1, 0.1)) < 1e-12, "{point:?}");
         assert!(!camera.knows_heights());
     }
 

@@ -43,7 +43,7 @@ struct PoseProblem<'a> {
     spec: CameraSpec,
     /// The lens, if its focal length is given.
     lens: Option<Lens>,
-    /// The clockwise rotation of all tags against the cell, in quarter turns.
+    /// The clockwise rotation of all tags against the cell, in units of 90 degrees.
     quarter_turns: usize,
     warnings: Vec<String>,
 }
@@ -323,7 +323,7 @@ impl PoseProblem<'_> {
         })
     }
 
-    /// The tags whose positions agree with the cell; if none do, all tags are tried rotated by quarter turns.
+    /// The tags whose positions agree with the cell; if none do, all tags are tried rotated by multiples of 90 degrees.
     ///
     /// # Errors
     /// No rotation makes them agree.
@@ -331,10 +331,10 @@ impl PoseProblem<'_> {
         if let Some(used) = self.consensus(detected) {
             return Ok(used);
         }
-        for turns in 1..4 {
-            self.quarter_turns = turns;
+        for quarters in 1..4 {
+            self.quarter_turns = quarters;
             if let Some(used) = self.consensus(detected) {
-                let (less_deg, less_rad) = (90 * turns, FRAC_PI_2 * turns as f64);
+                let (less_deg, less_rad) = (90 * quarters, FRAC_PI_2 * quarters as f64);
                 self.warnings.push(format!(
                     "the tags are rotated against cell.toml and used as they are: \
                      each yaw_rad should be {less_rad:.4} less ({less_deg} degrees)"

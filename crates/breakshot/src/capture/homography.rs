@@ -17,8 +17,8 @@ impl Homography {
         let from = normalizing(pairs.iter().map(|(p, _)| (p.x, p.y)))?;
         let to = normalizing(pairs.iter().map(|(_, p)| (p.x, p.y)))?;
         let mut normal = SMatrix::<f64, 9, 9>::zeros();
-        for (place, pixel) in pairs {
-            let p = from * Vector3::new(place.x, place.y, 1.0);
+        for (point, pixel) in pairs {
+            let p = from * Vector3::new(point.x, point.y, 1.0);
             let q = to * Vector3::new(pixel.x, pixel.y, 1.0);
             for (axis, value) in [(0, q.x), (1, q.y)] {
                 let mut row = SMatrix::<f64, 9, 1>::zeros();
@@ -48,8 +48,8 @@ impl Homography {
     }
 
     /// The pixel of a point; `None` beyond the horizon.
-    pub(crate) fn pixel(&self, place: Point) -> Option<Pixel> {
-        let p = self.0 * Vector3::new(place.x, place.y, 1.0);
+    pub(crate) fn pixel(&self, point: Point) -> Option<Pixel> {
+        let p = self.0 * Vector3::new(point.x, point.y, 1.0);
         (p.z > 0.0).then(|| Pixel::new(p.x / p.z, p.y / p.z))
     }
 }

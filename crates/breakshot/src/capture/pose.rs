@@ -291,9 +291,9 @@ mod tests {
             let lens = truth.lens().expect("has one").clone();
             let fit = pose(&lens, &correspondences(&truth), FreeParameters::Pose).expect("20 points");
             let found = Camera::with_projection(SIZE, fit.projection);
-            for place in grid() {
-                let raised = found.table_from_pixel(truth.pixel_from_table(place, 0.1), 0.1);
-                assert!(raised.distance(place) < 1e-8, "{} m off at tilt {roll_rad}", raised.distance(place));
+            for point in grid() {
+                let raised = found.table_from_pixel(truth.pixel_from_table(point, 0.1), 0.1);
+                assert!(raised.distance(point) < 1e-8, "{} m off at tilt {roll_rad}", raised.distance(point));
             }
         }
     }

@@ -77,7 +77,7 @@ fn worst_position_m(truth: &Camera, found: &Camera, cell: &Cell) -> f64 {
     let Workspace { min_m, max_m } = cell.workspace;
     let corners = [min_m, max_m, Point::new(min_m.x, max_m.y), Point::new(max_m.x, min_m.y)];
     let off =
-        |&place: &Point| found.table_from_pixel(truth.pixel_from_table(place, 0.05), 0.05).distance(place);
+        |&point: &Point| found.table_from_pixel(truth.pixel_from_table(point, 0.05), 0.05).distance(point);
     corners.iter().map(off).fold(0.0, f64::max)
 }
 
@@ -85,7 +85,7 @@ fn worst_position_m(truth: &Camera, found: &Camera, cell: &Cell) -> f64 {
 fn corner_rms_px(truth: &Camera, found: &Camera, tags: &[Tag]) -> f64 {
     let off = |tag: &Tag| {
         let fit = found.tags.iter().find(|fit| fit.id == tag.id).expect("the tag was found");
-        let corners = tag.corners_m().map(|place| truth.pixel_from_table(place, 0.0));
+        let corners = tag.corners_m().map(|point| truth.pixel_from_table(point, 0.0));
         corners.iter().zip(fit.corners_px).map(|(a, b)| a.distance_px(b).powi(2)).sum::<f64>()
     };
     (tags.iter().map(off).sum::<f64>() / (4.0 * tags.len() as f64)).sqrt()
@@ -239,12 +239,12 @@ fn a_film_with_dark_first_frames_is_calibrated_from_the_first_bright_one() {
 #[test]
 fn tags_all_rotated_by_180_degrees_are_used_with_a_warning() {
     let truth = looking(0.3, 0.0);
-    let mut turned = four_tags();
-    for tag in &mut turned {
+    let mut rotated = four_tags();
+    for tag in &mut rotated {
         tag.yaw_rad += PI;
     }
     let cell = cell(four_tags());
-    let camera = found(&drawn(&truth, &turned), &cell).expect("four tags agree on the rotation");
+    let camera = found(&drawn(&truth, &rotated), &cell).expect("four tags agree on the rotation");
     assert!(camera.warnings.iter().any(|w| w.contains("180 degrees")), "{:?}", camera.warnings);
     assert!(worst_position_m(&truth, &camera, &cell) < POSITIONS_M);
 }
@@ -345,14 +345,14 @@ fn without_intrinsics_a_tilted_view_determines_the_focal_length_and_a_perpendicu
 }
 
 fn clicked(truth: &Camera, off_px: f64) -> Vec<ReferencePoint> {
-    let places = [(-0.3, -0.15), (0.3, -0.15), (0.3, 0.15), (-0.3, 0.15), (0.0, 0.0)];
+    let positions = [(-0.3, -0.15), (0.3, -0.15), (0.3, 0.15), (-0.3, 0.15), (0.0, 0.0)];
     let click = |(k, (x, y)): (usize, (f64, f64))| {
         let table_m = Point::new(x, y);
         let p = truth.pixel_from_table(table_m, 0.0);
         let image_px = Pixel::new(p.x + off_px * (k as f64).sin(), p.y + off_px * (k as f64).cos());
         ReferencePoint { image_px, table_m }
     };
-    places.into_iter().enumerate().map(click).collect()
+    positions.into_iter().enumerate().map(click).collect()
 }
 
 #[test]
@@ -377,8 +377,8 @@ fn points_picked_by_hand_determine_the_pose() {
     let camera = found(&blank, &cell).expect("five points");
     assert!(!camera.knows_heights());
     assert!(camera.warnings.iter().any(|w| w.contains("heights")), "{:?}", camera.warnings);
-    let place = Point::new(0.1, -0.1);
-    let off_m = camera.table_from_pixel(straight.pixel_from_table(place, 0.0), 0.0).distance(place);
+    let point = Point::new(0.1, -0.1);
+    let off_m = camera.table_from_pixel(straight.pixel_from_table(point, 0.0), 0.0).distance(point);
     assert!(off_m < 5e-4, "{off_m} m off");
 
     for point in &mut cell.points {

@@ -154,7 +154,7 @@ pub struct Tag {
     pub size_m: f64,
     /// The centre of its black square.
     pub center_m: Point,
-    /// How its top edge is turned (rad); at 0 the tag reads upright for someone who sees x to the right and y up.
+    /// Rotation of its top edge (rad); at 0 the tag is upright in a view with x to the right and y up.
     #[serde(default)]
     pub yaw_rad: f64,
 }
@@ -261,7 +261,7 @@ impl RobotSpec {
     }
 }
 
-/// A rigid motion in space: first turned about the fixed axes x, y, z, then moved.
+/// A rigid motion in space: first rotated about the fixed axes x, y, z, then translated.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Transform {
@@ -285,7 +285,7 @@ fn retract_speed_m_s() -> f64 {
 }
 
 impl Cell {
-    /// A cell whose camera looks straight down and sees so many pixels a metre; no arm is told.
+    /// A cell with a camera that looks straight down at this scale (px per m), and without an arm.
     pub fn from_above(scale_px_per_m: f64, workspace: Workspace, striker: Striker) -> Self {
         Self {
             version: one(),
@@ -367,7 +367,7 @@ impl Cell {
         }
         if self.tags.is_empty() && self.points.is_empty() && self.scale_px_per_m().is_none() {
             let needed = "[[tags]], four or more [[points]], or scale_px_per_m";
-            return Err(Error::invalid(file, "camera pose", "nothing that tells it", needed));
+            return Err(Error::invalid(file, "camera pose", "no information about it", needed));
         }
         if self.tags.is_empty() && !self.points.is_empty() && self.points.len() < 4 {
             let found = format!("{} [[points]]", self.points.len());

@@ -46,7 +46,7 @@ pub(crate) fn principal_axes([xx, xy, yy]: [f64; 3]) -> (f64, f64, f64) {
 }
 
 /// Area over the area of the ellipse with the same second moments: 1 for an ellipse, 0.95 for a rectangle, less for a
-/// ragged, hollow or bent shape.  Invariant under affine maps, so it is the same from any direction of view.
+/// ragged, hollow or curved shape.  Invariant under affine maps, so it is the same from any direction of view.
 pub(crate) fn compactness(area: f64, [xx, xy, yy]: [f64; 3]) -> f64 {
     area / (4.0 * PI * (xx * yy - xy * xy).max(f64::MIN_POSITIVE).sqrt())
 }

@@ -55,7 +55,7 @@ use std::sync::Arc;
 /// ```
 #[derive(Clone, Debug)]
 pub struct World {
-    /// Names of the objects, in the order in which the scene places them.
+    /// Names of the objects, in the order of the scene's placed objects.
     pub(crate) names: Vec<String>,
     /// Body index of each object, in the same order.
     pub(crate) body_of: Vec<usize>,
@@ -249,7 +249,7 @@ impl World {
         Ok(world)
     }
 
-    /// The names of the objects, in the order in which the scene places them.
+    /// The names of the objects, in the order of the scene's placed objects.
     pub fn names(&self) -> &[String] {
         &self.names
     }

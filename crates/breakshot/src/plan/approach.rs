@@ -28,7 +28,7 @@ impl ContactLine {
     }
 }
 
-/// The outlines that a striker on its way to one object has to avoid.
+/// The outlines that a striker has to avoid on its path to one object.
 pub(crate) struct Surroundings<'a> {
     scene: &'a Scene,
     target: Outline,

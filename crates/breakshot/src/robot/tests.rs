@@ -170,9 +170,9 @@ fn the_hash_depends_on_the_scene_and_on_the_path() {
     let command = ready(&strike(0.3, 0.4));
     let mut moved = command.clone();
     moved.scene.as_mut().expect("a scene").placed[0].position_m.x += 1e-9;
-    let mut bent = command.clone();
-    bent.phases[2].q_rad[7][3] += 1e-12;
-    let hashes = [&command, &moved, &bent].map(Command::short_hash);
+    let mut altered = command.clone();
+    altered.phases[2].q_rad[7][3] += 1e-12;
+    let hashes = [&command, &moved, &altered].map(Command::short_hash);
     assert!(hashes[0] != hashes[1] && hashes[0] != hashes[2], "{hashes:?}");
     assert_eq!(hashes[0].len(), 8);
 }

@@ -1,6 +1,6 @@
 //! Do these poses fulfil the goal, and by what margin?
 //!
-//! The one place where a goal is evaluated: [`crate::scene::singulation`] reports the conditions that fail, the planner searches for the strike
+//! The only module that evaluates a goal: [`crate::scene::singulation`] reports the conditions that fail, the planner searches for the strike
 //! with the largest margin.
 
 use crate::error::Result;

@@ -192,7 +192,7 @@ impl Singulation {
     /// ```
     pub fn of(scene: &Scene, poses: &BTreeMap<String, Pose>) -> Result<Self> {
         let observed = poses.iter().map(|(name, pose)| (name.as_str(), pose.position, Some(pose.yaw_rad)));
-        Self::of_places(scene, observed)
+        Self::of_poses(scene, observed)
     }
 
     /// The same for objects of which some have an unknown yaw: name, centre, yaw (rad).
@@ -201,12 +201,12 @@ impl Singulation {
     ///
     /// # Errors
     /// A name without an entry among the scene's objects.
-    pub fn of_places<'a>(
+    pub fn of_poses<'a>(
         scene: &Scene,
-        places: impl Iterator<Item = (&'a str, Point, Option<f64>)>,
+        poses: impl Iterator<Item = (&'a str, Point, Option<f64>)>,
     ) -> Result<Self> {
         let mut placed: Vec<(&str, Placement)> =
-            places.map(|(name, position, yaw_rad)| (name, Placement { position, yaw_rad })).collect();
+            poses.map(|(name, position, yaw_rad)| (name, Placement { position, yaw_rad })).collect();
         placed.sort_by_key(|(name, _)| *name);
         let evaluator = GoalEvaluator::of_objects(scene, placed.iter().map(|(name, _)| *name))?;
         let outlines: Vec<_> =
@@ -322,8 +322,8 @@ mod tests {
         Scene { cell, objects, observed_unix_s: None, placed, walls, keep_out: Vec::new(), goal }
     }
 
-    fn at(places: &[(&str, f64, f64)]) -> BTreeMap<String, Pose> {
-        places.iter().map(|&(name, x, y)| (name.to_owned(), Pose::new(x, y, 0.0))).collect()
+    fn at(poses: &[(&str, f64, f64)]) -> BTreeMap<String, Pose> {
+        poses.iter().map(|&(name, x, y)| (name.to_owned(), Pose::new(x, y, 0.0))).collect()
     }
 
     #[test]

@@ -521,11 +521,11 @@ mod tests {
     fn a_drawn_disc_has_the_centre_and_area_that_the_camera_predicts() {
         for (blur_px, height_m) in [(0.0, 0.0), (0.7, 0.0), (1.5, 0.1)] {
             let view = view(blur_px);
-            let place = Point::new(0.0312, -0.0537);
+            let point = Point::new(0.0312, -0.0537);
             let shape = Shape::Disc { radius_m: 0.02 };
-            let disc = Thing::flat(shape, Pose { position: place, yaw_rad: 0.0 }, height_m, 20.0);
+            let disc = Thing::flat(shape, Pose { position: point, yaw_rad: 0.0 }, height_m, 20.0);
             let (center, area) = dark(&picture(&view, &[disc]), 190.0, 20.0);
-            let expected = view.camera.pixel_from_table(place, height_m);
+            let expected = view.camera.pixel_from_table(point, height_m);
             assert!(center.distance_px(expected) < ROUNDING_PX, "{center:?} instead of {expected:?}");
             let radius_px = 500.0 * 0.02 / (1.0 - height_m);
             let ratio = area / (std::f64::consts::PI * radius_px * radius_px);

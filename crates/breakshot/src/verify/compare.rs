@@ -53,7 +53,7 @@ pub(super) fn report(
 
     // The same measures of both outcomes.
     let filmed = after.iter().map(|(name, pose)| (name.as_str(), pose.position, pose.yaw_rad));
-    let real = Singulation::of_places(scene, filmed)?;
+    let real = Singulation::of_poses(scene, filmed)?;
     let expected = Singulation::of(scene, &predicted)?;
     let pairs = pair_differences(scene, &real, &expected)?;
     let objects = object_differences(scene, &before, &after, &predicted)?;
@@ -229,7 +229,7 @@ mod tests {
             (report.summary.all.expect("pairs"), report.summary.discs.expect("a pair of discs"));
         assert!((all.worst_m - 0.01).abs() < 1e-12 && discs.worst_m < 1e-15, "{all:?} {discs:?}");
         assert!((report.summary.worst_position_error_m - 0.01).abs() < 1e-12);
-        // A bar marker looks the same after half a turn: 0.3 rad predicted, 0.2 rad observed.
+        // A bar marker looks the same after a rotation by pi: 0.3 rad predicted, 0.2 rad observed.
         let yaw_rad = report.objects[2].yaw_error_rad.expect("a marker with a direction");
         assert!((yaw_rad - 0.1).abs() < 1e-12, "{yaw_rad} rad");
         assert_eq!(report.objects[0].yaw_error_rad, None);

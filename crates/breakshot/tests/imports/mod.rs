@@ -2,7 +2,7 @@
 //!
 //! A node is a file. A file points to the file in which a name that it uses is *defined*: re-exports (`pub use`) are
 //! followed, and neither `mod` declarations nor re-exports are imports. A file's use of a `mod.rs` above it does not count
-//! either: there stand the output and the options of the stage, which its files share. Test modules do not count.
+//! either: it defines the output and the options of the stage, which all its files use. Test modules do not count.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};

@@ -1,4 +1,4 @@
-//! A second simulator that shares no code with the first: no events, no roots, no islands, only small time steps.
+//! A second simulator that has no code in common with the first: no events, no roots, no islands, only small time steps.
 //!
 //! The steps become shorter as two bodies come closer, down to a least step.  Contacts have no friction.  An overlap is resolved
 //! in one step ([`Contact::Rigid`]) or by springs that are integrated through the whole contact ([`Contact::Springs`]).  The
@@ -176,8 +176,8 @@ impl Run {
 
     fn drift(&mut self, step_s: f64) {
         for body in self.bodies.iter_mut().skip(usize::from(!self.striking)) {
-            for (place, speed) in body.pose.iter_mut().zip(body.speed) {
-                *place += step_s * speed;
+            for (coordinate, speed) in body.pose.iter_mut().zip(body.speed) {
+                *coordinate += step_s * speed;
             }
         }
     }

@@ -34,14 +34,14 @@ impl Patch {
         let (v, grip) = (vx.hypot(vy), body.friction * GRAVITY_M_S2);
         // The disc with the same greatest torque: 2/3 of its radius is its mean arm.
         let radius_m = 1.5 * body.mean_arm_m;
-        let turn = grip * body.mass_kg * radius_m * radius_m / body.inertia_kg_m2;
+        let yaw_deceleration = grip * body.mass_kg * radius_m * radius_m / body.inertia_kg_m2;
         let rim = w.abs() * radius_m;
         if v == 0.0 && rim == 0.0 {
             return;
         }
         let slope = |v: f64, rim: f64| {
             let [force, torque] = self.force_and_torque(v, rim);
-            [grip * force, turn * torque]
+            [grip * force, yaw_deceleration * torque]
         };
         let [force, torque] = slope(v, rim);
         let (v_mid, rim_mid) = ((v - 0.5 * step_s * force).max(0.0), (rim - 0.5 * step_s * torque).max(0.0));

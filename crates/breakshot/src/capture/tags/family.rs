@@ -21,10 +21,10 @@ const BIT_SPREAD: f64 = 0.2;
 /// The number of the tag with this code word, and the index of the corner that is its top left one.
 pub(super) fn identified(code: u64) -> Option<(u32, usize)> {
     let mut rotated = code;
-    for turns in 0..4 {
+    for quarters in 0..4 {
         let nearest = CODES.iter().enumerate().min_by_key(|&(_, &word)| (word ^ rotated).count_ones())?;
         if (nearest.1 ^ rotated).count_ones() <= WRONG_BITS {
-            return u32::try_from(nearest.0).ok().map(|id| (id, turns));
+            return u32::try_from(nearest.0).ok().map(|id| (id, quarters));
         }
         rotated = quarter_turned(rotated);
     }
@@ -194,10 +194,11 @@ mod tests {
     fn any_two_words_under_any_rotation_differ_in_eleven_bits_or_more() {
         for (k, &word) in CODES.iter().enumerate() {
             let mut rotated = word;
-            for turns in 0..4 {
-                for (other, &another) in CODES.iter().enumerate().skip(if turns == 0 { k + 1 } else { k }) {
+            for quarters in 0..4 {
+                for (other, &another) in CODES.iter().enumerate().skip(if quarters == 0 { k + 1 } else { k })
+                {
                     let bits = (rotated ^ another).count_ones();
-                    assert!(bits >= 11, "{k} rotated {turns} times and {other} differ in {bits} bits");
+                    assert!(bits >= 11, "{k} rotated {quarters} times and {other} differ in {bits} bits");
                 }
                 rotated = quarter_turned(rotated);
             }
@@ -208,8 +209,8 @@ mod tests {
     #[test]
     fn a_word_is_identified_under_any_rotation_and_with_two_wrong_bits() {
         let mut rotated = CODES[217] ^ (1 << 3) ^ (1 << 30);
-        for turns in [0, 3, 2, 1] {
-            assert_eq!(identified(rotated), Some((217, turns)));
+        for quarters in [0, 3, 2, 1] {
+            assert_eq!(identified(rotated), Some((217, quarters)));
             rotated = quarter_turned(rotated);
         }
         assert_eq!(identified(rotated ^ (1 << 17)), None, "three wrong bits are too many");

@@ -128,10 +128,10 @@ fn add(tags: &mut Vec<DetectedTag>, image: &GreyImage, undistortion: &Undistorti
 /// The tag whose corners are near these pixels, with any number and orientation.
 fn read(image: &GreyImage, undistortion: &Undistortion, near_px: [Pixel; 4]) -> Option<DetectedTag> {
     let (ideal, mut steps) = edges::fitted(image, undistortion, near_px, None, [None; 4])?;
-    let (id, turns) = family::identified(family::code(image, undistortion, &ideal)?)?;
+    let (id, quarters) = family::identified(family::code(image, undistortion, &ideal)?)?;
     let mut corners_px = ideal.map(|p| undistortion.distorted(p).unwrap_or(NO_PIXEL));
-    corners_px.rotate_left(turns);
-    steps.rotate_left(turns);
+    corners_px.rotate_left(quarters);
+    steps.rotate_left(quarters);
     // A tag that was decoded but does not fit its own code is partly covered: the first fit is kept.
     let tag = DetectedTag { id, corners_px, steps };
     Some(refined(image, undistortion, &tag).unwrap_or(tag))

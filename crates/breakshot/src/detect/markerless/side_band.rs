@@ -17,7 +17,7 @@ pub(super) struct BandEdge {
     /// Its standard deviation (px).
     pub std_px: f64,
     /// Variance of the residuals of the three grey levels.
-    misfit: f64,
+    residual: f64,
 }
 
 /// A point of the outline and the expected band beyond it.
@@ -55,8 +55,8 @@ const USUAL_BLUR_PX: f64 = 1.6;
 const MARGIN_PX: f64 = 1.0;
 /// Widths of shadows along the foot that are tried (px); a wider shadow is the third grey level.
 const SHADOWS_PX: [f64; 4] = [0.5, 1.0, 1.5, 2.0];
-/// Largest misfit of a shadow over that without one: noise alone rarely reduces it as much.
-const SHADOW_MISFIT: f64 = 0.5;
+/// Largest residual variance with a shadow over that without one: noise alone rarely reduces it as much.
+const SHADOW_RESIDUAL: f64 = 0.5;
 /// A determinant below this fraction of its upper bound is rounding error.
 const SINGULAR: f64 = 1e-9;
 
@@ -66,14 +66,14 @@ impl OutlineView<'_> {
         let radius_px = |step: f64| SHARPEST_PX * BLUR_RATIO.powf(step);
         let profiles: Vec<(Band, Vec<GreyAt>)> =
             bands.iter().filter_map(|band| Some((*band, self.profile(*band, reach_px)?))).collect();
-        let misfit = |step: i32| {
+        let residual = |step: i32| {
             let edge = |(band, profile): &(Band, Vec<GreyAt>)| {
                 BandModel::new(profile, *band, radius_px(f64::from(step))).edge(reach_px)
             };
-            upper_median(profiles.iter().filter_map(edge).map(|edge| edge.misfit))
+            upper_median(profiles.iter().filter_map(edge).map(|edge| edge.residual))
         };
-        let misfits: Option<Vec<f64>> = (0..BLUR_STEPS).map(misfit).collect();
-        misfits.and_then(|misfits| lowest(&misfits)).map_or(USUAL_BLUR_PX, radius_px)
+        let residuals: Option<Vec<f64>> = (0..BLUR_STEPS).map(residual).collect();
+        residuals.and_then(|residuals| lowest(&residuals)).map_or(USUAL_BLUR_PX, radius_px)
     }
 
     /// The top edge within `reach_px` of the expected one, with a shadow along the foot if that fits better.
@@ -86,8 +86,8 @@ impl OutlineView<'_> {
         let widened = SHADOWS_PX.iter().filter_map(|shadow_px| {
             BandModel { width_px: band.width_px + shadow_px, ..model }.edge(reach_px)
         });
-        let shadowed = widened.filter(|edge| edge.misfit < SHADOW_MISFIT * plain.misfit);
-        Some(shadowed.min_by(|a, b| a.misfit.total_cmp(&b.misfit)).unwrap_or(plain))
+        let shadowed = widened.filter(|edge| edge.residual < SHADOW_RESIDUAL * plain.residual);
+        Some(shadowed.min_by(|a, b| a.residual.total_cmp(&b.residual)).unwrap_or(plain))
     }
 
     /// Grey levels along the normal, from `reach_px` inside the expected edge to `reach_px` beyond the band.
@@ -165,7 +165,7 @@ struct FittedLevels {
     /// Differences of grey levels from top to side and from side to table.
     steps: [f64; 2],
     /// Sum of squared residuals.
-    misfit: f64,
+    residual: f64,
     /// The matrix of the normal equations (xx, xy, yy).
     moments: [f64; 3],
 }
@@ -177,22 +177,22 @@ impl<'a> BandModel<'a> {
         Self { profile, width_px, blur_radius_px: lens_radius_px.hypot(motion_px / 2_f64.sqrt()) }
     }
 
-    /// The position of the edge with the smallest misfit; `None` if it is at an end of the range.
+    /// The position of the edge with the smallest sum of squared residuals; `None` if it is at an end of the range.
     fn edge(&self, reach_px: f64) -> Option<BandEdge> {
         let steps = ((reach_px - MARGIN_PX) / STEP_PX) as i32;
         let off_px = |step: f64| (step - f64::from(steps)) * STEP_PX;
-        let misfits: Vec<f64> = (0..=2 * steps)
-            .map(|k| self.fitted(off_px(f64::from(k))).map_or(f64::INFINITY, |fit| fit.misfit))
+        let residuals: Vec<f64> = (0..=2 * steps)
+            .map(|k| self.fitted(off_px(f64::from(k))).map_or(f64::INFINITY, |fit| fit.residual))
             .collect();
-        let step = lowest(&misfits)?;
+        let step = lowest(&residuals)?;
         if step <= 0.0 || step >= f64::from(2 * steps) {
             return None;
         }
         let best = self.fitted(off_px(step))?;
-        let misfit = best.misfit / self.profile.len().saturating_sub(UNKNOWNS).max(1) as f64;
-        let noise = misfit + LEAST_NOISE * LEAST_NOISE;
+        let residual = best.residual / self.profile.len().saturating_sub(UNKNOWNS).max(1) as f64;
+        let noise = residual + LEAST_NOISE * LEAST_NOISE;
         let std_px = (noise / self.information(&best, off_px(step))?).sqrt();
-        Some(BandEdge { off_px: off_px(step), std_px, misfit })
+        Some(BandEdge { off_px: off_px(step), std_px, residual })
     }
 
     /// The blurred unit steps at the top edge and at the foot: 0 inside, 1 outside.
@@ -219,8 +219,8 @@ impl<'a> BandModel<'a> {
         let with_greys = [top_grey - top * grey / n, foot_grey - foot * grey / n];
         let steps = solution(moments, with_greys)?;
         let explained = steps[0] * with_greys[0] + steps[1] * with_greys[1];
-        let misfit = (grey_grey - grey * grey / n - explained).max(0.0);
-        Some(FittedLevels { steps, misfit, moments })
+        let residual = (grey_grey - grey * grey / n - explained).max(0.0);
+        Some(FittedLevels { steps, residual, moments })
     }
 
     /// Information about the position with unknown grey levels (1 / px2, for noise of one grey level): the Schur

@@ -129,7 +129,7 @@ impl MotionFit {
         fitted
     }
 
-    /// The fit without the impacts whose velocity change turns out to be negligible.
+    /// The fit without the impacts whose velocity change is negligible.
     fn without_negligible_events(self) -> Self {
         let negligible = (0..self.model.events.len()).find(|&n| {
             let at_s = self.minimum.parameters[self.layout.events[n].time];

@@ -33,8 +33,8 @@ pub(crate) fn expected(clips: &[Measurements]) -> BTreeMap<String, Measured> {
 fn groups(clips: &[Measurements]) -> (BTreeMap<String, Group>, BetweenClipStd) {
     let groups: BTreeMap<String, Group> = grouped(clips)
         .into_iter()
-        .filter_map(|(key, places)| match key {
-            Quantity::Friction(object) => Some((object.clone(), Group::new(clips, key, &places))),
+        .filter_map(|(key, indices)| match key {
+            Quantity::Friction(object) => Some((object.clone(), Group::new(clips, key, &indices))),
             _ => None,
         })
         .collect();

@@ -23,7 +23,7 @@ pub(crate) struct JointMeans {
 }
 
 /// Standard deviation of the logarithm of a pair's mass ratio that no repetition reduces: bodies rock after an impact and
-/// exchange impulse with the table within it, in the same way in all clips of the pair.
+/// exchange impulse with the table within it, equally in all clips of the pair.
 pub(crate) const ROCKING_STD: f64 = 0.005;
 
 impl JointMeans {

@@ -15,7 +15,7 @@ use crate::uncertain::{Estimate, student_t_95};
 pub(crate) struct BetweenClipStd {
     /// Standard deviation from clip to clip over the scale of a group.
     pub(crate) relative: f64,
-    /// Prior degrees of freedom: the number of repeats of one group that this pooled variance is worth.
+    /// Prior degrees of freedom: the number of repeats of one group that carry as much information as this pooled variance.
     pub(crate) degrees_of_freedom: f64,
 }
 

@@ -19,7 +19,7 @@ pub(crate) fn convex_parts(corners: &[Point]) -> Vec<Vec<Point>> {
     parts
 }
 
-/// Cross product of the edges at corner `b` (m2): positive where the outline turns left.
+/// Cross product of the edges at corner `b` (m2): positive where the outline is convex (counter-clockwise).
 fn corner_cross_m2(a: Point, b: Point, c: Point) -> f64 {
     (b - a).cross(c - b)
 }
@@ -81,7 +81,7 @@ fn first_convex_pair(parts: &[Vec<Point>]) -> Option<(usize, usize, Vec<Point>)>
     None
 }
 
-/// The union of two polygons that share an edge; none if they share none.
+/// The union of two polygons with a common edge; none if they have none.
 fn joined(one: &[Point], other: &[Point]) -> Option<Vec<Point>> {
     let (n, m) = (one.len(), other.len());
     for i in 0..n {

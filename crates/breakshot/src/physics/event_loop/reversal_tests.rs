@@ -85,8 +85,8 @@ fn states(world: &World, memory: &Memory, time_s: f64) -> Vec<State> {
 }
 
 fn reversed(states: &[State]) -> Vec<State> {
-    let turn = |s: &State| State { velocity: -s.velocity, yaw_rate_rad_s: -s.yaw_rate_rad_s, ..*s };
-    states.iter().map(turn).collect()
+    let negated = |s: &State| State { velocity: -s.velocity, yaw_rate_rad_s: -s.yaw_rate_rad_s, ..*s };
+    states.iter().map(negated).collect()
 }
 
 /// Greatest differences in position (m), yaw (rad) and velocity (m/s) between the start and the end of a simulation that is

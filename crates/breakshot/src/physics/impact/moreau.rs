@@ -1,6 +1,6 @@
 //! How are several slow contacts of the same bodies resolved?
 //!
-//! Bodies that are pushed together touch slowly in many places.  All their contacts are resolved together by Moreau's impact
+//! Bodies that are pushed together touch at many points with low approach speeds.  All their contacts are resolved together by Moreau's impact
 //! law (Moreau 1988): after the impact each contact opens at e times the speed at which it closed, or has no impulse.  Friction
 //! sticks or slides at each contact.  The projected Gauss-Seidel method finds the impulses.
 

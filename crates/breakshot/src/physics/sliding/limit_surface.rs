@@ -58,7 +58,7 @@ pub(crate) struct LimitSurface {
     pub(crate) is_straight_without_spin: bool,
 }
 
-/// The coefficients of a body that turn the dimensionless limit surface into accelerations.
+/// The coefficients of a body that convert the dimensionless limit surface into accelerations.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct SupportCoefficients {
     /// Friction coefficient times gravity (m/s2).

@@ -13,7 +13,7 @@
 //!   objects comes first.  If no heading reaches the largest object, all others compete by impulse.
 //! - *Feedback on the speed* (rule v, Fig. 11): see `plan/paper/feedback.rs`.  Where no speed works, further headings on the same object
 //!   are tried in order of impulse, each at least 15 degrees from the earlier ones.
-//! - *Follow-through*: the striker stops half way to where it would catch up with the free object, `2 e v2 / (mu g)` (Eq. 24 to 28
+//! - *Follow-through*: the striker stops at half the distance at which it would catch up with the free object, `2 e v2 / (mu g)` (Eq. 24 to 28
 //!   corrected), within 5 and 20 mm.  If 5 mm already reach that point the strike is *pushing* (Eq. 27), else *scattering* (Eq. 28).
 
 mod central_strikes;

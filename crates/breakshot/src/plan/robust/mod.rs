@@ -107,7 +107,7 @@ pub(crate) fn robust(
     let Feasible { strikes, obstacles } = grid.feasible(options, budget.lines)?;
     if strikes.is_empty() {
         let by: Vec<_> = obstacles.into_iter().collect();
-        plan.reason = format!("the striker reaches no object: in its way are {}", by.join(", "));
+        plan.reason = format!("the striker reaches no object: its path is blocked by {}", by.join(", "));
         return Ok(plan);
     }
 

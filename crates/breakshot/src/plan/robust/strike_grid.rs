@@ -37,7 +37,7 @@ pub(crate) const MOST_FOLLOW_THROUGH_M: f64 = 0.15;
 pub(crate) const LEAST_FOLLOW_THROUGH_M: f64 = 0.005;
 /// Gaps up to this are contacts (m).
 const CONTACT_GAP_M: f64 = 1e-7;
-/// Greatest number of steps to the contact; a line that grazes the object converges slowly.
+/// Greatest number of steps to the contact; a line that is nearly tangent to the object converges slowly.
 const MOST_STEPS: usize = 200;
 
 /// A feasible strike, and its score so far.

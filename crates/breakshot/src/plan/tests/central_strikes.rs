@@ -155,10 +155,10 @@ fn the_striker_stops_before_it_meets_the_object_again() {
 proptest! {
     #[test]
     fn the_approach_keeps_its_clearance_to_all_other_objects(
-        places in proptest::collection::vec((-0.12..0.12f64, -0.12..0.12f64, -PI..PI), 4),
+        coordinates in proptest::collection::vec((-0.12..0.12f64, -0.12..0.12f64, -PI..PI), 4),
     ) {
         let names = ["a", "b", "c", "d"];
-        let placed: Vec<_> = names.iter().zip(&places).map(|(n, &(x, y, yaw))| (*n, x, y, yaw)).collect();
+        let placed: Vec<_> = names.iter().zip(&coordinates).map(|(n, &(x, y, yaw))| (*n, x, y, yaw)).collect();
         let scene = scene(&placed);
         let outline = |p: &Placed| Outline::new(&scene.object(&p.object).expect("known").shape, p.pose());
         for target in &scene.placed {

@@ -146,7 +146,7 @@ fn a_pile_between_walls_is_unreachable_and_the_reason_names_the_obstacles() {
     scene.walls = (0..4).map(side).collect();
     let plan = planned(&scene, &properties(), &Options::default());
     assert_eq!((plan.outcome, &plan.strike), (Outcome::Unreachable, &None));
-    assert!(plan.reason.contains("in its way are a, a wall, c"), "{}", plan.reason);
+    assert!(plan.reason.contains("its path is blocked by a, a wall, c"), "{}", plan.reason);
 }
 
 #[test]
@@ -242,7 +242,7 @@ fn goals_about_objects_that_are_not_placed_are_errors_with_their_names() {
 proptest! {
     #[test]
     fn the_margin_is_negative_exactly_where_the_goal_is_violated(
-        places in prop::collection::vec((-0.55f64..0.55, -0.45f64..0.45, -3.0f64..3.0), 3),
+        coordinates in prop::collection::vec((-0.55f64..0.55, -0.45f64..0.45, -3.0f64..3.0), 3),
         gap_m in prop_oneof![Just(0.0), Just(0.03)],
         target in prop_oneof![Just(None), Just(Some("b".to_owned()))],
         keep_still in prop_oneof![Just(Vec::new()), Just(vec!["d".to_owned()])],
@@ -252,7 +252,7 @@ proptest! {
         scene.goal = Goal { min_gap_m: gap_m, target, keep_still, gripper, ..Goal::default() };
         let points_m = [[0.2, 0.1], [0.4, 0.1], [0.4, 0.3], [0.2, 0.3]].map(Point::from).to_vec();
         scene.keep_out = vec![crate::scene::KeepOut { points_m }];
-        let poses: Vec<Pose> = places.iter().map(|&(x, y, yaw)| Pose::new(x, y, yaw)).collect();
+        let poses: Vec<Pose> = coordinates.iter().map(|&(x, y, yaw)| Pose::new(x, y, yaw)).collect();
         let named = scene.placed.iter().map(|p| p.object.clone()).zip(poses.iter().copied()).collect();
         let violations = Singulation::of(&scene, &named).expect("known objects").violations().to_vec();
         let margin = GoalEvaluator::new(&scene).expect("known objects").margin(&poses, &[]);

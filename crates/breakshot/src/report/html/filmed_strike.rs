@@ -102,9 +102,9 @@ fn goal_conclusion(report: &Report) -> String {
     let (real, expected) = (&report.goal.observed, &report.goal.predicted);
     let (class, title) = match (real.fulfilled, expected.fulfilled) {
         (true, true) => (Conclusion::Yes, "Singulated, as predicted."),
-        (true, false) => (Conclusion::Doubt, "Singulated, contrary to the prediction."),
+        (true, false) => (Conclusion::Uncertain, "Singulated, contrary to the prediction."),
         (false, true) => (Conclusion::No, "Not singulated, contrary to the prediction."),
-        (false, false) => (Conclusion::Doubt, "Not singulated, as predicted."),
+        (false, false) => (Conclusion::Uncertain, "Not singulated, as predicted."),
     };
     let reason = real.violations.first().map(|v| sentence(&format!("in the film {v}"))).unwrap_or_default();
     let distances = format!(

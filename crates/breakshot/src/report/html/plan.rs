@@ -14,7 +14,7 @@ use crate::report::figures::{
 pub(super) fn chapter(plan: &Plan, palette: &Palette) -> String {
     let (class, title) = match plan.outcome {
         Outcome::Found => (Conclusion::Yes, "Found."),
-        Outcome::BestEffort => (Conclusion::Doubt, "Best effort."),
+        Outcome::BestEffort => (Conclusion::Uncertain, "Best effort."),
         Outcome::Unreachable => (Conclusion::No, "Unreachable."),
     };
     let reason = sentence(&plan.reason);
@@ -84,8 +84,8 @@ const WORKSPACE_FACTOR: f64 = 2.0;
 
 /// The final poses of the objects in sampled scenarios.
 fn possible_poses<'a>(plan: &'a Plan, palette: &Palette) -> Vec<DrawnObject<'a>> {
-    let clouds = plan.robustness.iter().flat_map(|r| &r.final_poses);
-    let poses = clouds.flat_map(|(name, poses)| poses.iter().map(move |pose| (name.as_str(), *pose)));
+    let samples = plan.robustness.iter().flat_map(|r| &r.final_poses);
+    let poses = samples.flat_map(|(name, poses)| poses.iter().map(move |pose| (name.as_str(), *pose)));
     drawn_objects(&plan.scene, poses, Layer::Possible, palette)
 }
 
@@ -109,10 +109,11 @@ fn robustness(plan: &Plan) -> String {
     if !failures.is_empty() {
         section += &table(&["violated condition", "fraction of all scenarios"], &failures);
     }
-    let doubts = robustness.sensitivities.iter().filter(|d| d.gain > 0.0).take(MOST_REASONS);
-    let doubts: Vec<_> = doubts.map(|d| vec![d.source.words().to_owned(), percent(d.gain)]).collect();
-    if !doubts.is_empty() {
-        section += &table(&["if this were known exactly", "gain of success probability"], &doubts);
+    let sensitivities = robustness.sensitivities.iter().filter(|d| d.gain > 0.0).take(MOST_REASONS);
+    let sensitivities: Vec<_> =
+        sensitivities.map(|d| vec![d.source.words().to_owned(), percent(d.gain)]).collect();
+    if !sensitivities.is_empty() {
+        section += &table(&["if this were known exactly", "gain of success probability"], &sensitivities);
     }
     section
 }

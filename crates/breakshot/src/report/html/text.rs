@@ -84,7 +84,7 @@ pub(super) enum Conclusion {
     /// Success.
     Yes,
     /// Partial success, or an outcome that was not predicted.
-    Doubt,
+    Uncertain,
     /// Failure.
     No,
 }
@@ -93,7 +93,7 @@ pub(super) enum Conclusion {
 pub(super) fn conclusion(conclusion: Conclusion, title: &str, reason: &str) -> String {
     let class = match conclusion {
         Conclusion::Yes => "yes",
-        Conclusion::Doubt => "doubt",
+        Conclusion::Uncertain => "doubt",
         Conclusion::No => "no",
     };
     let reason = if reason.is_empty() { String::new() } else { format!(" {}", escaped(reason)) };

@@ -1,7 +1,7 @@
 //! The figures and the table of the paper as standalone files: SVG for people, CSV for other plotting programs.
 //!
 //! The drawings are those of the HTML page with their style embedded: light colours and no CSS variables, so that every
-//! SVG viewer shows them in the same way.
+//! SVG viewer shows them identically.
 
 mod figure_file;
 mod interval_figures;

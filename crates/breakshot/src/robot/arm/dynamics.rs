@@ -20,7 +20,7 @@ impl Arm {
         let count = frames.len();
         let mut mass = DMatrix::zeros(count, count);
         for (k, frame) in frames.iter().enumerate() {
-            let body = self.moving_inertia(k).seen_from(frame);
+            let body = self.moving_inertia(k).transformed(frame);
             let jacobian = self.jacobian_at(&frames, &body.com_m, k + 1);
             for i in 0..=k {
                 let momentum = jacobian.fixed_view::<3, 1>(0, i) * body.mass_kg;
@@ -83,7 +83,7 @@ impl Arm {
             angular_acceleration +=
                 axis * accelerations_rad_s2[k] + angular_velocity.cross(&axis) * speeds_rad_s[k];
             angular_velocity += axis * speeds_rad_s[k];
-            let body = self.moving_inertia(k).seen_from(frame);
+            let body = self.moving_inertia(k).transformed(frame);
             let acceleration = origin_acceleration
                 + point_acceleration(&angular_velocity, &angular_acceleration, &(body.com_m - origin));
             let angular_momentum = body.inertia_kg_m2 * angular_velocity;
@@ -145,7 +145,7 @@ mod tests {
         let qd = DVector::from_row_slice(speeds);
         let frames = arm.link_frames(angles);
         let height = |k: usize| {
-            let body = arm.moving_inertia(k).seen_from(&frames[k]);
+            let body = arm.moving_inertia(k).transformed(&frames[k]);
             -body.mass_kg * arm.gravity_m_s2.dot(&body.com_m)
         };
         0.5 * qd.dot(&(arm.mass_matrix(angles) * &qd)) + (0..6).map(height).sum::<f64>()

@@ -69,7 +69,7 @@ impl Arm {
         let frames = self.link_frames(angles_rad);
         let links = self.links.iter().zip(&frames);
         links
-            .map(|(link, frame)| link.capsules.iter().map(|capsule| capsule.seen_from(frame)).collect())
+            .map(|(link, frame)| link.capsules.iter().map(|capsule| capsule.transformed(frame)).collect())
             .collect()
     }
 
@@ -79,7 +79,7 @@ impl Arm {
             return None;
         }
         let tool = Capsule { from_m: Vector3::zeros(), to_m: self.tool.offset_m, radius_m };
-        Some(tool.seen_from(&self.flange_frame(angles_rad)))
+        Some(tool.transformed(&self.flange_frame(angles_rad)))
     }
 
     /// The name of a part: 0 is the base, followed by the links and the tool.

@@ -94,7 +94,7 @@ impl Recording {
         if let Some(last) = arm.links.last() {
             let radius_m = mounted.striker.outer_radius_m();
             let tool = Capsule { from_m: Vector3::zeros(), to_m: arm.tool.offset_m, radius_m };
-            let tool = cylinder(&tool.seen_from(&arm.last_from_flange), ORANGE);
+            let tool = cylinder(&tool.transformed(&arm.last_from_flange), ORANGE);
             entities.push(entity(time_s, &last.name, "arm/tool", &json!({ "cylinders": [tool] })));
         }
         self.add(self.scene, time_s, &json!({ "deletions": [], "entities": entities }));

@@ -121,7 +121,7 @@ impl LimitMonitor<'_> {
         // The first link rotates about the vertical: its clearance from the table does not depend on the path.
         for (k, capsules) in arm.link_capsules(angles_rad).iter().enumerate().skip(1) {
             let heights = capsules.iter().map(|capsule| {
-                let capsule = capsule.seen_from(table_from_base);
+                let capsule = capsule.transformed(table_from_base);
                 capsule.from_m.z.min(capsule.to_m.z) - capsule.radius_m
             });
             let height = heights.fold(f64::INFINITY, f64::min);
@@ -154,7 +154,7 @@ impl LimitMonitor<'_> {
 }
 
 impl SampleTime {
-    /// A check at this sample; its part is named once it turns out to be the worst.
+    /// A check at this sample; its part is named only if it is the worst check.
     fn check(self, quantity: LimitedQuantity, found: f64, allowed: f64) -> LimitCheck {
         LimitCheck { quantity, found, allowed, part: String::new(), phase: self.phase, time_s: self.time_s }
     }

@@ -2,7 +2,7 @@
 //!
 //! Random objects, frictions and restitutions from a seed; the cases of the paper (the striker against each object, and each
 //! pair); and the tracks of every clip.  Motion and impacts follow an integrator of this module (`world`, `body`,
-//! `impact`), which shares no code with the estimator; `observation` adds exposure, noise, a video codec and hidden markers.
+//! `impact`), which has no code in common with the estimator; `observation` adds exposure, noise, a video codec and hidden markers.
 //! Tests, benchmarks and `cargo xtask validate estimate` compare estimates with the truth of such campaigns.
 
 mod body;

@@ -1,6 +1,6 @@
 //! All bodies of a clip and the striker, advanced in small time steps.
 //!
-//! The integrator is slow and simple, and shares no code with the estimator or the simulator of the library.
+//! The integrator is slow and simple, and has no code in common with the estimator or the simulator of the library.
 
 use super::body::{Body, STEP_S};
 use super::impact::{StrikerState, Variation, collide, strike};

@@ -17,7 +17,7 @@ pub struct Capsule {
 impl Capsule {
     /// The same capsule in another frame.
     #[must_use]
-    pub fn seen_from(&self, other_from_own: &Frame) -> Self {
+    pub fn transformed(&self, other_from_own: &Frame) -> Self {
         let to = |point: &Vector3<f64>| other_from_own.rotation * point + other_from_own.translation.vector;
         Self { from_m: to(&self.from_m), to_m: to(&self.to_m), radius_m: self.radius_m }
     }

@@ -23,7 +23,7 @@ impl LinkInertia {
 
     /// The same body, expressed in another frame.
     #[must_use]
-    pub fn seen_from(&self, other_from_own: &Frame) -> Self {
+    pub fn transformed(&self, other_from_own: &Frame) -> Self {
         let rotation = other_from_own.rotation.matrix();
         Self {
             mass_kg: self.mass_kg,
@@ -143,7 +143,7 @@ mod tests {
         };
         let half = LinkInertia { inertia_kg_m2: half.inertia_kg_m2 / 12.0, ..half };
         let shift = Frame::translation(1.0, 0.0, 0.0);
-        let whole = half.joined(&half.seen_from(&shift));
+        let whole = half.joined(&half.transformed(&shift));
         assert!((whole.com_m.x - 1.0).abs() < TIGHT, "centre at {} m", whole.com_m.x);
         let moment = whole.inertia_kg_m2[(1, 1)];
         assert!((moment - 2.0 * 4.0 / 12.0).abs() < TIGHT, "moment {moment} kg m2");

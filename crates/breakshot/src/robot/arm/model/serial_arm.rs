@@ -154,7 +154,7 @@ impl Arm {
         if link + 1 < self.links.len() || self.tool.mass_kg <= 0.0 {
             return body;
         }
-        body.joined(&self.tool.inertia().seen_from(&self.last_from_flange))
+        body.joined(&self.tool.inertia().transformed(&self.last_from_flange))
     }
 
     /// The mass of base and links without the tool (kg).

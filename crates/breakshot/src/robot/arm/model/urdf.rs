@@ -261,12 +261,12 @@ impl<'a, 'input> Tree<'a, 'input> {
     /// Adds a link and its descendants, except the branch to `onward`, to the bodies carried by a moving link.
     fn carry(&self, link: &str, at: Frame, onward: Option<&str>, carried: &mut Carried) -> Result<()> {
         let node = self.links[link];
-        carried.inertia = carried.inertia.joined(&inertial(self.file, node, link)?.seen_from(&at));
+        carried.inertia = carried.inertia.joined(&inertial(self.file, node, link)?.transformed(&at));
         for collision in node.children().filter(|node| node.has_tag_name("collision")) {
             let shape_at = at * origin(self.file, collision)?;
             carried
                 .capsules
-                .extend(capsule(self.file, collision)?.map(|capsule| capsule.seen_from(&shape_at)));
+                .extend(capsule(self.file, collision)?.map(|capsule| capsule.transformed(&shape_at)));
         }
         for joint in self.joints_of(link).iter().filter(|joint| Some(joint.child) != onward) {
             if joint.motion != Motion::Fixed {
@@ -336,7 +336,7 @@ fn inertial(file: &str, link: Node, name: &str) -> Result<LinkInertia> {
     let (xy, xz, yz) = (moment("ixy")?, moment("ixz")?, moment("iyz")?);
     let inertia_kg_m2 = Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz);
     let body = LinkInertia { mass_kg, com_m: Vector3::zeros(), inertia_kg_m2 };
-    Ok(body.seen_from(&origin(file, node)?))
+    Ok(body.transformed(&origin(file, node)?))
 }
 
 fn origin(file: &str, node: Node) -> Result<Frame> {
