@@ -324,8 +324,7 @@ impl World {
     fn check_overlaps(&self) -> Result<()> {
         for a in 1..=self.objects {
             for b in a + 1..self.areas {
-                let gap_m =
-                    gap_m((&self.bodies[a], self.bodies[a].pose), (&self.bodies[b], self.bodies[b].pose));
+                let gap_m = gap_m(&self.bodies[a], self.bodies[a].pose, &self.bodies[b], self.bodies[b].pose);
                 if gap_m < -OVERLAP_TOLERANCE_M {
                     let found = format!("{:.3} mm", -gap_m * 1e3);
                     let what = format!("overlap with `{}`", self.name(b));
@@ -346,7 +345,7 @@ impl World {
         let mut inside = None;
         self.start.circles.for_each_overlap(circle, |b| {
             if inside.is_none() && (1..self.areas).contains(&b) {
-                let gap_m = gap_m((striker, pose), (&self.bodies[b], self.bodies[b].pose));
+                let gap_m = gap_m(striker, pose, &self.bodies[b], self.bodies[b].pose);
                 inside = (gap_m < -OVERLAP_TOLERANCE_M).then_some((b, gap_m));
             }
         });

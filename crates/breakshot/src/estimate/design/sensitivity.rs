@@ -109,7 +109,7 @@ fn random_pile(setup: Setup, random: &mut Pcg64Mcg) -> Option<Scene> {
             let along = Vec2::from_heading(random.random_range(0.0..TAU));
             let gap_m = random.random_range(GAPS_M[0]..GAPS_M[1]);
             let ray = Ray { start: centre, along };
-            let position = position_at_gap(&outlines, (&object.shape, yaw_rad), ray, gap_m);
+            let position = position_at_gap(&outlines, &object.shape, yaw_rad, ray, gap_m);
             let outline = Outline::new(&object.shape, Pose { position, yaw_rad });
             if outlines.iter().all(|o| o.gap_m(&outline) >= GAPS_M[0] / 2.0) {
                 found =
@@ -139,8 +139,8 @@ struct Ray {
     along: Vec2,
 }
 
-/// The position at which a shape (with its yaw) that moves along a ray towards the start has a gap to the nearest outline.
-fn position_at_gap(outlines: &[Outline], (shape, yaw_rad): (&Shape, f64), ray: Ray, gap_m: f64) -> Point {
+/// The position at which a shape of this yaw that moves along a ray towards the start has a gap to the nearest outline.
+fn position_at_gap(outlines: &[Outline], shape: &Shape, yaw_rad: f64, ray: Ray, gap_m: f64) -> Point {
     const TOLERANCE_M: f64 = 1e-6;
     const FAR_M: f64 = 1.0;
     if outlines.is_empty() {
@@ -171,7 +171,7 @@ fn random_strike(prior: &Prior, scene: &Scene, random: &mut Pcg64Mcg) -> Result<
         let (placed, along) = (&scene.placed[target], Vec2::from_heading(heading_rad));
         let own = &outlines[target..=target];
         let ray = Ray { start: placed.position_m, along: along * -1.0 };
-        let contact = position_at_gap(own, (striker, heading_rad), ray, 0.0);
+        let contact = position_at_gap(own, striker, heading_rad, ray, 0.0);
         let start_m = contact - along * RUN_UP_M;
         let from = Pose { position: start_m, yaw_rad: heading_rad };
         let swept = Outline::swept(striker, from, along * (RUN_UP_M + FOLLOW_M));

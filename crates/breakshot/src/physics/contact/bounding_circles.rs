@@ -11,7 +11,7 @@ use crate::physics::sliding::motion::State;
 pub(super) fn lower_bound(a: MovingBody, b: MovingBody, from_s: f64) -> TimeOfImpact {
     let reach_m = a.body.shape.outer_radius_m + b.body.shape.outer_radius_m;
     let (state_a, state_b) = (a.motion.state(from_s, a.body), b.motion.state(from_s, b.body));
-    match free_time_s((a, &state_a), (b, &state_b), reach_m, from_s) {
+    match free_time_s([a, b], [&state_a, &state_b], reach_m, from_s) {
         f64::INFINITY => TimeOfImpact::Never,
         time => TimeOfImpact::NotBefore(from_s + time),
     }
@@ -19,26 +19,26 @@ pub(super) fn lower_bound(a: MovingBody, b: MovingBody, from_s: f64) -> TimeOfIm
 
 /// A time for which the circles do not touch (s): zero if they overlap now, infinite if they never touch.
 pub(super) fn free_time_s(
-    a: (MovingBody, &State),
-    b: (MovingBody, &State),
+    [a, b]: [MovingBody; 2],
+    [state_a, state_b]: [&State; 2],
     reach_m: f64,
     from_s: f64,
 ) -> f64 {
-    let between = b.1.position - a.1.position;
+    let between = state_b.position - state_a.position;
     let squared = between.length_squared();
     if squared <= reach_m * reach_m {
         return 0.0;
     }
-    match (a.0.motion.stop_s > from_s, b.0.motion.stop_s > from_s) {
-        (true, false) => time_to_circle(a, between, reach_m),
-        (false, true) => time_to_circle(b, -between, reach_m),
+    match (a.motion.stop_s > from_s, b.motion.stop_s > from_s) {
+        (true, false) => time_to_circle(a, state_a, between, reach_m),
+        (false, true) => time_to_circle(b, state_b, -between, reach_m),
         (false, false) => f64::INFINITY,
         (true, true) => {
             let distance_m = squared.sqrt();
             let normal = between / distance_m;
-            let change = normal.dot(b.1.velocity - a.1.velocity);
+            let change = normal.dot(state_b.velocity - state_a.velocity);
             // Braking closes the gap only where it slows a body that moves away from the other.
-            let deceleration = braking_along(b.0, normal) + braking_along(a.0, -normal);
+            let deceleration = braking_along(b, normal) + braking_along(a, -normal);
             safe_time_s(distance_m - reach_m, change, deceleration)
         }
     }
@@ -50,7 +50,7 @@ fn braking_along(moving: MovingBody, direction: Vec2) -> f64 {
 }
 
 /// The least time in which a body reaches a resting circle whose centre is `to_circle` from it (s).
-fn time_to_circle((moving, state): (MovingBody, &State), to_circle: Vec2, reach_m: f64) -> f64 {
+fn time_to_circle(moving: MovingBody, state: &State, to_circle: Vec2, reach_m: f64) -> f64 {
     let direction = moving.motion.direction;
     let (along, across) = (to_circle.dot(direction), to_circle.cross(direction));
     let room = reach_m * reach_m - across * across;

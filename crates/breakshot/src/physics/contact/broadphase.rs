@@ -61,7 +61,7 @@ impl Circle {
     }
 
     /// Squared distances minus squared sums of radii (m2): negative where circles overlap.
-    fn excess_m2(&self, (x_m, y_m, radius_m): (&[f64; LANES], &[f64; LANES], &[f64; LANES])) -> [f64; LANES] {
+    fn excess_m2(&self, x_m: &[f64; LANES], y_m: &[f64; LANES], radius_m: &[f64; LANES]) -> [f64; LANES] {
         std::array::from_fn(|k| {
             let (dx, dy) = (x_m[k] - self.centre.x, y_m[k] - self.centre.y);
             let radii_m = radius_m[k] + self.radius_m;
@@ -157,7 +157,7 @@ impl CircleSet {
             if !circle.overlaps_box(bounds) {
                 continue;
             }
-            let excess_m2 = circle.excess_m2((x_m, y_m, radius_m));
+            let excess_m2 = circle.excess_m2(x_m, y_m, radius_m);
             // A negative number has the sign bit set: most blocks contain none.
             let signs = excess_m2.iter().fold(0, |bits, number| bits | number.to_bits());
             if signs.cast_signed() < 0 {

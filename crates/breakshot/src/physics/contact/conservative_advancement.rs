@@ -10,7 +10,8 @@ use super::bounding_circles;
 use super::compound_shape::PlacedPart;
 use super::separating_axis::{Feature, corner_direction, separation};
 use super::time_of_impact::{
-    CONTACT_GAP_M, MovingBody, SMALLEST_GAP_M, SUSTAINED_CONTACT_M_S, TimeOfImpact, safe_time_s,
+    CONTACT_GAP_M, ContactSearch, MovingBody, SMALLEST_GAP_M, SUSTAINED_CONTACT_M_S, TimeOfImpact,
+    safe_time_s,
 };
 use crate::geometry::Vec2;
 use crate::geometry::conservative_advancement::{Step, advance};
@@ -32,6 +33,13 @@ struct Snapshot<'a> {
     yaw_rate: f64,
     /// Greatest angular deceleration (rad/s2).
     yaw_deceleration: f64,
+}
+
+/// A convex part at one instant, with the snapshot of its body.
+#[derive(Clone, Copy)]
+struct MovingPart<'a> {
+    snapshot: &'a Snapshot<'a>,
+    placed: &'a PlacedPart<'a>,
 }
 
 impl<'a> Snapshot<'a> {
@@ -72,13 +80,9 @@ impl<'a> Snapshot<'a> {
     }
 }
 
-/// The first contact of two bodies between two times; a contact after `until_s` is only "not before".
-pub(super) fn first_contact(
-    (a, b): (MovingBody, MovingBody),
-    (from_s, until_s): (f64, f64),
-    ignored_until_s: f64,
-    hint: &mut Option<Feature>,
-) -> TimeOfImpact {
+/// The first contact of two bodies between two times.
+pub(super) fn first_contact(search: ContactSearch, hint: &mut Option<Feature>) -> TimeOfImpact {
+    let ContactSearch { bodies: [a, b], from_s, until_s, ignored_until_s } = search;
     let reach_m = a.body.shape.outer_radius_m + b.body.shape.outer_radius_m;
     let is_convex_pair = a.body.shape.parts.len() == 1 && b.body.shape.parts.len() == 1;
     let mut sufficient_s = until_s - from_s;
@@ -87,17 +91,17 @@ pub(super) fn first_contact(
             return Step::End(TimeOfImpact::Never);
         }
         let (state_a, state_b) = (a.motion.state(time_s, a.body), b.motion.state(time_s, b.body));
-        let circles_s = bounding_circles::free_time_s((a, &state_a), (b, &state_b), reach_m, time_s);
+        let circles_s = bounding_circles::free_time_s([a, b], [&state_a, &state_b], reach_m, time_s);
         if circles_s == f64::INFINITY {
             return Step::End(TimeOfImpact::Never);
         }
         let step_s = if circles_s > SHORTEST_S {
             circles_s
         } else {
-            let snapshots = (Snapshot::new(a, state_a), Snapshot::new(b, state_b));
+            let snapshots = [Snapshot::new(a, state_a), Snapshot::new(b, state_b)];
             let ignored_s = ignored_until_s - time_s;
             let safe_s = if is_convex_pair {
-                safe_time_of_parts(&snapshots, (0, 0), (ignored_s, sufficient_s), hint)
+                safe_time_of_parts(&snapshots, [0, 0], ignored_s, sufficient_s, hint)
             } else {
                 safe_time_of_all_parts(&snapshots, ignored_s)
             };
@@ -130,11 +134,11 @@ fn next_stop_s(a: MovingBody, b: MovingBody, time_s: f64) -> f64 {
 }
 
 /// The shortest safe time of all pairs of parts (s); none if any pair touches.
-fn safe_time_of_all_parts(snapshots: &(Snapshot, Snapshot), ignored_s: f64) -> Option<f64> {
+fn safe_time_of_all_parts(snapshots: &[Snapshot; 2], ignored_s: f64) -> Option<f64> {
     let mut step_s = f64::INFINITY;
-    for i in 0..snapshots.0.moving.body.shape.parts.len() {
-        for k in 0..snapshots.1.moving.body.shape.parts.len() {
-            step_s = step_s.min(safe_time_of_parts(snapshots, (i, k), (ignored_s, 0.0), &mut None)?);
+    for i in 0..snapshots[0].moving.body.shape.parts.len() {
+        for k in 0..snapshots[1].moving.body.shape.parts.len() {
+            step_s = step_s.min(safe_time_of_parts(snapshots, [i, k], ignored_s, 0.0, &mut None)?);
         }
     }
     Some(step_s)
@@ -144,48 +148,48 @@ fn safe_time_of_all_parts(snapshots: &(Snapshot, Snapshot), ignored_s: f64) -> O
 ///
 /// The line of the hint is tried first; if it separates them for less than `sufficient_s`, the line of the largest gap is used.
 fn safe_time_of_parts(
-    (a, b): &(Snapshot, Snapshot),
-    (i, k): (usize, usize),
-    (ignored_s, sufficient_s): (f64, f64),
+    [a, b]: &[Snapshot; 2],
+    [i, k]: [usize; 2],
+    ignored_s: f64,
+    sufficient_s: f64,
     hint: &mut Option<Feature>,
 ) -> Option<f64> {
-    let placed = (a.placed(i), b.placed(k));
+    let (placed_a, placed_b) = (a.placed(i), b.placed(k));
+    let a = MovingPart { snapshot: a, placed: &placed_a };
+    let b = MovingPart { snapshot: b, placed: &placed_b };
     if let Some(feature) = *hint
-        && let Some(step_s) = safe_time_of_feature(a, b, &placed, feature, None)
+        && let Some(step_s) = safe_time_of_feature(a, b, feature, None)
         && step_s >= sufficient_s
     {
         return Some(step_s);
     }
-    let feature = separation(&placed.0, &placed.1).feature;
+    let feature = separation(&placed_a, &placed_b).feature;
     *hint = Some(feature);
-    safe_time_of_feature(a, b, &placed, feature, Some(ignored_s))
+    safe_time_of_feature(a, b, feature, Some(ignored_s))
 }
 
+/// A time for which the line of a feature separates two parts (s).
 fn safe_time_of_feature(
-    a: &Snapshot,
-    b: &Snapshot,
-    placed: &(PlacedPart, PlacedPart),
+    a: MovingPart,
+    b: MovingPart,
     feature: Feature,
     ignored_s: Option<f64>,
 ) -> Option<f64> {
     match feature {
-        Feature::EdgeOfFirst(k) => {
-            safe_time_of_edge((a, &placed.0, usize::from(k)), (b, &placed.1), ignored_s)
-        }
-        Feature::EdgeOfSecond(k) => {
-            safe_time_of_edge((b, &placed.1, usize::from(k)), (a, &placed.0), ignored_s)
-        }
+        Feature::EdgeOfFirst(k) => safe_time_of_edge(a, usize::from(k), b, ignored_s),
+        Feature::EdgeOfSecond(k) => safe_time_of_edge(b, usize::from(k), a, ignored_s),
         Feature::Corners(i, k) => {
-            let normal = corner_direction(&placed.0, &placed.1, usize::from(i), usize::from(k));
-            safe_time_of_corners((a, &placed.0), (b, &placed.1), normal, ignored_s)
+            let normal = corner_direction(a.placed, b.placed, usize::from(i), usize::from(k));
+            safe_time_of_corners(a, b, normal, ignored_s)
         }
     }
 }
 
-/// A time for which the line of an edge of `a`, rotating with it, separates `a` from every corner of `b` (s).
+/// A time for which the line of edge `k` of `a`, rotating with it, separates `a` from every corner of `b` (s).
 fn safe_time_of_edge(
-    (a, placed_a, k): (&Snapshot, &PlacedPart, usize),
-    (b, placed_b): (&Snapshot, &PlacedPart),
+    MovingPart { snapshot: a, placed: placed_a }: MovingPart,
+    k: usize,
+    MovingPart { snapshot: b, placed: placed_b }: MovingPart,
     ignored_s: Option<f64>,
 ) -> Option<f64> {
     // Bound of the second derivative of all gaps, and for how long it is valid
@@ -222,8 +226,8 @@ fn safe_time_of_edge(
 
 /// A time for which a line of fixed direction, across `normal`, separates two parts of which one is a rounded corner (s).
 fn safe_time_of_corners(
-    (a, placed_a): (&Snapshot, &PlacedPart),
-    (b, placed_b): (&Snapshot, &PlacedPart),
+    MovingPart { snapshot: a, placed: placed_a }: MovingPart,
+    MovingPart { snapshot: b, placed: placed_b }: MovingPart,
     normal: Vec2,
     ignored_s: Option<f64>,
 ) -> Option<f64> {

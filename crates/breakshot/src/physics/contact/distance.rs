@@ -9,19 +9,19 @@ use crate::physics::sliding::body::Body;
 /// The gap between two bodies at given poses (m); negative: how deep they overlap.
 ///
 /// A lower bound where two sharp corners are nearest, and where the bodies are far apart.
-pub(crate) fn gap_m(a: (&Body, Pose), b: (&Body, Pose)) -> f64 {
-    let reach = a.0.shape.outer_radius_m + b.0.shape.outer_radius_m;
-    let circles_m = (a.1.position - b.1.position).length() - reach;
-    if circles_m > 0.0 && !a.0.shape.parts.is_empty() && circles_m > reach {
+pub(crate) fn gap_m(a: &Body, pose_a: Pose, b: &Body, pose_b: Pose) -> f64 {
+    let reach = a.shape.outer_radius_m + b.shape.outer_radius_m;
+    let circles_m = (pose_a.position - pose_b.position).length() - reach;
+    if circles_m > 0.0 && !a.shape.parts.is_empty() && circles_m > reach {
         return circles_m;
     }
     let mut least = f64::INFINITY;
-    for part_a in &a.0.shape.parts {
+    for part_a in &a.shape.parts {
         let placed_a =
-            PlacedPart { part: part_a, origin: a.1.position, rotation: Rotation::new(a.1.yaw_rad) };
-        for part_b in &b.0.shape.parts {
+            PlacedPart { part: part_a, origin: pose_a.position, rotation: Rotation::new(pose_a.yaw_rad) };
+        for part_b in &b.shape.parts {
             let placed_b =
-                PlacedPart { part: part_b, origin: b.1.position, rotation: Rotation::new(b.1.yaw_rad) };
+                PlacedPart { part: part_b, origin: pose_b.position, rotation: Rotation::new(pose_b.yaw_rad) };
             least = least.min(separation(&placed_a, &placed_b).gap_m);
         }
     }

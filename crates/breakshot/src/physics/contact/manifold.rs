@@ -8,31 +8,30 @@ use crate::geometry::{Point, Vec2};
 use crate::physics::contact::compound_shape::PlacedPart;
 use crate::physics::impact::routh::ContactPoint;
 use crate::physics::rotation::Rotation;
-use crate::physics::sliding::body::Body;
-use crate::physics::sliding::motion::State;
+use crate::physics::sliding::motion::BodyState;
 
 /// Calls `found` with every contact point of two bodies whose gap is at most `reach_m`, and with that gap (m).
 pub(crate) fn contact_points(
-    a: (&Body, &State),
-    b: (&Body, &State),
+    a: BodyState,
+    b: BodyState,
     reach_m: f64,
     mut found: impl FnMut(ContactPoint, f64),
 ) {
-    if a.0.shape.is_disc && b.0.shape.is_disc {
-        let (offset, radius_m) = (b.1.position - a.1.position, a.0.shape.outer_radius_m);
+    if a.body.shape.is_disc && b.body.shape.is_disc {
+        let (offset, radius_m) = (b.state.position - a.state.position, a.body.shape.outer_radius_m);
         let distance_m = offset.length_squared().sqrt();
-        let gap_m = distance_m - radius_m - b.0.shape.outer_radius_m;
+        let gap_m = distance_m - radius_m - b.body.shape.outer_radius_m;
         if gap_m <= reach_m {
             let normal_ab = if distance_m > 0.0 { offset / distance_m } else { Vec2::new(1.0, 0.0) };
-            found(ContactPoint { point: a.1.position + normal_ab * radius_m, normal_ab }, gap_m);
+            found(ContactPoint { point: a.state.position + normal_ab * radius_m, normal_ab }, gap_m);
         }
         return;
     }
-    let (rotation_a, rotation_b) = (Rotation::new(a.1.yaw_rad), Rotation::new(b.1.yaw_rad));
-    for part_a in &a.0.shape.parts {
-        let placed_a = PlacedPart { part: part_a, origin: a.1.position, rotation: rotation_a };
-        for part_b in &b.0.shape.parts {
-            let placed_b = PlacedPart { part: part_b, origin: b.1.position, rotation: rotation_b };
+    let (rotation_a, rotation_b) = (Rotation::new(a.state.yaw_rad), Rotation::new(b.state.yaw_rad));
+    for part_a in &a.body.shape.parts {
+        let placed_a = PlacedPart { part: part_a, origin: a.state.position, rotation: rotation_a };
+        for part_b in &b.body.shape.parts {
+            let placed_b = PlacedPart { part: part_b, origin: b.state.position, rotation: rotation_b };
             let Some(separation) =
                 separation_within(&placed_a, &placed_b, reach_m).filter(|s| s.gap_m <= reach_m)
             else {

@@ -18,7 +18,7 @@ pub(crate) mod separating_axis;
 pub(crate) mod time_of_impact;
 
 use separating_axis::Feature;
-use time_of_impact::{MovingBody, TimeOfImpact};
+use time_of_impact::{ContactSearch, MovingBody, TimeOfImpact};
 
 /// A first bound of the next contact of two bodies from a time on, at a low cost; [`time_of_impact`] refines it.
 ///
@@ -33,18 +33,13 @@ pub(crate) fn lower_bound(a: MovingBody, b: MovingBody, from_s: f64, ignored_unt
     bounding_circles::lower_bound(a, b, from_s)
 }
 
-/// The next contact from a time on; the search ends where it is found or is known to be later than `until_s`.
+/// The next contact of two bodies; the search ends where it is found or is known to be later than the end of the search.
 ///
 /// `hint` is the feature that separated the two bodies before, if known; it is updated.
-pub(crate) fn time_of_impact(
-    pair: (MovingBody, MovingBody),
-    (from_s, until_s): (f64, f64),
-    ignored_until_s: f64,
-    hint: &mut Option<Feature>,
-) -> TimeOfImpact {
-    let (a, b) = pair;
+pub(crate) fn time_of_impact(search: ContactSearch, hint: &mut Option<Feature>) -> TimeOfImpact {
+    let [a, b] = search.bodies;
     if a.body.shape.is_disc && b.body.shape.is_disc {
-        return discs::first_contact(a, b, from_s, ignored_until_s);
+        return discs::first_contact(a, b, search.from_s, search.ignored_until_s);
     }
-    conservative_advancement::first_contact(pair, (from_s, until_s), ignored_until_s, hint)
+    conservative_advancement::first_contact(search, hint)
 }

@@ -41,12 +41,12 @@ pub(crate) fn separation_within(a: &PlacedPart, b: &PlacedPart, limit_m: f64) ->
         return Some(corners(a, b, 0, 0));
     }
     let b_from_a = a.rotation.relative_to(b.rotation);
-    let of_a = edge_of_greatest_gap((a, b), |n| b_from_a.apply(n), (f64::NEG_INFINITY, limit_m));
+    let of_a = edge_of_greatest_gap(a, b, |n| b_from_a.apply(n), f64::NEG_INFINITY, limit_m);
     let least_m = of_a.map_or(f64::NEG_INFINITY, |m| m.gap_m);
     if least_m > limit_m {
         return None;
     }
-    let of_b = edge_of_greatest_gap((b, a), |n| b_from_a.apply_inverse(n), (least_m, limit_m));
+    let of_b = edge_of_greatest_gap(b, a, |n| b_from_a.apply_inverse(n), least_m, limit_m);
     // On a tie the edge of the first part is used.
     match (of_a, of_b) {
         (_, Some(EdgeGap { gap_m, .. })) if gap_m > limit_m => None,
@@ -82,9 +82,11 @@ struct EdgeGap {
 ///
 /// `to_other_frame` rotates a normal from the frame of `owner` into that of `other`.
 fn edge_of_greatest_gap(
-    (owner, other): (&PlacedPart, &PlacedPart),
+    owner: &PlacedPart,
+    other: &PlacedPart,
     to_other_frame: impl Fn(Vec2) -> Vec2,
-    (least_m, limit_m): (f64, f64),
+    least_m: f64,
+    limit_m: f64,
 ) -> Option<EdgeGap> {
     let edges = &owner.part.edges;
     let offset = owner.rotation.apply_inverse(other.origin - owner.origin);

@@ -10,6 +10,18 @@ pub(crate) struct MovingBody<'a> {
     pub(crate) motion: &'a Motion,
 }
 
+/// Two moving bodies, and the times between which their next contact is searched.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct ContactSearch<'a> {
+    pub(crate) bodies: [MovingBody<'a>; 2],
+    /// Start of the search (s).
+    pub(crate) from_s: f64,
+    /// End of the search (s); a later contact is only "not before".
+    pub(crate) until_s: f64,
+    /// A sustained contact is ignored until this time (s).
+    pub(crate) ignored_until_s: f64,
+}
+
 /// What is known about the next contact of two bodies, as long as neither changes its motion.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum TimeOfImpact {

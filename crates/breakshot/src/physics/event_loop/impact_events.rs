@@ -13,7 +13,7 @@ use crate::physics::options::MultipleImpact;
 use crate::physics::output::recorder::ImpactRecord;
 use crate::physics::rotation::length;
 use crate::physics::sliding::body::{Body, STRIKER};
-use crate::physics::sliding::motion::State;
+use crate::physics::sliding::motion::{BodyState, State};
 
 /// Approach speed (m/s) below which a contact does not close: rounding; sustained contacts exceed it while they are ignored.
 const LEAST_APPROACH_M_S: f64 = 1e-6;
@@ -77,8 +77,8 @@ impl Rollout<'_> {
             MultipleImpact::Compliant(compliance) => compliance.contact_time_s,
             MultipleImpact::Pairwise => 0.0,
         };
-        let [a, b] = [0, 1].map(|k| (&self.world.bodies[pair[k]], &states[k]));
-        let speeds = [a, b].map(|(body, state)| {
+        let [a, b] = [0, 1].map(|k| BodyState { body: &self.world.bodies[pair[k]], state: &states[k] });
+        let speeds = [a, b].map(|BodyState { body, state }| {
             length(state.velocity) + state.yaw_rate_rad_s.abs() * body.shape.outer_radius_m
         });
         let reach_m = NEAR_CONTACT_M.max(contact_time_s * (speeds[0] + speeds[1]));
@@ -89,7 +89,7 @@ impl Rollout<'_> {
 
     /// The contact point of greatest approach speed; none if no point approaches.
     fn fastest_contact(&self, pair: [usize; 2], states: [State; 2]) -> Option<PairContact> {
-        let [a, b] = [0, 1].map(|k| (&self.world.bodies[pair[k]], &states[k]));
+        let [a, b] = [0, 1].map(|k| BodyState { body: &self.world.bodies[pair[k]], state: &states[k] });
         let mut fastest: Option<PairContact> = None;
         for &(contact_point, gap_m) in self.memory.points.iter().filter(|p| p.1 <= TOUCHING_M) {
             let impact = Impact::new(a, b, &contact_point);
@@ -144,8 +144,8 @@ impl Rollout<'_> {
     /// Resolves several fast contacts as springs; returns whether that changed a body of the pair that touched first.
     fn resolve_compliant(&mut self, compliance: &Compliance, contact: &PairContact, time_s: f64) -> bool {
         let Memory { island, springs, .. } = &mut *self.memory;
-        let laws = (compliance, self.world.options.restitution);
-        if compliant::resolve(island, springs, &contact.impact, laws) == Ending::Jammed {
+        let law = self.world.options.restitution;
+        if compliant::resolve(island, springs, &contact.impact, compliance, law) == Ending::Jammed {
             // The arm stops; the same contact is predicted again without its push.
             let is_stopped = self.stop_striker(time_s);
             if is_stopped {
@@ -216,9 +216,9 @@ impl Rollout<'_> {
         self.gather_pair(contact, reach_m);
         let mut index = 0;
         while index < self.memory.island.members.len() {
-            let Member { body, before, .. } = self.memory.island.members[index];
-            if self.is_object(body) {
-                self.gather_around((index, body, before), reach_m, time_s);
+            let member = self.memory.island.members[index];
+            if self.is_object(member.body) {
+                self.gather_around(index, &member, reach_m, time_s);
             }
             index += 1;
         }
@@ -231,8 +231,8 @@ impl Rollout<'_> {
         let coefficients = self.world.coefficients(pair[0], pair[1]);
         let contacts = &mut self.memory.island.contacts;
         for &(point, gap_m) in self.memory.points.iter().filter(|p| p.1 <= reach_m) {
-            let pair_states = ((bodies[0], &states[0]), (bodies[1], &states[1]));
-            contacts.push(Contact::new((0, 1), pair_states, (point, gap_m), coefficients));
+            let body_states = [0, 1].map(|k| BodyState { body: bodies[k], state: &states[k] });
+            contacts.push(Contact::new([0, 1], body_states, point, gap_m, coefficients));
             if point == *contact_point {
                 let last = contacts.len() - 1;
                 contacts.swap(0, last);
@@ -241,8 +241,9 @@ impl Rollout<'_> {
     }
 
     /// Adds the contacts of one member with bodies that are not yet members, or that are later in the list of members.
-    fn gather_around(&mut self, (index, one, state): (usize, usize, State), reach_m: f64, time_s: f64) {
-        self.find_near((one, &state), reach_m);
+    fn gather_around(&mut self, index: usize, member: &Member, reach_m: f64, time_s: f64) {
+        let (one, state) = (member.body, member.before);
+        self.find_near(one, &state, reach_m);
         let world = self.world;
         let body = &world.bodies[one];
         let Memory { island, near, motions, .. } = &mut *self.memory;
@@ -260,29 +261,21 @@ impl Rollout<'_> {
             if (other_state.position - state.position).length_squared() > circles_m * circles_m {
                 continue;
             }
-            contact_points(
-                (body, &state),
-                (&world.bodies[other], &other_state),
-                reach_m,
-                |contact_point, gap_m| {
-                    let member = *known.get_or_insert_with(|| {
-                        members.push(Member::new(other, &world.bodies[other], &other_state));
-                        members.len() - 1
-                    });
-                    let bodies = ((body, &state), (&world.bodies[other], &other_state));
-                    contacts.push(Contact::new(
-                        (index, member),
-                        bodies,
-                        (contact_point, gap_m),
-                        world.coefficients(one, other),
-                    ));
-                },
-            );
+            let a = BodyState { body, state: &state };
+            let b = BodyState { body: &world.bodies[other], state: &other_state };
+            contact_points(a, b, reach_m, |point, gap_m| {
+                let other_index = *known.get_or_insert_with(|| {
+                    members.push(Member::new(other, b.body, b.state));
+                    members.len() - 1
+                });
+                let coefficients = world.coefficients(one, other);
+                contacts.push(Contact::new([index, other_index], [a, b], point, gap_m, coefficients));
+            });
         }
     }
 
     /// Finds all bodies whose paths come within reach of the present position of one, in increasing order.
-    fn find_near(&mut self, (one, state): (usize, &State), reach_m: f64) {
+    fn find_near(&mut self, one: usize, state: &State, reach_m: f64) {
         let radius_m = self.world.bodies[one].shape.outer_radius_m + reach_m;
         self.memory.near.clear();
         for k in 0..self.memory.broadphase.query(Circle { centre: state.position, radius_m }) {

@@ -13,6 +13,7 @@ pub(crate) mod striker;
 
 use crate::geometry::Pose;
 use crate::physics::output::outcome::Outcome;
+use crate::physics::output::recorder::SingleBodyEvent;
 use crate::physics::output::trajectory::EventKind;
 use crate::physics::sliding::body::STRIKER;
 use crate::physics::sliding::motion::{Motion, SpeedLaw};
@@ -106,7 +107,8 @@ impl Rollout<'_> {
             return;
         }
         if let Some(recorder) = &mut self.recorder {
-            recorder.body_event(self.world, time_s, (EventKind::Fallen, &[body]), &state);
+            let fallen = SingleBodyEvent { time_s, kind: EventKind::Fallen, bodies: &[body], state: &state };
+            recorder.body_event(self.world, &fallen);
         }
         self.memory.fallen[body] = true;
         let pose = Pose { position: state.position, yaw_rad: state.yaw_rad };
@@ -118,7 +120,8 @@ impl Rollout<'_> {
         self.memory.entered.push(pair);
         let state = self.memory.motions[pair[0]].state(time_s, &self.world.bodies[pair[0]]);
         if let Some(recorder) = &mut self.recorder {
-            recorder.body_event(self.world, time_s, (EventKind::Entered, &pair), &state);
+            let entered = SingleBodyEvent { time_s, kind: EventKind::Entered, bodies: &pair, state: &state };
+            recorder.body_event(self.world, &entered);
         }
     }
 }

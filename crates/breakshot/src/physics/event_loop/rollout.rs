@@ -3,7 +3,7 @@
 use crate::geometry::Pose;
 use crate::physics::contact::broadphase::{Broadphase, Circle};
 use crate::physics::contact::separating_axis::Feature;
-use crate::physics::contact::time_of_impact::{CONTACT_GAP_M, MovingBody, TimeOfImpact};
+use crate::physics::contact::time_of_impact::{CONTACT_GAP_M, ContactSearch, MovingBody, TimeOfImpact};
 use crate::physics::contact::{lower_bound, time_of_impact};
 use crate::physics::event_loop::body_events::{ScheduledEvent, next_event};
 use crate::physics::event_loop::event_queue::{EventQueue, Prediction};
@@ -174,8 +174,9 @@ impl<'a> Rollout<'a> {
     pub(super) fn refine(&mut self, pair: [usize; 2], prediction: &Prediction, until_s: f64) {
         let ignored_until_s = self.ignored_until_s(pair);
         let mut hint = prediction.hint;
-        let bodies = (self.moving(pair[0]), self.moving(pair[1]));
-        let found = time_of_impact(bodies, (prediction.time_s, until_s), ignored_until_s, &mut hint);
+        let bodies = [self.moving(pair[0]), self.moving(pair[1])];
+        let search = ContactSearch { bodies, from_s: prediction.time_s, until_s, ignored_until_s };
+        let found = time_of_impact(search, &mut hint);
         self.enqueue(pair, found, hint);
     }
 

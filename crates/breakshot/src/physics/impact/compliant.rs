@@ -284,7 +284,8 @@ pub(crate) fn resolve(
     island: &mut Island,
     springs: &mut Springs,
     first: &Impact,
-    (compliance, law): (&Compliance, RestitutionLaw),
+    compliance: &Compliance,
+    law: RestitutionLaw,
 ) -> Ending {
     let step_s = springs.prepare(island, first, compliance);
     let longest = (LONGEST_IN_CONTACT_TIMES * compliance.contact_time_s / step_s) as usize;
@@ -386,7 +387,7 @@ mod tests {
     use crate::physics::impact::routh::ContactPoint;
     use crate::physics::pair_coefficients::Coefficients;
     use crate::physics::sliding::body::Body;
-    use crate::physics::sliding::motion::State;
+    use crate::physics::sliding::motion::{BodyState, State};
     use crate::physics::sliding::slide_curve::SlideCurve;
     use std::sync::Arc;
 
@@ -426,15 +427,15 @@ mod tests {
                 if offset.length() < 2.0 * RADIUS_M + 1e-9 {
                     let normal_ab = offset / offset.length();
                     let point = ContactPoint { point: states[i].position + normal_ab * RADIUS_M, normal_ab };
-                    let pair = ((&bodies[i], &states[i]), (&bodies[k], &states[k]));
+                    let pair = [i, k].map(|n| BodyState { body: &bodies[n], state: &states[n] });
                     let coefficients = Coefficients { restitution, friction: 0.0 };
-                    island.contacts.push(Contact::new((i, k), pair, (point, 0.0), coefficients));
+                    island.contacts.push(Contact::new([i, k], pair, point, 0.0, coefficients));
                 }
             }
         }
         let first = island.contacts[0].impact;
         let ending =
-            resolve(&mut island, &mut Springs::default(), &first, (compliance, RestitutionLaw::Constant));
+            resolve(&mut island, &mut Springs::default(), &first, compliance, RestitutionLaw::Constant);
         assert_eq!(ending, Ending::Separated);
         island.members.iter().map(|m| m.after.velocity).collect()
     }

@@ -8,7 +8,7 @@ use crate::geometry::Vec2;
 use crate::physics::impact::routh::{ContactPoint, Impact, Impulse};
 use crate::physics::pair_coefficients::Coefficients;
 use crate::physics::sliding::body::Body;
-use crate::physics::sliding::motion::State;
+use crate::physics::sliding::motion::{BodyState, State};
 
 /// One contact of an island.
 #[derive(Clone, Copy, Debug)]
@@ -80,17 +80,18 @@ impl Member {
 }
 
 impl Contact {
-    /// A contact of members i and k at a point with a gap (m).
+    /// A contact of two members, given by their indices, at a point with a gap (m).
     pub(crate) fn new(
-        (i, k): (usize, usize),
-        (a, b): ((&Body, &State), (&Body, &State)),
-        (point, gap_m): (ContactPoint, f64),
+        members: [usize; 2],
+        [a, b]: [BodyState; 2],
+        point: ContactPoint,
+        gap_m: f64,
         coefficients: Coefficients,
     ) -> Self {
         let (n, t) = (point.normal_ab, point.normal_ab.perpendicular());
-        let (ra, rb) = (point.point - a.1.position, point.point - b.1.position);
+        let (ra, rb) = (point.point - a.state.position, point.point - b.state.position);
         Self {
-            members: [i, k],
+            members,
             point,
             penetration_m: -gap_m,
             impulse: Impulse::default(),

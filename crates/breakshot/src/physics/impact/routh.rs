@@ -9,7 +9,7 @@
 
 use crate::geometry::{Point, Vec2};
 use crate::physics::sliding::body::Body;
-use crate::physics::sliding::motion::State;
+use crate::physics::sliding::motion::{BodyState, State};
 use serde::{Deserialize, Serialize};
 
 /// Condition at which an impact ends.
@@ -116,8 +116,8 @@ pub(crate) fn point_velocity(state: &State, point: Point) -> Vec2 {
 
 impl Impact {
     /// Two bodies with their states as they contact.
-    pub(crate) fn new(a: (&Body, &State), b: (&Body, &State), contact: &ContactPoint) -> Self {
-        Self::between((InverseInertia::of(a.0), a.1), (InverseInertia::of(b.0), b.1), contact)
+    pub(crate) fn new(a: BodyState, b: BodyState, contact: &ContactPoint) -> Self {
+        Self::between((InverseInertia::of(a.body), a.state), (InverseInertia::of(b.body), b.state), contact)
     }
 
     /// Two inertias with their states as they contact.

@@ -51,7 +51,7 @@ pub fn mjcf(scene: &Scene, properties: &Properties, strike: &Strike, options: &O
     let mut bodies = model.striker(strike, options);
     for (index, placed) in scene.placed.iter().enumerate() {
         let object = scene.object(&placed.object)?;
-        bodies += &model.object(index, (&object.shape, object.height_m), placed.pose());
+        bodies += &model.object(index, &object.shape, object.height_m, placed.pose());
     }
     bodies += &model.walls();
     let notes = notes(scene, &world);
@@ -122,7 +122,7 @@ impl Model<'_> {
         let Point { x, y } = strike.start_m;
         let (heading, travel) = (strike.heading_rad, strike.travel_m);
         let striker = &self.scene.cell.striker;
-        let geoms = self.outline("striker", STRIKER, (&striker.shape, striker.height_m));
+        let geoms = self.outline("striker", STRIKER, &striker.shape, striker.height_m);
         format!(
             "    <body name=\"striker\" pos=\"{x} {y} 0\" euler=\"0 0 {heading}\">\n      \
              <inertial pos=\"0 0 0\" mass=\"{mass}\" diaginertia=\"{mass} {mass} {mass}\"/>\n      \
@@ -132,7 +132,7 @@ impl Model<'_> {
     }
 
     /// An object: joints along x, y and z and about z, an outline and feet.
-    fn object(&mut self, index: usize, (shape, height_m): (&Shape, f64), pose: Pose) -> String {
+    fn object(&mut self, index: usize, shape: &Shape, height_m: f64, pose: Pose) -> String {
         let body = self.world.body_of[index];
         let (mass, inertia) =
             (1.0 / self.world.bodies[body].inverse_mass, 1.0 / self.world.bodies[body].inverse_inertia);
@@ -153,7 +153,7 @@ impl Model<'_> {
         }
         let _ = writeln!(text, "      <joint name=\"{name} z\" type=\"slide\" axis=\"0 0 1\"/>");
         let _ = writeln!(text, "      <joint name=\"{name} yaw\" type=\"hinge\" axis=\"0 0 1\"/>");
-        text += &self.outline(&name, body, (shape, height_m));
+        text += &self.outline(&name, body, shape, height_m);
         let friction = self.world.bodies[body].friction_deceleration_m_s2 / GRAVITY_M_S2;
         let arm_m = mean_arm_m(shape);
         for foot in 0..FEET {
@@ -169,7 +169,7 @@ impl Model<'_> {
     }
 
     /// The geoms of an outline, as high as the object; they collide only in the pairs of [`Model::pairs`].
-    fn outline(&mut self, name: &str, body: usize, (shape, height_m): (&Shape, f64)) -> String {
+    fn outline(&mut self, name: &str, body: usize, shape: &Shape, height_m: f64) -> String {
         let half_m = 0.5 * (height_m - FOOT_M).max(FOOT_M);
         let middle_m = FOOT_M + half_m;
         let mut text = String::new();

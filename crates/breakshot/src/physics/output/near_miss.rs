@@ -8,7 +8,7 @@ use crate::physics::contact::distance::gap_m;
 use crate::physics::event_loop::striker::AfterStrike;
 use crate::physics::output::outcome::Outcome;
 use crate::physics::rotation::{Rotation, length};
-use crate::physics::sliding::body::STRIKER;
+use crate::physics::sliding::body::{Body, STRIKER};
 use crate::physics::sliding::motion::{Motion, State};
 use crate::physics::world::World;
 use serde::{Deserialize, Serialize};
@@ -105,7 +105,7 @@ pub(super) fn smallest_gap(world: &World, motions: &[Vec<Motion>], outcome: &Out
             loop {
                 let next = |list: &[Motion], n: usize| list.get(n + 1).map_or(f64::INFINITY, |m| m.start_s);
                 let (next_a, next_b) = (next(&motions[a], i), next(&motions[b], k));
-                let both = (&motions[a][i], &motions[b][k]);
+                let both = [&motions[a][i], &motions[b][k]];
                 let end_s = next_a.min(next_b);
                 closest = PairMargin::smaller(closest, gap_between(world, [a, b], both, end_s.min(until_s)));
                 if end_s >= until_s {
@@ -127,12 +127,7 @@ fn on_table_until_s(world: &World, motions: &[Vec<Motion>], outcome: &Outcome, b
 }
 
 /// The smallest gap during two motions, if it is inside their common time or where both come to rest.
-fn gap_between(
-    world: &World,
-    bodies: [usize; 2],
-    (a, b): (&Motion, &Motion),
-    end_s: f64,
-) -> Option<PairMargin> {
+fn gap_between(world: &World, bodies: [usize; 2], [a, b]: [&Motion; 2], end_s: f64) -> Option<PairMargin> {
     let from_s = a.start_s.max(b.start_s);
     let rest_s = a.stop_s.max(b.stop_s);
     let to_s = end_s.min(rest_s);
@@ -140,12 +135,12 @@ fn gap_between(
         return None;
     }
     let gap = |time_s: f64| {
-        let at = |k: usize, m: &Motion| {
-            let body = &world.bodies[bodies[k]];
-            let state = m.state(time_s, body);
-            (body, Pose { position: state.position, yaw_rad: state.yaw_rad })
+        let [body_a, body_b] = bodies.map(|k| &world.bodies[k]);
+        let pose = |motion: &Motion, body: &Body| {
+            let state = motion.state(time_s, body);
+            Pose { position: state.position, yaw_rad: state.yaw_rad }
         };
-        gap_m(at(0, a), at(1, b))
+        gap_m(body_a, pose(a, body_a), body_b, pose(b, body_b))
     };
     let time = |k: usize| from_s + (to_s - from_s) * k as f64 / SAMPLES as f64;
     let gaps: Vec<f64> = (0..=SAMPLES).map(|k| gap(time(k))).collect();

@@ -23,6 +23,15 @@ pub(crate) struct ImpactRecord<'a> {
     pub(crate) after: &'a [State; 2],
 }
 
+/// An event of one body that is no impact.
+pub(crate) struct SingleBodyEvent<'a> {
+    pub(crate) time_s: f64,
+    pub(crate) kind: EventKind,
+    /// The body, and the keep-out area that it enters.
+    pub(crate) bodies: &'a [usize],
+    pub(crate) state: &'a State,
+}
+
 /// Records a rollout while it runs.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Recorder {
@@ -68,13 +77,8 @@ impl Recorder {
     }
 
     /// Records that the first body fell off the table, or that it entered the second one, a keep-out area.
-    pub(crate) fn body_event(
-        &mut self,
-        world: &World,
-        time_s: f64,
-        (kind, bodies): (EventKind, &[usize]),
-        state: &State,
-    ) {
+    pub(crate) fn body_event(&mut self, world: &World, body_event: &SingleBodyEvent) {
+        let &SingleBodyEvent { time_s, kind, bodies, state } = body_event;
         if kind == EventKind::Fallen {
             self.energy.fallen_j += kinetic_energy_j(&world.bodies[bodies[0]], state);
         }

@@ -12,7 +12,7 @@ pub(crate) fn segments(motion: &Motion, until_s: f64, body: &Body) -> Vec<Segmen
     let mut segments = match motion.law {
         SpeedLaw::Rest => Vec::new(),
         SpeedLaw::Uniform | SpeedLaw::Piece { .. } => uniform_segments(motion, end_s),
-        SpeedLaw::Curved { branch, scale_s } => curve_segments(motion, end_s, (branch, scale_s), body),
+        SpeedLaw::Curved { branch, scale_s } => curve_segments(motion, end_s, branch, scale_s, body),
     };
     if until_s > end_s || segments.is_empty() {
         let Pose { position, yaw_rad } = motion.end;
@@ -23,7 +23,7 @@ pub(crate) fn segments(motion: &Motion, until_s: f64, body: &Body) -> Vec<Segmen
 }
 
 /// One segment for each span of the slide curve.
-fn curve_segments(motion: &Motion, end_s: f64, (branch, scale_s): (u8, f64), body: &Body) -> Vec<Segment> {
+fn curve_segments(motion: &Motion, end_s: f64, branch: u8, scale_s: f64, body: &Body) -> Vec<Segment> {
     let remaining = |time_s: f64| (motion.stop_s - time_s) / scale_s;
     let unit_m = body.friction_deceleration_m_s2 * scale_s * scale_s;
     let unit_rad = unit_m.copysign(motion.yaw_rate_rad_s) / body.patch_radius_m;

@@ -24,6 +24,13 @@ pub(crate) struct State {
     pub(crate) yaw_rate_rad_s: f64,
 }
 
+/// A body in a state of motion.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct BodyState<'a> {
+    pub(crate) body: &'a Body,
+    pub(crate) state: &'a State,
+}
+
 /// The motion of a body from one impact to rest, or one piece of it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Motion {
