@@ -19,7 +19,7 @@ use breakshot::properties::Properties;
 use breakshot::scene::singulation::Singulation;
 use breakshot::scene::{Goal, Placed, Scene, Strike};
 use breakshot::{Result as Planned, files};
-use lab::{Lab, Pile, Rest};
+use lab::{Lab, Pile, Rest, Variation};
 use std::path::Path;
 use table::Trial;
 
@@ -53,12 +53,12 @@ pub(crate) fn run(shared: &Path, count: usize, effort: Effort) -> Result<(), Str
         keep_out: Vec::new(),
         goal: Goal::default(),
     };
+    let study = Study { scene, properties, effort };
     let mut lab = Lab::start(shared)?;
     let piles = lab.piles(count, 1)?;
     let mut trials = Vec::new();
     for (k, pile) in piles.iter().enumerate() {
-        let trial = trial(&mut lab, (&scene, &properties), pile, (k as u64, effort))
-            .map_err(|e| format!("{}: {e}", pile.name))?;
+        let trial = trial(&mut lab, &study, pile, k as u64).map_err(|e| format!("{}: {e}", pile.name))?;
         println!("{trial}");
         trials.push(trial);
     }
@@ -78,12 +78,17 @@ fn learned(program: &Program, shared: &Path) -> Result<Properties, String> {
     files::load_properties(&properties).map_err(|e| e.to_string())
 }
 
-fn trial(
-    lab: &mut Lab,
-    (scene, properties): (&Scene, &Properties),
-    pile: &Pile,
-    (seed, effort): (u64, Effort),
-) -> Result<Trial, String> {
+/// What all trials have in common.
+struct Study {
+    /// The cell and its objects, none of them placed.
+    scene: Scene,
+    properties: Properties,
+    effort: Effort,
+}
+
+/// Plans and strikes one pile.
+fn trial(lab: &mut Lab, study: &Study, pile: &Pile, seed: u64) -> Result<Trial, String> {
+    let Study { scene, properties, effort } = study;
     let mut scene = scene.clone();
     scene.placed = placed(&pile.poses);
     let friction_scale = friction_scale(seed);
@@ -92,10 +97,10 @@ fn trial(
     let stated = robust.prediction.as_ref().and_then(|p| p.success_probability).unwrap_or(0.0);
     let mut trial = Trial { pile: pile.name.clone(), size: pile.poses.len(), stated, ..Trial::default() };
     let paper = plan(&scene, Method::Paper)?;
-    let once = (friction_scale, None);
+    let once = Variation { friction_scale, seed: None };
     trial.paper = works(lab, &scene, paper.strike.as_ref(), once)?.0;
     trial.random = works(lab, &scene, random_strike(&scene, seed).as_ref(), once)?.0;
-    trial.reliable = solvable::reliable(lab, &scene, (&robust, seed), effort)?;
+    trial.reliable = solvable::reliable(lab, &scene, &robust, seed, *effort)?;
     let mut strike = robust.strike;
     for n in 1..=MOST_STRIKES {
         let (succeeded, rest) = works(lab, &scene, strike.as_ref(), once)?;
@@ -139,7 +144,7 @@ fn works(
     lab: &mut Lab,
     scene: &Scene,
     strike: Option<&Strike>,
-    variation: (f64, Option<u64>),
+    variation: Variation,
 ) -> Result<(bool, Option<Rest>), String> {
     let Some(strike) = strike else { return Ok((false, None)) };
     let Some(rest) = lab.strike(&scene.placed, strike, variation)? else { return Ok((false, None)) };

@@ -75,19 +75,29 @@ impl Errors {
         let impacts: Vec<f64> = clip.measured.impacts.iter().map(|i| i.time_s).collect();
         for (object, poses) in &clip.frames {
             match tracks.tracks.iter().find(|t| &t.object == object) {
-                Some(track) => compare(self, &format!("{video} {object}"), track, (poses, &impacts, film)),
+                Some(track) => compare(
+                    self,
+                    &format!("{video} {object}"),
+                    track,
+                    &Filmed { poses, impacts: &impacts, film },
+                ),
                 None => self.incomplete.push(format!("{video} {object}: no track")),
             }
         }
     }
 }
 
-fn compare(
-    errors: &mut Errors,
-    name: &str,
-    track: &breakshot::detect::Track,
-    (poses, impacts, film): (&[[f64; 3]], &[f64], Film),
-) {
+/// The truth about one object of a film.
+struct Filmed<'a> {
+    /// Its pose in every frame: x, y (m) and yaw (rad).
+    poses: &'a [[f64; 3]],
+    /// Times of all impacts (s).
+    impacts: &'a [f64],
+    film: Film,
+}
+
+fn compare(errors: &mut Errors, name: &str, track: &breakshot::detect::Track, filmed: &Filmed) {
+    let &Filmed { poses, impacts, film } = filmed;
     let frame = |time_s: f64| (time_s * film.frame_rate_hz).round() as usize;
     let reached: Vec<usize> = track.samples.iter().map(|s| frame(s.time_s)).collect();
     if reached.first() != Some(&0) || reached.last() != Some(&(poses.len() - 1)) {

@@ -124,9 +124,9 @@ impl Control for Service {
         self.0.record("GetMotionL").await;
         let request = request.into_inner();
         let target = request.target_list.first().ok_or_else(|| Status::invalid_argument("no target"))?;
-        let speeds = (request.vel_ratio, request.acc_ratio);
         let step_s = f64::from(request.time_step);
-        let line = self.0.line(target, speeds, step_s).ok_or_else(|| Status::out_of_range("no such line"))?;
+        let line = self.0.line(target, request.vel_ratio, request.acc_ratio, step_s);
+        let line = line.ok_or_else(|| Status::out_of_range("no such line"))?;
         let row = |values: Vec<f64>| Vector { values: values.iter().map(|x| x.to_degrees()).collect() };
         Ok(Reply::new(GetMotionRes {
             timestamp: (0..line.len()).map(|k| (step_s * k as f64) as f32).collect(),
@@ -164,7 +164,7 @@ impl Control for Service {
         self.0.record("MoveL").await;
         let request = request.into_inner();
         let target = request.target.unwrap_or_default();
-        let line = self.0.line(&target, (request.vel_ratio, request.acc_ratio), 0.001).unwrap_or_default();
+        let line = self.0.line(&target, request.vel_ratio, request.acc_ratio, 0.001).unwrap_or_default();
         Ok(done(self.0.begin(line.into_iter().map(|(q, _)| q).collect(), 0.001)))
     }
 
@@ -198,12 +198,7 @@ impl Control for Service {
 
 impl Controller {
     /// A straight line to a pose (mm, deg) with a trapezoidal speed profile: joint angles and velocities, one row per step.
-    fn line(
-        &self,
-        target: &TargetP,
-        (vel, acc): (f32, f32),
-        step_s: f64,
-    ) -> Option<Vec<(Vec<f64>, Vec<f64>)>> {
+    fn line(&self, target: &TargetP, vel: f32, acc: f32, step_s: f64) -> Option<Vec<(Vec<f64>, Vec<f64>)>> {
         let mut q = self.q_rad();
         let from = if target.t_start.is_empty() { self.tool(&q) } else { frame_from(&target.t_start)? };
         let mut to = frame_from(&target.t_target)?;

@@ -17,6 +17,15 @@ pub(super) struct Lab {
     answers: BufReader<ChildStdout>,
 }
 
+/// Conditions of one strike in the lab.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Variation {
+    /// Friction over its nominal value.
+    pub friction_scale: f64,
+    /// Seed of the disturbances of poses, speed and heading; none without disturbances.
+    pub seed: Option<u64>,
+}
+
 /// A random pile: its objects and their poses.
 #[derive(Clone, Debug)]
 pub(super) struct Pile {
@@ -84,7 +93,7 @@ impl Lab {
         &mut self,
         placed: &[Placed],
         strike: &Strike,
-        (friction_scale, seed): (f64, Option<u64>),
+        Variation { friction_scale, seed }: Variation,
     ) -> Result<Option<Rest>, String> {
         let poses: BTreeMap<&str, Pose> = placed.iter().map(|p| (p.object.as_str(), p.pose())).collect();
         let answer = self.ask(&json!({

@@ -4,7 +4,7 @@
 //! heading off as in a robot cell.  Tried are variants of the planned strike and of its runner-up, and random strikes: what works
 //! once is repeated.
 
-use super::lab::Lab;
+use super::lab::{Lab, Variation};
 use super::{Effort, friction_scale, is_free, random_strike, works};
 use crate::splitmix::Draw;
 use breakshot::geometry::wrapped_rad;
@@ -34,7 +34,8 @@ pub(super) struct Reliable {
 pub(super) fn reliable(
     lab: &mut Lab,
     scene: &Scene,
-    (plan, seed): (&Plan, u64),
+    plan: &Plan,
+    seed: u64,
     effort: Effort,
 ) -> Result<Option<Reliable>, String> {
     if effort == Effort::Once {
@@ -53,7 +54,7 @@ fn repeats(lab: &mut Lab, scene: &Scene, strike: &Strike, least: usize) -> Resul
         if successes + left < least {
             break;
         }
-        let variation = (friction_scale(k ^ 0xA11), Some(k));
+        let variation = Variation { friction_scale: friction_scale(k ^ 0xA11), seed: Some(k) };
         successes += usize::from(works(lab, scene, Some(strike), variation)?.0);
     }
     Ok(successes)
@@ -64,14 +65,14 @@ fn another(lab: &mut Lab, scene: &Scene, plan: &Plan, seed: u64) -> Result<bool,
     let mut draw = Draw::new(seed ^ 0x50_1BED);
     let runner_up = plan.robustness.as_ref().and_then(|r| r.runner_up.as_ref()).map(|r| &r.strike);
     let planned: Vec<&Strike> = plan.strike.iter().chain(runner_up).collect();
+    let nominal = Variation { friction_scale: 1.0, seed: None };
     for k in 0..TRIED {
         let strike = match k as usize % (planned.len() + 1) {
             0 => random_strike(scene, draw.bits()),
             n => varied(scene, planned[n - 1], &mut draw),
         };
         let Some(strike) = strike else { continue };
-        if works(lab, scene, Some(&strike), (1.0, None))?.0 && repeats(lab, scene, &strike, ENOUGH)? >= ENOUGH
-        {
+        if works(lab, scene, Some(&strike), nominal)?.0 && repeats(lab, scene, &strike, ENOUGH)? >= ENOUGH {
             return Ok(true);
         }
     }

@@ -76,13 +76,14 @@ impl Experiment {
             let flat = !matches!(struck, Shape::Disc { .. }) && is_flat_towards(struck, pose.yaw_rad, 0.0);
             let yaw_rad = if flat { corner_towards(shape, PI) } else { flat_towards(shape, PI) };
             let from = Outline::new(struck, pose);
-            let start = pose.position + Vec2::new(0.0, self.offset_m);
+            let start = Pose { position: pose.position + Vec2::new(0.0, self.offset_m), yaw_rad };
             let gap_m = (FREE_S * SPEED_GAIN * self.speed_m_s).clamp(GAPS_M[0], GAPS_M[1]);
-            let position_m = apart(&from, (shape, yaw_rad), start, Vec2::new(1.0, 0.0), gap_m);
+            let position_m = apart(&from, shape, start, Vec2::new(1.0, 0.0), gap_m);
             placed.push(Placed { object: into.clone(), position_m, yaw_rad });
         }
         let target = Outline::new(struck, pose);
-        let start_m = apart(&target, (striker, 0.0), pose.position, Vec2::new(-1.0, 0.0), RUN_UP_M);
+        let contact = Pose { position: pose.position, yaw_rad: 0.0 };
+        let start_m = apart(&target, striker, contact, Vec2::new(-1.0, 0.0), RUN_UP_M);
         let strike = Strike {
             object: Some(self.strike.clone()),
             start_m,
@@ -118,12 +119,12 @@ impl Experiment {
     }
 }
 
-/// The position of a shape's centre on the ray from `start` along a unit vector at which its gap to an outline is `gap_m`.
-fn apart(from: &Outline, (shape, yaw_rad): (&Shape, f64), start: Point, along: Vec2, gap_m: f64) -> Point {
+/// The position of a shape with the yaw of `start`, on the ray from `start` along a unit vector, at which its gap to an outline is `gap_m`.
+fn apart(from: &Outline, shape: &Shape, start: Pose, along: Vec2, gap_m: f64) -> Point {
     const MAX_STEPS: usize = 200;
     const TOLERANCE_M: f64 = 1e-7;
     let gap = |distance_m: f64| {
-        from.gap_m(&Outline::new(shape, Pose { position: start + along * distance_m, yaw_rad }))
+        from.gap_m(&Outline::new(shape, Pose { position: start.position + along * distance_m, ..start }))
     };
     let far_m = 2.0 * shape.outer_radius_m() + 1.0;
     let placed = advance(far_m, MAX_STEPS, |distance_m| {
@@ -131,7 +132,7 @@ fn apart(from: &Outline, (shape, yaw_rad): (&Shape, f64), start: Point, along: V
         let is_placed = excess_m.abs() < TOLERANCE_M || distance_m < -1.0;
         if is_placed { Step::End(distance_m) } else { Step::To(distance_m - excess_m) }
     });
-    start + along * placed.unwrap_or_else(|reached_m| reached_m)
+    start.position + along * placed.unwrap_or_else(|reached_m| reached_m)
 }
 
 /// The yaw at which the best side to strike faces a heading; 0 for a disc.
