@@ -13,7 +13,7 @@ use std::time::{Duration, Instant};
 
 /// Films that are opened.
 pub(crate) const COUNT: usize = 1_000_000;
-/// One of so many is decoded to its end.
+/// One film in this number is decoded to its end.
 const PLAYED: usize = 7;
 /// No film of the corpus has more frames: more means that it does not end.
 const MOST_FRAMES: usize = 1000;
@@ -21,7 +21,7 @@ const MOST_FRAMES: usize = 1000;
 const LONGEST: Duration = Duration::from_secs(20);
 /// Nothing needs more memory than this (MB).
 const MOST_MEMORY_MB: f64 = 500.0;
-/// A line of progress after so many.
+/// Number of films between two lines of progress.
 const REPORT: usize = 50_000;
 
 /// What became of the films.
@@ -34,7 +34,7 @@ struct Outcomes {
     longest: Duration,
 }
 
-/// Opens mutated films; every one that panics, hangs or asks for too much is kept and named.
+/// Opens mutated films; every one that panics, hangs or allocates too much memory is kept and reported.
 pub(crate) fn fuzz(count: usize) -> Result<(), String> {
     let corpus = corpus()?;
     let folder = tempfile::tempdir().map_err(|e| e.to_string())?;
@@ -169,7 +169,7 @@ fn overwrite(path: &Path, bytes: &[u8]) -> std::io::Result<()> {
 }
 
 /// A film of the corpus with some bytes changed, lost, doubled, or taken from another film; half of the changes
-/// strike the boxes, which are what is trusted.
+/// strike the boxes, whose contents the reader depends on.
 fn mutated(corpus: &[Vec<u8>], draw: &mut Draw) -> Vec<u8> {
     let mut bytes = corpus[draw.below(corpus.len())].clone();
     for _ in 0..=draw.below(6) {

@@ -73,7 +73,7 @@ fn cpu_seconds(account: &Path) -> Option<f64> {
     Some(ticks(account, 11)? / TICKS_PER_S)
 }
 
-/// User and system ticks; where they stand is counted from behind the name.
+/// User and system ticks; their columns are counted from the end of the name.
 fn ticks(account: &Path, field: usize) -> Option<f64> {
     let text = std::fs::read_to_string(account.join("stat")).ok()?;
     let fields: Vec<&str> = text.rsplit_once(')')?.1.split_whitespace().collect();

@@ -528,7 +528,7 @@ pub(crate) struct StrikeArgs {
     /// The short hash of the command, as printed by the dry run; required with --live, and no other command is executed.
     #[arg(long, value_name = "HASH")]
     pub(crate) hash: Option<String>,
-    /// Allows strikes above 0.25 m/s; nobody may be in the cell.
+    /// Allows strikes above 0.25 m/s; no person may be in the cell.
     #[arg(long)]
     pub(crate) allow_fast: bool,
     /// The log file (JSON lines; a recording in MCAP is written next to it); `strike-HASH.jsonl` if not given.

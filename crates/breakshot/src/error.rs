@@ -1,4 +1,4 @@
-//! Errors in files, measurements and requests. Every message names the thing, what was found and what is needed.
+//! Errors in files, measurements and requests. Every message names the file or object, the value found and the value needed.
 
 use std::path::{Path, PathBuf};
 

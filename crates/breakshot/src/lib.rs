@@ -52,7 +52,7 @@ use scene::Scene;
 /// No strike, no trajectory: then nothing could be reached.
 ///
 /// # Errors
-/// The first stage that cannot go on says why.
+/// The error of the first stage that fails.
 pub fn run(campaign: &Campaign, scene: &Scene) -> Result<(Properties, Plan, Option<Trajectory>)> {
     let clips = campaign
         .clips

@@ -51,7 +51,7 @@ fn written_files() -> Vec<PathBuf> {
     found
 }
 
-/// A path as a reader of a failure wants it.
+/// A path as it is printed in a failure.
 fn shown(path: &Path) -> String {
     path.strip_prefix(workspace()).unwrap_or(path).display().to_string()
 }

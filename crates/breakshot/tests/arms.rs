@@ -17,7 +17,7 @@ fn arm(name: &str) -> Arm {
     Arm::from_urdf(&text, name, None).expect("a good arm")
 }
 
-/// A cell whose arm stands half a metre behind the middle of the table.
+/// A cell whose arm is mounted half a metre behind the middle of the table.
 fn cell(name: &str) -> Cell {
     let text = format!(
         "[camera]\nscale_px_per_m = 1000.0\n[workspace]\nmin_m = [-0.3, -0.2]\nmax_m = [0.3, 0.2]\n[striker]\n\

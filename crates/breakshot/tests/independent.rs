@@ -63,8 +63,8 @@ fn summed_arms_m(corners: &[[f64; 2]]) -> (f64, f64) {
         area += whole;
         for i in 0..cuts {
             // A thin triangle from the origin: the mean of r is 2/3 and of r^2 1/2 of those at its outer side.
-            let part = (f64::from(i) + 0.5) / f64::from(cuts);
-            let outer = [0, 1].map(|c| p[c] + part * (q[c] - p[c]));
+            let fraction = (f64::from(i) + 0.5) / f64::from(cuts);
+            let outer = [0, 1].map(|c| p[c] + fraction * (q[c] - p[c]));
             let r = outer[0].hypot(outer[1]);
             arms += whole / f64::from(cuts) * r * 2.0 / 3.0;
             squares += whole / f64::from(cuts) * r * r / 2.0;

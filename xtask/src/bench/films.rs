@@ -115,7 +115,7 @@ fn null(film: &Path) -> Command {
     command
 }
 
-/// CPU time of the script on these films (s), as it says itself.
+/// CPU time of the script on these films (s), as the script reports it.
 fn opencv(python: &Path, films: &[PathBuf]) -> Result<f64, String> {
     let run = process::run(Command::new(python).arg("xtask/peers/opencv_tracks.py").args(films))?;
     let said = run.stdout.lines().find_map(|line| line.strip_prefix("cpu_s=")?.parse().ok());

@@ -15,7 +15,7 @@ const ROUNDS: usize = 5;
 /// rapier2d's step (s).
 const RAPIER_STEP_S: &str = "1e-3";
 
-/// A kind of pile: our repeats, MuJoCo's step (s), and how many times as fast as rapier2d and MuJoCo we want to be.
+/// A kind of pile: our repeats, MuJoCo's step (s), and the targets of our speed over that of rapier2d and of MuJoCo.
 const KINDS: [(&str, usize, f64, [Option<f64>; 2]); 3] = [
     ("S4g", 200, 31.25e-6, [Some(150.0), Some(2500.0)]),
     ("S4t", 50, 31.25e-6, [None, None]),

@@ -33,7 +33,7 @@ pub(crate) fn bench(lab: &Path, properties: &Path) -> Result<(), String> {
     let rows = [
         Row::at_most("four mixed shapes: robust plan, wall time", four.wall_s, 2.0, "s"),
         Row::plain("the same, CPU time", four.cpu_s, "s"),
-        Row::plain("the same, strikes judged", four.rollouts, ""),
+        Row::plain("the same, strikes evaluated", four.rollouts, ""),
         Row::plain("wall time of 10,000 strikes at that rate", four.wall_s / four.rollouts * 1e4, "s"),
         Row::at_most(
             format!("{} strikes of the grid evaluated in {SAMPLES} scenarios each, wall time", grid.strikes),
@@ -45,7 +45,7 @@ pub(crate) fn bench(lab: &Path, properties: &Path) -> Result<(), String> {
         Row::plain("the same: slow pushes over 10 cm", grid.push_ms, "ms"),
         Row::at_most("twenty objects: robust plan, wall time", many.wall_s, 20.0, "s"),
         Row::plain("the same, CPU time", many.cpu_s, "s"),
-        Row::plain("the same, strikes judged", many.rollouts, ""),
+        Row::plain("the same, strikes evaluated", many.rollouts, ""),
     ];
     let title = format!("Planning on all cores, medians of {ROUNDS}");
     if row::print_all(&title, &rows) { Ok(()) } else { Err("too slow".into()) }
@@ -118,7 +118,7 @@ impl GridTimes {
 /// Strikes that run on farther than this after the contact push (m).
 const PUSH_M: f64 = 0.07;
 
-/// Copies of the scene's objects in rows, closer to each other than wanted.
+/// Copies of the scene's objects in rows, closer to each other than the goal requires.
 fn many(scene: &Scene) -> Scene {
     let kinds = scene.placed.len();
     let placed = (0..MANY).map(|k| {

@@ -104,7 +104,7 @@ pub(crate) struct Collision {
     pub(crate) after: [ImpactBody; 2],
 }
 
-/// Velocities are read from so many seconds on either side.
+/// Velocities are fitted to samples within this time before and after the impact (s).
 const WINDOW_S: f64 = 0.08;
 /// Samples this near to the impact are left out: the rubber band yields for some milliseconds.
 const CONTACT_S: f64 = 0.004;
@@ -258,7 +258,7 @@ fn fitted(collisions: &[&Collision], friction_fitted: bool) -> Result<[f64; 2], 
     Ok(at)
 }
 
-/// Fits on every second run and predicts the others; says whether the target holds.
+/// Fits on every second run and predicts the others; returns whether the target holds.
 pub(crate) fn run(folder: &Path) -> Result<bool, String> {
     let recordings = recordings(folder)?;
     let estimation_holds = row::print_all("Air table: estimation", &estimated(&recordings)?);

@@ -1,4 +1,4 @@
-//! A measured line: what, how much, and what was wanted.
+//! A line of a table: the quantity, its measured value and its target.
 
 /// A result beside its target.
 pub(crate) struct Row {
@@ -6,7 +6,7 @@ pub(crate) struct Row {
     pub(crate) figure: f64,
     pub(crate) target: Option<f64>,
     pub(crate) unit: &'static str,
-    /// Whether the target is the least that is wanted, not the most.
+    /// Whether the target is a lower limit, not an upper one.
     least: bool,
 }
 

@@ -8,7 +8,7 @@ use breakshot::plan::Plan;
 use breakshot::verify::Report;
 use std::path::Path;
 
-/// Simulates every filmed strike with the learned properties, prints the distances, plans for the same piles.
+/// Simulates every filmed strike with the estimated properties, prints the distances, plans for the same piles.
 pub(crate) fn films(program: &Program, folder: &Path, properties: &Path) -> Result<bool, String> {
     let truth = Truth::read(folder)?;
     let properties = properties.to_string_lossy().into_owned();

@@ -153,8 +153,8 @@ impl Control for Service {
         let duration_s = 1.5 * (0..from.len()).map(displacement).fold(0.0, f64::max) / ratio + PERIOD_S;
         let count = (duration_s / PERIOD_S) as usize;
         let rows = (0..=count).map(|k| {
-            let part = k as f64 / count.max(1) as f64;
-            let eased = part * part * (3.0 - 2.0 * part);
+            let fraction = k as f64 / count.max(1) as f64;
+            let eased = fraction * fraction * (3.0 - 2.0 * fraction);
             from.iter().zip(&to).map(|(from, to)| from + eased * (to - from)).collect()
         });
         Ok(done(self.0.begin(rows.collect(), PERIOD_S)))

@@ -57,7 +57,7 @@ pub struct CameraSpec {
     /// A ROS `CameraInfo` YAML file instead of the keys above.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub camera_info: Option<CameraInfo>,
-    /// The scale of a camera that looks straight down; may stand here or at the top (px per m).
+    /// The scale of a camera that looks straight down (px per m); the top level of the file accepts the same key.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub scale_px_per_m: Option<f64>,
     /// How long a rolling shutter takes from the first to the last row (s).
@@ -222,7 +222,7 @@ impl Striker {
     }
 }
 
-/// The arm and where it stands.
+/// The arm and the pose of its base.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct RobotSpec {

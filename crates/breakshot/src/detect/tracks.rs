@@ -12,7 +12,7 @@ pub struct Tracks {
     pub video: String,
     /// Reprojection error of the camera's pose over all tag corners (px, root mean square).
     pub reprojection_rms_px: f64,
-    /// One track per object, in the order of the names that were asked for.
+    /// One track per object, in the order of the requested names.
     pub tracks: Vec<Track>,
     /// Problems and doubtful results, in words.
     #[serde(default)]

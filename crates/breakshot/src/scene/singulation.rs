@@ -14,7 +14,8 @@ use std::fmt;
 pub struct Singulation {
     /// Every pair, in alphabetical order.
     pub pairs: Vec<Pair>,
-    /// The objects outside the workspace, off the table or in a keep-out area, whatever the goal says of these areas.
+    /// The objects outside the workspace, off the table or in a keep-out area, independent of the goal's conditions on these
+    /// areas.
     pub misplaced: Vec<Misplaced>,
     /// The objects that the goal's gripper cannot grasp.
     pub out_of_grasp: Vec<OutOfGrasp>,

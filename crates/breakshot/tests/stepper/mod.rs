@@ -254,12 +254,12 @@ fn regained_m(depth_m: f64, deepest_m: f64, restitution: f64) -> f64 {
 fn first_stiffness(mass_kg: f64, speed: f64, time_s: f64, exponent: f64) -> f64 {
     // The motion m x'' = -k x^n reaches x_max in half the time: x_max / speed times the integral of 1 / sqrt(1 - s^(n+1)).
     let steps = 200_000;
-    let part = |k: i32| {
+    let term = |k: i32| {
         // The substitution s = 1 - q^2 removes the pole of the integrand at the end.
         let q = (f64::from(k) + 0.5) / f64::from(steps);
         2.0 * q / (1.0 - (1.0 - q * q).powf(exponent + 1.0)).sqrt() / f64::from(steps)
     };
-    let integral: f64 = (0..steps).map(part).sum();
+    let integral: f64 = (0..steps).map(term).sum();
     let deepest_m = 0.5 * time_s * speed / integral;
     0.5 * (exponent + 1.0) * mass_kg * speed * speed / deepest_m.powf(exponent + 1.0)
 }

@@ -110,9 +110,10 @@ fn disc_beside(p: &[[f64; 2]], (radius_m, [x, y, _]): (f64, [f64; 3])) -> Witnes
     let (mut gap_m, k, mut normal) = found;
     let (from, to) = (p[k], p[(k + 1) % p.len()]);
     let along = [to[0] - from[0], to[1] - from[1]];
-    let part = ((x - from[0]) * along[0] + (y - from[1]) * along[1]) / (along[0].powi(2) + along[1].powi(2));
-    if gap_m > 0.0 && !(0.0..=1.0).contains(&part) {
-        let corner = if part < 0.0 { from } else { to };
+    let fraction =
+        ((x - from[0]) * along[0] + (y - from[1]) * along[1]) / (along[0].powi(2) + along[1].powi(2));
+    if gap_m > 0.0 && !(0.0..=1.0).contains(&fraction) {
+        let corner = if fraction < 0.0 { from } else { to };
         let (dx, dy) = (x - corner[0], y - corner[1]);
         gap_m = dx.hypot(dy);
         normal = [dx / gap_m, dy / gap_m];

@@ -24,8 +24,8 @@ impl Patch {
     fn force_and_torque(&self, speed: f64, rim_speed: f64) -> [f64; 2] {
         let at = speed / (speed + rim_speed) * ROWS as f64;
         let k = (at as usize).min(ROWS - 1);
-        let part = at - k as f64;
-        [0, 1].map(|c| self.table[k][c] + part * (self.table[k + 1][c] - self.table[k][c]))
+        let fraction = at - k as f64;
+        [0, 1].map(|c| self.table[k][c] + fraction * (self.table[k + 1][c] - self.table[k][c]))
     }
 
     /// Brakes a body for a time step (midpoint rule).  Friction stops the body and never reverses its motion.

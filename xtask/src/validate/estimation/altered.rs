@@ -1,4 +1,4 @@
-//! The films' tracks, thinned or spoilt: are the intervals still honest, and is every spoilt clip named?
+//! The films' tracks, thinned or spoilt: do the intervals still have their coverage, and does a warning name every spoilt clip?
 
 use super::bound;
 use super::properties;
@@ -67,7 +67,7 @@ fn at_half_rate(clip: &ClipTracks) -> ClipTracks {
     changed(clip, |samples| samples.iter().step_by(2).copied().collect())
 }
 
-/// Filmed at half the frame rate that the file says.
+/// Filmed at half of the frame rate in the file.
 fn too_fast(clip: &ClipTracks) -> ClipTracks {
     changed(&at_half_rate(clip), |samples| {
         samples.iter().map(|s| Sample { time_s: s.time_s / 2.0, ..*s }).collect()
@@ -166,7 +166,7 @@ fn spoilt_rows(saved: &Saved, whole: &Estimation) -> Result<Vec<Row>, String> {
     Ok(rows)
 }
 
-/// By how much spoilt clips moved any quantity, over its standard error without them.
+/// Largest change of a quantity by the spoilt clips, over its standard error without them.
 fn largest_change(whole: &Estimation, found: &Estimation) -> f64 {
     let groups = |e: &Estimation| {
         let p = e.properties.clone();

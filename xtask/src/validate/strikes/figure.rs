@@ -1,4 +1,4 @@
-//! The reliability diagram: how often strikes work against how often they were said to.
+//! The reliability diagram: the observed success rate of strikes over the predicted probability.
 
 use super::table::{Trial, bins};
 use std::fmt::Write;
@@ -11,8 +11,8 @@ const MARGIN_PX: f64 = 56.0;
 /// An SVG picture: one circle per bin, its area the number of piles, its bar one standard deviation.
 pub(super) fn reliability(trials: &[Trial]) -> String {
     let whole = SIDE_PX + 2.0 * MARGIN_PX;
-    let x = |part: f64| MARGIN_PX + SIDE_PX * part;
-    let y = |part: f64| MARGIN_PX + SIDE_PX * (1.0 - part);
+    let x = |fraction: f64| MARGIN_PX + SIDE_PX * fraction;
+    let y = |fraction: f64| MARGIN_PX + SIDE_PX * (1.0 - fraction);
     let mut svg = format!(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {whole} {whole}\" width=\"{whole}\" \
          height=\"{whole}\" font-family=\"sans-serif\" font-size=\"12\" fill=\"#333\">\n\
@@ -24,21 +24,21 @@ pub(super) fn reliability(trials: &[Trial]) -> String {
         y(1.0)
     );
     for tick in 0..=5 {
-        let part = f64::from(tick) / 5.0;
+        let fraction = f64::from(tick) / 5.0;
         let _ = writeln!(
             svg,
             "<path d=\"M{0} {1}V{2}M{3} {4}H{5}\" stroke=\"#ddd\"/>\
-             <text x=\"{0}\" y=\"{6}\" text-anchor=\"middle\">{part:.1}</text>\
-             <text x=\"{7}\" y=\"{8}\" text-anchor=\"end\">{part:.1}</text>",
-            x(part),
+             <text x=\"{0}\" y=\"{6}\" text-anchor=\"middle\">{fraction:.1}</text>\
+             <text x=\"{7}\" y=\"{8}\" text-anchor=\"end\">{fraction:.1}</text>",
+            x(fraction),
             y(0.0),
             y(1.0),
             x(0.0),
-            y(part),
+            y(fraction),
             x(1.0),
             y(0.0) + 18.0,
             x(0.0) - 8.0,
-            y(part) + 4.0
+            y(fraction) + 4.0
         );
     }
     for bin in bins(trials) {

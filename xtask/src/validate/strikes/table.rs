@@ -15,7 +15,7 @@ pub(super) struct Trial {
     pub strikes: Option<usize>,
     /// Why the last robust strike was the last, if they were not enough.
     pub ended: &'static str,
-    /// Whether the first robust strike, or any other, can be relied on; none if it was not looked for.
+    /// Whether the first robust strike, or any other, is reliable; none if that was not examined.
     pub reliable: Option<Reliable>,
     pub paper: bool,
     pub random: bool,
@@ -81,7 +81,7 @@ pub(super) fn print(trials: &[Trial]) {
     }
 }
 
-/// How many piles anyone can rely on, and how the robust strike does on those.
+/// The number of piles with a reliable strike, and the success of the robust strike on those.
 fn print_reliable(trials: &[Trial]) {
     let found: Vec<_> = trials.iter().filter_map(|t| Some((t, t.reliable?))).collect();
     if found.is_empty() {

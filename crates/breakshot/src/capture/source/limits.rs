@@ -2,7 +2,7 @@
 
 use super::error::SourceError;
 
-/// The longest side of a frame (px); a header with a larger number is damaged or asks for too much memory.
+/// The longest side of a frame (px); a header with a larger number is damaged or would need too much memory.
 const MAX_SIDE_PX: u64 = 16_384;
 /// The largest frame (px); an 8K frame has 33 million pixels.
 const MAX_PIXELS: u64 = 40_000_000;

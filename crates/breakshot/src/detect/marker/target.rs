@@ -27,7 +27,7 @@ pub(in crate::detect) struct Target<'a> {
     apparent_height: f64,
 }
 
-/// Corners of the polygon of equal area that stands for a disc: its moments are right within 0.1 %.
+/// Corners of the polygon of equal area that approximates a disc: its moments are right within 0.1 %.
 const DISC_CORNERS: usize = 48;
 /// Least ratio of the principal axes at which second moments determine a direction; below it noise rotates the axes
 /// by degrees.

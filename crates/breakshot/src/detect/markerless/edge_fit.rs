@@ -97,7 +97,7 @@ impl OutlineView<'_> {
         self.fitted_after(STEEPEST_ROUNDS, guess, blur_px)
     }
 
-    /// The same with the model of the side bands after so many rounds only.
+    /// The same with the model of the side bands only after this number of rounds.
     fn fitted_after(&self, steepest_rounds: usize, guess: Pose, blur_px: [f64; 2]) -> Option<OutlineFit> {
         // Corrections of the pose
         let mut pose = guess;
@@ -301,7 +301,7 @@ impl OutlineView<'_> {
     }
 }
 
-/// Poses within `n` steps of one, each with so many rotations to either side.
+/// Poses within `n` steps of one, each with this number of rotations to either side.
 fn grid(around: Pose, n: i32, step_m: f64, rotations: i32) -> impl Iterator<Item = Pose> {
     let steps = (-n..=n).flat_map(move |i| (-n..=n).map(move |j| (i, j)));
     // A disc of positions; for a single step all eight neighbours.

@@ -9,7 +9,7 @@ use super::motion_model::{Body, Cause, EventIndices, Observation};
 use crate::geometry::outline::Outline;
 use crate::geometry::{Point, Vec2};
 
-/// A body is at rest if so many observations before or after an instant are together.
+/// A body is at rest if this number of observations before or after an instant agree within the noise.
 const REST_OBSERVATIONS: usize = 3;
 /// Observations of a body at rest are within this many standard deviations of their mean.
 const REST_NOISES: f64 = 4.0;

@@ -9,7 +9,7 @@ use super::initial_guess::{InitialGuess, frame_s, moved_m, noise_m};
 use super::motion_model::{Body, Cause, Exposure, MotionLaw, MotionModel};
 use super::striker_path::StrikerPath;
 
-/// Accelerations are taken as constant for this long before and after an impact (s), and for at least so many frames.
+/// Accelerations are taken as constant for this long before and after an impact (s), and for at least this number of frames.
 const WINDOW_S: f64 = 0.08;
 const WINDOW_FRAMES: f64 = 5.0;
 /// Residuals of a slide that are this many times the noise, and larger than this (m), show that its deceleration is not

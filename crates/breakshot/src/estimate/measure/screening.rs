@@ -12,7 +12,7 @@ const STRIKER_CONTACT_M: f64 = 5e-4;
 /// A body nearer than this to a partner of an impact may have been touched by it (m): ruler and camera are not more
 /// accurate.
 const NEIGHBOUR_M: f64 = 0.0015;
-/// Two impacts of one body need at least so many frames between them, which show its motion.
+/// Two impacts of one body need at least this number of frames between them, which show its motion.
 const FRAMES_BETWEEN: f64 = 1.5;
 
 /// Excludes from the measurements the contacts that fail a check, and adds the reason to their remarks.

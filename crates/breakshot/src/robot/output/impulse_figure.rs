@@ -88,12 +88,12 @@ fn surface(svg: &mut String, view: &View, at: [f64; 3], size: f64, geometry: &Im
         let radius = size * geometry.normalized(direction, &HEAVY);
         view.px(std::array::from_fn(|k| at[k] + radius * direction[k]))
     };
-    let parts = || (0..=POINTS).map(|k| f64::from(k) / f64::from(POINTS));
+    let fractions = || (0..=POINTS).map(|k| f64::from(k) / f64::from(POINTS));
     for k in 0..LINES {
-        let part = f64::from(k) / f64::from(LINES);
-        let meridian: Vec<_> = parts().map(|u| point(part * TAU, u * PI)).collect();
+        let fraction = f64::from(k) / f64::from(LINES);
+        let meridian: Vec<_> = fractions().map(|u| point(fraction * TAU, u * PI)).collect();
         polyline(svg, &meridian, "stroke=\"#4878a8\" stroke-width=\"0.6\"");
-        let parallel: Vec<_> = parts().map(|u| point(u * TAU, part * PI)).collect();
+        let parallel: Vec<_> = fractions().map(|u| point(u * TAU, fraction * PI)).collect();
         polyline(svg, &parallel, "stroke=\"#a8c4e0\" stroke-width=\"0.6\"");
     }
     for (axis, color) in geometry.principal.iter().zip(["#c03028", "#888", "#208040"]) {

@@ -63,7 +63,7 @@ mod tests {
             one in segment(), other in segment(), s in 0.0..1.0_f64, t in 0.0..1.0_f64,
         ) {
             let (one, other) = (capsule(one), capsule(other));
-            let at = |capsule: &Capsule, part: f64| capsule.from_m.lerp(&capsule.to_m, part);
+            let at = |capsule: &Capsule, fraction: f64| capsule.from_m.lerp(&capsule.to_m, fraction);
             let apart = (at(&one, s) - at(&other, t)).norm() - 0.2;
             let gap = one.gap_m(&other);
             prop_assert!(gap <= apart + 1e-12, "gap {gap} m, but two points are {apart} m apart");
