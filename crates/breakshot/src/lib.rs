@@ -1,20 +1,51 @@
-//! *Breakshot* learns how objects slide and bounce from video, and plans the one strike that singulates a pile.
+//! *Breakshot* learns how objects slide and bounce from strike videos, and plans the one robot strike that singulates a pile.
 //!
-//! The data flow is the folder tree; every folder is a stage with one public function:
+//! The whole flow, on the example that comes with the repository:
+//!
+//! ```
+//! use breakshot::{capture::Decoder, clip_tracks, estimate, files, physics, plan};
+//!
+//! # fn main() -> breakshot::Result<()> {
+//! # let example = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fixtures/demo");
+//! // capture, detect: films -> the track of each object, in metres and seconds
+//! let campaign = files::load_campaign(&example.join("campaign.toml"))?.value;
+//! let clips = campaign.clips.iter().map(|clip| clip_tracks(&campaign, clip, Decoder::Auto));
+//! let clips = clips.collect::<breakshot::Result<Vec<_>>>()?;
+//!
+//! // estimate: tracks -> friction, restitution and mass ratios with intervals
+//! let options = estimate::Options::default();
+//! let properties = estimate::estimation(&clips, &campaign.cell, &campaign.objects, &options)?.properties;
+//! assert!((properties.friction["a"].mean - 0.235).abs() < 0.01, "{:?}", properties.friction["a"]);
+//!
+//! // plan: the strike after which every two objects of the pile are far enough apart
+//! let pile = files::load_scene(&example.join("pile.scene.toml"))?.value;
+//! let plan = plan::plan(&pile, &properties, &plan::Options::default())?;
+//! let (strike, prediction) = plan.strike.zip(plan.prediction).expect("a strike that singulates the pile");
+//!
+//! // physics: what this strike does to the pile, from impact to impact
+//! let trajectory = physics::trajectory(&pile, &properties, &strike, &physics::Options::default())?;
+//! let min_distance_m = prediction.min_distance_m.expect("a pile of several objects");
+//! assert!(min_distance_m >= pile.goal.min_distance_m, "{min_distance_m} m");
+//! assert!(trajectory.duration_s < 2.0, "everything rests after {} s", trajectory.duration_s);
+//! # Ok(()) }
+//! ```
+//!
+//! [`robot::command`] turns the strike into a joint path of an arm, and [`verify::comparison`] compares a film of the strike with its prediction.
+//! The stages in the order of the data flow, each a folder with one public function:
 //!
 //! | stage | question | answer |
 //! |---|---|---|
 //! | [`capture`] | what did the camera see, and from where? | [`Footage`], [`Camera`](capture::Camera) |
 //! | [`detect`] | where was each object at each instant? | [`Tracks`](detect::Tracks) |
-//! | [`estimate`] | how do the objects slide and bounce? | [`Properties`] |
-//! | [`physics`] | what does this strike do to this pile? | [`Trajectory`] |
-//! | [`plan`] | which strike singulates it? | [`Plan`] |
+//! | [`estimate`] | how do the objects slide and bounce? | [`Properties`](properties::Properties) |
+//! | [`physics`] | what does this strike do to this pile? | [`Trajectory`](physics::Trajectory) |
+//! | [`plan`] | which strike singulates it? | [`Plan`](plan::Plan) |
 //! | [`robot`] | how does the arm carry it out? | [`Command`](robot::Command) |
 //! | [`verify`] | did it happen as predicted? | [`Report`](verify::Report) |
 //! | [`report`] | how are the results shown to a person? | a page, figures, drawn frames |
 //!
-//! The files beside the folders are the vocabulary all stages share.  Everything is SI and radians; the table frame
-//! is the default.
+//! The other modules are the vocabulary that all stages share. All quantities are in SI units and radians, in the table frame (x to the
+//! right, y up, z out of the table) unless their names say otherwise.
 
 pub mod campaign;
 pub mod capture;
@@ -42,36 +73,11 @@ pub use error::{Error, Result};
 use campaign::{Campaign, Clip};
 use capture::{Capture, Decoder, Footage};
 use estimate::ClipTracks;
-use physics::Trajectory;
-use plan::Plan;
-use properties::Properties;
-use scene::Scene;
 
-/// The whole data flow: from the clips of a campaign to the strike for a pile, and what it does.
-///
-/// No strike, no trajectory: then nothing could be reached.
+/// The tracks of one clip: opens its film, determines the pose of its camera, and tracks its objects.
 ///
 /// # Errors
-/// The error of the first stage that fails.
-pub fn run(campaign: &Campaign, scene: &Scene) -> Result<(Properties, Plan, Option<Trajectory>)> {
-    let clips = campaign
-        .clips
-        .iter()
-        .map(|clip| clip_tracks(campaign, clip, Decoder::Auto))
-        .collect::<Result<Vec<_>>>()?;
-    let estimation =
-        estimate::estimation(&clips, &campaign.cell, &campaign.objects, &estimate::Options::default())?;
-    let properties = estimation.properties;
-    let plan = plan::plan(scene, &properties, &plan::Options::default())?;
-    let simulate = |strike| physics::trajectory(scene, &properties, strike, &physics::Options::default());
-    let trajectory = plan.strike.as_ref().map(simulate).transpose()?;
-    Ok((properties, plan, trajectory))
-}
-
-/// The tracks of one clip: its film is opened, its camera found, its objects told apart and followed.
-///
-/// # Errors
-/// See [`capture::capture`] and [`detect::tracks`].
+/// See [`Footage::open_with`], [`Capture::of`] and [`detect::tracks`].
 pub fn clip_tracks(campaign: &Campaign, clip: &Clip, decoder: Decoder) -> Result<ClipTracks> {
     let layout = match &clip.placed {
         Some(placed) => detect::Layout::Placed(placed.clone()),

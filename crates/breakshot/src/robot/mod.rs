@@ -59,7 +59,7 @@ pub const FASTEST_M_S: f64 = 1.0;
 /// use breakshot::robot::{self, Answer};
 /// use breakshot::scene::Strike;
 ///
-/// let striker = Striker::rod(0.01, [0.05, 1.0]);
+/// let striker = Striker::rod(0.015, [0.05, 1.0]);
 /// let mut cell = Cell::from_above(1000.0, Workspace::centred([0.6, 0.4]), striker);
 /// cell.robot = Some(RobotSpec {
 ///     arm: "indy7".into(),
@@ -67,8 +67,8 @@ pub const FASTEST_M_S: f64 = 1.0;
 ///     tool_offset_m: [0.0, 0.0, 0.15],
 ///     ..RobotSpec::default()
 /// });
-/// let start_m = Point::new(-0.05, 0.0);
-/// let strike = Strike { object: None, start_m, heading_rad: 0.4, speed_m_s: 0.3, travel_m: 0.08 };
+/// let start_m = Point::new(-0.1, 0.0);
+/// let strike = Strike { object: None, start_m, heading_rad: 0.0, speed_m_s: 0.3, travel_m: 0.08 };
 /// let answer = robot::command(&cell, &strike, None, &robot::Options::default())?;
 /// let Answer::Ready(command) = answer else { panic!("refused: {answer:?}") };
 /// assert!((command.stroke.contact_speed_m_s - 0.3).abs() < 0.003, "{} m/s", command.stroke.contact_speed_m_s);

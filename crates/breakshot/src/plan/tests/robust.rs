@@ -172,7 +172,7 @@ fn a_proposal_for_an_object_that_is_not_placed_is_an_error_with_its_name() {
     let only = |_: &Scene| vec![aim.clone()];
     let options = Options { method: Method::Robust, proposals: Some(&only), ..Options::default() };
     let error = plan(&pair(), &varying(), &options).expect_err("no such object");
-    assert!(error.to_string().contains("object is x, needed: one of the placed objects: a, c"), "{error}");
+    assert!(error.to_string().contains("object is x; needed: one of the placed objects: a, c"), "{error}");
 }
 
 #[test]

@@ -77,7 +77,7 @@ fn errors_name_the_wrong_element() {
         ("lower=\"-2\"", "lower=\"3\"", "from 3 to 2 rad"),
         ("<axis xyz=\"0 0 1\"/>", "<axis xyz=\"0 0 0\"/>", "its axis"),
         ("<mass value=\"2\"/>", "<mass value=\"heavy\"/>", "`heavy`"),
-        ("<parent link=\"l0\"/>", "<parent link=\"nobody\"/>", "no link of the file"),
+        ("<parent link=\"l0\"/>", "<parent link=\"nobody\"/>", "is not a link of the file"),
         ("</robot>", "", "close"),
         ("<robot name", "<robot xmlns:xacro=\"http://www.ros.org/wiki/xacro\" name", ""),
         ("<link name=\"world\"/>", "<link name=\"world\"/><link name=\"stray\"/>", "needed: one root"),
