@@ -2,7 +2,7 @@
 
 use std::process::Command;
 
-/// Formatting, lints, docs, tests.
+/// Formatting, lints, docs, generated code, tests, documented examples.
 ///
 /// The tests of [`NEEDS_FFMPEG`] run where the program `ffmpeg` is installed; elsewhere the last lines list them as
 /// skipped.
