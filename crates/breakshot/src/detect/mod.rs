@@ -97,7 +97,7 @@ pub fn tracks(
 /// The pose of each of `names` in the first frames of a film, or in a picture; and warnings.
 ///
 /// # Errors
-/// As [`tracks`].
+/// As [`tracks()`].
 pub fn placed(
     capture: Capture,
     objects: &[Object],

@@ -20,7 +20,7 @@ pub(crate) mod time_of_impact;
 use separating_axis::Feature;
 use time_of_impact::{ContactSearch, MovingBody, TimeOfImpact};
 
-/// A first bound of the next contact of two bodies from a time on, at a low cost; [`time_of_impact`] refines it.
+/// A first bound of the next contact of two bodies from a time on, at a low cost; [`time_of_impact()`] refines it.
 ///
 /// A sustained contact is ignored until `ignored_until_s`.
 pub(crate) fn lower_bound(a: MovingBody, b: MovingBody, from_s: f64, ignored_until_s: f64) -> TimeOfImpact {
