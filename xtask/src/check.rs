@@ -2,7 +2,7 @@
 
 use std::process::Command;
 
-/// Formatting, lints, docs, generated code, tests, documented examples.
+/// Formatting, lints, docs, generated code, the default features, tests, documented examples.
 ///
 /// The tests of [`NEEDS_FFMPEG`] run where the program `ffmpeg` is installed; elsewhere the last lines list them as
 /// skipped.
@@ -11,6 +11,8 @@ pub(crate) fn test() -> Result<(), String> {
     ensure_component("clippy", "clippy")?;
     cargo(&["fmt", "--all", "--check"], &[])?;
     cargo(&["clippy", "--workspace", "--all-targets", "--", "-D", "warnings"], &[])?;
+    // What a user builds: the program without the drivers for robots on the network.
+    cargo(&["clippy", "--", "-D", "warnings"], &[])?;
     cargo(
         &["doc", "--workspace", "--no-deps", "--document-private-items"],
         &[("RUSTDOCFLAGS", "-D warnings")],

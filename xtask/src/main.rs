@@ -57,6 +57,8 @@ usage: cargo xtask TASK
   fuzz [COUNT]     mutated films are opened, every seventh is played: no panic, no hang, no waste of memory
   bench decode CLIPS
                    decoded films against ffmpeg's, and the CPU time of both on a folder of MP4 clips
+  bench build [OTHER]
+                   CPU time of a fresh `cargo build --release`, beside that of another checkout of this project
   bench detect [LAB] [--python PYTHON]
                    a 4K frame labelled beside OpenCV, a 4K film and films of the lab to tracks beside OpenCV and
                    ffmpeg, memory (use `cargo run --release -p xtask --`; without PYTHON a venv with OpenCV is made)
@@ -109,6 +111,8 @@ fn main() -> ExitCode {
         ["bench", "estimate"] => speed::drawn(),
         ["bench", "estimate", lab, tracks] => speed::lab(lab.as_ref(), tracks.as_ref()),
         ["bench" | "validate", "decode", clips] => bench::decode::bench(clips.as_ref()),
+        ["bench", "build"] => bench::build::bench(None),
+        ["bench", "build", other] => bench::build::bench(Some(other.as_ref())),
         ["bench", "detect"] => bench::detect::bench(None, None),
         ["bench", "detect", "--python", python] => bench::detect::bench(None, Some(python)),
         ["bench", "detect", lab] => bench::detect::bench(Some(lab.as_ref()), None),

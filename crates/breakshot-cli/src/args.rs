@@ -510,7 +510,8 @@ pub(crate) struct StrikeArgs {
     /// The command file written by `breakshot command`.
     #[arg(value_name = "COMMAND")]
     pub(crate) command: PathBuf,
-    /// The robot: `indy:HOST` (`indy:HOST:PORT` for all services on one port), `ros:HOST:PORT`, or `sim`.
+    /// The robot: `sim`, or, in a program built with the feature `network`, `indy:HOST` (`indy:HOST:PORT` for all services on
+    /// one port) or `ros:HOST:PORT`.
     #[arg(long, value_name = "ROBOT")]
     pub(crate) driver: Option<String>,
     /// The properties file (driver `sim` only).

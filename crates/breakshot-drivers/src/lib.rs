@@ -7,8 +7,14 @@
 //! **A stop over the network is not a safety function.** Motion that has been sent may finish, whatever happens to the link.
 //! Keep a hand on the emergency stop.
 //!
-//! The robots: Neuromeka's Indy 7 ([`indy`]), any arm with ROS 2 behind a rosbridge ([`rosbridge`]), and a simulated arm whose
-//! strike is simulated by [`breakshot::physics`].
+//! The robots: Neuromeka's Indy 7 (`indy`), any arm with ROS 2 behind a rosbridge (`rosbridge`), and a simulated arm whose
+//! strike is simulated by [`breakshot::physics`]. The first two need the feature `network`, which is a default of this crate but
+//! not of the command line.
+
+#![cfg_attr(
+    not(feature = "network"),
+    allow(dead_code, reason = "a part is used by the robots on the network only")
+)]
 
 mod event_log;
 mod fault;
@@ -23,6 +29,7 @@ mod session;
 mod tests;
 
 /// The controller's messages and clients, generated from `proto/indy.proto` (`cargo xtask proto`).
+#[cfg(feature = "network")]
 #[allow(missing_docs, clippy::pedantic, unreachable_pub, reason = "generated code")]
 pub mod wire {
     include!("../proto/generated/client.rs");
@@ -36,5 +43,6 @@ pub use preflight::PreflightCheck;
 pub use report::{Ending, Report, StopReport};
 pub use robot::driver::Driver;
 pub use robot::sim::SimulatedStrike;
+#[cfg(feature = "network")]
 pub use robot::{indy, rosbridge};
 pub use session::{carry_out, strike};

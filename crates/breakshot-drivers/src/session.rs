@@ -139,11 +139,7 @@ impl<I: Future<Output = ()>> Session<'_, I> {
                 return self.stopped(motion, fault).await;
             }
         }
-        let simulated = match self.robot {
-            Robot::Sim(sim) if sim.has_struck() => sim.simulated().ok(),
-            Robot::Sim(_) | Robot::Indy(_) | Robot::Rosbridge(_) => None,
-        };
-        Ending::Struck { simulated }
+        Ending::Struck { simulated: self.robot.simulated() }
     }
 
     /// The interlock's reasons against a motion, with a new observation of the table.

@@ -16,7 +16,7 @@ fn main() {
 
 /// The filmed strike.
 fn strike() -> Strike {
-    load_strike(&demo::folder().join("pile.strike.json")).expect("the strike")
+    load_strike(demo::folder().join("pile.strike.json")).expect("the strike")
 }
 
 /// The final poses after one strike, on one thread.

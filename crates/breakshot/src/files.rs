@@ -2,6 +2,9 @@
 //!
 //! Everything is checked while it is loaded: an unknown key names its nearest known one, an impossible number
 //! names its object.  Results are written whole or not at all.
+//!
+//! The loaders are generic over the path. The parsers of these formats are therefore compiled in the program that calls a loader and
+//! not in the library, where they would be a fifth of the machine code (ARCHITECTURE.md, "Building").
 
 use crate::campaign::{Campaign, Clip};
 use crate::cell::camera_info;
@@ -125,7 +128,8 @@ pub fn write_json<T: Serialize>(path: &Path, value: &T) -> Result<()> {
 /// # Errors
 /// See [`read_toml`], [`Cell::check`] and [`load_arm`]; also a `camera_info` file that is missing, is not a ROS
 /// `CameraInfo`, or was calibrated for another image size than the cell's.
-pub fn load_cell(path: &Path) -> Result<Cell> {
+pub fn load_cell(path: impl AsRef<Path>) -> Result<Cell> {
+    let path = path.as_ref();
     let mut cell: Cell = read_toml(path)?;
     check_version(path, cell.version)?;
     cell.check(&label(path))?;
@@ -179,7 +183,8 @@ struct ObjectsFile {
 ///
 /// # Errors
 /// See [`read_toml`] and [`Object::check`]; also a name given twice.
-pub fn load_objects(path: &Path) -> Result<Loaded<Vec<Object>>> {
+pub fn load_objects(path: impl AsRef<Path>) -> Result<Loaded<Vec<Object>>> {
+    let path = path.as_ref();
     let file: ObjectsFile = read_toml(path)?;
     check_version(path, file.version)?;
     let mut objects = file.objects;
@@ -231,11 +236,12 @@ struct ClipEntry {
 ///
 /// # Errors
 /// See [`read_toml`], [`Campaign::check`] and the loaders of the named files; also a video that does not exist.
-pub fn load_campaign(path: &Path) -> Result<Loaded<Campaign>> {
+pub fn load_campaign(path: impl AsRef<Path>) -> Result<Loaded<Campaign>> {
+    let path = path.as_ref();
     let file: CampaignFile = read_toml(path)?;
     check_version(path, file.version)?;
-    let cell = load_cell(&beside(path, &file.cell))?;
-    let objects = load_objects(&beside(path, &file.objects))?;
+    let cell = load_cell(beside(path, &file.cell))?;
+    let objects = load_objects(beside(path, &file.objects))?;
     let clips = file.clips.into_iter().map(|entry| load_clip(path, entry)).collect::<Result<_>>()?;
     let campaign = Campaign { cell, objects: objects.value, clips };
     for clip in &campaign.clips {
@@ -254,9 +260,10 @@ fn check_video_exists(campaign: &Path, clip: &Clip) -> Result<()> {
     Err(Error::invalid(name, "video", found, "a file that exists"))
 }
 
-fn load_clip(campaign: &Path, entry: ClipEntry) -> Result<Clip> {
+fn load_clip(campaign: impl AsRef<Path>, entry: ClipEntry) -> Result<Clip> {
+    let campaign = campaign.as_ref();
     let placed = match &entry.scene {
-        Some(scene) => Some(load_scene(&beside(campaign, scene))?.value.placed),
+        Some(scene) => Some(load_scene(beside(campaign, scene))?.value.placed),
         None => None,
     };
     Ok(Clip { video: beside(campaign, &entry.video), objects: entry.objects, strike: entry.strike, placed })
@@ -294,12 +301,13 @@ pub struct SceneFile {
 ///
 /// # Errors
 /// See [`read_toml`], [`Scene::check`] and the loaders of the named files.
-pub fn load_scene(path: &Path) -> Result<Loaded<Scene>> {
+pub fn load_scene(path: impl AsRef<Path>) -> Result<Loaded<Scene>> {
+    let path = path.as_ref();
     let file: SceneFile = read_toml(path)?;
     check_version(path, file.version)?;
-    let objects = load_objects(&beside(path, &file.objects))?;
+    let objects = load_objects(beside(path, &file.objects))?;
     let scene = Scene {
-        cell: load_cell(&beside(path, &file.cell))?,
+        cell: load_cell(beside(path, &file.cell))?,
         objects: objects.value,
         observed_unix_s: file.observed_unix_s,
         placed: file.placed,
@@ -315,7 +323,7 @@ pub fn load_scene(path: &Path) -> Result<Loaded<Scene>> {
 ///
 /// # Errors
 /// See [`read_json`] and [`Strike::check`]; also a plan that found no strike.
-pub fn load_strike(path: &Path) -> Result<Strike> {
+pub fn load_strike(path: impl AsRef<Path>) -> Result<Strike> {
     strike_and_scene(path).map(|(strike, _)| strike)
 }
 
@@ -332,14 +340,16 @@ pub struct Planned {
 ///
 /// # Errors
 /// See [`load_strike`].
-pub fn load_planned(path: &Path) -> Result<Planned> {
+pub fn load_planned(path: impl AsRef<Path>) -> Result<Planned> {
+    let path = path.as_ref();
     let (strike, scene) = strike_and_scene(path)?;
     let scene = scene.map(|scene| part(path, scene)).transpose()?;
     Ok(Planned { strike, scene })
 }
 
 /// The strike of a file, checked, and the JSON value of its scene.
-fn strike_and_scene(path: &Path) -> Result<(Strike, Option<serde_json::Value>)> {
+fn strike_and_scene(path: impl AsRef<Path>) -> Result<(Strike, Option<serde_json::Value>)> {
+    let path = path.as_ref();
     let mut value: serde_json::Value = read_json(path)?;
     let (strike, scene) = match value.get_mut("strike").map(serde_json::Value::take) {
         Some(serde_json::Value::Null) => {
@@ -363,7 +373,8 @@ fn part<T: DeserializeOwned>(path: &Path, value: serde_json::Value) -> Result<T>
 ///
 /// # Errors
 /// See [`read_json`] and [`Properties::check`].
-pub fn load_properties(path: &Path) -> Result<Properties> {
+pub fn load_properties(path: impl AsRef<Path>) -> Result<Properties> {
+    let path = path.as_ref();
     let properties: Properties = read_json(path)?;
     check_version(path, properties.version)?;
     properties.check(&label(path))?;

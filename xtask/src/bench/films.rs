@@ -160,7 +160,7 @@ const LAB_STEP: usize = 12;
 
 /// Films of the lab to tracks, two at a time, beside the OpenCV script.
 pub(crate) fn lab(lab: &Path, python: &Path) -> Result<bool, String> {
-    let loaded = files::load_campaign(&lab.join("campaign/campaign.toml")).map_err(|e| e.to_string())?;
+    let loaded = files::load_campaign(lab.join("campaign/campaign.toml")).map_err(|e| e.to_string())?;
     let campaign = loaded.value;
     let clips: Vec<_> = campaign.clips.iter().step_by(LAB_STEP).collect();
     let films: Vec<PathBuf> = clips.iter().map(|clip| clip.video.clone()).collect();

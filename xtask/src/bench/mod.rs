@@ -1,5 +1,6 @@
 //! The program beside others.
 
+pub(crate) mod build;
 pub(crate) mod decode;
 pub(crate) mod detect;
 mod films;
@@ -8,3 +9,5 @@ pub(crate) mod plan;
 
 /// How often vision is timed; medians are printed.
 const ROUNDS: usize = 7;
+/// How often a build is timed; medians are printed.
+const BUILDS: usize = 3;

@@ -22,7 +22,7 @@ const SAMPLES: usize = 100;
 pub(crate) fn bench(lab: &Path, properties: &Path) -> Result<(), String> {
     let mut properties = files::load_properties(properties).map_err(|e| e.to_string())?;
     let scene =
-        files::load_scene(&lab.join("scatter/four_shapes.scene.toml")).map_err(|e| e.to_string())?.value;
+        files::load_scene(lab.join("scatter/four_shapes.scene.toml")).map_err(|e| e.to_string())?.value;
     let four = timed(&scene, &properties, ROUNDS)?;
     let many = many(&scene);
     let names: Vec<String> = many.placed.iter().map(|p| p.object.clone()).collect();

@@ -43,7 +43,7 @@ pub(crate) fn cameras(lab: &Path, only: Option<&str>, python: Option<&str>) -> R
 /// The films of one camera.
 fn measured(folder: &Path) -> Result<bool, String> {
     let truth = Truth::read(folder)?;
-    let campaign = files::load_campaign(&folder.join("campaign.toml")).map_err(|e| e.to_string())?.value;
+    let campaign = files::load_campaign(folder.join("campaign.toml")).map_err(|e| e.to_string())?.value;
     let mut errors = Errors::default();
     let mut warnings = Vec::new();
     for clip in &campaign.clips {

@@ -45,8 +45,8 @@ pub(crate) fn run(shared: &Path, count: usize, effort: Effort) -> Result<(), Str
     let properties = learned(&program, shared)?;
     let campaign = shared.join("campaign");
     let scene = Scene {
-        cell: files::load_cell(&campaign.join("cell.toml")).map_err(|e| e.to_string())?,
-        objects: files::load_objects(&campaign.join("objects.toml")).map_err(|e| e.to_string())?.value,
+        cell: files::load_cell(campaign.join("cell.toml")).map_err(|e| e.to_string())?,
+        objects: files::load_objects(campaign.join("objects.toml")).map_err(|e| e.to_string())?.value,
         observed_unix_s: None,
         placed: Vec::new(),
         walls: Vec::new(),

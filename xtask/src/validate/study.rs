@@ -212,8 +212,8 @@ fn exported(program: &Program, films: &[Film], folder: &Path, python: &Path) -> 
 fn films(folder: &Path, truth: &Truth) -> Result<Vec<Film>, String> {
     let film = |(video, clip): (&String, &Clip)| {
         let name = video.trim_end_matches(".mp4").to_owned();
-        let scene = files::load_scene(&folder.join(format!("{name}.scene.toml")));
-        let strike = files::load_strike(&folder.join(format!("{name}.strike.json")));
+        let scene = files::load_scene(folder.join(format!("{name}.scene.toml")));
+        let strike = files::load_strike(folder.join(format!("{name}.strike.json")));
         let scene = scene.map_err(|e| e.to_string())?.value;
         Ok(Film { name, scene, strike: strike.map_err(|e| e.to_string())?, clip: clip.clone() })
     };

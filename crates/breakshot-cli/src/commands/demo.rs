@@ -50,8 +50,8 @@ const EXAMPLE: [(&str, &[u8]); 18] = example![
 pub(crate) fn run(args: &DemoArgs) -> Result<Outcome> {
     let folder = &args.output;
     unpack(folder)?;
-    let campaign = files::load_campaign(&folder.join("campaign.toml"))?.value;
-    let scene = files::load_scene(&folder.join("pile.scene.toml"))?.value;
+    let campaign = files::load_campaign(folder.join("campaign.toml"))?.value;
+    let scene = files::load_scene(folder.join("pile.scene.toml"))?.value;
 
     say(args, "Estimating friction, restitution and mass ratios of three objects from 12 films ...");
     let (clips, unread) = estimate_command::tracked(&campaign, Decoder::Builtin)?;
@@ -71,7 +71,7 @@ pub(crate) fn run(args: &DemoArgs) -> Result<Outcome> {
     }
 
     say(args, "\nComparing a filmed strike on the same pile with its simulation ...");
-    let strike = files::load_strike(&folder.join("pile.strike.json"))?;
+    let strike = files::load_strike(folder.join("pile.strike.json"))?;
     let simulated = simulate(&strike)?;
     let film = capture::capture(&folder.join("pile.mp4"), &scene.cell)?;
     let tracked = verify_command::tracked_strike(&scene, film)?;

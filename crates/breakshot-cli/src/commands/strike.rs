@@ -7,8 +7,7 @@ use breakshot::robot::Command;
 use breakshot::scene::Scene;
 use breakshot::{Error, Result, files};
 use breakshot_drivers::{
-    Driver, Ending, Event, EventLog, Job, Permission, Report, Watchdog, carry_out, indy, objections,
-    rosbridge,
+    Driver, Ending, Event, EventLog, Job, Permission, Report, Watchdog, carry_out, objections,
 };
 use std::path::PathBuf;
 use std::time::SystemTime;
@@ -29,7 +28,7 @@ pub(crate) fn run(args: &StrikeArgs) -> Result<Outcome> {
     };
     let Some(name) = &args.driver else {
         let observed: Option<Scene> =
-            args.scene.as_ref().map(|path| files::load_scene(path)).transpose()?.map(|s| s.value);
+            args.scene.as_ref().map(files::load_scene).transpose()?.map(|s| s.value);
         let objections = objections(&command, &permission, observed.as_ref(), now_unix_s());
         return reported(
             args,
@@ -62,28 +61,13 @@ pub(crate) fn run(args: &StrikeArgs) -> Result<Outcome> {
 }
 
 fn driver(args: &StrikeArgs, name: &str) -> Result<Driver> {
-    const NEEDED: &str = "`indy:HOST`, `indy:HOST:PORT`, `ros:HOST:PORT` or `sim`";
-    let wrong = || Error::invalid("--driver", "robot", format!("`{name}`"), NEEDED);
-    match name.split_once(':') {
-        None if name == "sim" => {
-            let needed = "--properties FILE: the objects' properties";
-            let path = args.properties.as_ref();
-            let path = path.ok_or_else(|| Error::invalid("--driver sim", "properties", "missing", needed))?;
-            Ok(Driver::Sim(Box::new(files::load_properties(path)?)))
-        }
-        Some(("indy", host)) if !host.is_empty() => match host.split_once(':') {
-            None => Ok(Driver::Indy(indy::Address::of_host(host))),
-            Some((host, port)) => {
-                let port = port.parse().map_err(|_| wrong())?;
-                Ok(Driver::Indy(indy::Address::of_port(host, port)))
-            }
-        },
-        Some(("ros", host)) if host.contains(':') => {
-            let controller = args.controller.clone();
-            Ok(Driver::Rosbridge(rosbridge::Address { controller, ..rosbridge::Address::of_host(host) }))
-        }
-        _ => Err(wrong()),
+    if name != "sim" {
+        return Driver::on_network(name, &args.controller);
     }
+    let needed = "--properties FILE: the objects' properties";
+    let path = args.properties.as_ref();
+    let path = path.ok_or_else(|| Error::invalid("--driver sim", "properties", "missing", needed))?;
+    Ok(Driver::Sim(Box::new(files::load_properties(path)?)))
 }
 
 fn now_unix_s() -> f64 {

@@ -2,6 +2,8 @@
 
 pub(crate) mod arm;
 pub(crate) mod driver;
+#[cfg(feature = "network")]
 pub mod indy;
+#[cfg(feature = "network")]
 pub mod rosbridge;
 pub(crate) mod sim;

@@ -21,13 +21,13 @@ impl Demo {
     /// Reads the scene and measures the films, which takes some seconds.
     pub(crate) fn load() -> Self {
         let folder = folder();
-        let campaign = files::load_campaign(&folder.join("campaign.toml")).expect("the campaign").value;
+        let campaign = files::load_campaign(folder.join("campaign.toml")).expect("the campaign").value;
         let tracks = campaign.clips.iter().map(|clip| clip_tracks(&campaign, clip, Decoder::Builtin));
         let clips = tracks.collect::<Result<Vec<_>, _>>().expect("tracks");
         let options = estimate::Options::default();
         let estimation = estimate::estimation(&clips, &campaign.cell, &campaign.objects, &options);
         Self {
-            scene: files::load_scene(&folder.join("pile.scene.toml")).expect("the scene").value,
+            scene: files::load_scene(folder.join("pile.scene.toml")).expect("the scene").value,
             properties: estimation.expect("properties").properties,
         }
     }

@@ -47,16 +47,14 @@ pub(crate) fn parsed(path: &Path, text: &str) -> Result<Intrinsics> {
 }
 
 fn yaml(path: &Path, text: &str) -> Result<CameraInfoFile> {
-    // OpenCV starts its files with a directive and tags its matrices; neither is standard YAML.
-    let yaml: String = text
-        .lines()
-        .filter(|line| !line.starts_with("%YAML") && *line != "---")
-        .map(|line| line.replace("!!opencv-matrix", "") + "\n")
-        .collect();
-    serde_saphyr::from_str(&yaml).map_err(|e| Error::Syntax {
-        path: path.into(),
-        problem: format!("{}; needed: a ROS CameraInfo file", e.to_string().trim().replace('\n', "; ")),
-    })
+    // OpenCV starts its files with `%YAML:1.0`, which is no YAML directive.
+    let yaml = if text.starts_with("%YAML:") { text.replacen('%', "#", 1) } else { text.into() };
+    super::yaml::value(&yaml)
+        .and_then(|value| serde_json::from_value(value).map_err(|e| e.to_string()))
+        .map_err(|e| Error::Syntax {
+            path: path.into(),
+            problem: format!("{e}; needed: a ROS CameraInfo file"),
+        })
 }
 
 /// k1 k2 p1 p2 k3; an error that names the file's model where it is another one.

@@ -1,6 +1,7 @@
 //! The robot cell: camera, tags on the table, workspace, striker, robot (`cell.toml`).
 
 pub(crate) mod camera_info;
+pub(crate) mod yaml;
 
 use crate::error::{Error, Result};
 use crate::geometry::{Pixel, Point};

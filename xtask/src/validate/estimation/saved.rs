@@ -14,7 +14,7 @@ pub(crate) struct Saved {
 impl Saved {
     /// Reads what `breakshot estimate --tracks` wrote for the films in `folder`.
     pub(crate) fn read(folder: &Path, tracks: &Path) -> Result<Self, String> {
-        let campaign = files::load_campaign(&folder.join("campaign.toml")).map_err(|e| e.to_string())?.value;
+        let campaign = files::load_campaign(folder.join("campaign.toml")).map_err(|e| e.to_string())?.value;
         let clips = campaign.clips.iter().map(|clip| {
             let path = tracks.join(clip.name()).with_extension("json");
             Ok(ClipTracks {
