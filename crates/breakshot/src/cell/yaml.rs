@@ -93,6 +93,7 @@ fn scalar_value(scalar: &str, style: ScalarStyle) -> Value {
 #[cfg(test)]
 mod tests {
     use super::value;
+    use proptest::prelude::*;
     use serde_json::json;
 
     #[test]
@@ -118,6 +119,17 @@ mod tests {
         ] {
             let message = value(text).expect_err(text);
             assert!(message.contains(problem), "{text}: {message}");
+        }
+    }
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(2000))]
+
+        #[test]
+        fn any_text_is_a_value_or_an_error(text in "[-\\[\\]{}:,&*?|>%@`'\"# \\n\\ta-c0-9.!~]{0,60}") {
+            let depth = |value: &serde_json::Value| value.to_string().matches(['[', '{']).count();
+            if let Ok(value) = value(&text) {
+                prop_assert!(depth(&value) <= text.len(), "{} from {}", value, text);
+            }
         }
     }
 }
