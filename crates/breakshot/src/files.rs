@@ -3,8 +3,8 @@
 //! Everything is checked while it is loaded: an unknown key names its nearest known one, an impossible number
 //! names its object.  Results are written whole or not at all.
 //!
-//! The loaders are generic over the path. The parsers of these formats are therefore compiled in the program that calls a loader and
-//! not in the library, where they would be a fifth of the machine code (ARCHITECTURE.md, "Building").
+//! The loaders are generic over the path, and so are the private functions that call them. The parsers of these formats are therefore
+//! compiled in the program that calls a loader and not in the library, which would build longer (ARCHITECTURE.md, "Building").
 
 use crate::campaign::{Campaign, Clip};
 use crate::cell::camera_info;

@@ -1,22 +1,23 @@
 //! What a fresh build costs: `cargo xtask bench build [OTHER]`.
 
 use super::BUILDS;
+use crate::check::cargo;
 use crate::process::children_cpu_s;
 use crate::validate::row::{self, Row, median};
-use std::path::{Path, PathBuf};
-use std::process::{Command, Stdio};
+use std::path::Path;
 
 /// Builds this project, and another checkout of it alternately, from an empty target folder with the crates already fetched.
 pub(crate) fn bench(other: Option<&Path>) -> Result<(), String> {
-    let own = PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/.."));
-    let folders: Vec<&Path> = std::iter::once(own.as_path()).chain(other).collect();
-    for folder in &folders {
-        cargo(folder, &["fetch", "--locked"], None)?;
+    let own = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/.."));
+    let manifest = |folder: &Path| folder.join("Cargo.toml").display().to_string();
+    let manifests: Vec<String> = std::iter::once(own).chain(other).map(manifest).collect();
+    for manifest in &manifests {
+        cargo(&["fetch", "--locked", "--manifest-path", manifest], &[])?;
     }
-    let mut cpu_s = vec![Vec::new(); folders.len()];
+    let mut cpu_s = vec![Vec::new(); manifests.len()];
     for _ in 0..BUILDS {
-        for (folder, times) in folders.iter().zip(&mut cpu_s) {
-            times.push(fresh_build_cpu_s(folder)?);
+        for (manifest, times) in manifests.iter().zip(&mut cpu_s) {
+            times.push(fresh_build_cpu_s(manifest)?);
         }
     }
     let times: Vec<f64> = cpu_s.into_iter().map(median).collect();
@@ -30,22 +31,10 @@ pub(crate) fn bench(other: Option<&Path>) -> Result<(), String> {
 }
 
 /// User and system time of all processes of one build (s).
-fn fresh_build_cpu_s(folder: &Path) -> Result<f64, String> {
+fn fresh_build_cpu_s(manifest: &str) -> Result<f64, String> {
     let target = tempfile::tempdir().map_err(|e| e.to_string())?;
+    let arguments = ["build", "--release", "--locked", "--offline", "--quiet", "--manifest-path", manifest];
     let before_s = children_cpu_s()?;
-    cargo(folder, &["build", "--release", "--locked", "--offline", "--quiet"], Some(target.path()))?;
+    cargo(&arguments, &[("CARGO_TARGET_DIR", &target.path().to_string_lossy())])?;
     Ok(children_cpu_s()? - before_s)
-}
-
-fn cargo(folder: &Path, arguments: &[&str], target: Option<&Path>) -> Result<(), String> {
-    let mut command = Command::new("cargo");
-    command.args(arguments).current_dir(folder).stdin(Stdio::null());
-    if let Some(target) = target {
-        command.env("CARGO_TARGET_DIR", target);
-    }
-    let status = command.status().map_err(|e| format!("cargo cannot be started ({e})"))?;
-    if status.success() {
-        return Ok(());
-    }
-    Err(format!("`cargo {}` failed in {} ({status})", arguments.join(" "), folder.display()))
 }

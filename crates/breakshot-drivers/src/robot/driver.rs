@@ -36,13 +36,12 @@ impl Driver {
         let error = |needed| Error::invalid("--driver", "robot", format!("`{name}`"), needed);
         let wrong = || error("`indy:HOST`, `indy:HOST:PORT`, `ros:HOST:PORT` or `sim`");
         let (kind, host) = name.split_once(':').ok_or_else(wrong)?;
-        match (kind, host) {
-            ("indy" | "ros", _) if !cfg!(feature = "network") => Err(error(
-                "a program with the drivers for robots on the network: \
-                 `cargo install --path crates/breakshot-cli --features network`",
-            )),
-            _ => Self::at(kind, host, controller).ok_or_else(wrong),
+        if cfg!(not(feature = "network")) && ["indy", "ros"].contains(&kind) {
+            let needed = "a program with the drivers for robots on the network: \
+                          `cargo install --path crates/breakshot-cli --features network`";
+            return Err(error(needed));
         }
+        Self::at(kind, host, controller).ok_or_else(wrong)
     }
 
     #[cfg(feature = "network")]
