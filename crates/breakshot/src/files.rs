@@ -157,8 +157,9 @@ pub fn load_arm(robot: &mut RobotSpec) -> Result<()> {
 }
 
 /// The intrinsics of a `CameraInfo` file whose image has the size that the cell gives, if it gives one.
-fn load_intrinsics(path: &Path, given_size_px: Option<[u32; 2]>) -> Result<Intrinsics> {
-    let intrinsics = camera_info::parsed(path, &text(path)?)?;
+fn load_intrinsics(path: impl AsRef<Path>, given_size_px: Option<[u32; 2]>) -> Result<Intrinsics> {
+    let path = path.as_ref();
+    let intrinsics = camera_info::parsed(path, text(path)?)?;
     let size_px = intrinsics.image_size_px;
     if let Some(given) = given_size_px
         && given != size_px

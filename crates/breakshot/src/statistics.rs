@@ -8,7 +8,7 @@ pub(crate) const STD_OVER_MEDIAN_ABSOLUTE: f64 = 1.4826;
 /// The median; for an even number of values the mean of the two in the middle.  `None` without values.
 pub(crate) fn median(values: impl IntoIterator<Item = f64>) -> Option<f64> {
     let mut sorted: Vec<f64> = values.into_iter().collect();
-    sorted.sort_by(f64::total_cmp);
+    sorted.sort_unstable_by(f64::total_cmp);
     let n = sorted.len();
     (n > 0).then(|| f64::midpoint(sorted[(n - 1) / 2], sorted[n / 2]))
 }

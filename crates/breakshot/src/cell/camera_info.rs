@@ -26,7 +26,7 @@ struct Numbers {
 /// # Errors
 /// Not a `CameraInfo` file, an impossible camera matrix, a distortion model other than `plumb_bob` (or one that
 /// reduces to it).
-pub(crate) fn parsed(path: &Path, text: &str) -> Result<Intrinsics> {
+pub(crate) fn parsed(path: &Path, text: impl AsRef<str>) -> Result<Intrinsics> {
     let file = yaml(path, text)?;
     let name = path.display().to_string();
     let matrix: [f64; 9] = file.camera_matrix.data.try_into().map_err(|data: Vec<f64>| {
@@ -46,7 +46,8 @@ pub(crate) fn parsed(path: &Path, text: &str) -> Result<Intrinsics> {
     })
 }
 
-fn yaml(path: &Path, text: &str) -> Result<CameraInfoFile> {
+fn yaml(path: &Path, text: impl AsRef<str>) -> Result<CameraInfoFile> {
+    let text = text.as_ref();
     // OpenCV starts its files with `%YAML:1.0`, which is no YAML directive.
     let yaml = if text.starts_with("%YAML:") { text.replacen('%', "#", 1) } else { text.into() };
     super::yaml::value(&yaml)

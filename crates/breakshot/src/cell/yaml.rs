@@ -21,9 +21,9 @@ enum Open {
 /// # Errors
 /// One sentence with line and column: no YAML, an alias, a key that is not a scalar or stands twice, nesting deeper
 /// than [`MAX_DEPTH`].
-pub(crate) fn value(text: &str) -> Result<Value, String> {
+pub(crate) fn value(text: impl AsRef<str>) -> Result<Value, String> {
     let mut open: Vec<Open> = Vec::new();
-    for event in Parser::new_from_str(text) {
+    for event in Parser::new_from_str(text.as_ref()) {
         let (event, span) = event.map_err(|e| e.to_string())?;
         let at = |problem: &str| {
             format!("{problem} at line {} column {}", span.start.line(), span.start.col() + 1)

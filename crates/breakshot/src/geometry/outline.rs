@@ -151,7 +151,7 @@ fn winds_around(corners: &[Point], point: Point) -> bool {
 
 /// The convex hull, counter-clockwise (monotone chain, Andrew 1979).
 fn convex_hull(mut points: Vec<Point>) -> Vec<Point> {
-    points.sort_by(|p, q| p.x.total_cmp(&q.x).then(p.y.total_cmp(&q.y)));
+    points.sort_unstable_by(|p, q| p.x.total_cmp(&q.x).then(p.y.total_cmp(&q.y)));
     let half = |points: &mut dyn Iterator<Item = Point>| {
         let mut chain: Vec<Point> = Vec::new();
         for point in points {

@@ -208,7 +208,7 @@ impl Singulation {
     ) -> Result<Self> {
         let mut placed: Vec<(&str, Placement)> =
             poses.map(|(name, position, yaw_rad)| (name, Placement { position, yaw_rad })).collect();
-        placed.sort_by_key(|(name, _)| *name);
+        placed.sort_unstable_by_key(|(name, _)| *name);
         let evaluator = GoalEvaluator::of_objects(scene, placed.iter().map(|(name, _)| *name))?;
         let outlines: Vec<_> =
             placed.iter().enumerate().map(|(k, (_, at))| evaluator.outline(k, *at)).collect();

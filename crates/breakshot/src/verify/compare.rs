@@ -100,7 +100,7 @@ fn object_differences(
     predicted: &BTreeMap<String, Pose>,
 ) -> Result<Vec<ObjectDifference>> {
     let mut placed: Vec<_> = scene.placed.iter().collect();
-    placed.sort_by(|one, other| one.object.cmp(&other.object));
+    placed.sort_unstable_by(|one, other| one.object.cmp(&other.object));
     placed
         .into_iter()
         .map(|placed| {

@@ -144,7 +144,7 @@ mod tests {
         for c in &mut components {
             c.seed = [0, 0];
         }
-        components.sort_by_key(|c| (c.y, c.x, c.first, c.second));
+        components.sort_unstable_by_key(|c| (c.y, c.x, c.first, c.second));
         components
     }
 

@@ -184,7 +184,7 @@ fn prior_degrees_of_freedom(groups: &[Group], relative: f64) -> f64 {
         return 0.0;
     }
     let mut excesses: Vec<f64> = squares.iter().map(|(s, f)| (s - 1.0).powi(2) - 2.0 / f).collect();
-    excesses.sort_by(f64::total_cmp);
+    excesses.sort_unstable_by(f64::total_cmp);
     if excesses.len() >= MANY_GROUPS {
         excesses.pop();
     }

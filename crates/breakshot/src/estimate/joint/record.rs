@@ -59,7 +59,7 @@ pub(crate) fn all_objects(old: Option<&Evidence>, new: &[Object]) -> Vec<Object>
     for object in &mut all {
         object.mass_kg = None;
     }
-    all.sort_by(|p, q| p.name.cmp(&q.name));
+    all.sort_unstable_by(|p, q| p.name.cmp(&q.name));
     all
 }
 

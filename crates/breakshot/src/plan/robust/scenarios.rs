@@ -125,7 +125,7 @@ impl Sampler {
         let mut drawn = scene.clone();
         // In the order of names, so that the order of the list does not matter.
         let mut order: Vec<usize> = (0..drawn.placed.len()).collect();
-        order.sort_by(|&i, &k| scene.placed[i].object.cmp(&scene.placed[k].object));
+        order.sort_unstable_by(|&i, &k| scene.placed[i].object.cmp(&scene.placed[k].object));
         for k in order {
             let placed = &mut drawn.placed[k];
             let shift = Vec2::new(self.normal(Source::Poses), self.normal(Source::Poses));

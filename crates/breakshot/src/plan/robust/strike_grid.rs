@@ -122,7 +122,7 @@ impl<'a> StrikeGrid<'a> {
     /// The grid: lines around every object, central and with offsets, each at all paces.
     fn lines(&self) -> Vec<Vec<Aim>> {
         let mut order: Vec<&Placed> = self.scene.placed.iter().collect();
-        order.sort_by(|one, other| one.object.cmp(&other.object));
+        order.sort_unstable_by(|one, other| one.object.cmp(&other.object));
         let mut lines = Vec::new();
         for placed in order {
             let first_rad = heading_to_others(self.scene, placed);
