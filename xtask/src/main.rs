@@ -49,6 +49,9 @@ usage: cargo xtask TASK
                    plans for random piles, carried out in the lab (60 piles if not given); --repeat makes each planned
                    strike ten times more, poses, speed and heading being off; --search also looks in the lab
                    itself for the piles that some strike singulates reliably (minutes a pile)
+  validate missing LAB [PILES]
+                   the same piles (20 if not given) with every property that concerns them removed in turn, and with every object
+                   as if it had never been filmed
   validate cameras LAB [--only NAME] [--python PYTHON]
                    tracks of one strike of the lab filmed at other rates, tilted, blurred, noisy, dim, in other codings
                    (NAME is a substring of a camera's name; use `cargo run --release -p xtask --`; needs ffmpeg and libosmesa)
@@ -106,6 +109,11 @@ fn main() -> ExitCode {
         ["validate", "advise", cells] => validate::advise(Some(cells)),
         ["validate", "tracks", lab, tracks] => validate::tracks(lab.as_ref(), tracks.as_ref()),
         ["validate", "strikes", lab, rest @ ..] => strikes(lab, rest),
+        ["validate", "missing", lab] => validate::missing(lab.as_ref(), 20),
+        ["validate", "missing", lab, piles] => match piles.parse() {
+            Ok(piles) => validate::missing(lab.as_ref(), piles),
+            Err(_) => Err(format!("`{piles}` is no number of piles")),
+        },
         ["validate", lab] => validate::lab(lab.as_ref(), false),
         ["validate", lab, "--details"] => validate::lab(lab.as_ref(), true),
         ["bench", "estimate"] => speed::drawn(),

@@ -60,7 +60,7 @@ pub(crate) enum Command {
     Simulate(SimulateArgs),
     /// Plans the strike that singulates a pile.
     #[command(after_help = "Example: breakshot plan scene.toml --properties properties.json -o plan.json\n\
-        Example: breakshot plan scene.toml --properties properties.json --method robust -o plan.json --figure plan.svg\n\
+        Example: breakshot plan scene.toml --properties properties.json -o plan.json --figure plan.svg\n\
         Example: breakshot plan scene.toml --properties properties.json --strikes 3 -o plan.json")]
     Plan(PlanArgs),
     /// Plans, executes and observes strikes until the pile is singulated, in simulation or with a robot.
@@ -299,7 +299,8 @@ pub(crate) struct EstimateArgs {
 /// Values for quantities that were not measured.
 #[derive(Debug, Args)]
 pub(crate) struct Assumptions {
-    /// The coefficient of restitution (0 to 1) of pairs without a measured one; without this flag such a pair is an error.
+    /// The coefficient of restitution (0 to 1) of pairs without a measured one, the striker included; without this flag it is inferred
+    /// from the measured ones.
     #[arg(long, value_name = "E")]
     pub(crate) assume_restitution: Option<f64>,
 }
@@ -396,7 +397,7 @@ pub(crate) struct PlanArgs {
     #[arg(long, value_name = "FILE")]
     pub(crate) properties: PathBuf,
     /// The planning method.
-    #[arg(long, value_enum, default_value = "paper")]
+    #[arg(long, value_enum, default_value = "robust")]
     pub(crate) method: MethodName,
     /// The random seed; the same seed gives the same plan (method `robust`).
     #[arg(long, value_name = "N", default_value_t = 1)]

@@ -1,6 +1,7 @@
 //! Terminal output: progress, warnings and notes on stderr, results on stdout.
 
 use breakshot::Result;
+use breakshot::properties::Assumption;
 use indicatif::{ProgressBar, ProgressStyle};
 use serde::Serialize;
 use std::io::IsTerminal;
@@ -19,6 +20,17 @@ pub(crate) fn progress(length: usize, what: &'static str) -> ProgressBar {
 pub(crate) fn warn(warnings: &[String]) {
     for warning in warnings {
         eprintln!("warning: {warning}");
+    }
+}
+
+/// Prints the assumed values of properties that no clip measured to stderr.
+pub(crate) fn assumed(values: &[Assumption]) {
+    if values.is_empty() {
+        return;
+    }
+    eprintln!("warning: {} properties were not measured and are assumed:", values.len());
+    for value in values {
+        eprintln!("  {value}");
     }
 }
 

@@ -19,6 +19,9 @@ pub struct Estimate {
 }
 
 impl Estimate {
+    /// Standard deviation of the uniform distribution from 0 to 1: 1/sqrt(12).
+    pub(crate) const UNIFORM_STD: f64 = 0.288_675_134_594_813;
+
     /// A value without uncertainty, such as the mass ratio of the reference object.
     pub const fn exact(value: f64) -> Self {
         Self { mean: value, std: Some(0.0), standard_error: 0.0, interval_95: [value, value], n: 0 }
@@ -26,7 +29,7 @@ impl Estimate {
 
     /// An assumed value of a quantity without measurements, with a uniform distribution from 0 to 1.
     pub const fn assumed(value: f64) -> Self {
-        Self { mean: value, std: None, standard_error: UNIFORM_STD, interval_95: [0.0, 1.0], n: 0 }
+        Self { mean: value, std: None, standard_error: Self::UNIFORM_STD, interval_95: [0.0, 1.0], n: 0 }
     }
 
     /// The mean of repeated values of equal accuracy; `None` without values.
@@ -62,11 +65,8 @@ impl Estimate {
     }
 }
 
-/// Standard deviation of the uniform distribution from 0 to 1: 1/sqrt(12).
-const UNIFORM_STD: f64 = 0.288_675_134_594_813;
-
 /// Two-sided 95 % quantile of the normal distribution.
-const Z_95: f64 = 1.959_963_984_540_054;
+pub(crate) const Z_95: f64 = 1.959_963_984_540_054;
 
 /// Two-sided 95 % quantile of Student's t distribution with `degrees` degrees of freedom.
 ///

@@ -96,7 +96,13 @@ fn what_cannot_be_simulated_is_not_exported() {
     let mut inside = pile();
     inside.strike.start_m = inside.scene.placed[0].position_m;
     refused(&inside, &["start_m", "o000"]);
+}
+
+#[test]
+fn what_was_not_measured_is_assumed_with_a_note() {
     let mut unknown = pile();
     unknown.properties.friction.remove("o002");
-    refused(&unknown, &["o002", "friction"]);
+    let model = mjcf(&unknown.scene, &unknown.properties, &unknown.strike, &unknown.options);
+    let notes = model.expect("a model").notes;
+    assert!(notes.iter().any(|n| n.contains("o002") && n.contains("friction")), "{notes:?}");
 }

@@ -7,6 +7,7 @@
 
 mod figure;
 mod lab;
+mod missing;
 mod solvable;
 mod table;
 
@@ -42,18 +43,7 @@ pub(crate) enum Effort {
 /// Plans and strikes `count` random piles of 2 to 6 objects, and looks for reliable strikes.
 pub(crate) fn run(shared: &Path, count: usize, effort: Effort) -> Result<(), String> {
     let program = Program::build()?;
-    let properties = learned(&program, shared)?;
-    let campaign = shared.join("campaign");
-    let scene = Scene {
-        cell: files::load_cell(campaign.join("cell.toml")).map_err(|e| e.to_string())?,
-        objects: files::load_objects(campaign.join("objects.toml")).map_err(|e| e.to_string())?.value,
-        observed_unix_s: None,
-        placed: Vec::new(),
-        walls: Vec::new(),
-        keep_out: Vec::new(),
-        goal: Goal::default(),
-    };
-    let study = Study { scene, properties, effort };
+    let study = Study::new(&program, shared, effort)?;
     let mut lab = Lab::start(shared)?;
     let piles = lab.piles(count, 1)?;
     let mut trials = Vec::new();
@@ -70,6 +60,15 @@ pub(crate) fn run(shared: &Path, count: usize, effort: Effort) -> Result<(), Str
     Ok(())
 }
 
+/// Plans and strikes `count` random piles with all properties, and without each of them in turn.
+pub(crate) fn run_missing(shared: &Path, count: usize) -> Result<(), String> {
+    let program = Program::build()?;
+    let study = Study::new(&program, shared, Effort::Once)?;
+    let mut lab = Lab::start(shared)?;
+    let piles = lab.piles(count, 1)?;
+    missing::run(&mut lab, &study, &piles)
+}
+
 /// The properties estimated from the campaign's films.
 fn learned(program: &Program, shared: &Path) -> Result<Properties, String> {
     let properties = program.output.join("properties.json");
@@ -84,6 +83,23 @@ struct Study {
     scene: Scene,
     properties: Properties,
     effort: Effort,
+}
+
+impl Study {
+    fn new(program: &Program, shared: &Path, effort: Effort) -> Result<Self, String> {
+        let properties = learned(program, shared)?;
+        let campaign = shared.join("campaign");
+        let scene = Scene {
+            cell: files::load_cell(campaign.join("cell.toml")).map_err(|e| e.to_string())?,
+            objects: files::load_objects(campaign.join("objects.toml")).map_err(|e| e.to_string())?.value,
+            observed_unix_s: None,
+            placed: Vec::new(),
+            walls: Vec::new(),
+            keep_out: Vec::new(),
+            goal: Goal::default(),
+        };
+        Ok(Self { scene, properties, effort })
+    }
 }
 
 /// Plans and strikes one pile.

@@ -29,7 +29,7 @@ pub(crate) fn run(args: &SimulateArgs) -> Result<Outcome> {
 /// The files that simulations and plans need.
 pub(crate) struct SimulationInputs {
     pub(crate) scene: Scene,
-    /// The properties with assumed values for unmeasured pairs.
+    /// The properties with assumed values for what was not measured.
     pub(crate) properties: Properties,
     /// The properties as they are in the file.
     pub(crate) measured: Properties,
@@ -37,21 +37,19 @@ pub(crate) struct SimulationInputs {
     pub(crate) outcome: Outcome,
 }
 
-/// Loads the scene and the properties and adds the assumed restitution of pairs without a measured one.
+/// Loads the scene and the properties, adds assumed values for what was not measured, and prints them.
 pub(crate) fn inputs(scene: &Path, properties: &Path, assumptions: &Assumptions) -> Result<SimulationInputs> {
     let scene = files::load_scene(scene)?;
     console::note(&scene.notes);
     let measured = files::load_properties(properties)?;
     let mut properties = measured.clone();
-    let mut assumed = Vec::new();
     if let Some(restitution) = assumptions.assume_restitution {
         let names: Vec<String> = scene.value.placed.iter().map(|p| p.object.clone()).collect();
-        assumed = properties.assume_restitution(&names, restitution)?;
-        for pair in &assumed {
-            eprintln!("warning: the restitution of {pair} was not measured; assumed {restitution}");
-        }
+        properties.assume_restitution(&names, restitution)?;
     }
-    let outcome = Outcome::doubtful_if(!assumed.is_empty());
+    let properties = properties.completed_for(&scene.value)?.into_owned();
+    console::assumed(&properties.assumed);
+    let outcome = Outcome::doubtful_if(!properties.assumed.is_empty());
     Ok(SimulationInputs { scene: scene.value, properties, measured, outcome })
 }
 

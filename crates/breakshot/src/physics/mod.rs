@@ -40,8 +40,10 @@ use output::recorder::Recorder;
 
 /// Simulates one strike and records all events, motions and energies.
 ///
+/// Properties that no clip measured have their assumed means ([`Properties::completed_for`]).
+///
 /// # Errors
-/// Impossible input, objects that overlap, a striker that starts inside one, properties that were never measured.
+/// Impossible input, objects that overlap, a striker that starts inside one.
 pub fn trajectory(
     scene: &Scene,
     properties: &Properties,

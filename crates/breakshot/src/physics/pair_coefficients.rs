@@ -24,14 +24,7 @@ pub(crate) struct Kinds {
 
 impl Kinds {
     pub(crate) fn of(scene: &Scene) -> Self {
-        let mut names: Vec<&str> = scene.placed.iter().map(|p| kind(&p.object)).collect();
-        names.sort_unstable();
-        names.dedup();
-        let copies = |name: &str| scene.placed.iter().filter(|p| kind(&p.object) == name).count();
-        Self {
-            objects: names.into_iter().map(|name| (name.to_owned(), copies(name) > 1)).collect(),
-            walls: scene.walls.iter().map(|wall| wall.restitution).collect(),
-        }
+        Self { objects: scene.kinds(), walls: scene.walls.iter().map(|wall| wall.restitution).collect() }
     }
 
     /// Rows of the table.
@@ -67,7 +60,7 @@ impl Kinds {
         let mut mean_or_assumed = |estimate: Option<Estimate>, between: &str| {
             estimate.map_or_else(
                 || {
-                    let assumed = ContactFriction::ASSUMED;
+                    let assumed = ContactFriction::assumed().mean;
                     notes.push(format!("contact friction {between} was never measured: taken as {assumed}"));
                     assumed
                 },

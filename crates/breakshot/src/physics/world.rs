@@ -17,7 +17,7 @@ use crate::physics::sliding::body::{Body, STRIKER};
 use crate::physics::sliding::motion::Motion;
 use crate::physics::sliding::patch_friction::{GRAVITY_M_S2, PATCH_RADIUS_PER_ARM};
 use crate::physics::sliding::slide_curve::SlideCurve;
-use crate::properties::Properties;
+use crate::properties::{Assumption, Properties};
 use crate::scene::{Scene, Strike};
 use std::sync::Arc;
 
@@ -75,6 +75,8 @@ pub struct World {
     pub(crate) options: Options,
     /// Assumptions that a user should know about.
     pub(crate) notes: Vec<String>,
+    /// Values that no clip measured.
+    pub(crate) assumed: Vec<Assumption>,
     kinds: Kinds,
     /// Coefficients of all pairs of kinds, row by row.
     coefficients: Vec<Coefficients>,
@@ -111,16 +113,18 @@ pub struct Perturbation<'a> {
 }
 
 impl World {
-    /// The world of a scene and the properties of its objects.
+    /// The world of a scene and the properties of its objects; what was not measured has its assumed mean
+    /// ([`Properties::completed_for`]).
     ///
     /// Masses are mass ratios times the weighed mass of the reference object, or times 1 if it was not weighed.
     ///
     /// # Errors
-    /// Impossible scenes, properties or options, overlapping objects, properties that were never measured.
+    /// Impossible scenes, properties or options, overlapping objects.
     pub fn new(scene: &Scene, properties: &Properties, options: &Options) -> Result<Self> {
         scene.check("scene")?;
         properties.check("properties")?;
         options.check()?;
+        let properties = &*properties.completed_for(scene)?;
         let mut notes = Vec::new();
         let mass_unit_kg = mass_unit_kg(scene, properties, &mut notes);
 
@@ -179,6 +183,7 @@ impl World {
             retract_speed_m_s: scene.cell.striker.retract_speed_m_s,
             options: options.clone(),
             notes,
+            assumed: properties.assumed_for(scene),
             mass_unit_kg,
             gyrations_m,
         };
@@ -222,6 +227,7 @@ impl World {
             edge: self.edge.clone(),
             options: Options { multiple_impact, ..self.options.clone() },
             notes: self.notes.clone(),
+            assumed: self.assumed.clone(),
             kinds: self.kinds.clone(),
             coefficients: self.kinds.table(properties, &mut Vec::new())?,
             gyrations_m: self.gyrations_m.clone(),

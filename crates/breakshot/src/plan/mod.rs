@@ -34,10 +34,11 @@ pub use survey::{EvaluatedStrike, GridSize, evaluate_grid};
 
 /// Plans the strike that singulates the pile.
 ///
-/// That no strike fulfils the goal is an answer, not an error: see [`Outcome`].
+/// That no strike fulfils the goal is an answer, not an error: see [`Outcome`].  Properties that no clip measured are assumed
+/// ([`Properties::completed_for`]) and listed in the plan: [`Method::Paper`] takes their means, [`Method::Robust`] draws them.
 ///
 /// # Errors
-/// A scene that cannot be simulated, such as overlapping objects or a property that was not measured.
+/// A scene that cannot be simulated, such as overlapping objects.
 ///
 /// # Examples
 /// ```
@@ -95,6 +96,8 @@ pub fn plan(scene: &Scene, properties: &Properties, options: &Options) -> Result
         plan.reason = reason;
         return Ok(plan);
     }
+    let properties = &*properties.completed_for(scene)?;
+    plan.assumed = properties.assumed_for(scene);
     match options.method {
         Method::Paper => paper::paper(plan, properties, options),
         Method::Robust => robust::robust(plan, properties, options, &robust::Budget::FULL),

@@ -9,9 +9,9 @@ use serde::{Deserialize, Serialize};
 #[serde(rename_all = "snake_case")]
 pub enum Method {
     /// The paper's feedback on the speed, with the properties at their means.
-    #[default]
     Paper,
     /// The strike with the largest success probability under all uncertainties.
+    #[default]
     Robust,
 }
 

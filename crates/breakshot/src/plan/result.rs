@@ -2,6 +2,7 @@
 
 use super::options::Method;
 use crate::geometry::Pose;
+use crate::properties::Assumption;
 use crate::scene::{Scene, Strike};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -52,6 +53,9 @@ pub struct Plan {
     /// Success probability and its explanation (`Robust`).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub robustness: Option<Robustness>,
+    /// Properties that no clip measured, with the values that were used.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub assumed: Vec<Assumption>,
     /// The strikes that follow if each has exactly its predicted result; only where more than one was asked for.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub then: Vec<Strike>,
@@ -70,6 +74,7 @@ impl Plan {
             prediction: None,
             iterations: Vec::new(),
             robustness: None,
+            assumed: Vec::new(),
             then: Vec::new(),
         }
     }

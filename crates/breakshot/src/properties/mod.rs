@@ -1,11 +1,14 @@
 //! The identified parameters of the objects: friction, restitution, mass ratios (`properties.json`).
 
 pub(crate) mod evidence;
+mod mixed_model;
+mod prior;
 
 use crate::error::{Error, Result};
 use crate::object::{kind, pair_key};
 use crate::properties::evidence::Evidence;
 use crate::uncertain::Estimate;
+pub use prior::{Assumption, Group};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
@@ -35,6 +38,9 @@ pub struct Properties {
     /// Quantities without data, and clips that look inconsistent.
     #[serde(default)]
     pub warnings: Vec<String>,
+    /// The values above that are assumed, because no clip measured them ([`Properties::completed_for`]).
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub assumed: Vec<Assumption>,
     /// The measurements of each clip, for estimates that add later clips.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub evidence: Option<Evidence>,
@@ -54,9 +60,18 @@ pub struct ContactFriction {
 
 impl ContactFriction {
     /// A coefficient that was not measured is uniform between zero and this: dry wood, plastic and metal.
-    pub const MOST_ASSUMED: f64 = 0.3;
-    /// The mean of that distribution.
-    pub const ASSUMED: f64 = 0.5 * Self::MOST_ASSUMED;
+    pub const MOST_ASSUMED: f64 = 0.4;
+
+    /// That distribution, in the estimate, in simulations and in plans alike.
+    pub const fn assumed() -> Estimate {
+        Estimate {
+            mean: 0.5 * Self::MOST_ASSUMED,
+            std: None,
+            standard_error: Self::MOST_ASSUMED * Estimate::UNIFORM_STD,
+            interval_95: [0.025 * Self::MOST_ASSUMED, 0.975 * Self::MOST_ASSUMED],
+            n: 0,
+        }
+    }
 }
 
 /// A covariance matrix with named rows and columns.
@@ -67,6 +82,20 @@ pub struct Covariance {
     pub names: Vec<String>,
     /// The matrix, row by row.
     pub matrix: Vec<Vec<f64>>,
+}
+
+impl Covariance {
+    /// Removes a quantity with its row and column.
+    pub(crate) fn remove(&mut self, name: &str) {
+        let Some(index) = self.names.iter().position(|n| n == name) else { return };
+        self.names.remove(index);
+        if index < self.matrix.len() {
+            self.matrix.remove(index);
+        }
+        for row in self.matrix.iter_mut().filter(|row| index < row.len()) {
+            row.remove(index);
+        }
+    }
 }
 
 impl Properties {
@@ -83,6 +112,7 @@ impl Properties {
             contact_friction: self.contact_friction,
             covariance: Covariance::default(),
             warnings: Vec::new(),
+            assumed: self.assumed.clone(),
             evidence: None,
         }
     }
@@ -92,11 +122,7 @@ impl Properties {
     /// # Errors
     /// The quantity was not measured.
     pub fn friction(&self, object: &str) -> Result<&Estimate> {
-        self.friction.get(kind(object)).ok_or_else(|| Error::NotMeasured {
-            name: object.into(),
-            quantity: "friction",
-            needed: format!("a clip in which `{}` slides, or an entry in `friction`", kind(object)),
-        })
+        self.friction.get(kind(object)).ok_or_else(|| self.not_measured(Group::Friction, kind(object)))
     }
 
     /// Mass of an object over the reference object's mass.
@@ -104,15 +130,7 @@ impl Properties {
     /// # Errors
     /// The quantity was not measured.
     pub fn mass_ratio(&self, object: &str) -> Result<&Estimate> {
-        self.mass_ratio.get(kind(object)).ok_or_else(|| Error::NotMeasured {
-            name: object.into(),
-            quantity: "mass ratio",
-            needed: format!(
-                "clips of impacts that connect `{}` with `{}`, or an entry in `mass_ratio`",
-                kind(object),
-                self.reference
-            ),
-        })
+        self.mass_ratio.get(kind(object)).ok_or_else(|| self.not_measured(Group::MassRatio, kind(object)))
     }
 
     /// Restitution of an object against the striker.
@@ -120,14 +138,8 @@ impl Properties {
     /// # Errors
     /// The quantity was not measured.
     pub fn striker_restitution(&self, object: &str) -> Result<&Estimate> {
-        self.striker_restitution.get(kind(object)).ok_or_else(|| Error::NotMeasured {
-            name: object.into(),
-            quantity: "striker restitution",
-            needed: format!(
-                "a clip in which the robot strikes `{}`, or an entry in `striker_restitution`",
-                kind(object)
-            ),
-        })
+        let found = self.striker_restitution.get(kind(object));
+        found.ok_or_else(|| self.not_measured(Group::StrikerRestitution, kind(object)))
     }
 
     /// Restitution of a pair of objects.
@@ -136,32 +148,37 @@ impl Properties {
     /// The quantity was not measured.
     pub fn restitution(&self, one: &str, other: &str) -> Result<&Estimate> {
         let key = pair_key(one, other);
-        self.restitution.get(&key).ok_or_else(|| Error::NotMeasured {
-            quantity: "restitution",
-            needed: format!("a clip of the pair, or an entry `{key}` in `restitution`"),
-            name: key,
-        })
+        self.restitution.get(&key).ok_or_else(|| self.not_measured(Group::Restitution, &key))
     }
 
-    /// Assumes `restitution` for every pair of `objects` that was not measured; returns those pairs.
+    fn not_measured(&self, group: Group, name: &str) -> Error {
+        let clip = group.clip(name, &self.reference);
+        let needed = format!("{clip}, or an entry `{name}` in `{}`", group.words().replace(' ', "_"));
+        Error::NotMeasured { name: name.to_owned(), quantity: group.words(), needed }
+    }
+
+    /// Assumes `restitution` for every pair of `objects` that was not measured, the striker included.
     ///
     /// # Errors
     /// A restitution outside 0..1.
-    pub fn assume_restitution(&mut self, objects: &[String], restitution: f64) -> Result<Vec<String>> {
+    pub fn assume_restitution(&mut self, objects: &[String], restitution: f64) -> Result<()> {
         if !(0.0..=1.0).contains(&restitution) {
             return Err(Error::invalid("assumed", "restitution", restitution, "a number from 0 to 1"));
         }
-        let mut assumed = Vec::new();
+        let mut absent = std::collections::BTreeSet::new();
         for (k, one) in objects.iter().enumerate() {
-            for other in &objects[k + 1..] {
-                let key = pair_key(one, other);
-                if !self.restitution.contains_key(&key) {
-                    self.restitution.insert(key.clone(), Estimate::assumed(restitution));
-                    assumed.push(key);
-                }
-            }
+            absent.insert((Group::StrikerRestitution, kind(one).to_owned()));
+            let pairs = objects[k + 1..].iter().map(|other| (Group::Restitution, pair_key(one, other)));
+            absent.extend(pairs);
         }
-        Ok(assumed)
+        absent.retain(|(group, name)| match group {
+            Group::StrikerRestitution => !self.striker_restitution.contains_key(name),
+            _ => !self.restitution.contains_key(name),
+        });
+        for (group, name) in absent {
+            self.assume(group, &name, Estimate::assumed(restitution), "the value given by hand".into());
+        }
+        Ok(())
     }
 
     /// Checks that every value is physically possible; errors name the entry.

@@ -205,7 +205,7 @@ fn the_ros_goal_contains_every_sample_time_once_in_order() {
     }
     let end_ns = (command.duration_s() * 1e9).round() as u64;
     assert_eq!((times.first(), times.last()), (Some(&0), Some(&end_ns)));
-    let yaml = crate::cell::yaml::value(&goal.yaml()).expect("yaml");
+    let yaml = crate::cell::yaml::value(goal.yaml()).expect("yaml");
     let read: FollowJointTrajectory = serde_json::from_value(yaml).expect("a goal");
     assert!(read == goal, "the goal changed in the round trip through YAML");
 }

@@ -10,7 +10,7 @@ use crate::geometry::{Point, Pose};
 use crate::object::{self, Object};
 use crate::scene::gripper::Gripper;
 use serde::{Deserialize, Serialize};
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// A pile on the table of a cell: everything that a simulation or a plan needs besides the properties.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -194,6 +194,15 @@ impl Scene {
     /// No such kind.
     pub fn object(&self, name: &str) -> Result<&Object> {
         object::find(&self.objects, name, "scene")
+    }
+
+    /// The kinds of the placed objects in alphabetical order, and whether more than one copy of each is placed.
+    pub(crate) fn kinds(&self) -> Vec<(String, bool)> {
+        let mut copies = BTreeMap::new();
+        for placed in &self.placed {
+            *copies.entry(object::kind(&placed.object).to_owned()).or_insert(0) += 1;
+        }
+        copies.into_iter().map(|(name, count)| (name, count > 1)).collect()
     }
 
     /// Checks names, numbers and the goal; errors name the entry.  Overlaps are found by the simulator.

@@ -2,7 +2,7 @@
 
 use crate::estimate::measure::quantity::Quantity;
 use crate::object::{Object, pair_key};
-use crate::properties::Properties;
+use crate::properties::{ContactFriction, Properties};
 use crate::uncertain::Estimate;
 use nalgebra::DMatrix;
 
@@ -24,92 +24,44 @@ pub(crate) enum Parameter {
 pub(crate) struct Prior {
     pub(crate) parameters: Vec<Parameter>,
     pub(crate) covariance: DMatrix<f64>,
-    /// The means, with default values where no clip measures a parameter.
+    /// The means, with assumed values where no clip measures a parameter.
     pub(crate) properties: Properties,
 }
 
-/// Default means and standard deviations of parameters that no clip measures: friction of dry wood or plastic with half of it as
-/// standard deviation, any restitution, masses of equal density within a factor of two, the contact friction that the
-/// estimate assumes.
-const FRICTION: [f64; 2] = [0.3, 0.15];
-const RESTITUTION: f64 = 0.5;
+/// Standard deviations before any clip: friction of dry wood or plastic, any restitution, densities within a factor of two.
+const FRICTION_STD: f64 = 0.15;
+const RESTITUTION_STD: f64 = Estimate::UNIFORM_STD;
 const LOG_MASS_STD: f64 = std::f64::consts::LN_2;
-const CONTACT_FRICTION: [f64; 2] = [0.2, 0.1];
 
 impl Prior {
     /// The distribution of the parameters of these objects.
     ///
     /// The restitution between copies of one object is included if it is known or `copies` is set.
     pub(crate) fn new(properties: &Properties, objects: &[Object], copies: bool) -> Self {
-        let mut names: Vec<&Object> = objects.iter().collect();
-        names.sort_by(|p, q| p.name.cmp(&q.name));
-        let mut prior = Self {
-            parameters: Vec::new(),
-            covariance: DMatrix::zeros(0, 0),
-            properties: Properties { evidence: None, ..properties.clone() },
-        };
-        let mut stds = Vec::new();
-        let reference = names.iter().find(|o| o.name == properties.reference).copied();
-        for (k, object) in names.iter().enumerate() {
-            let name = object.name.clone();
-            prior.friction(&name, &mut stds);
-            prior.restitution(Parameter::StrikerRestitution(name.clone()), &mut stds);
-            if name != properties.reference {
-                prior.mass(object, reference, &mut stds);
+        let mut names: Vec<String> = objects.iter().map(|o| o.name.clone()).collect();
+        names.sort();
+        let meets_itself =
+            |name: &String| copies || properties.restitution.contains_key(&pair_key(name, name));
+        let kinds: Vec<(String, bool)> = names.iter().map(|n| (n.clone(), meets_itself(n))).collect();
+        let mut known = Properties { evidence: None, ..properties.completed(objects, &kinds).into_owned() };
+        let contact = &mut known.contact_friction;
+        contact.objects.get_or_insert(ContactFriction::assumed());
+        contact.striker.get_or_insert(ContactFriction::assumed());
+
+        let mut parameters = Vec::new();
+        for (k, (name, meets_itself)) in kinds.iter().enumerate() {
+            parameters.push(Parameter::Friction(name.clone()));
+            parameters.push(Parameter::StrikerRestitution(name.clone()));
+            if *name != properties.reference {
+                parameters.push(Parameter::LogMass(name.clone()));
             }
-            for other in &names[k..] {
-                let known = properties.restitution.contains_key(&pair_key(&name, &other.name));
-                if other.name != name || copies || known {
-                    prior.restitution(Parameter::Restitution(name.clone(), other.name.clone()), &mut stds);
-                }
-            }
+            let others = kinds[k..].iter().filter(|(other, _)| other != name || *meets_itself);
+            parameters.extend(others.map(|(other, _)| Parameter::Restitution(name.clone(), other.clone())));
         }
-        prior.contact_friction(&mut stds);
-        prior.covariance = covariance(properties, &prior.parameters, &stds);
-        prior
-    }
-
-    fn friction(&mut self, name: &str, stds: &mut Vec<f64>) {
-        let known = &mut self.properties.friction;
-        let typical = mean(known.values()).unwrap_or(FRICTION[0]);
-        let entry = known.entry(name.into()).or_insert(default_estimate(typical, FRICTION[1]));
-        stds.push(entry.standard_error);
-        self.parameters.push(Parameter::Friction(name.into()));
-    }
-
-    fn restitution(&mut self, parameter: Parameter, stds: &mut Vec<f64>) {
-        let (known, key) = match &parameter {
-            Parameter::Restitution(a, b) => (&mut self.properties.restitution, format!("{a}/{b}")),
-            Parameter::StrikerRestitution(a) => (&mut self.properties.striker_restitution, a.clone()),
-            _ => return,
-        };
-        let typical = mean(known.values().filter(|e| e.n > 0)).unwrap_or(RESTITUTION);
-        let entry = known.entry(key).or_insert(Estimate::assumed(typical));
-        stds.push(entry.standard_error);
-        self.parameters.push(parameter);
-    }
-
-    fn mass(&mut self, object: &Object, reference: Option<&Object>, stds: &mut Vec<f64>) {
-        let volume = |o: &Object| o.shape.area_m2() * o.height_m;
-        let guess = reference.map_or(1.0, |r| volume(object) / volume(r));
-        let known = &mut self.properties.mass_ratio;
-        let entry = known.entry(object.name.clone()).or_insert(default_estimate(guess, guess * LOG_MASS_STD));
-        stds.push(entry.standard_error / entry.mean);
-        self.parameters.push(Parameter::LogMass(object.name.clone()));
-        let unit = self.properties.reference.clone();
-        self.properties.mass_ratio.entry(unit).or_insert(Estimate::exact(1.0));
-    }
-
-    fn contact_friction(&mut self, stds: &mut Vec<f64>) {
-        let [value, std] = CONTACT_FRICTION;
-        let contact = &mut self.properties.contact_friction;
-        for (slot, parameter) in [
-            (&mut contact.objects, Parameter::ContactFriction),
-            (&mut contact.striker, Parameter::StrikerContactFriction),
-        ] {
-            stds.push(slot.get_or_insert(default_estimate(value, std)).standard_error);
-            self.parameters.push(parameter);
-        }
+        parameters.extend([Parameter::ContactFriction, Parameter::StrikerContactFriction]);
+        let stds: Vec<f64> = parameters.iter().map(|p| p.standard_error(&known)).collect();
+        let covariance = covariance(properties, &parameters, &stds);
+        Self { parameters, covariance, properties: known }
     }
 
     /// The properties with these parameters changed by index, limited to possible values, and the changes that were made.
@@ -160,15 +112,30 @@ impl Parameter {
         }
     }
 
+    /// The standard error of its value; that of the logarithm for a mass.
+    fn standard_error(&self, properties: &Properties) -> f64 {
+        let known = match self {
+            Self::Friction(a) => properties.friction.get(a),
+            Self::StrikerRestitution(a) => properties.striker_restitution.get(a),
+            Self::Restitution(a, b) => properties.restitution.get(&format!("{a}/{b}")),
+            Self::LogMass(a) => {
+                return properties.mass_ratio.get(a).map_or(LOG_MASS_STD, |e| e.standard_error / e.mean);
+            }
+            Self::ContactFriction => properties.contact_friction.objects.as_ref(),
+            Self::StrikerContactFriction => properties.contact_friction.striker.as_ref(),
+        };
+        known.map_or(self.prior_std(properties), |e| e.standard_error)
+    }
+
     /// Standard deviation of the prior before any clip.
     fn prior_std(&self, properties: &Properties) -> f64 {
         match self {
-            Self::Friction(a) => properties.friction.get(a).map_or(FRICTION[1], |e| e.mean.max(FRICTION[1])),
-            Self::StrikerRestitution(_) | Self::Restitution(..) => {
-                Estimate::assumed(RESTITUTION).standard_error
+            Self::Friction(a) => {
+                properties.friction.get(a).map_or(FRICTION_STD, |e| e.mean.max(FRICTION_STD))
             }
+            Self::StrikerRestitution(_) | Self::Restitution(..) => RESTITUTION_STD,
             Self::LogMass(_) => LOG_MASS_STD,
-            Self::ContactFriction | Self::StrikerContactFriction => CONTACT_FRICTION[1],
+            Self::ContactFriction | Self::StrikerContactFriction => ContactFriction::assumed().standard_error,
         }
     }
 
@@ -206,16 +173,6 @@ impl Parameter {
             }
         }
     }
-}
-
-fn mean<'a>(estimates: impl Iterator<Item = &'a Estimate>) -> Option<f64> {
-    let all: Vec<f64> = estimates.map(|e| e.mean).collect();
-    (!all.is_empty()).then(|| all.iter().sum::<f64>() / all.len() as f64)
-}
-
-fn default_estimate(mean: f64, std: f64) -> Estimate {
-    let interval_95 = [mean - 2.0 * std, mean + 2.0 * std];
-    Estimate { mean, std: None, standard_error: std, interval_95, n: 0 }
 }
 
 /// The covariance of the parameters: that of the properties, and independent priors for what it does not contain.

@@ -55,8 +55,8 @@ fn filmed(old: &Properties, experiments: &[Experiment], first_number: usize) -> 
 
 #[test]
 fn advised_clips_reduce_the_uncertainty_of_rollouts_more_than_random_ones() {
-    const CLIPS: usize = 3;
-    const ROUNDS: usize = 4;
+    const CLIPS: usize = 2;
+    const ROUNDS: usize = 12;
     let old = start();
     let options = AdviceOptions { clips: CLIPS, seed: 1, scene: None };
     let advised = advice(&old, &cell(), &objects(), &options).expect("advice");
@@ -78,7 +78,7 @@ fn advised_clips_reduce_the_uncertainty_of_rollouts_more_than_random_ones() {
             .collect();
         random_gain_m += (before_m - std_m(&filmed(&old, &experiments, 200 + 10 * round))) / ROUNDS as f64;
     }
-    // With three objects random clips find the unknown parameters too: at most twice their gain is possible here.
+    // With three objects random clips find the unknown parameters too.
     assert!(gain_m > 1.25 * random_gain_m, "advised {gain_m} m, random {random_gain_m} m, of {before_m} m");
 }
 

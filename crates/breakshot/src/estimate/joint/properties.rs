@@ -7,12 +7,9 @@ use crate::estimate::measure::ClipMeasurements;
 use crate::estimate::measure::measurements::{Measurements, without_replaceable_double_contacts};
 use crate::estimate::measure::quantity::Quantity;
 use crate::object::{Object, kind};
-use crate::properties::Properties;
+use crate::properties::{ContactFriction, Properties};
 use crate::uncertain::Estimate;
 use std::collections::{BTreeMap, BTreeSet};
-
-/// Assumed contact friction of dry, hard objects if no impact measures it.
-const ASSUMED_CONTACT_FRICTION: Measured = Measured { value: 0.2, std: 0.1 };
 
 /// The properties of all objects from the measurements of all clips, without evidence.
 ///
@@ -36,8 +33,8 @@ pub(crate) fn properties(clips: &[&ClipMeasurements], objects: &[Object], refere
             oblique_impacts.iter().copied().filter(|i| i.with_striker == with_striker).collect();
         contact_friction::coefficient(&impacts)
     });
-    let contact =
-        of_objects.map_or(ASSUMED_CONTACT_FRICTION, |e| Measured { value: e.mean, std: e.standard_error });
+    let contact = of_objects.unwrap_or(ContactFriction::assumed());
+    let contact = Measured { value: contact.mean, std: contact.standard_error };
     let measurements: Vec<Measurements> = measurements
         .iter()
         .map(|m| m.conditioned_on_friction(&expected).corrected_for_table_friction(&expected, contact.value))

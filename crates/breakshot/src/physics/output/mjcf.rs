@@ -96,6 +96,7 @@ fn notes(scene: &Scene, world: &World) -> Vec<String> {
         notes.push("the table has no edges: nothing falls".into());
     }
     notes.extend(world.notes.iter().cloned());
+    notes.extend(world.assumed.iter().map(ToString::to_string));
     notes
 }
 

@@ -2,6 +2,7 @@
 
 use crate::geometry::{Point, Pose, Vec2};
 use crate::physics::output::near_miss::NearMiss;
+use crate::properties::Assumption;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
@@ -27,6 +28,9 @@ pub struct Trajectory {
     pub closest_near_miss: Option<NearMiss>,
     /// Assumptions and unusual events that a user should know.
     pub notes: Vec<String>,
+    /// Properties that no clip measured, with the values that were used.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub assumed: Vec<Assumption>,
 }
 
 /// An event at one instant.

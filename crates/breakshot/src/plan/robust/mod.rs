@@ -259,7 +259,7 @@ fn finish(plan: &mut Plan, nominal: &Nominal, best: &StrikeCandidate, robustness
     plan.reason = reason(plan, &strike, &robustness);
     plan.iterations = vec![Iteration {
         strike: strike.clone(),
-        contact: contact(&best.aim, nominal.properties)?,
+        contact: contact(&best.aim, &nominal.properties)?,
         min_distance_m: singulation.min_distance_m(),
         mean_distance_m: singulation.mean_distance_m(),
         fulfilled: singulation.violations().is_empty(),

@@ -19,6 +19,7 @@ use rand::{RngExt, SeedableRng};
 use rand_distr::StandardNormal;
 use rand_pcg::Pcg64Mcg;
 use rayon::prelude::*;
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 
 /// A sampled world, and the error with which the arm executes a strike in it.
@@ -42,7 +43,8 @@ impl Scenario {
 /// What the scenarios vary: the observed scene, the estimated properties, and the errors of both and of the execution.
 pub(crate) struct Nominal<'a> {
     pub scene: &'a Scene,
-    pub properties: &'a Properties,
+    /// With assumed values where no clip measured one.
+    pub properties: Cow<'a, Properties>,
     pub noise: ExecutionNoise,
     /// The scene with the properties at their means.
     pub world: World,
@@ -62,7 +64,8 @@ impl<'a> Nominal<'a> {
     /// # Errors
     /// A scene that cannot be simulated.
     pub(crate) fn new(scene: &'a Scene, properties: &'a Properties, noise: ExecutionNoise) -> Result<Self> {
-        let world = World::new(scene, properties, &physics::Options::default())?;
+        let properties = properties.completed_for(scene)?;
+        let world = World::new(scene, &properties, &physics::Options::default())?;
         Ok(Self { scene, properties, noise, world })
     }
 
@@ -71,7 +74,7 @@ impl<'a> Nominal<'a> {
     /// # Errors
     /// A drawn scene that cannot be simulated.
     pub(crate) fn scenarios(&self, draws: Draws) -> Result<Vec<Scenario>> {
-        let (factor, values) = (CovarianceRoot::of(self.properties), self.properties.values());
+        let (factor, values) = (CovarianceRoot::of(&self.properties), self.properties.values());
         let draw = |k: usize| {
             let rng = Pcg64Mcg::seed_from_u64(
                 draws.seed.wrapping_mul(0x9E37_79B9_7F4A_7C15).wrapping_add(k as u64),

@@ -69,8 +69,13 @@ pub(super) fn properties() -> Properties {
     }
 }
 
+/// The method of the paper.
+fn paper_options() -> Options<'static> {
+    Options { method: Method::Paper, ..Options::default() }
+}
+
 fn planned(scene: &Scene) -> Plan {
-    plan(scene, &properties(), &Options::default()).expect("measured objects")
+    plan(scene, &properties(), &paper_options()).expect("measured objects")
 }
 
 /// Touching objects, as the paper's piles are.
@@ -201,9 +206,10 @@ fn a_singulated_pile_needs_no_strike() {
 }
 
 #[test]
-fn a_pair_without_a_measured_restitution_is_an_error_with_its_name() {
+fn a_pair_without_a_measured_restitution_is_assumed_by_name() {
     let mut properties = properties();
     properties.restitution.remove("a/c");
-    let error = plan(&piles()[0], &properties, &Options::default()).expect_err("not measured");
-    assert!(error.to_string().contains("a/c"), "{error}");
+    let plan = plan(&piles()[0], &properties, &paper_options()).expect("a plan");
+    let [assumed] = &plan.assumed[..] else { panic!("{:?}", plan.assumed) };
+    assert!(assumed.to_string().contains("a/c") && (assumed.mean - 0.55).abs() < 0.02, "{assumed}");
 }

@@ -1,15 +1,15 @@
 //! Properties of robust plans.
 
-use super::{properties, scene};
+use super::{paper_options, properties, scene};
 use crate::geometry::Point;
 use crate::physics::{self, Simulator, World};
 use crate::plan::robust::evaluate::{Evaluation, success_probability};
-use crate::plan::robust::scenarios::{Draws, Nominal};
+use crate::plan::robust::scenarios::{Draws, Nominal, Scenario};
 use crate::plan::robust::{Budget, Refinement, Round, robust};
 use crate::plan::*;
-use crate::scene::Goal;
 use crate::scene::goal_margin::GoalEvaluator;
 use crate::scene::gripper::Gripper;
+use crate::scene::{Goal, Strike};
 use crate::uncertain::Estimate;
 use proptest::prelude::*;
 
@@ -138,6 +138,38 @@ fn without_uncertainty_all_scenarios_are_equal() {
 }
 
 #[test]
+fn a_missing_property_widens_the_prediction_and_is_listed() {
+    let mut lacking = varying();
+    lacking.striker_restitution.remove("a");
+    lacking.restitution.clear();
+    lacking.friction.remove("c");
+    let hit = Strike { start_m: Point::new(-0.12, 0.0), speed_m_s: 0.6, travel_m: 0.08, ..Strike::default() };
+    let spread_m = |properties: &Properties| {
+        let scene = pair();
+        let nominal = Nominal::new(&scene, properties, ExecutionNoise::default()).expect("a world");
+        let scenarios = nominal.scenarios(Draws { seed: 5, count: 100, fixed: None }).expect("scenarios");
+        let mut simulator = Simulator::new();
+        let mut end_m =
+            |s: &Scenario| simulator.run(&s.world, &s.executed(&hit)).expect("a run").poses[1].position.x;
+        let ends_m: Vec<f64> = scenarios.iter().map(&mut end_m).collect();
+        let mean_m = ends_m.iter().sum::<f64>() / ends_m.len() as f64;
+        (ends_m.iter().map(|x| (x - mean_m).powi(2)).sum::<f64>() / ends_m.len() as f64).sqrt()
+    };
+    assert!(
+        spread_m(&lacking) > 1.2 * spread_m(&varying()),
+        "{} {}",
+        spread_m(&lacking),
+        spread_m(&varying())
+    );
+    let plan_without = planned(&pair(), &lacking, &Options::default());
+    assert_eq!(plan_without.outcome, Outcome::Found, "{}", plan_without.reason);
+    let paper = plan(&pair(), &lacking, &paper_options()).expect("a plan");
+    let names: Vec<&str> = paper.assumed.iter().map(|a| a.name.as_str()).collect();
+    assert_eq!(names, ["a", "a/c", "c"]);
+    assert!(plan(&pair(), &varying(), &paper_options()).expect("a plan").assumed.is_empty());
+}
+
+#[test]
 fn a_pile_between_walls_is_unreachable_and_the_reason_names_the_obstacles() {
     let mut scene = pair();
     let corners = [[-0.06, -0.06], [0.13, -0.06], [0.13, 0.06], [-0.06, 0.06]].map(Point::from);
@@ -191,7 +223,7 @@ fn with_a_target_the_other_objects_may_stay_together() {
     assert!(still.outcome == Outcome::BestEffort || end.distance(scene.placed[2].position_m) < 0.005);
     // The paper's planner strikes the largest object, `a`, which therefore must be free to move.
     scene.goal.keep_still.clear();
-    let paper = plan(&scene, &properties(), &Options::default()).expect("a plan");
+    let paper = plan(&scene, &properties(), &paper_options()).expect("a plan");
     assert!(paper.reason.ends_with("e is singulated"), "{}", paper.reason);
 }
 
@@ -199,11 +231,11 @@ fn with_a_target_the_other_objects_may_stay_together() {
 fn the_goal_requires_clearance_for_the_gripper() {
     let mut scene = pair();
     scene.goal = Goal { min_distance_m: 0.0, mean_distance_m: [0.0, 0.9], ..Goal::default() };
-    let lying = plan(&scene, &properties(), &Options::default()).expect("a plan");
+    let lying = plan(&scene, &properties(), &paper_options()).expect("a plan");
     assert_eq!((lying.outcome, lying.strike), (Outcome::Found, None));
     // Both discs can be grasped from the sides of the pair; three more discs leave the first one no free direction.
     scene.goal.gripper = Some(GRIPPER);
-    assert!(plan(&scene, &properties(), &Options::default()).expect("a plan").strike.is_none());
+    assert!(plan(&scene, &properties(), &paper_options()).expect("a plan").strike.is_none());
     for (object, x, y) in [("a#2", -0.0815, 0.0), ("c#2", 0.0, 0.0765), ("c#3", 0.0, -0.0765)] {
         let position_m = Point::new(x, y);
         scene.placed.push(crate::scene::Placed { object: object.into(), position_m, yaw_rad: 0.0 });
@@ -212,7 +244,7 @@ fn the_goal_requires_clearance_for_the_gripper() {
     let words: Vec<_> = held.expect("known").violations().iter().map(ToString::to_string).collect();
     assert_eq!(words, ["the gripper finds no room around a"]);
     scene.goal.gripper = Some(Gripper { opening_m: 0.07, ..GRIPPER });
-    let plan = plan(&scene, &properties(), &Options::default()).expect("a plan");
+    let plan = plan(&scene, &properties(), &paper_options()).expect("a plan");
     assert!(
         plan.strike.is_none() && plan.reason.contains("a is wider in every direction"),
         "{}",

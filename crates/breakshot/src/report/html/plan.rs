@@ -6,6 +6,7 @@ use super::text::{
 };
 use super::top_views::{drawn_objects, simulated_view};
 use crate::plan::{Contact, Iteration, Outcome, Plan};
+use crate::properties::Assumption;
 use crate::report::figures::{
     Bound, DrawnObject, LOW_PANEL_PX, Layer, Palette, Panel, Series, Stroke, TopView, Viewport, WIDTH_PX,
     escaped, line_chart, top_view,
@@ -32,7 +33,28 @@ pub(super) fn chapter(plan: &Plan, palette: &Palette) -> String {
         );
     }
     chapter += &drawings(plan, palette);
-    chapter + &robustness(plan) + &search(plan)
+    chapter + &assumed(&plan.assumed) + &robustness(plan) + &search(plan)
+}
+
+/// The properties that no clip measured.
+fn assumed(assumptions: &[Assumption]) -> String {
+    if assumptions.is_empty() {
+        return String::new();
+    }
+    let row = |a: &Assumption| {
+        let [low, high] = a.interval_95;
+        vec![
+            format!("{} of {}", a.quantity.words(), escaped(&a.name)),
+            format!("{:.3}", a.mean),
+            format!("{low:.3} to {high:.3}"),
+            escaped(&a.from),
+            escaped(&a.clip.replace('`', "")),
+        ]
+    };
+    let rows: Vec<_> = assumptions.iter().map(row).collect();
+    let columns =
+        ["assumed, not measured", "value", "95 % interval", "inferred from", "would be measured by"];
+    format!("<h3>Assumed properties</h3>\n{}", table(&columns, &rows))
 }
 
 /// Drawings of the pile with the strike (left) and of the expected outcome (right).

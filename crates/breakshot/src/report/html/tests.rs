@@ -123,6 +123,7 @@ fn plan(scene: &Scene) -> Plan {
         prediction: Some(Prediction { final_poses: predicted(scene, 0.1), ..Prediction::default() }),
         iterations: (1..4).map(step).collect(),
         robustness: None,
+        assumed: Vec::new(),
         then: Vec::new(),
     }
 }
