@@ -64,9 +64,8 @@ pub(crate) fn run(shared: &Path, count: usize, effort: Effort) -> Result<(), Str
 pub(crate) fn run_missing(shared: &Path, count: usize) -> Result<(), String> {
     let program = Program::build()?;
     let study = Study::new(&program, shared, Effort::Once)?;
-    let mut lab = Lab::start(shared)?;
-    let piles = lab.piles(count, 1)?;
-    missing::run(&mut lab, &study, &piles)
+    let piles = Lab::start(shared)?.piles(count, 1)?;
+    missing::run(shared, &study, &piles)
 }
 
 /// The properties estimated from the campaign's films.

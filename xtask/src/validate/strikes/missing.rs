@@ -13,6 +13,7 @@ use breakshot::properties::Properties;
 use breakshot::scene::Scene;
 use breakshot::uncertain::Estimate;
 use std::collections::BTreeMap;
+use std::path::Path;
 
 /// Least fraction of the strikes that work with all properties and have to work without one of them.
 const LEAST_STILL_WORKING: f64 = 0.85;
@@ -37,30 +38,92 @@ struct Count {
     worked: usize,
 }
 
-/// Strikes every pile with all properties and with every lack; prints the table.
-pub(super) fn run(lab: &mut Lab, study: &Study, piles: &[Pile]) -> Result<(), String> {
+/// Strikes every pile with all properties and with every lack, with one lab on each core; prints the table.
+pub(super) fn run(shared: &Path, study: &Study, piles: &[Pile]) -> Result<(), String> {
+    let labs = std::thread::available_parallelism().map_or(1, std::num::NonZero::get);
+    let struck = |first: usize| -> Result<Vec<Trial>, String> {
+        let mut lab = Lab::start(shared)?;
+        let own = piles.iter().enumerate().skip(first).step_by(labs);
+        Ok(own
+            .map(|(seed, pile)| trials(&mut lab, study, pile, seed as u64))
+            .collect::<Result<Vec<_>, _>>()?
+            .concat())
+    };
+    let trials: Vec<Trial> = std::thread::scope(|scope| {
+        let running: Vec<_> = (0..labs)
+            .map(|first| {
+                scope.spawn({
+                    let struck = &struck;
+                    move || struck(first)
+                })
+            })
+            .collect();
+        running
+            .into_iter()
+            .map(|lab| lab.join().unwrap_or_else(|_| Err("a lab ended".into())))
+            .collect::<Result<Vec<_>, _>>()
+    })?
+    .concat();
     let mut counts: BTreeMap<&'static str, Count> = BTreeMap::new();
-    for (seed, pile) in piles.iter().enumerate() {
-        let mut scene = study.scene.clone();
-        scene.placed = placed(&pile.poses);
-        let seed = seed as u64;
-        let complete = first_strike(lab, &scene, &study.properties, seed)?;
-        for lack in lacks(&scene, &study.properties) {
-            let tried = first_strike(lab, &scene, &lack.properties, seed)?;
-            let count = counts.entry(lack.sort).or_default();
-            count.trials += 1;
-            count.without_strike += usize::from(!tried.planned);
-            count.solved += usize::from(complete.worked);
-            count.still_solved += usize::from(complete.worked && tried.worked);
-            count.stated += tried.stated;
-            count.worked += usize::from(tried.worked);
-        }
-        println!("{}: {}", pile.name, if complete.worked { "works" } else { "fails with all properties" });
+    for trial in &trials {
+        counts.entry(trial.sort).or_default().add(trial);
     }
     if print(&counts) { Ok(()) } else { Err("some targets were missed".into()) }
 }
 
+/// One pile with one lack.
+#[derive(Clone)]
+struct Trial {
+    sort: &'static str,
+    without: Tried,
+    /// Whether the strike that is planned with all properties works.
+    solved: bool,
+}
+
+impl Count {
+    fn with(&self, other: &Self) -> Self {
+        Self {
+            trials: self.trials + other.trials,
+            without_strike: self.without_strike + other.without_strike,
+            solved: self.solved + other.solved,
+            still_solved: self.still_solved + other.still_solved,
+            stated: self.stated + other.stated,
+            worked: self.worked + other.worked,
+        }
+    }
+
+    fn add(&mut self, Trial { without, solved, .. }: &Trial) {
+        self.trials += 1;
+        self.without_strike += usize::from(!without.planned);
+        self.solved += usize::from(*solved);
+        self.still_solved += usize::from(*solved && without.worked);
+        self.stated += without.stated;
+        self.worked += usize::from(without.worked);
+    }
+}
+
+/// Strikes one pile with every lack.
+fn trials(lab: &mut Lab, study: &Study, pile: &Pile, seed: u64) -> Result<Vec<Trial>, String> {
+    let mut scene = study.scene.clone();
+    scene.placed = placed(&pile.poses);
+    let solved = first_strike(lab, &scene, &study.properties, seed)?.worked;
+    let mut trials = Vec::new();
+    for Lack { sort, properties } in lacks(&scene, &study.properties) {
+        trials.push(Trial { sort, without: first_strike(lab, &scene, &properties, seed)?, solved });
+    }
+    let working = trials.iter().filter(|t| t.without.worked).count();
+    let word = if solved { "works" } else { "fails" };
+    println!(
+        "{} {} objects: {word} with all properties, {working} of {} times without one",
+        pile.name,
+        pile.poses.len(),
+        trials.len()
+    );
+    Ok(trials)
+}
+
 /// What came of one strike.
+#[derive(Clone)]
 struct Tried {
     planned: bool,
     stated: f64,
@@ -133,12 +196,7 @@ fn print(counts: &BTreeMap<&'static str, Count>) -> bool {
     let mut all = Count::default();
     for (sort, count) in counts {
         rows(&format!("without one {sort}"), count);
-        all.trials += count.trials;
-        all.without_strike += count.without_strike;
-        all.solved += count.solved;
-        all.still_solved += count.still_solved;
-        all.stated += count.stated;
-        all.worked += count.worked;
+        all = all.with(count);
     }
     rows("all", &all);
     all_hold
