@@ -1,9 +1,9 @@
 //! The commands and their flags.
 
 use crate::laws::LawArgs;
+use crate::planning::{MethodName, NoiseArgs, SurveyArgs};
 use breakshot::capture::{Capture, Decoder, Footage, GreyImage};
 use breakshot::cell::Cell;
-use breakshot::plan::{ExecutionNoise, Method};
 use breakshot::{Error, Result};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use std::path::{Path, PathBuf};
@@ -60,7 +60,7 @@ pub(crate) enum Command {
     Simulate(SimulateArgs),
     /// Plans the strike that singulates a pile.
     #[command(after_help = "Example: breakshot plan scene.toml --properties properties.json -o plan.json\n\
-        Example: breakshot plan scene.toml --properties properties.json -o plan.json --figure plan.svg\n\
+        Example: breakshot plan scene.toml --properties properties.json -o plan.json --figure plan.svg --map map.svg\n\
         Example: breakshot plan scene.toml --properties properties.json --strikes 3 -o plan.json")]
     Plan(PlanArgs),
     /// Plans, executes and observes strikes until the pile is singulated, in simulation or with a robot.
@@ -299,8 +299,7 @@ pub(crate) struct EstimateArgs {
 /// Values for quantities that were not measured.
 #[derive(Debug, Args)]
 pub(crate) struct Assumptions {
-    /// The coefficient of restitution (0 to 1) of pairs without a measured one, the striker included; without this flag it is inferred
-    /// from the measured ones.
+    /// Restitution (0 to 1) of pairs without a measured one, the striker included; inferred from the measured ones if not given.
     #[arg(long, value_name = "E")]
     pub(crate) assume_restitution: Option<f64>,
 }
@@ -326,66 +325,6 @@ pub(crate) struct SimulateArgs {
     /// Prints the result as JSON.
     #[arg(long)]
     pub(crate) json: bool,
-}
-
-/// The planning methods.
-#[derive(Clone, Copy, Debug, ValueEnum)]
-pub(crate) enum MethodName {
-    /// The method of the paper: feedback on the speed of the strike, with the mean properties.
-    Paper,
-    /// The strike with the highest success probability over all uncertain quantities.
-    Robust,
-}
-
-impl From<MethodName> for Method {
-    fn from(name: MethodName) -> Self {
-        match name {
-            MethodName::Paper => Self::Paper,
-            MethodName::Robust => Self::Robust,
-        }
-    }
-}
-
-/// Standard deviations of the poses in the scene and of the execution of the strike (method `robust`).
-#[derive(Debug, Args)]
-pub(crate) struct NoiseArgs {
-    /// Standard deviation of an object's position along each axis (m).
-    #[arg(long, value_name = "M", default_value_t = ExecutionNoise::default().position_m)]
-    position_std_m: f64,
-    /// Standard deviation of an object's yaw (rad).
-    #[arg(long, value_name = "RAD", default_value_t = ExecutionNoise::default().yaw_rad)]
-    yaw_std_rad: f64,
-    /// Standard deviation of the speed of the strike, as a fraction of the speed.
-    #[arg(long, value_name = "PART", default_value_t = ExecutionNoise::default().speed)]
-    speed_std: f64,
-    /// Standard deviation of the heading of the strike (rad).
-    #[arg(long, value_name = "RAD", default_value_t = ExecutionNoise::default().heading_rad)]
-    heading_std_rad: f64,
-}
-
-impl NoiseArgs {
-    pub(crate) fn noise(&self) -> ExecutionNoise {
-        ExecutionNoise {
-            position_m: self.position_std_m,
-            yaw_rad: self.yaw_std_rad,
-            speed: self.speed_std,
-            heading_rad: self.heading_std_rad,
-        }
-    }
-}
-
-/// The evaluation of strikes over the whole grid.
-#[derive(Debug, Args)]
-pub(crate) struct SurveyArgs {
-    /// Evaluates strikes on every object from all directions and writes their success probabilities (JSON).
-    #[arg(long, value_name = "FILE")]
-    pub(crate) survey: Option<PathBuf>,
-    /// Strikes of the survey at most.
-    #[arg(long, value_name = "N", default_value_t = 1000, value_parser = clap::value_parser!(u32).range(1..=100_000), requires = "survey")]
-    pub(crate) survey_strikes: u32,
-    /// Scenarios in which each strike of the survey is simulated.
-    #[arg(long, value_name = "N", default_value_t = 100, value_parser = clap::value_parser!(u32).range(1..=100_000), requires = "survey")]
-    pub(crate) survey_samples: u32,
 }
 
 #[derive(Debug, Args)]

@@ -16,6 +16,16 @@ pub(crate) fn progress(length: usize, what: &'static str) -> ProgressBar {
     ProgressBar::new(length as u64).with_style(style).with_message(what)
 }
 
+/// A sign on stderr that work of unknown length goes on; hidden if stderr is not a terminal.
+pub(crate) fn activity(what: &'static str) -> ProgressBar {
+    if !std::io::stderr().is_terminal() {
+        return ProgressBar::hidden();
+    }
+    let bar = ProgressBar::new_spinner().with_message(what);
+    bar.enable_steady_tick(std::time::Duration::from_millis(120));
+    bar
+}
+
 /// Prints warnings to stderr, one per line.
 pub(crate) fn warn(warnings: &[String]) {
     for warning in warnings {

@@ -5,6 +5,7 @@ mod commands;
 mod console;
 mod laws;
 mod outcome;
+mod planning;
 
 pub(crate) use outcome::Outcome;
 

@@ -62,6 +62,10 @@ fn the_demo_writes_the_output_of_every_stage_and_the_commands_run_on_its_files()
         assert!((estimated / ratio - 1.0).abs() < 0.03, "mass of {object}: {estimated}, weighed {ratio}");
     }
 
+    // The filmed strike on the pile was planned by the robust method, and it works.
+    let report = json(&demo.join("pile.report.json"));
+    assert_eq!(report["goal"]["observed"]["fulfilled"], true, "{}", report["goal"]);
+
     // The simulation of the planned strike reproduces the prediction of the plan exactly.
     let plan = json(&demo.join("plan.json"));
     let inputs = ["pile.scene.toml", "--properties", "properties.json", "--strike"];

@@ -130,7 +130,8 @@ fn proposals_are_evaluated_and_the_survey_lists_strikes_with_their_success_proba
         )
     };
     fs::write(folder.path().join("aims.json"), aims("a")).expect("a file");
-    let survey = ["--survey", "survey.json", "--survey-strikes", "20", "--survey-samples", "5"];
+    let survey =
+        ["--survey", "survey.json", "--survey-strikes", "20", "--survey-samples", "5", "--map", "map.svg"];
     let planned = |proposals: &str| {
         let robust = ["plan", "--method", "robust", "--proposals", proposals, "-o", "plan.json"];
         run(folder.path(), &[&robust[..], &survey[..]].concat())
@@ -148,6 +149,11 @@ fn proposals_are_evaluated_and_the_survey_lists_strikes_with_their_success_proba
         assert!((0.0..=1.0).contains(&probability), "{probability}");
         assert_eq!(strike["aim"]["object"], strike["strike"]["object"]);
     }
+    // The map shows the same strikes, those on one line once.
+    let map = fs::read_to_string(folder.path().join("map.svg")).expect("a drawing");
+    let drawn = map.matches("class=\"approach p").count() - 5;
+    assert!(map.contains("success probability") && (1..=20).contains(&drawn), "{drawn}");
+
     // The survey is itself a source of proposals.
     let proposed: Vec<&Value> = strikes.iter().map(|s| &s["aim"]).collect();
     fs::write(folder.path().join("surveyed.json"), serde_json::to_string(&proposed).expect("JSON"))

@@ -17,7 +17,7 @@ const STAGES: [(&str, &[&str]); 7] = [
     ("detect", &["Tracks", "Track", "Sample"]),
     ("estimate", &["Estimation", "ClipFit", "BodyFit", "Impact", "Measured", "ClipTracks", "ClipValue"]),
     ("physics", &["*"]),
-    ("plan", &["Plan", "Outcome", "Prediction", "Iteration", "Contact", "Method"]),
+    ("plan", &["Plan", "Outcome", "Prediction", "Iteration", "Contact", "Method", "EvaluatedStrike"]),
     ("robot", &["Command"]),
     ("verify", &["Report", "GoalCheck", "ObservedPose", "DistanceErrors"]),
 ];

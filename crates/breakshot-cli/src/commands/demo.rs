@@ -70,7 +70,7 @@ pub(crate) fn run(args: &DemoArgs) -> Result<Outcome> {
         plan_command::print_summary(&plan);
     }
 
-    say(args, "\nComparing a filmed strike on the same pile with its simulation ...");
+    say(args, "\nComparing a film of a strike that was planned for this pile with its simulation ...");
     let strike = files::load_strike(folder.join("pile.strike.json"))?;
     let simulated = simulate(&strike)?;
     let film = capture::capture(&folder.join("pile.mp4"), &scene.cell)?;

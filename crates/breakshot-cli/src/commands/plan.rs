@@ -1,7 +1,8 @@
 //! `breakshot plan`: the strike that singulates a pile.
 
 use super::simulate::{self, SimulationInputs};
-use crate::args::{PlanArgs, SurveyArgs};
+use crate::args::PlanArgs;
+use crate::planning::SurveyArgs;
 use crate::{Outcome, console};
 use breakshot::plan::{self, Aim, EvaluatedStrike, GridSize, Plan};
 use breakshot::properties::Properties;
@@ -22,13 +23,22 @@ pub(crate) fn run(args: &PlanArgs) -> Result<Outcome> {
         proposals: Some(&proposals),
         ..plan::Options::default()
     };
-    if let Some(file) = &args.survey.survey {
-        files::write_json(file, &survey(&scene, &properties, &options, &args.survey)?)?;
+    let SurveyArgs { survey: survey_file, map, .. } = &args.survey;
+    if survey_file.is_some() || map.is_some() {
+        let survey = survey(&scene, &properties, &options, &args.survey)?;
+        if let Some(file) = survey_file {
+            files::write_json(file, &survey)?;
+        }
+        if let Some(file) = map {
+            files::write_whole(file, report::strike_map(&scene, &survey.strikes).as_bytes())?;
+        }
     }
+    let planning = console::activity("planning");
     let mut plan = plan::plan(&scene, &properties, &options)?;
     if args.strikes > 1 && plan.strike.is_some() {
         plan.then = following(&plan, &properties, &options, args.strikes as usize - 1)?;
     }
+    planning.finish_and_clear();
     files::write_json(&args.output, &plan)?;
     if let Some(figure) = &args.figure {
         files::write_whole(figure, report::plan_figure(&plan).as_bytes())?;
@@ -40,7 +50,7 @@ pub(crate) fn run(args: &PlanArgs) -> Result<Outcome> {
         for (k, strike) in plan.then.iter().enumerate() {
             print_strike(&format!("strike {} of {}: ", k + 2, plan.then.len() + 1), strike);
         }
-        for file in std::iter::once(&args.output).chain(&args.figure).chain(&args.survey.survey) {
+        for file in std::iter::once(&args.output).chain(&args.figure).chain(survey_file).chain(map) {
             println!("Wrote {}", file.display());
         }
     }
@@ -64,7 +74,9 @@ fn survey(
     args: &SurveyArgs,
 ) -> Result<Survey> {
     let size = GridSize { strikes: args.survey_strikes as usize, samples: args.survey_samples as usize };
+    let evaluating = console::activity("evaluating strikes from all directions");
     let strikes = plan::evaluate_grid(scene, properties, options, size)?;
+    evaluating.finish_and_clear();
     Ok(Survey { version: 1, samples: size.samples, seed: options.seed, strikes })
 }
 

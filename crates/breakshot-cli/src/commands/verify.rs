@@ -11,7 +11,7 @@ use breakshot::plan::Plan;
 use breakshot::properties::Properties;
 use breakshot::report::{self, FilmedStrike, Page};
 use breakshot::scene::Scene;
-use breakshot::verify::{self, Observed, Report};
+use breakshot::verify::{self, GoalChecks, Observed, Report};
 use breakshot::{Error, Result, files, physics};
 use std::path::Path;
 
@@ -120,5 +120,13 @@ pub(crate) fn print_table(report: &Report) {
     }
     if let Some(all) = &report.summary.all {
         println!("mean difference {:.1} mm, largest {:.1} mm", all.mean_m * 1e3, all.worst_m * 1e3);
+    }
+    let GoalChecks { observed, predicted, .. } = &report.goal;
+    for (check, place) in [(observed, "film"), (predicted, "simulation")] {
+        let distances = check.min_distance_m.zip(check.mean_distance_m).map(|(least_m, mean_m)| {
+            format!("least distance {:.1} mm, mean {:.1} mm", least_m * 1e3, mean_m * 1e3)
+        });
+        let words = if check.fulfilled { "goal reached in the" } else { "goal not reached in the" };
+        println!("{words} {place}: {}", check.violations.first().cloned().or(distances).unwrap_or_default());
     }
 }

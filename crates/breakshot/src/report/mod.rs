@@ -17,8 +17,9 @@ use crate::detect::Tracks;
 use crate::error::{Error, Result};
 use crate::estimate::ClipValue;
 use crate::object::Object;
-use crate::plan::Plan;
+use crate::plan::{EvaluatedStrike, Plan};
 use crate::properties::Properties;
+use crate::scene::Scene;
 
 /// A self-contained HTML page with a chapter for every result that `page` holds.
 ///
@@ -68,4 +69,10 @@ pub fn motion_figure(tracks: &Tracks) -> Result<String> {
 /// A plan as a standalone SVG: the pile, the strike, the expected and the possible final poses of the objects.
 pub fn plan_figure(plan: &Plan) -> String {
     paper_figures::plan(plan)
+}
+
+/// The success probability of strikes by contact point and direction as a standalone SVG: the pile, and the last part of the
+/// striker's path to each contact, with the best of the speeds that were evaluated ([`crate::plan::evaluate_grid`]).
+pub fn strike_map(scene: &Scene, strikes: &[EvaluatedStrike]) -> String {
+    paper_figures::map(scene, strikes)
 }

@@ -20,4 +20,4 @@ pub(super) use interval_chart::{ClipDot, IntervalChart, IntervalRow, interval_ch
 pub(super) use line_chart::{Bound, LOW_PANEL_PX, Mark, PANEL_PX, Panel, Series, Stroke, line_chart};
 pub(super) use palette::Palette;
 pub(super) use svg::{Anchor, Svg, WIDTH_PX, escaped};
-pub(super) use top_view::{CentrePath, DrawnObject, Layer, TopView, Viewport, top_view};
+pub(super) use top_view::{Approach, CentrePath, DrawnObject, Layer, TopView, Viewport, top_view};

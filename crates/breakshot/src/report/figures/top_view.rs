@@ -54,6 +54,35 @@ pub(in crate::report) struct TopView<'a> {
     pub paths: Vec<CentrePath>,
     /// The strike.
     pub strike: Option<&'a Strike>,
+    /// Evaluated strikes, drawn in this order.
+    pub approaches: Vec<Approach>,
+}
+
+/// An evaluated strike: the last part of the striker's path to the first contact.
+pub(in crate::report) struct Approach {
+    /// The striker's centre at the first contact.
+    pub contact: Point,
+    /// The direction of the strike (rad).
+    pub heading_rad: f64,
+    /// The success probability, which sets the colour.
+    pub success_probability: f64,
+}
+
+impl Approach {
+    /// The length that is drawn (m).
+    const LENGTH_M: f64 = 0.025;
+    /// Classes of the colours, for equal intervals of the success probability.
+    const CLASSES: [&str; 5] = ["p0", "p1", "p2", "p3", "p4"];
+
+    fn start(&self) -> Point {
+        self.contact - Vec2::from_heading(self.heading_rad) * Self::LENGTH_M
+    }
+
+    fn class(&self) -> String {
+        let count = Self::CLASSES.len();
+        let index = (self.success_probability.clamp(0.0, 1.0) * count as f64) as usize;
+        format!("approach {}", Self::CLASSES[index.min(count - 1)])
+    }
 }
 
 /// The path of an object's centre.
@@ -92,6 +121,9 @@ impl Viewport {
             view.extend_to_objects(&drawing.objects);
             for point in drawing.paths.iter().flat_map(|path| &path.points) {
                 view.extend_to(*point, 0.0);
+            }
+            for approach in &drawing.approaches {
+                view.extend_to(approach.start(), 0.0);
             }
             if let Some(strike) = drawing.strike {
                 let radius_m = drawing.scene.cell.striker.shape.outer_radius_m();
@@ -205,12 +237,19 @@ pub(in crate::report) fn top_view(drawing: &TopView, view: Viewport, width_px: f
     for CentrePath { class, points } in &drawing.paths {
         canvas.polygon(&format!("path {class}"), points, false);
     }
+    for approach in &drawing.approaches {
+        let (from, to) = (canvas.px(approach.start()), canvas.px(approach.contact));
+        canvas.svg.line(&approach.class(), from, to);
+    }
     if let Some(strike) = drawing.strike {
         draw_strike(&mut canvas, drawing.scene, strike);
     }
     draw_names(&mut canvas, &drawing.objects);
     canvas.svg.end_window();
     draw_scale_bar(&mut canvas, height_px);
+    if !drawing.approaches.is_empty() {
+        draw_probabilities(&mut canvas, [width_px, height_px]);
+    }
     canvas.svg.finish(label)
 }
 
@@ -322,6 +361,23 @@ fn draw_scale_bar(canvas: &mut Canvas, height_px: f64) {
     canvas.svg.line("scale", [2.0, y - 4.0], [2.0, y + 4.0]);
     canvas.svg.line("scale", [end, y - 4.0], [end, y + 4.0]);
     canvas.svg.text("small", [end + 6.0, y + 4.0], Anchor::Start, &format!("{length_mm} mm"));
+}
+
+/// The key of the colours of evaluated strikes, right-aligned below the table.
+fn draw_probabilities(canvas: &mut Canvas, [width_px, height_px]: [f64; 2]) {
+    /// Distance from one colour to the next, and length of its line (px).
+    const STEP_PX: f64 = 74.0;
+    const LINE_PX: f64 = 16.0;
+    let y = height_px + 14.0;
+    let count = Approach::CLASSES.len();
+    let left = width_px - STEP_PX * count as f64;
+    canvas.svg.text("small", [left - 8.0, y + 4.0], Anchor::End, "success probability");
+    for (k, class) in Approach::CLASSES.iter().enumerate() {
+        let x = left + STEP_PX * k as f64;
+        canvas.svg.line(&format!("approach {class}"), [x, y], [x + LINE_PX, y]);
+        let text = format!("{} to {} %", 100 * k / count, 100 * (k + 1) / count);
+        canvas.svg.text("small", [x + LINE_PX + 5.0, y + 4.0], Anchor::Start, &text);
+    }
 }
 
 /// The scale bar has the largest round length that is not longer than this (px).

@@ -151,7 +151,13 @@ fn filmed_view<'a>(film: &FilmedStrike<'a>, palette: &Palette) -> TopView<'a> {
         let points = track.samples.iter().filter(|s| !s.doubtful).map(Sample::position).collect();
         CentrePath { class: palette.class(&track.object), points }
     });
-    TopView { scene: film.scene, objects, paths: paths.collect(), strike: Some(film.strike) }
+    TopView {
+        scene: film.scene,
+        objects,
+        paths: paths.collect(),
+        strike: Some(film.strike),
+        approaches: Vec::new(),
+    }
 }
 
 /// The filmed and the simulated final poses in one drawing.

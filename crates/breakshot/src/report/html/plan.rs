@@ -5,12 +5,15 @@ use super::text::{
     table,
 };
 use super::top_views::{drawn_objects, simulated_view};
-use crate::plan::{Contact, Iteration, Outcome, Plan};
+use crate::geometry::Vec2;
+use crate::plan::{Contact, EvaluatedStrike, Iteration, Outcome, Plan};
 use crate::properties::Assumption;
 use crate::report::figures::{
-    Bound, DrawnObject, LOW_PANEL_PX, Layer, Palette, Panel, Series, Stroke, TopView, Viewport, WIDTH_PX,
-    escaped, line_chart, top_view,
+    Approach, Bound, DrawnObject, LOW_PANEL_PX, Layer, Palette, Panel, Series, Stroke, TopView, Viewport,
+    WIDTH_PX, escaped, line_chart, top_view,
 };
+use crate::scene::Scene;
+use std::collections::BTreeMap;
 
 pub(super) fn chapter(plan: &Plan, palette: &Palette) -> String {
     let (class, title) = match plan.outcome {
@@ -66,6 +69,7 @@ fn drawings(plan: &Plan, palette: &Palette) -> String {
         objects: drawn_objects(scene, current, Layer::Current, palette),
         paths: Vec::new(),
         strike: plan.strike.as_ref(),
+        approaches: Vec::new(),
     };
     let (Some(strike), Some(prediction)) = (&plan.strike, &plan.prediction) else {
         let view = Viewport::of(&[&before], HALF_WORKSPACE_FACTOR);
@@ -96,9 +100,36 @@ pub(in crate::report) fn drawing(plan: &Plan) -> String {
         let expected = prediction.final_poses.iter().map(|(name, pose)| (name.as_str(), *pose));
         objects.extend(drawn_objects(scene, expected, Layer::Current, &palette));
     }
-    let whole = TopView { scene, objects, paths: Vec::new(), strike: plan.strike.as_ref() };
+    let strike = plan.strike.as_ref();
+    let whole = TopView { scene, objects, paths: Vec::new(), strike, approaches: Vec::new() };
     let view = Viewport::of(&[&whole], WORKSPACE_FACTOR);
     top_view(&whole, view, WIDTH_PX, "The pile, the strike, and the possible final poses")
+}
+
+/// The pile with the evaluated strikes: of those that differ in the speed alone, the best.
+pub(in crate::report) fn map(scene: &Scene, strikes: &[EvaluatedStrike]) -> String {
+    let mut best: BTreeMap<(&str, u64, u64), &EvaluatedStrike> = BTreeMap::new();
+    for evaluated in strikes {
+        let aim = &evaluated.aim;
+        let line = (aim.object.as_str(), aim.heading_rad.to_bits(), aim.offset_m.to_bits());
+        let entry = best.entry(line).or_insert(evaluated);
+        if evaluated.success_probability > entry.success_probability {
+            *entry = evaluated;
+        }
+    }
+    let approach = |EvaluatedStrike { aim, strike, success_probability, .. }: &EvaluatedStrike| {
+        let to_contact_m = strike.travel_m - aim.follow_through_m;
+        let contact = strike.start_m + Vec2::from_heading(strike.heading_rad) * to_contact_m;
+        Approach { contact, heading_rad: strike.heading_rad, success_probability: *success_probability }
+    };
+    let mut approaches: Vec<Approach> = best.into_values().map(approach).collect();
+    approaches.sort_by(|a, b| a.success_probability.total_cmp(&b.success_probability));
+    let palette = Palette::new(scene.placed.iter().map(|p| p.object.as_str()));
+    let current = scene.placed.iter().map(|p| (p.object.as_str(), p.pose()));
+    let objects = drawn_objects(scene, current, Layer::Current, &palette);
+    let drawing = TopView { scene, objects, paths: Vec::new(), strike: None, approaches };
+    let view = Viewport::of(&[&drawing], 1.0);
+    top_view(&drawing, view, WIDTH_PX, "The success probability of strikes by contact point and direction")
 }
 
 /// The drawing shows the whole workspace if it is at most this many times as wide as the contents.

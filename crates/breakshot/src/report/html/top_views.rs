@@ -40,7 +40,7 @@ pub(super) fn simulated_view<'a>(
         Some(CentrePath { class: palette.class(name), points: centre_path(trajectory?, name) })
     };
     let paths = final_poses.keys().filter_map(path).collect();
-    TopView { scene, objects, paths, strike: Some(strike) }
+    TopView { scene, objects, paths, strike: Some(strike), approaches: Vec::new() }
 }
 
 /// The path of an object's centre.

@@ -16,8 +16,9 @@ use crate::detect::Tracks;
 use crate::error::{Error, Result};
 use crate::estimate::ClipValue;
 use crate::object::Object;
-use crate::plan::Plan;
+use crate::plan::{EvaluatedStrike, Plan};
 use crate::properties::Properties;
+use crate::scene::Scene;
 use interval_figures::Source;
 
 /// The files of the figures, and the figures that could not be drawn.
@@ -40,6 +41,11 @@ pub(super) fn motion(tracks: &Tracks) -> Option<String> {
 /// A plan: the pile, the strike, the expected and the possible final poses.
 pub(super) fn plan(plan: &Plan) -> String {
     standalone_style::standalone(&plan_chapter::drawing(plan))
+}
+
+/// The pile with evaluated strikes.
+pub(super) fn map(scene: &Scene, strikes: &[EvaluatedStrike]) -> String {
+    standalone_style::standalone(&plan_chapter::map(scene, strikes))
 }
 
 /// Fig. 7 (friction), Fig. 8 (restitution), Fig. 9 (mass ratios) and Table 1 (errors of the mass ratios).
