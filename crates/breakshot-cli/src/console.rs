@@ -38,7 +38,11 @@ pub(crate) fn assumed(values: &[Assumption]) {
     if values.is_empty() {
         return;
     }
-    eprintln!("warning: {} properties were not measured and are assumed:", values.len());
+    let what = match values.len() {
+        1 => "1 property was not measured and is assumed".to_owned(),
+        count => format!("{count} properties were not measured and are assumed"),
+    };
+    eprintln!("warning: {what}:");
     for value in values {
         eprintln!("  {value}");
     }
