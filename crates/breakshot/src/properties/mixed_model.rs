@@ -43,37 +43,32 @@ pub(super) struct MixedModel {
 }
 
 impl MixedModel {
-    /// The distribution of an unmeasured value with these terms.
-    pub(super) fn prediction(&self, observations: &[Observation], wanted: &Terms) -> Normal {
+    /// The model conditioned on at most [`MAX_OBSERVATIONS`] observations, the first ones.
+    pub(super) fn fitted(self, mut observations: Vec<Observation<'_>>) -> FittedModel<'_> {
+        observations.truncate(MAX_OBSERVATIONS);
         let stds = self.effect_stds.iter().flat_map(|&e| self.residual_stds.iter().map(move |&r| [e, r]));
-        let predictions: Vec<Weighted> =
-            stds.filter_map(|stds| self.conditional(stds, observations, wanted)).collect();
-        let greatest = predictions.iter().map(|p| p.log_weight).fold(f64::NEG_INFINITY, f64::max);
-        let (mut weight, mut mean, mut square) = (0.0, 0.0, 0.0);
-        for Weighted { log_weight, prediction } in predictions {
-            let own = (log_weight - greatest).exp();
-            weight += own;
-            mean += own * prediction.mean;
-            square += own * (prediction.mean.powi(2) + prediction.std.powi(2));
+        let mut points: Vec<GridPoint> =
+            stds.filter_map(|stds| self.grid_point(stds, &observations)).collect();
+        let greatest = points.iter().map(|p| p.weight).fold(f64::NEG_INFINITY, f64::max);
+        for point in &mut points {
+            point.weight = (point.weight - greatest).exp();
         }
-        if weight <= 0.0 {
-            return self.group_mean;
-        }
-        let mean = mean / weight;
-        Normal { mean, std: (square / weight - mean * mean).max(0.0).sqrt() }
+        FittedModel { model: self, observations, points }
     }
 
-    /// The prediction for given standard deviations of effects and residuals; `None` if the covariance cannot be inverted.
-    fn conditional(&self, stds: [f64; 2], observations: &[Observation], wanted: &Terms) -> Option<Weighted> {
-        let [effect_std, residual_std] = stds;
+    /// One point of the grid, its weight as a logarithm; `None` if the covariance cannot be inverted.
+    fn grid_point(
+        &self,
+        [effect_std, residual_std]: [f64; 2],
+        observations: &[Observation],
+    ) -> Option<GridPoint> {
         let n = observations.len();
-        let shared = |p: &Terms, q: &Terms| self.shared_variance(effect_std, p, q);
         let variance = DMatrix::from_fn(n, n, |i, k| {
             let own = residual_std.powi(2) + observations[i].standard_error.powi(2);
-            shared(&observations[i].terms, &observations[k].terms) + if i == k { own } else { 0.0 }
+            let shared = self.shared_variance(effect_std, &observations[i].terms, &observations[k].terms);
+            shared + if i == k { own } else { 0.0 }
         });
         let deviations = DVector::from_fn(n, |i, _| observations[i].value - self.group_mean.mean);
-        let covariance = DVector::from_fn(n, |i, _| shared(&observations[i].terms, wanted));
         let inverse = variance.cholesky()?.inverse();
         let solved = &inverse * deviations;
         let left_out = (0..n).map(|k| {
@@ -81,14 +76,7 @@ impl MixedModel {
             let residual = solved[k] * variance;
             -0.5 * (variance.ln() + residual.powi(2) / variance)
         });
-        let own = shared(wanted, wanted) + residual_std.powi(2);
-        Some(Weighted {
-            log_weight: left_out.sum(),
-            prediction: Normal {
-                mean: self.group_mean.mean + covariance.dot(&solved),
-                std: (own - covariance.dot(&(&inverse * &covariance))).max(0.0).sqrt(),
-            },
-        })
+        Some(GridPoint { effect_std, residual_std, weight: left_out.sum(), inverse, solved })
     }
 
     /// Covariance of two values without their residuals.
@@ -100,21 +88,68 @@ impl MixedModel {
     }
 }
 
-/// The prediction at one point of the grid.
-struct Weighted {
-    log_weight: f64,
-    prediction: Normal,
+/// The effort of a fit grows with the third power of this.
+const MAX_OBSERVATIONS: usize = 150;
+
+/// Standard deviations of effects and residuals with their weight, and the observations solved for them.
+struct GridPoint {
+    effect_std: f64,
+    residual_std: f64,
+    weight: f64,
+    /// Inverse covariance of the observations.
+    inverse: DMatrix<f64>,
+    /// The inverse times the deviations of the observations from the mean.
+    solved: DVector<f64>,
+}
+
+/// A model that has seen observations.
+pub(super) struct FittedModel<'a> {
+    model: MixedModel,
+    observations: Vec<Observation<'a>>,
+    points: Vec<GridPoint>,
+}
+
+impl FittedModel<'_> {
+    /// The number of observations.
+    pub(super) fn count(&self, group: usize) -> usize {
+        self.observations.iter().filter(|o| o.terms.group == group).count()
+    }
+
+    /// The distribution of an unmeasured value with these terms.
+    pub(super) fn prediction(&self, wanted: &Terms) -> Normal {
+        let prior = self.model.group_mean;
+        let (mut weight, mut mean, mut square) = (0.0, 0.0, 0.0);
+        for point in &self.points {
+            let shared = |terms: &Terms| self.model.shared_variance(point.effect_std, terms, wanted);
+            let covariance =
+                DVector::from_fn(self.observations.len(), |i, _| shared(&self.observations[i].terms));
+            let own_mean = prior.mean + covariance.dot(&point.solved);
+            let reduction = covariance.dot(&(&point.inverse * &covariance));
+            let variance = (shared(wanted) + point.residual_std.powi(2) - reduction).max(0.0);
+            weight += point.weight;
+            mean += point.weight * own_mean;
+            square += point.weight * (own_mean.powi(2) + variance);
+        }
+        if weight <= 0.0 {
+            return prior;
+        }
+        let mean = mean / weight;
+        Normal { mean, std: (square / weight - mean * mean).max(0.0).sqrt() }
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    const MODEL: MixedModel = MixedModel {
-        group_mean: Normal { mean: 0.5, std: 0.3 },
-        effect_stds: &[0.0, 0.05, 0.1, 0.2],
-        residual_stds: &[0.02, 0.06, 0.1, 0.2],
-    };
+    fn prediction(observations: &[Observation], wanted: &Terms) -> Normal {
+        let model = MixedModel {
+            group_mean: Normal { mean: 0.5, std: 0.3 },
+            effect_stds: &[0.0, 0.05, 0.1, 0.2],
+            residual_stds: &[0.02, 0.06, 0.1, 0.2],
+        };
+        model.fitted(observations.to_vec()).prediction(wanted)
+    }
 
     fn pair<'a>(a: &'a str, b: &'a str, value: f64) -> Observation<'a> {
         Observation { terms: Terms { group: 0, objects: vec![a, b] }, value, standard_error: 0.01 }
@@ -123,9 +158,9 @@ mod tests {
     #[test]
     fn without_observations_the_prediction_is_the_prior_widened_by_effects_and_residuals() {
         let terms = Terms { group: 0, objects: vec!["a", "b"] };
-        let prediction = MODEL.prediction(&[], &terms);
-        assert!((prediction.mean - 0.5).abs() < 1e-12);
-        assert!(prediction.std > 0.3 && prediction.std < 0.45, "{}", prediction.std);
+        let predicted = prediction(&[], &terms);
+        assert!((predicted.mean - 0.5).abs() < 1e-12);
+        assert!(predicted.std > 0.3 && predicted.std < 0.45, "{}", predicted.std);
     }
 
     #[test]
@@ -137,9 +172,9 @@ mod tests {
                 standard_error: 0.0,
             })
             .collect();
-        let prediction = MODEL.prediction(&values, &Terms { group: 0, objects: Vec::new() });
-        assert!((prediction.mean - 0.7).abs() < 2e-3, "{}", prediction.mean);
-        assert!(prediction.std > 0.015 && prediction.std < 0.04, "{}", prediction.std);
+        let predicted = prediction(&values, &Terms { group: 0, objects: Vec::new() });
+        assert!((predicted.mean - 0.7).abs() < 2e-3, "{}", predicted.mean);
+        assert!(predicted.std > 0.015 && predicted.std < 0.04, "{}", predicted.std);
     }
 
     #[test]
@@ -154,16 +189,16 @@ mod tests {
         let names = [("a", "b"), ("a", "c"), ("b", "c"), ("b", "d"), ("c", "d")];
         let known: Vec<Observation> =
             names.iter().map(|&(a, b)| pair(a, b, 0.5 + effect(a) + effect(b))).collect();
-        let prediction = MODEL.prediction(&known, &Terms { group: 0, objects: vec!["a", "d"] });
-        assert!((prediction.mean - 0.6).abs() < 0.05, "{prediction:?}");
-        let unknown = MODEL.prediction(&known, &Terms { group: 0, objects: vec!["x", "y"] });
-        assert!(unknown.std > 1.5 * prediction.std, "{unknown:?} {prediction:?}");
+        let predicted = prediction(&known, &Terms { group: 0, objects: vec!["a", "d"] });
+        assert!((predicted.mean - 0.6).abs() < 0.05, "{predicted:?}");
+        let unknown = prediction(&known, &Terms { group: 0, objects: vec!["x", "y"] });
+        assert!(unknown.std > 1.5 * predicted.std, "{unknown:?} {predicted:?}");
     }
 
     #[test]
     fn another_group_shares_effects_but_not_its_mean() {
         let known = [pair("a", "b", 0.3), pair("a", "c", 0.3), pair("b", "c", 0.7), pair("b", "d", 0.7)];
-        let of = |name| MODEL.prediction(&known, &Terms { group: 1, objects: vec![name] });
+        let of = |name| prediction(&known, &Terms { group: 1, objects: vec![name] });
         let (low, high) = (of("a"), of("b"));
         assert!(low.mean < 0.5 && high.mean > low.mean, "{low:?} {high:?}");
         assert!(low.std > 0.28 && high.std > 0.28, "the group's own mean was never measured: {low:?}");

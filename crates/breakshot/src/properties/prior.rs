@@ -6,7 +6,7 @@
 //! the object and the reference were weighed. Assumed values are independent of each other.
 
 use super::Properties;
-use super::mixed_model::{MixedModel, Normal, Observation, Terms};
+use super::mixed_model::{FittedModel, MixedModel, Normal, Observation, Terms};
 use crate::error::Result;
 use crate::object::{Object, kind, pair_key};
 use crate::scene::Scene;
@@ -183,8 +183,9 @@ impl Properties {
         }
         let mut completed = self.values();
         completed.covariance = self.covariance.clone();
+        let predictor = Predictor::new(self, objects, kinds);
         for (group, name) in missing {
-            let prediction = Predictor { measured: self, objects }.prediction(group, &name);
+            let prediction = predictor.prediction(group, &name);
             completed.assume(group, &name, prediction.estimate, prediction.from);
         }
         Cow::Owned(completed)
@@ -232,9 +233,12 @@ impl Properties {
 
 /// Predicts missing values from measured ones.
 struct Predictor<'a> {
-    measured: &'a Properties,
+    reference: &'a str,
     /// The kinds of objects there are; their volumes tell masses.
     objects: &'a [Object],
+    log_friction: FittedModel<'a>,
+    restitution: FittedModel<'a>,
+    log_density: FittedModel<'a>,
 }
 
 /// A predicted value and what it is inferred from.
@@ -243,10 +247,60 @@ struct Prediction {
     from: String,
 }
 
-impl Predictor<'_> {
+/// The terms of quantities without effects of objects.
+const NO_EFFECTS: Terms = Terms { group: 0, objects: Vec::new() };
+
+impl<'a> Predictor<'a> {
+    /// The measured values that concern these kinds come first: the number of observations is bounded.
+    fn new(measured: &'a Properties, objects: &'a [Object], kinds: &[(String, bool)]) -> Self {
+        let is_placed = |name: &str| kinds.binary_search_by(|(kind, _)| kind.as_str().cmp(name)).is_ok();
+        let log_observation = |estimate: &Estimate, log_unit: f64| {
+            let (value, standard_error) =
+                (estimate.mean.ln() - log_unit, estimate.standard_error / estimate.mean);
+            let usable = value.is_finite() && standard_error.is_finite();
+            usable.then_some(Observation { terms: NO_EFFECTS, value, standard_error })
+        };
+        let friction = measured.friction.values().filter_map(|e| log_observation(e, 0.0)).collect();
+
+        let observation = |group, objects, e: &Estimate| Observation {
+            terms: Terms { group, objects },
+            value: e.mean,
+            standard_error: e.standard_error,
+        };
+        let with_striker = measured.striker_restitution.iter();
+        let mut restitution: Vec<Observation> =
+            with_striker.map(|(name, e)| observation(WITH_STRIKER, vec![name.as_str()], e)).collect();
+        restitution.extend(measured.restitution.iter().filter_map(|(pair, e)| {
+            let (a, b) = pair.split_once('/')?;
+            Some(observation(BETWEEN_OBJECTS, vec![a, b], e))
+        }));
+        restitution.sort_by_key(|o| o.terms.objects.iter().filter(|name| !is_placed(name)).count());
+
+        let reference = measured.reference.as_str();
+        let log_volume = |name: &str| log_volume(objects, name);
+        let others = measured.mass_ratio.iter().filter(|(name, _)| *name != reference);
+        let density: Vec<Observation> = std::iter::once((reference, &UNIT))
+            .chain(others.map(|(name, e)| (name.as_str(), e)))
+            .filter_map(|(name, e)| log_observation(e, log_volume(name)?))
+            .collect();
+        let first = kinds.first().and_then(|(name, _)| log_volume(name)).unwrap_or(0.0);
+        let group_mean = Normal { mean: density.first().map_or(-first, |o| o.value), std: LOG_DENSITY_STD };
+        let [effect_stds, residual_stds] = LOG_DENSITY;
+        Self {
+            reference,
+            objects,
+            log_friction: FRICTION.fitted(friction),
+            restitution: RESTITUTION.fitted(restitution),
+            log_density: MixedModel { group_mean, effect_stds, residual_stds }.fitted(density),
+        }
+    }
+
     fn prediction(&self, group: Group, name: &str) -> Prediction {
         match group {
-            Group::Friction => self.friction(),
+            Group::Friction => Prediction {
+                estimate: log_normal(self.log_friction.prediction(&NO_EFFECTS)),
+                from: from(&[(self.log_friction.count(0), OBJECTS)]),
+            },
             Group::StrikerRestitution => {
                 self.restitution(&Terms { group: WITH_STRIKER, objects: vec![name] })
             }
@@ -258,78 +312,41 @@ impl Predictor<'_> {
         }
     }
 
-    fn friction(&self) -> Prediction {
-        let terms = Terms { group: 0, objects: Vec::new() };
-        let known = self.measured.friction.values();
-        let observations: Vec<Observation> = known.filter_map(|e| log_observation(&terms, e, 0.0)).collect();
-        Prediction {
-            estimate: log_normal(FRICTION.prediction(&observations, &terms)),
-            from: from(&[(observations.len(), OBJECTS)]),
-        }
-    }
-
     fn restitution(&self, wanted: &Terms) -> Prediction {
-        let observation = |group, objects, e: &Estimate| Observation {
-            terms: Terms { group, objects },
-            value: e.mean,
-            standard_error: e.standard_error,
-        };
-        let with_striker: Vec<Observation> = (self.measured.striker_restitution.iter())
-            .map(|(name, e)| observation(WITH_STRIKER, vec![name.as_str()], e))
-            .collect();
-        let pairs: Vec<Observation> = (self.measured.restitution.iter())
-            .filter_map(|(pair, e)| {
-                let (a, b) = pair.split_once('/')?;
-                Some(observation(BETWEEN_OBJECTS, vec![a, b], e))
-            })
-            .collect();
-        let from = from(&[(pairs.len(), PAIRS), (with_striker.len(), STRUCK)]);
-        let all: Vec<Observation> = with_striker.into_iter().chain(pairs).collect();
-        let Normal { mean, std } = RESTITUTION.prediction(&all, wanted);
+        let [pairs, struck] = [BETWEEN_OBJECTS, WITH_STRIKER].map(|group| self.restitution.count(group));
+        let Normal { mean, std } = self.restitution.prediction(wanted);
         let (mean, std) = (mean.clamp(0.0, 1.0), std.min(Estimate::UNIFORM_STD));
         let interval_95 = [(mean - Z_95 * std).max(0.0), (mean + Z_95 * std).min(1.0)];
-        Prediction { estimate: Estimate { mean, std: None, standard_error: std, interval_95, n: 0 }, from }
+        Prediction {
+            estimate: Estimate { mean, std: None, standard_error: std, interval_95, n: 0 },
+            from: from(&[(pairs, PAIRS), (struck, STRUCK)]),
+        }
     }
 
     fn mass_ratio(&self, name: &str) -> Prediction {
-        let reference = &self.measured.reference;
-        if name == reference {
-            return Prediction { estimate: Estimate::exact(1.0), from: "the definition of the unit".into() };
+        if name == self.reference {
+            return Prediction { estimate: UNIT, from: "the definition of the unit".into() };
         }
-        let weighed = |name: &str| self.object(name).and_then(|o| o.mass_kg);
-        if let Some((mass_kg, unit_kg)) = weighed(name).zip(weighed(reference)) {
+        let weighed = |name: &str| self.objects.iter().find(|o| o.name == name).and_then(|o| o.mass_kg);
+        if let Some((mass_kg, unit_kg)) = weighed(name).zip(weighed(self.reference)) {
             let ratio = Normal { mean: (mass_kg / unit_kg).ln(), std: WEIGHING_STD };
             return Prediction { estimate: log_normal(ratio), from: "the weighed masses".into() };
         }
-        let log_volume = |name: &str| self.object(name).map(|o| (o.shape.area_m2() * o.height_m).ln());
-        let terms = Terms { group: 0, objects: Vec::new() };
-        let unit = Estimate::exact(1.0);
-        let known = self.measured.mass_ratio.iter().filter(|(name, _)| *name != reference);
-        let observations: Vec<Observation> = std::iter::once((reference, &unit))
-            .chain(known)
-            .filter_map(|(name, e)| log_observation(&terms, e, log_volume(name)?))
-            .collect();
-        let own = log_volume(name).unwrap_or(0.0);
-        let first = observations.first().map_or(-own, |o| o.value);
-        let [effect_stds, residual_stds] = LOG_DENSITY;
-        let group_mean = Normal { mean: first, std: LOG_DENSITY_STD };
-        let density = MixedModel { group_mean, effect_stds, residual_stds }.prediction(&observations, &terms);
+        let density = self.log_density.prediction(&NO_EFFECTS);
+        let own = log_volume(self.objects, name).unwrap_or(0.0);
         Prediction {
             estimate: log_normal(Normal { mean: density.mean + own, ..density }),
-            from: "its volume and ".to_owned() + &from(&[(observations.len(), OBJECTS)]),
+            from: "its volume and ".to_owned() + &from(&[(self.log_density.count(0), OBJECTS)]),
         }
-    }
-
-    fn object(&self, name: &str) -> Option<&Object> {
-        self.objects.iter().find(|o| o.name == kind(name))
     }
 }
 
-/// The logarithm of a positive quantity as an observation; `None` for values that have none.
-fn log_observation<'a>(terms: &Terms<'a>, estimate: &Estimate, log_unit: f64) -> Option<Observation<'a>> {
-    let (value, standard_error) = (estimate.mean.ln() - log_unit, estimate.standard_error / estimate.mean);
-    let usable = value.is_finite() && standard_error.is_finite();
-    usable.then(|| Observation { terms: terms.clone(), value, standard_error })
+/// The mass ratio of the reference object.
+const UNIT: Estimate = Estimate::exact(1.0);
+
+/// Logarithm of the volume of a kind of object (m3); `None` for an unknown one.
+fn log_volume(objects: &[Object], name: &str) -> Option<f64> {
+    objects.iter().find(|o| o.name == name).map(|o| (o.shape.area_m2() * o.height_m).ln())
 }
 
 /// The estimate of a quantity whose logarithm has this distribution: its median, and its standard deviation to first order.
