@@ -175,6 +175,7 @@ impl Robot {
             Self::Sim(_) => None,
         }
     }
+
     /// The simulated strike, once the simulated arm has struck.
     pub(crate) fn simulated(&self) -> Option<SimulatedStrike> {
         match self {

@@ -76,7 +76,7 @@ pub struct World {
     /// Assumptions that a user should know about.
     pub(crate) notes: Vec<String>,
     /// Values that no clip measured.
-    pub(crate) assumed: Vec<Assumption>,
+    pub(crate) assumed: Arc<[Assumption]>,
     kinds: Kinds,
     /// Coefficients of all pairs of kinds, row by row.
     coefficients: Vec<Coefficients>,
@@ -183,7 +183,7 @@ impl World {
             retract_speed_m_s: scene.cell.striker.retract_speed_m_s,
             options: options.clone(),
             notes,
-            assumed: properties.assumed_for(scene),
+            assumed: properties.assumed_for(scene).into(),
             mass_unit_kg,
             gyrations_m,
         };

@@ -8,7 +8,7 @@ use crate::error::{Error, Result};
 use crate::object::{kind, pair_key};
 use crate::properties::evidence::Evidence;
 use crate::uncertain::Estimate;
-pub use prior::{Assumption, Group};
+pub use prior::{Assumption, PropertyGroup};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
@@ -99,7 +99,7 @@ impl Covariance {
 }
 
 impl Properties {
-    /// The values without covariance and evidence: cheap to copy.
+    /// The values alone, which are cheap to copy.
     pub(crate) fn values(&self) -> Self {
         Self {
             version: self.version,
@@ -112,7 +112,7 @@ impl Properties {
             contact_friction: self.contact_friction,
             covariance: Covariance::default(),
             warnings: Vec::new(),
-            assumed: self.assumed.clone(),
+            assumed: Vec::new(),
             evidence: None,
         }
     }
@@ -122,7 +122,9 @@ impl Properties {
     /// # Errors
     /// The quantity was not measured.
     pub fn friction(&self, object: &str) -> Result<&Estimate> {
-        self.friction.get(kind(object)).ok_or_else(|| self.not_measured(Group::Friction, kind(object)))
+        self.friction
+            .get(kind(object))
+            .ok_or_else(|| self.not_measured(PropertyGroup::Friction, kind(object)))
     }
 
     /// Mass of an object over the reference object's mass.
@@ -130,7 +132,9 @@ impl Properties {
     /// # Errors
     /// The quantity was not measured.
     pub fn mass_ratio(&self, object: &str) -> Result<&Estimate> {
-        self.mass_ratio.get(kind(object)).ok_or_else(|| self.not_measured(Group::MassRatio, kind(object)))
+        self.mass_ratio
+            .get(kind(object))
+            .ok_or_else(|| self.not_measured(PropertyGroup::MassRatio, kind(object)))
     }
 
     /// Restitution of an object against the striker.
@@ -139,7 +143,7 @@ impl Properties {
     /// The quantity was not measured.
     pub fn striker_restitution(&self, object: &str) -> Result<&Estimate> {
         let found = self.striker_restitution.get(kind(object));
-        found.ok_or_else(|| self.not_measured(Group::StrikerRestitution, kind(object)))
+        found.ok_or_else(|| self.not_measured(PropertyGroup::StrikerRestitution, kind(object)))
     }
 
     /// Restitution of a pair of objects.
@@ -148,10 +152,10 @@ impl Properties {
     /// The quantity was not measured.
     pub fn restitution(&self, one: &str, other: &str) -> Result<&Estimate> {
         let key = pair_key(one, other);
-        self.restitution.get(&key).ok_or_else(|| self.not_measured(Group::Restitution, &key))
+        self.restitution.get(&key).ok_or_else(|| self.not_measured(PropertyGroup::Restitution, &key))
     }
 
-    fn not_measured(&self, group: Group, name: &str) -> Error {
+    fn not_measured(&self, group: PropertyGroup, name: &str) -> Error {
         let clip = group.clip(name, &self.reference);
         let needed = format!("{clip}, or an entry `{name}` in `{}`", group.words().replace(' ', "_"));
         Error::NotMeasured { name: name.to_owned(), quantity: group.words(), needed }
@@ -167,12 +171,13 @@ impl Properties {
         }
         let mut absent = std::collections::BTreeSet::new();
         for (k, one) in objects.iter().enumerate() {
-            absent.insert((Group::StrikerRestitution, kind(one).to_owned()));
-            let pairs = objects[k + 1..].iter().map(|other| (Group::Restitution, pair_key(one, other)));
+            absent.insert((PropertyGroup::StrikerRestitution, kind(one).to_owned()));
+            let pairs =
+                objects[k + 1..].iter().map(|other| (PropertyGroup::Restitution, pair_key(one, other)));
             absent.extend(pairs);
         }
         absent.retain(|(group, name)| match group {
-            Group::StrikerRestitution => !self.striker_restitution.contains_key(name),
+            PropertyGroup::StrikerRestitution => !self.striker_restitution.contains_key(name),
             _ => !self.restitution.contains_key(name),
         });
         for (group, name) in absent {

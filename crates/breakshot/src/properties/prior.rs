@@ -18,7 +18,7 @@ use std::collections::BTreeMap;
 /// A group of values in `properties.json`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Group {
+pub enum PropertyGroup {
     /// Friction against the table, by object.
     Friction,
     /// Restitution against the striker, by object.
@@ -29,7 +29,7 @@ pub enum Group {
     MassRatio,
 }
 
-impl Group {
+impl PropertyGroup {
     /// The quantity in words.
     pub fn words(self) -> &'static str {
         match self {
@@ -59,8 +59,8 @@ impl Group {
         }
     }
 
-    /// The name of an entry in the covariance.
-    fn covariance_name(self, name: &str) -> String {
+    /// The name of an entry in the covariance of the properties.
+    pub(crate) fn covariance_name(self, name: &str) -> String {
         match self {
             Self::Friction => format!("friction/{name}"),
             Self::StrikerRestitution => format!("striker_restitution/{name}"),
@@ -75,7 +75,7 @@ impl Group {
 #[serde(deny_unknown_fields)]
 pub struct Assumption {
     /// The group of the value.
-    pub quantity: Group,
+    pub quantity: PropertyGroup,
     /// The object or pair.
     pub name: String,
     /// The assumed mean.
@@ -183,6 +183,7 @@ impl Properties {
         }
         let mut completed = self.values();
         completed.covariance = self.covariance.clone();
+        completed.assumed.clone_from(&self.assumed);
         let predictor = Predictor::new(self, objects, kinds);
         for (group, name) in missing {
             let prediction = predictor.prediction(group, &name);
@@ -192,11 +193,11 @@ impl Properties {
     }
 
     /// Adds an assumed value; its covariance with other values is removed.
-    pub(super) fn assume(&mut self, group: Group, name: &str, estimate: Estimate, from: String) {
+    pub(super) fn assume(&mut self, group: PropertyGroup, name: &str, estimate: Estimate, from: String) {
         let Estimate { mean, interval_95, .. } = estimate;
         group.of(self).insert(name.to_owned(), estimate);
         self.covariance.remove(&group.covariance_name(name));
-        if group == Group::MassRatio && name == self.reference {
+        if group == PropertyGroup::MassRatio && name == self.reference {
             // The unit of mass is a definition, not an assumption.
             return;
         }
@@ -212,20 +213,20 @@ impl Properties {
     }
 
     /// The entries that a simulation of these kinds needs and that are absent.
-    fn missing(&self, kinds: &[(String, bool)]) -> Vec<(Group, String)> {
+    fn missing(&self, kinds: &[(String, bool)]) -> Vec<(PropertyGroup, String)> {
         let mut missing = Vec::new();
         for (k, (name, has_copies)) in kinds.iter().enumerate() {
             let objects = [
-                (Group::Friction, &self.friction),
-                (Group::StrikerRestitution, &self.striker_restitution),
-                (Group::MassRatio, &self.mass_ratio),
+                (PropertyGroup::Friction, &self.friction),
+                (PropertyGroup::StrikerRestitution, &self.striker_restitution),
+                (PropertyGroup::MassRatio, &self.mass_ratio),
             ];
             let absent = objects.iter().filter(|(_, values)| !values.contains_key(name));
             missing.extend(absent.map(|(group, _)| (*group, name.clone())));
             let others = kinds[k..].iter().filter(|(other, _)| other != name || *has_copies);
             let pairs = others.map(|(other, _)| pair_key(name, other));
             let unmeasured = pairs.filter(|pair| !self.restitution.contains_key(pair));
-            missing.extend(unmeasured.map(|pair| (Group::Restitution, pair)));
+            missing.extend(unmeasured.map(|pair| (PropertyGroup::Restitution, pair)));
         }
         missing
     }
@@ -253,7 +254,7 @@ const NO_EFFECTS: Terms = Terms { group: 0, objects: Vec::new() };
 impl<'a> Predictor<'a> {
     /// The measured values that concern these kinds come first: the number of observations is bounded.
     fn new(measured: &'a Properties, objects: &'a [Object], kinds: &[(String, bool)]) -> Self {
-        let is_placed = |name: &str| kinds.binary_search_by(|(kind, _)| kind.as_str().cmp(name)).is_ok();
+        let is_placed = |name: &str| kinds.iter().any(|(kind, _)| kind == name);
         let log_observation = |estimate: &Estimate, log_unit: f64| {
             let (value, standard_error) =
                 (estimate.mean.ln() - log_unit, estimate.standard_error / estimate.mean);
@@ -295,20 +296,20 @@ impl<'a> Predictor<'a> {
         }
     }
 
-    fn prediction(&self, group: Group, name: &str) -> Prediction {
+    fn prediction(&self, group: PropertyGroup, name: &str) -> Prediction {
         match group {
-            Group::Friction => Prediction {
+            PropertyGroup::Friction => Prediction {
                 estimate: log_normal(self.log_friction.prediction(&NO_EFFECTS)),
                 from: from(&[(self.log_friction.count(0), OBJECTS)]),
             },
-            Group::StrikerRestitution => {
+            PropertyGroup::StrikerRestitution => {
                 self.restitution(&Terms { group: WITH_STRIKER, objects: vec![name] })
             }
-            Group::Restitution => {
+            PropertyGroup::Restitution => {
                 let (a, b) = name.split_once('/').unwrap_or((name, name));
                 self.restitution(&Terms { group: BETWEEN_OBJECTS, objects: vec![a, b] })
             }
-            Group::MassRatio => self.mass_ratio(name),
+            PropertyGroup::MassRatio => self.mass_ratio(name),
         }
     }
 
@@ -427,7 +428,7 @@ mod tests {
             for (group, name) in Properties::default().missing(&kinds()) {
                 let mut lacking = complete.clone();
                 let truth = group.of(&mut lacking).remove(&name).expect("an entry").mean;
-                if group == Group::MassRatio && name == "a" {
+                if group == PropertyGroup::MassRatio && name == "a" {
                     continue;
                 }
                 let completed = lacking.completed(&objects(), &kinds());
@@ -446,7 +447,12 @@ mod tests {
     #[test]
     fn an_object_that_was_never_filmed_has_every_property_and_the_others_keep_theirs() {
         let mut lacking = drawn(1);
-        for group in [Group::Friction, Group::StrikerRestitution, Group::Restitution, Group::MassRatio] {
+        for group in [
+            PropertyGroup::Friction,
+            PropertyGroup::StrikerRestitution,
+            PropertyGroup::Restitution,
+            PropertyGroup::MassRatio,
+        ] {
             group.of(&mut lacking).retain(|name, _| !name.contains('c'));
         }
         let completed = lacking.completed(&objects(), &kinds());
@@ -458,7 +464,7 @@ mod tests {
             matches!(completed.completed(&objects(), &kinds()), Cow::Borrowed(_)),
             "nothing is missing now"
         );
-        // A disc twice as large is heavier, whoever filmed it.
+        // The mass follows from the volume: the radius is 40 mm, that of the reference object 30 mm.
         assert!(completed.mass_ratio["c"].mean > 1.0, "{:?}", completed.mass_ratio["c"]);
     }
 
@@ -472,7 +478,7 @@ mod tests {
         let [low, high] = completed.striker_restitution["b"].interval_95;
         assert!(low < 0.05 && high > 0.95, "{low} to {high}");
         assert_eq!(completed.mass_ratio["a"], Estimate::exact(1.0));
-        let unit = |a: &Assumption| a.quantity == Group::MassRatio && a.name == "a";
+        let unit = |a: &Assumption| a.quantity == PropertyGroup::MassRatio && a.name == "a";
         assert!(!completed.assumed.iter().any(unit), "the unit of mass is not assumed");
     }
 

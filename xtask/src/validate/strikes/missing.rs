@@ -49,26 +49,19 @@ pub(super) fn run(shared: &Path, study: &Study, piles: &[Pile]) -> Result<(), St
             .collect::<Result<Vec<_>, _>>()?
             .concat())
     };
-    let trials: Vec<Trial> = std::thread::scope(|scope| {
-        let running: Vec<_> = (0..labs)
-            .map(|first| {
-                scope.spawn({
-                    let struck = &struck;
-                    move || struck(first)
-                })
-            })
-            .collect();
-        running
-            .into_iter()
-            .map(|lab| lab.join().unwrap_or_else(|_| Err("a lab ended".into())))
-            .collect::<Result<Vec<_>, _>>()
+    let struck = &struck;
+    let trials = std::thread::scope(|scope| {
+        let running: Vec<_> = (0..labs).map(|first| scope.spawn(move || struck(first))).collect();
+        let joined = running.into_iter().map(|lab| lab.join().unwrap_or_else(|_| Err("a lab ended".into())));
+        joined.collect::<Result<Vec<_>, _>>()
     })?
     .concat();
-    let mut counts: BTreeMap<&'static str, Count> = BTreeMap::new();
+    let (mut counts, mut all) = (BTreeMap::<&'static str, Count>::new(), Count::default());
     for trial in &trials {
         counts.entry(trial.sort).or_default().add(trial);
+        all.add(trial);
     }
-    if print(&counts) { Ok(()) } else { Err("some targets were missed".into()) }
+    if print(&counts, &all) { Ok(()) } else { Err("some targets were missed".into()) }
 }
 
 /// One pile with one lack.
@@ -81,17 +74,6 @@ struct Trial {
 }
 
 impl Count {
-    fn with(&self, other: &Self) -> Self {
-        Self {
-            trials: self.trials + other.trials,
-            without_strike: self.without_strike + other.without_strike,
-            solved: self.solved + other.solved,
-            still_solved: self.still_solved + other.still_solved,
-            stated: self.stated + other.stated,
-            worked: self.worked + other.worked,
-        }
-    }
-
     fn add(&mut self, Trial { without, solved, .. }: &Trial) {
         self.trials += 1;
         self.without_strike += usize::from(!without.planned);
@@ -175,7 +157,7 @@ fn lacks(scene: &Scene, properties: &Properties) -> Vec<Lack> {
     lacks
 }
 
-fn print(counts: &BTreeMap<&'static str, Count>) -> bool {
+fn print(counts: &BTreeMap<&'static str, Count>, all: &Count) -> bool {
     let mut all_hold = true;
     let mut rows = |what: &str, count: &Count| {
         let part = |n: usize, of: usize| n as f64 / of.max(1) as f64;
@@ -193,11 +175,9 @@ fn print(counts: &BTreeMap<&'static str, Count>) -> bool {
         ];
         all_hold &= row::print_all(what, &rows);
     };
-    let mut all = Count::default();
     for (sort, count) in counts {
         rows(&format!("without one {sort}"), count);
-        all = all.with(count);
     }
-    rows("all", &all);
+    rows("all", all);
     all_hold
 }

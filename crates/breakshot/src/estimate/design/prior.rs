@@ -2,7 +2,7 @@
 
 use crate::estimate::measure::quantity::Quantity;
 use crate::object::{Object, pair_key};
-use crate::properties::{ContactFriction, Properties};
+use crate::properties::{ContactFriction, Properties, PropertyGroup};
 use crate::uncertain::Estimate;
 use nalgebra::DMatrix;
 
@@ -103,10 +103,10 @@ impl Parameter {
     /// Its name in the covariance of the properties.
     pub(crate) fn name(&self) -> String {
         match self {
-            Self::Friction(a) => format!("friction/{a}"),
-            Self::StrikerRestitution(a) => format!("striker_restitution/{a}"),
-            Self::Restitution(a, b) => format!("restitution/{a}/{b}"),
-            Self::LogMass(a) => format!("log_mass_ratio/{a}"),
+            Self::Friction(a) => PropertyGroup::Friction.covariance_name(a),
+            Self::StrikerRestitution(a) => PropertyGroup::StrikerRestitution.covariance_name(a),
+            Self::Restitution(a, b) => PropertyGroup::Restitution.covariance_name(&format!("{a}/{b}")),
+            Self::LogMass(a) => PropertyGroup::MassRatio.covariance_name(a),
             Self::ContactFriction => "contact_friction/objects".into(),
             Self::StrikerContactFriction => "contact_friction/striker".into(),
         }

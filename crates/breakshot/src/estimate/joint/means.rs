@@ -8,7 +8,7 @@ use crate::estimate::clip::result::Measured;
 use crate::estimate::measure::impulse_ratio::vertical_impulse_std;
 use crate::estimate::measure::measurements::{Measurements, grouped};
 use crate::estimate::measure::quantity::{KINDS, Quantity};
-use crate::properties::Covariance;
+use crate::properties::{Covariance, PropertyGroup};
 use crate::uncertain::Estimate;
 use nalgebra::{DMatrix, DVector};
 use std::collections::BTreeMap;
@@ -183,7 +183,7 @@ fn transformed_covariance(
 fn named_covariance(quantities: &[&Quantity], masses: &MassNetwork, full: &DMatrix<f64>) -> Covariance {
     let size = full.nrows();
     let direct = direct(quantities).into_iter().map(|k| quantities[k].name());
-    let objects = masses.objects.iter().map(|o| format!("log_mass_ratio/{o}"));
+    let objects = masses.objects.iter().map(|o| PropertyGroup::MassRatio.covariance_name(o));
     let matrix = (0..size).map(|r| (0..size).map(|c| full[(r, c)]).collect()).collect();
     Covariance { names: direct.chain(objects).collect(), matrix }
 }

@@ -1,5 +1,6 @@
 //! The quantities that a clip measures.
 
+use crate::properties::PropertyGroup;
 use serde::{Deserialize, Serialize};
 use std::fmt;
 
@@ -39,9 +40,9 @@ impl Quantity {
     /// Its name in the covariance of the properties.
     pub(crate) fn name(&self) -> String {
         match self {
-            Self::Friction(object) => format!("friction/{object}"),
-            Self::StrikerRestitution(object) => format!("striker_restitution/{object}"),
-            Self::Restitution(a, b) => format!("restitution/{a}/{b}"),
+            Self::Friction(object) => PropertyGroup::Friction.covariance_name(object),
+            Self::StrikerRestitution(object) => PropertyGroup::StrikerRestitution.covariance_name(object),
+            Self::Restitution(a, b) => PropertyGroup::Restitution.covariance_name(&format!("{a}/{b}")),
             Self::MassRatio(a, b) => format!("log_pair_mass_ratio/{a}/{b}"),
         }
     }

@@ -151,7 +151,7 @@ impl Recorder {
             motions,
             closest_near_miss: closest.map(|c| c.named(world)),
             notes,
-            assumed: world.assumed.clone(),
+            assumed: world.assumed.to_vec(),
         }
     }
 }

@@ -11,7 +11,7 @@ use crate::geometry::{Pose, Vec2};
 use crate::physics::{self, Compliance, ContactForce, MultipleImpact, Perturbation, Stiffness, World};
 use crate::plan::options::ExecutionNoise;
 use crate::plan::result::Source;
-use crate::properties::{ContactFriction, Properties};
+use crate::properties::{ContactFriction, Properties, PropertyGroup};
 use crate::scene::{Placed, Scene, Strike};
 use crate::uncertain::Estimate;
 use nalgebra::DMatrix;
@@ -144,21 +144,23 @@ impl Sampler {
         let shifts = factor.shifts(&z);
         let mut drawn = properties.clone();
         for (name, estimate) in &mut drawn.friction {
-            let value =
-                self.drawn(Source::Friction, estimate, shifts.get(format!("friction/{name}").as_str()));
+            let shift = shifts.get(PropertyGroup::Friction.covariance_name(name).as_str());
+            let value = self.drawn(Source::Friction, estimate, shift);
             estimate.mean = value.max(LEAST_FRICTION_FACTOR * estimate.mean);
         }
-        for (group, values) in
-            [("striker_restitution", &mut drawn.striker_restitution), ("restitution", &mut drawn.restitution)]
-        {
+        for (group, values) in [
+            (PropertyGroup::StrikerRestitution, &mut drawn.striker_restitution),
+            (PropertyGroup::Restitution, &mut drawn.restitution),
+        ] {
             for (name, estimate) in values {
-                let shift = shifts.get(format!("{group}/{name}").as_str());
+                let shift = shifts.get(group.covariance_name(name).as_str());
                 estimate.mean = self.drawn(Source::Restitution, estimate, shift).clamp(0.0, 1.0);
             }
         }
         for (name, estimate) in &mut drawn.mass_ratio {
             let independent = self.normal(Source::Masses) * estimate.standard_error / estimate.mean;
-            let shift = shifts.get(format!("log_mass_ratio/{name}").as_str()).copied().unwrap_or(independent);
+            let shift = shifts.get(PropertyGroup::MassRatio.covariance_name(name).as_str());
+            let shift = shift.copied().unwrap_or(independent);
             let fixed = self.fixed == Some(Source::Masses);
             estimate.mean *= if fixed { 1.0 } else { shift.exp() };
         }
