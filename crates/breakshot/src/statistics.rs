@@ -1,4 +1,5 @@
-//! What is the middle of a set of numbers, and how widely do they scatter when some of them are outliers?
+//! What is the middle of a set of numbers, how widely do they scatter when some of them are outliers, and what is
+//! their order?
 //!
 //! Two conventions of the median are in use, and they give different bits for an even number of values.
 
@@ -22,9 +23,34 @@ pub(crate) fn upper_median(values: impl IntoIterator<Item = f64>) -> Option<f64>
     (!values.is_empty()).then(|| *values.select_nth_unstable_by(middle, f64::total_cmp).1)
 }
 
+/// The indices of the values in ascending order; equal values keep their order.
+pub(crate) fn argsort(values: &[f64]) -> Vec<usize> {
+    let mut order: Vec<usize> = (0..values.len()).collect();
+    order.sort_unstable_by(|&i, &k| values[i].total_cmp(&values[k]).then(i.cmp(&k)));
+    order
+}
+
+/// The items in ascending order of a value; items of equal values keep their order.
+///
+/// All item types share the machine code of one sort, which a stable sort per type would multiply.
+pub(crate) fn sorted_by_value<T>(items: Vec<T>, value: impl Fn(&T) -> f64) -> Vec<T> {
+    let values: Vec<f64> = items.iter().map(value).collect();
+    let mut items: Vec<Option<T>> = items.into_iter().map(Some).collect();
+    argsort(&values).into_iter().filter_map(|k| items[k].take()).collect()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn equal_values_keep_their_order() {
+        let items = vec![(2.0, 'a'), (-1.0, 'b'), (2.0, 'c'), (0.0, 'd'), (-1.0, 'e')];
+        let names = |sorted: Vec<(f64, char)>| sorted.into_iter().map(|(_, name)| name).collect::<String>();
+        assert_eq!(names(sorted_by_value(items.clone(), |item| item.0)), "bedac");
+        assert_eq!(names(sorted_by_value(items, |item| -item.0)), "acdbe");
+        assert_eq!(argsort(&[]), Vec::<usize>::new());
+    }
 
     #[test]
     fn the_two_medians_differ_for_an_even_number_of_values_only() {

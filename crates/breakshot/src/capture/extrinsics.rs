@@ -8,7 +8,7 @@ use super::tags::{self, DetectedTag};
 use crate::cell::{CameraSpec, Cell, ReferencePoint, Tag, Workspace};
 use crate::error::{Error, Result};
 use crate::geometry::{Pixel, Point};
-use crate::statistics::upper_median;
+use crate::statistics::{sorted_by_value, upper_median};
 use std::f64::consts::{FRAC_PI_2, SQRT_2};
 
 /// Largest distance of a tag's corners from where the pose of the other tags predicts them (m): errors of a ruler are
@@ -218,7 +218,7 @@ impl PoseProblem<'_> {
         let found = self.missed_tags(pictures[0], &fit, &detected);
         if !found.is_empty() {
             detected.extend(found);
-            detected.sort_by_key(|tag| tag.id);
+            detected = sorted_by_value(detected, |tag| f64::from(tag.id));
             used = self.consistent_tags(&detected)?;
             fit = self.fit(&used)?;
         }

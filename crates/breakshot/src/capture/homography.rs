@@ -1,6 +1,7 @@
 //! The map of one plane onto another that keeps straight lines.
 
 use crate::geometry::{Pixel, Point};
+use crate::statistics::argsort;
 use nalgebra::{Matrix3, SMatrix, SymmetricEigen, Vector3};
 
 /// A map of one plane onto another that keeps straight lines.
@@ -30,8 +31,7 @@ impl Homography {
             }
         }
         let eigen = SymmetricEigen::new(normal);
-        let mut order: Vec<usize> = (0..9).collect();
-        order.sort_by(|&a, &b| eigen.eigenvalues[a].total_cmp(&eigen.eigenvalues[b]));
+        let order = argsort(eigen.eigenvalues.as_slice());
         if eigen.eigenvalues[order[1]] < DEGENERATE {
             return None;
         }

@@ -17,6 +17,7 @@ use crate::capture::{Camera, GreyImage};
 use crate::geometry::{Pixel, Point, Pose, Vec2, wrapped_rad};
 use crate::object::{Shape, kind};
 use crate::scene::Placed;
+use crate::statistics::argsort;
 use std::f64::consts::PI;
 
 /// What is known in advance about the positions of the objects in the first frame.
@@ -265,8 +266,7 @@ fn ordered_assignment(
         let pose = matches.iter().find_map(|row| row[column]).map(|m| m.pose.position.to_vec().dot(ahead));
         pose.unwrap_or(f64::INFINITY)
     };
-    let mut order: Vec<usize> = (0..columns).collect();
-    order.sort_by(|&a, &b| along(a).total_cmp(&along(b)));
+    let order = argsort(&(0..columns).map(along).collect::<Vec<_>>());
     // Dynamic programming: best[k] is the least cost of the rows so far with columns among the first k of the order,
     // and these columns.
     let mut best: Vec<(f64, Vec<usize>)> = vec![(0.0, Vec::new()); columns + 1];

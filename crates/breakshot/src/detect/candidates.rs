@@ -10,6 +10,7 @@ use super::marker::target::Target;
 use super::threshold::{Level, levels};
 use crate::capture::{Camera, GreyImage};
 use crate::geometry::Pixel;
+use crate::statistics::sorted_by_value;
 use std::borrow::Cow;
 use std::ops::RangeInclusive;
 
@@ -58,7 +59,7 @@ pub(super) fn candidates(
     }
 
     // Measured at the middle one of the levels at which they were found
-    let mut candidates: Vec<Candidate> = regions
+    let candidates: Vec<Candidate> = regions
         .iter()
         .filter(|region| region.levels.len() > 1 || threshold.is_some())
         .filter_map(|region| {
@@ -72,9 +73,8 @@ pub(super) fn candidates(
         .collect();
 
     // Of several at the same position the one with the highest contrast
-    candidates.sort_by(|a, b| b.blob.contrast.abs().total_cmp(&a.blob.contrast.abs()));
     let mut kept: Vec<Candidate> = Vec::new();
-    for c in candidates {
+    for c in sorted_by_value(candidates, |c| -c.blob.contrast.abs()) {
         if kept.iter().all(|k| !is_same_position(k.blob.centroid, c.blob.centroid, c.blob.area_px2)) {
             kept.push(c);
         }

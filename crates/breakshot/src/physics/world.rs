@@ -368,9 +368,9 @@ const OVERLAP_TOLERANCE_M: f64 = 1e-3;
 fn sorted_by_position(poses: &[Pose]) -> Vec<usize> {
     let key = |i: usize| [poses[i].position.x, poses[i].position.y, poses[i].yaw_rad];
     let mut order: Vec<usize> = (0..poses.len()).collect();
-    order.sort_by(|&i, &k| {
+    order.sort_unstable_by(|&i, &k| {
         let differences = key(i).into_iter().zip(key(k)).map(|(x, y)| x.total_cmp(&y));
-        differences.into_iter().find(|o| o.is_ne()).unwrap_or(std::cmp::Ordering::Equal)
+        differences.into_iter().find(|o| o.is_ne()).unwrap_or(i.cmp(&k))
     });
     order
 }

@@ -10,6 +10,7 @@ use super::mixed_model::{FittedModel, MixedModel, Normal, Observation, Terms};
 use crate::error::Result;
 use crate::object::{Object, kind, pair_key};
 use crate::scene::Scene;
+use crate::statistics::sorted_by_value;
 use crate::uncertain::{Estimate, Z_95};
 use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
@@ -275,7 +276,8 @@ impl<'a> Predictor<'a> {
             let (a, b) = pair.split_once('/')?;
             Some(observation(BETWEEN_OBJECTS, vec![a, b], e))
         }));
-        restitution.sort_by_key(|o| o.terms.objects.iter().filter(|name| !is_placed(name)).count());
+        let strangers = |o: &Observation| o.terms.objects.iter().filter(|name| !is_placed(name)).count();
+        let restitution = sorted_by_value(restitution, |o| strangers(o) as f64);
 
         let reference = measured.reference.as_str();
         let log_volume = |name: &str| log_volume(objects, name);

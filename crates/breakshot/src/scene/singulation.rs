@@ -5,6 +5,7 @@ use crate::geometry::{Point, Pose};
 pub use crate::scene::goal_margin::Area;
 use crate::scene::goal_margin::{Condition, Evaluated, GoalEvaluator, Placement};
 use crate::scene::{STILL_M, Scene};
+use crate::statistics::sorted_by_value;
 use std::collections::BTreeMap;
 use std::fmt;
 
@@ -229,7 +230,7 @@ impl Singulation {
             violations: Vec::new(),
         };
         evaluator.evaluate(&outlines, |k| placed[k].1, |evaluated| found.take(scene, evaluated, name));
-        found.violations.sort_by(|one, other| other.shortfall_m().total_cmp(&one.shortfall_m()));
+        found.violations = sorted_by_value(found.violations, |violation| -violation.shortfall_m());
         Ok(found)
     }
 

@@ -8,6 +8,7 @@ use crate::capture::{self, Camera, Frame, GreyImage};
 use crate::cell::Tag;
 use crate::geometry::{Pixel, Point, Pose, Vec2};
 use crate::object::{Object, Shape};
+use crate::statistics::sorted_by_value;
 use rand::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64Mcg;
@@ -218,8 +219,7 @@ impl Layer {
 
 /// The picture of these things; higher ones cover lower ones.
 pub fn picture(view: &View, things: &[Thing]) -> GreyImage {
-    let mut things: Vec<&Thing> = things.iter().collect();
-    things.sort_by(|a, b| a.height_m.total_cmp(&b.height_m));
+    let things = sorted_by_value(things.iter().collect(), |thing: &&Thing| thing.height_m);
     let [width, height] = view.camera.size_px;
     let mut table = Canvas { width, height, greys: vec![view.table_grey as f32; width * height] };
     // Things at rest below all moving ones are drawn once.

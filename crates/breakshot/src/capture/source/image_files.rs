@@ -66,7 +66,7 @@ fn pictures_in(folder: &Path) -> Result<Vec<PathBuf>> {
             format!("1 to {MAX_FRAMES} files *.png and, for a film, {TIMING}"),
         ));
     }
-    files.sort_by(|a, b| natural_order(&name(a), &name(b)).then_with(|| a.cmp(b)));
+    files.sort_unstable_by(|a, b| natural_order(&name(a), &name(b)).then_with(|| a.cmp(b)));
     Ok(files)
 }
 

@@ -107,7 +107,11 @@ pub(super) fn detected(
             }
         }
     }
-    tags.sort_by(|a, b| a.id.cmp(&b.id).then(a.center_px().x.total_cmp(&b.center_px().x)));
+    let position = |tag: &DetectedTag| (tag.center_px().x, tag.center_px().y);
+    tags.sort_unstable_by(|a, b| {
+        let ((ax, ay), (bx, by)) = (position(a), position(b));
+        a.id.cmp(&b.id).then(ax.total_cmp(&bx)).then(ay.total_cmp(&by))
+    });
     tags
 }
 

@@ -7,7 +7,7 @@
 use super::edge_visibility::{EdgePoint, OutlineView, ReducedImage};
 use super::side_band::{Band, band_widths_px, parabola_minimum};
 use crate::geometry::{Pose, Vec2};
-use crate::statistics::{STD_OVER_MEDIAN_ABSOLUTE, upper_median};
+use crate::statistics::{STD_OVER_MEDIAN_ABSOLUTE, sorted_by_value, upper_median};
 use nalgebra::{Matrix2, Matrix4, Vector2, Vector4};
 use std::borrow::Cow;
 
@@ -148,9 +148,9 @@ impl OutlineView<'_> {
         }
         let distance_m = |pose: &Pose| pose.position.distance(around.position);
         // By decreasing visibility; of equal ones the nearest first.
-        let sorted = |mut tried: Vec<Scored>| {
-            tried.sort_by(|a, b| b.0.total_cmp(&a.0).then(distance_m(&a.1).total_cmp(&distance_m(&b.1))));
-            tried
+        let sorted = |tried: Vec<Scored>| {
+            let nearest_first = sorted_by_value(tried, |(_, pose)| distance_m(pose));
+            sorted_by_value(nearest_first, |&(visibility, _)| -visibility)
         };
 
         // A grid of poses in a reduced image

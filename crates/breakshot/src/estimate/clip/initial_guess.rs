@@ -9,7 +9,7 @@ use crate::detect::Track;
 use crate::estimate::closest_points::{PlacedShape, separated_closest_points};
 use crate::geometry::{Point, Pose, Vec2};
 use crate::object::{Object, Shape};
-use crate::statistics::median;
+use crate::statistics::{median, sorted_by_value};
 
 /// The impacts of a clip, and the parameters from which the fit starts.
 #[derive(Clone, Debug)]
@@ -45,7 +45,7 @@ pub(crate) fn bodies(tracks: &[Track], objects: &[&Object]) -> Vec<Body> {
 fn body(track: &Track, object: &Object) -> Body {
     let finite =
         |s: &&crate::detect::Sample| s.time_s.is_finite() && s.position().is_finite() && s.std_m > 0.0;
-    let mut observations: Vec<_> = (track.samples.iter().filter(finite))
+    let observations: Vec<_> = (track.samples.iter().filter(finite))
         .map(|s| Observation {
             time_s: s.time_s,
             position: s.position(),
@@ -54,7 +54,7 @@ fn body(track: &Track, object: &Object) -> Body {
             excluded: false,
         })
         .collect();
-    observations.sort_by(|p, q| p.time_s.total_cmp(&q.time_s));
+    let mut observations = sorted_by_value(observations, |observation| observation.time_s);
     observations.dedup_by_key(|s| s.time_s);
     let with_yaw = observations.iter().filter(|s| s.yaw_rad.is_some()).count();
     // The spin of a disc is observed only if its marker is not symmetric.
@@ -193,7 +193,7 @@ impl InitialGuess {
                 _ => None,
             })
             .collect();
-        onsets.sort_by(|p, q| p.0.total_cmp(&q.0).then(p.1.cmp(&q.1)));
+        onsets.sort_unstable_by(|p, q| p.0.total_cmp(&q.0).then(p.1.cmp(&q.1)));
         let frame_s = frame_s(&bodies);
         let mut model = MotionModel::new(bodies, exposure);
         let mut times: Vec<f64> = Vec::new();

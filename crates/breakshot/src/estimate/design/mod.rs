@@ -27,6 +27,7 @@ use crate::estimate::measure::ClipMeasurements;
 use crate::object::{self, Object};
 use crate::properties::Properties;
 use crate::scene::Scene;
+use crate::statistics::sorted_by_value;
 use experiment::{Experiment, Setup};
 use information::{CandidateClip, LearnedNoise};
 use nalgebra::DMatrix;
@@ -163,7 +164,7 @@ fn next(
     let (best, spread_m, after) = found.min_by(|p, q| p.1.total_cmp(&q.1))?;
     let before = std::mem::replace(&mut prior.covariance, after);
     let std = |matrix: &DMatrix<f64>, k: usize| matrix[(k, k)].max(0.0).sqrt();
-    let mut reductions: Vec<UncertaintyReduction> = (prior.parameters.iter().enumerate())
+    let reductions: Vec<UncertaintyReduction> = (prior.parameters.iter().enumerate())
         .map(|(k, p)| UncertaintyReduction {
             quantity: p.name(),
             before: std(&before, k),
@@ -171,7 +172,7 @@ fn next(
         })
         .filter(|r| r.after < (1.0 - MIN_REDUCTION) * r.before)
         .collect();
-    reductions.sort_by(|p, q| (p.after / p.before).total_cmp(&(q.after / q.before)));
+    let reductions = sorted_by_value(reductions, |r| r.after / r.before);
     Some(AdvisedClip { experiment: best.experiment.clone(), spread_m, reductions })
 }
 

@@ -39,7 +39,7 @@ impl Prior {
     /// The restitution between copies of one object is included if it is known or `copies` is set.
     pub(crate) fn new(properties: &Properties, objects: &[Object], copies: bool) -> Self {
         let mut names: Vec<String> = objects.iter().map(|o| o.name.clone()).collect();
-        names.sort();
+        names.sort_unstable();
         let meets_itself =
             |name: &String| copies || properties.restitution.contains_key(&pair_key(name, name));
         let kinds: Vec<(String, bool)> = names.iter().map(|n| (n.clone(), meets_itself(n))).collect();

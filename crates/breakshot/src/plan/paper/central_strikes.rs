@@ -112,7 +112,7 @@ pub(crate) fn central_strikes(
     if found.is_empty() {
         return Ok(Err(Blocked { object: target.object.clone(), by }));
     }
-    found.sort_by(CentralStrike::better_first);
+    found.sort_unstable_by(CentralStrike::better_first);
     Ok(Ok(found))
 }
 

@@ -79,7 +79,7 @@ fn targets(scene: &Scene, properties: &Properties, options: &Options) -> Result<
         .iter()
         .map(|p| Ok((scene.object(&p.object)?.shape.area_m2(), p)))
         .collect::<Result<_>>()?;
-    sized.sort_by(|one, other| other.0.total_cmp(&one.0).then(one.1.object.cmp(&other.1.object)));
+    sized.sort_unstable_by(|one, other| other.0.total_cmp(&one.0).then(one.1.object.cmp(&other.1.object)));
     let (mut strikes, mut blocked) = (Vec::new(), Vec::new());
     for (rank, (_, target)) in sized.into_iter().enumerate() {
         match central_strikes(scene, properties, options, target)? {
@@ -88,7 +88,7 @@ fn targets(scene: &Scene, properties: &Properties, options: &Options) -> Result<
             Err(by) => blocked.push(by),
         }
     }
-    strikes.sort_by(CentralStrike::better_first);
+    strikes.sort_unstable_by(CentralStrike::better_first);
     Ok(Targets { strikes, blocked })
 }
 

@@ -6,6 +6,7 @@ use crate::error::Result;
 use crate::physics::Simulator;
 use crate::scene::goal_margin::{GoalEvaluator, GoalMargin};
 use crate::scene::{Scene, Strike};
+use crate::statistics::sorted_by_value;
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
@@ -74,7 +75,7 @@ impl<'a> Evaluation<'a> {
         candidates: Vec<StrikeCandidate>,
         scenarios: &[Scenario],
     ) -> Vec<StrikeCandidate> {
-        let mut ranked: Vec<(f64, StrikeCandidate)> = candidates
+        let ranked: Vec<(f64, StrikeCandidate)> = candidates
             .into_iter()
             .map(|candidate| {
                 let margins = self.margins(&candidate.strike, scenarios);
@@ -82,7 +83,7 @@ impl<'a> Evaluation<'a> {
                 (success_probability(&margins) + TIE_WEIGHT * score, candidate)
             })
             .collect();
-        ranked.sort_by(|one, other| other.0.total_cmp(&one.0));
+        let ranked = sorted_by_value(ranked, |&(score, _)| -score);
         ranked.into_iter().map(|(_, candidate)| candidate).collect()
     }
 }

@@ -7,6 +7,7 @@ use crate::plan::result::{Failure, Sensitivity, Source};
 use crate::scene::goal_margin::{Condition, GoalMargin};
 use crate::scene::singulation::Area;
 use crate::scene::{Scene, Strike};
+use crate::statistics::sorted_by_value;
 use std::collections::BTreeMap;
 
 /// Scenarios per source of uncertainty: the first of those in which the strike was evaluated, with that source fixed.
@@ -18,15 +19,14 @@ pub(crate) fn failures(scene: &Scene, margins: &[GoalMargin]) -> Vec<Failure> {
     for margin in margins.iter().filter(|m| !m.fulfilled()) {
         *counts.entry(margin.tightest).or_default() += 1;
     }
-    let mut found: Vec<Failure> = counts
+    let found: Vec<Failure> = counts
         .into_iter()
         .map(|(condition, count)| Failure {
             what: phrase(scene, condition),
             fraction: count as f64 / margins.len() as f64,
         })
         .collect();
-    found.sort_by(|one, other| other.fraction.total_cmp(&one.fraction));
-    found
+    sorted_by_value(found, |failure| -failure.fraction)
 }
 
 fn phrase(scene: &Scene, condition: Condition) -> String {
@@ -63,6 +63,5 @@ pub(crate) fn sensitivities(
         let gain = success_probability(&evaluation.margins(strike, &scenarios)) - probability;
         found.push(Sensitivity { source, gain });
     }
-    found.sort_by(|one, other| other.gain.total_cmp(&one.gain));
-    Ok(found)
+    Ok(sorted_by_value(found, |sensitivity| -sensitivity.gain))
 }

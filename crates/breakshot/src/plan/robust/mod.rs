@@ -18,6 +18,7 @@ use crate::physics::{GRAVITY_M_S2, Simulator};
 use crate::properties::Properties;
 use crate::scene::Strike;
 use crate::scene::singulation::Singulation;
+use crate::statistics::sorted_by_value;
 use evaluate::{Evaluation, expected_singulated, standard_error, success_probability};
 use explain::{failures, sensitivities};
 use rand::{RngExt, SeedableRng};
@@ -165,7 +166,7 @@ impl Search<'_> {
             let samples = round.samples.min(self.scenarios.len());
             self.evaluation.add_scores(&mut strikes, &self.scenarios[evaluated..samples]);
             evaluated = samples;
-            strikes.sort_by(|one, other| other.score.total_cmp(&one.score));
+            strikes = sorted_by_value(strikes, |candidate| -candidate.score);
         }
         strikes
     }

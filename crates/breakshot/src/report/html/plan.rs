@@ -13,6 +13,7 @@ use crate::report::figures::{
     WIDTH_PX, escaped, line_chart, top_view,
 };
 use crate::scene::Scene;
+use crate::statistics::sorted_by_value;
 use std::collections::BTreeMap;
 
 pub(super) fn chapter(plan: &Plan, palette: &Palette) -> String {
@@ -122,8 +123,8 @@ pub(in crate::report) fn map(scene: &Scene, strikes: &[EvaluatedStrike]) -> Stri
         let contact = strike.start_m + Vec2::from_heading(strike.heading_rad) * to_contact_m;
         Approach { contact, heading_rad: strike.heading_rad, success_probability: *success_probability }
     };
-    let mut approaches: Vec<Approach> = best.into_values().map(approach).collect();
-    approaches.sort_by(|a, b| a.success_probability.total_cmp(&b.success_probability));
+    let approaches: Vec<Approach> = best.into_values().map(approach).collect();
+    let approaches = sorted_by_value(approaches, |approach| approach.success_probability);
     let palette = Palette::new(scene.placed.iter().map(|p| p.object.as_str()));
     let current = scene.placed.iter().map(|p| (p.object.as_str(), p.pose()));
     let objects = drawn_objects(scene, current, Layer::Current, &palette);

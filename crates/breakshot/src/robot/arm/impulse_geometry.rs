@@ -107,7 +107,7 @@ impl MountedArm {
         let (heavy, light) = if flat.eigenvalues[0] < flat.eigenvalues[1] { (0, 1) } else { (1, 0) };
         let flat_axis = |k: usize| Vector3::new(flat.eigenvectors[(0, k)], flat.eigenvectors[(1, k)], 0.0);
         let mut order = [0, 1, 2];
-        order.sort_by(|&i, &j| in_space.eigenvalues[i].total_cmp(&in_space.eigenvalues[j]));
+        order.sort_unstable_by(|&i, &j| in_space.eigenvalues[i].total_cmp(&in_space.eigenvalues[j]));
         let solution = IkSolution {
             yaw_rad: 0.0,
             angles: angles_rad.to_vec(),

@@ -24,6 +24,7 @@ use crate::robot::arm::mounted_arm::MountedArm;
 use crate::robot::command::{Answer, Refusal};
 use crate::robot::phase::PhaseName;
 use crate::scene::{Scene, Strike};
+use crate::statistics::sorted_by_value;
 use nalgebra::Vector3;
 
 /// Height of the tip above the strike height and the highest object before it is lowered to the run-up (m).
@@ -152,7 +153,7 @@ impl Search<'_> {
                 Err(failure) => nearest = nearest.better(failure),
             }
         }
-        ranked.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let ranked = sorted_by_value(ranked, |&(rank, _)| rank);
 
         // Try full paths
         for (_, solution) in ranked.into_iter().take(SOLUTIONS) {
