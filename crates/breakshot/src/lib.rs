@@ -56,6 +56,7 @@ pub mod estimate;
 pub mod files;
 pub mod geometry;
 pub mod object;
+mod ordered_map;
 pub mod physics;
 pub mod plan;
 pub mod properties;

@@ -257,7 +257,7 @@ impl PoseProblem<'_> {
         let enough = |tags: &[DetectedTag]| tags.iter().filter(|tag| known(tag)).count() >= wanted;
         let mut other_ids = Vec::new();
         for (k, picture) in pictures.iter().enumerate() {
-            let all = tags::detected(picture, self.lens.as_ref(), enough);
+            let all = tags::detected(picture, self.lens.as_ref(), &enough);
             let (ours, others): (Vec<_>, Vec<_>) = all.into_iter().partition(known);
             if !ours.is_empty() {
                 return Ok((&pictures[k..], ours));
@@ -267,7 +267,7 @@ impl PoseProblem<'_> {
         let looked_for: Vec<u32> = self.cell.tags.iter().map(|tag| tag.id).collect();
         other_ids.sort_unstable();
         other_ids.dedup();
-        let in_a_mirror = || tags::detected(&pictures[0].mirrored(), None, |tags| !tags.is_empty());
+        let in_a_mirror = || tags::detected(&pictures[0].mirrored(), None, &|tags| !tags.is_empty());
         let found = if !other_ids.is_empty() {
             format!("tag {}, none of the cell's tags {}", list(&other_ids), list(&looked_for))
         } else if in_a_mirror().is_empty() {
@@ -463,7 +463,7 @@ impl PoseProblem<'_> {
         if !missing.is_empty() {
             let enough =
                 |tags: &[DetectedTag]| missing.iter().all(|(id, _)| tags.iter().any(|tag| tag.id == *id));
-            let (unique, _) = unique_ids(tags::detected(picture, lens, enough));
+            let (unique, _) = unique_ids(tags::detected(picture, lens, &enough));
             found.extend(unique.into_iter().filter(|tag| missing.iter().any(|(id, _)| tag.id == *id)));
         }
         found
@@ -564,7 +564,7 @@ impl Camera {
             let tag = DetectedTag::from_earlier(fit.id, fit.corners_px);
             let again = tags::redetected(later, self.lens(), &tag).or_else(|| {
                 let detected =
-                    all.get_or_insert_with(|| tags::detected(later, self.lens(), |tags| !tags.is_empty()));
+                    all.get_or_insert_with(|| tags::detected(later, self.lens(), &|tags| !tags.is_empty()));
                 detected.iter().find(|tag| tag.id == fit.id).cloned()
             })?;
             let square = |k: usize| again.corners_px[k].distance_px(fit.corners_px[k]).powi(2);

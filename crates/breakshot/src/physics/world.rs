@@ -6,6 +6,7 @@
 use crate::error::{Error, Result};
 use crate::geometry::{Point, Pose, Vec2};
 use crate::object::positive;
+use crate::ordered_map::map_of;
 use crate::physics::bodies::{
     Material, ShapeCache, area_body, counter_clockwise, inverse_inertia, wall_body,
 };
@@ -19,6 +20,7 @@ use crate::physics::sliding::patch_friction::{GRAVITY_M_S2, PATCH_RADIUS_PER_ARM
 use crate::physics::sliding::slide_curve::SlideCurve;
 use crate::properties::{Assumption, Properties};
 use crate::scene::{Scene, Strike};
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 /// A pile, its properties and the table, validated.
@@ -258,6 +260,11 @@ impl World {
     /// The names of the objects, in the order of the scene's placed objects.
     pub fn names(&self) -> &[String] {
         &self.names
+    }
+
+    /// The poses of the objects, which are in the order of [`World::names`], by name.
+    pub(crate) fn by_name(&self, poses: &[Pose]) -> BTreeMap<String, Pose> {
+        map_of(self.names.iter().cloned().zip(poses.iter().copied()))
     }
 
     /// Sets the contact friction between the kinds of two objects.

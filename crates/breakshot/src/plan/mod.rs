@@ -81,7 +81,7 @@ pub fn plan(scene: &Scene, properties: &Properties, options: &Options) -> Result
         plan.reason = "nothing lies on the table".into();
         return Ok(plan);
     }
-    let poses: BTreeMap<_, _> = scene.placed.iter().map(|p| (p.object.clone(), p.pose())).collect();
+    let poses = scene.poses();
     let singulation = Singulation::of(scene, &poses)?;
     if singulation.violations().is_empty() {
         plan.outcome = Outcome::Found;

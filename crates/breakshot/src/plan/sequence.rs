@@ -3,7 +3,7 @@
 use super::options::Options;
 use super::plan;
 use super::result::Plan;
-use super::robust::scenarios::{Draws, Nominal, by_name};
+use super::robust::scenarios::{Draws, Nominal};
 use crate::error::Result;
 use crate::geometry::Pose;
 use crate::geometry::outline::Outline;
@@ -87,7 +87,7 @@ pub fn drawn(plan: &Plan, properties: &Properties, options: &Options, draw: u64)
     let mut poses = BTreeMap::new();
     for scenario in &scenarios {
         let outcome = Simulator::new().run(&scenario.world, &scenario.executed(strike))?;
-        poses.extend(by_name(&scenario.world, &outcome.poses));
+        poses.extend(scenario.world.by_name(&outcome.poses));
     }
     Ok(moved(&plan.scene, &poses))
 }
@@ -104,8 +104,7 @@ fn moved(scene: &Scene, poses: &BTreeMap<String, Pose>) -> Scene {
 }
 
 fn fulfilled(scene: &Scene) -> Result<bool> {
-    let poses: BTreeMap<_, _> = scene.placed.iter().map(|p| (p.object.clone(), p.pose())).collect();
-    Ok(Singulation::of(scene, &poses)?.violations().is_empty())
+    Ok(Singulation::of(scene, &scene.poses())?.violations().is_empty())
 }
 
 /// An object whose centre is past the table's edge or on it, where a simulation leaves a fallen object.

@@ -8,6 +8,7 @@ use crate::cell::Cell;
 use crate::error::{Error, Result};
 use crate::geometry::{Point, Pose};
 use crate::object::{self, Object};
+use crate::ordered_map::map_of;
 use crate::scene::gripper::Gripper;
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, BTreeSet};
@@ -186,6 +187,11 @@ impl Scene {
         };
         scene.check("scene")?;
         Ok(scene)
+    }
+
+    /// The poses of the placed objects by name.
+    pub(crate) fn poses(&self) -> BTreeMap<String, Pose> {
+        map_of(self.placed.iter().map(|p| (p.object.clone(), p.pose())))
     }
 
     /// The kind of object placed under that name.

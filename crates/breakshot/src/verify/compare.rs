@@ -7,6 +7,7 @@ use super::report::{
 use crate::error::{Error, Result};
 use crate::geometry::Pose;
 use crate::object::Shape;
+use crate::ordered_map::map_of;
 use crate::scene::Scene;
 use crate::scene::singulation::Singulation;
 use std::collections::BTreeMap;
@@ -43,13 +44,10 @@ pub(super) fn report(
     let of_scene = |(name, pose): (&String, &ObservedPose)| {
         names.contains(&name.as_str()).then(|| (name.clone(), *pose))
     };
-    let before: BTreeMap<_, _> = observed.before.iter().filter_map(of_scene).collect();
-    let after: BTreeMap<_, _> = observed.after.iter().filter_map(of_scene).collect();
-    let predicted: BTreeMap<_, _> = predicted
-        .iter()
-        .filter(|(name, _)| names.contains(&name.as_str()))
-        .map(|(n, p)| (n.clone(), *p))
-        .collect();
+    let before = map_of(observed.before.iter().filter_map(of_scene));
+    let after = map_of(observed.after.iter().filter_map(of_scene));
+    let compared = predicted.iter().filter(|(name, _)| names.contains(&name.as_str()));
+    let predicted = map_of(compared.map(|(name, pose)| (name.clone(), *pose)));
 
     // The same measures of both outcomes.
     let filmed = after.iter().map(|(name, pose)| (name.as_str(), pose.position, pose.yaw_rad));

@@ -84,7 +84,7 @@ const THRESHOLDS: [f64; 3] = [0.5, 0.3, 0.7];
 pub(super) fn detected(
     image: &GreyImage,
     lens: Option<&Lens>,
-    enough: impl Fn(&[DetectedTag]) -> bool,
+    enough: &dyn Fn(&[DetectedTag]) -> bool,
 ) -> Vec<DetectedTag> {
     let undistortion = Undistortion { lens };
     let mut tags = Vec::new();

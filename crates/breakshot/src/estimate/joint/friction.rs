@@ -5,6 +5,7 @@ use crate::estimate::clip::result::Measured;
 use crate::estimate::measure::friction::Drag;
 use crate::estimate::measure::measurements::{Measurements, grouped};
 use crate::estimate::measure::quantity::Quantity;
+use crate::ordered_map::map_of;
 use crate::statistics::median;
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -19,25 +20,19 @@ const SIGNIFICANT: f64 = 4.0;
 pub(crate) fn expected(clips: &[Measurements]) -> BTreeMap<String, Measured> {
     const CLIPS_NEEDED: usize = 3;
     let (groups, typical) = groups(clips);
-    groups
-        .iter()
-        .filter(|(_, group)| group.values.len() >= CLIPS_NEEDED)
-        .filter_map(|(object, group)| {
-            let mean = group.mean(typical)?;
-            let between = typical.relative * group.scale * mean.dispersion.sqrt();
-            Some((object.clone(), Measured { value: mean.value, std: between.hypot(mean.standard_error) }))
-        })
-        .collect()
+    let sufficient = groups.iter().filter(|(_, group)| group.values.len() >= CLIPS_NEEDED);
+    map_of(sufficient.filter_map(|(object, group)| {
+        let mean = group.mean(typical)?;
+        let between = typical.relative * group.scale * mean.dispersion.sqrt();
+        Some((object.clone(), Measured { value: mean.value, std: between.hypot(mean.standard_error) }))
+    }))
 }
 
 fn groups(clips: &[Measurements]) -> (BTreeMap<String, Group>, BetweenClipStd) {
-    let groups: BTreeMap<String, Group> = grouped(clips)
-        .into_iter()
-        .filter_map(|(key, indices)| match key {
-            Quantity::Friction(object) => Some((object.clone(), Group::new(clips, key, &indices))),
-            _ => None,
-        })
-        .collect();
+    let groups = map_of(grouped(clips).into_iter().filter_map(|(key, indices)| match key {
+        Quantity::Friction(object) => Some((object.clone(), Group::new(clips, key, &indices))),
+        _ => None,
+    }));
     let typical = between_clip_std(&groups.values().cloned().collect::<Vec<_>>());
     (groups, typical)
 }

@@ -2,6 +2,7 @@
 
 use super::random_effects::{Group, Mean};
 use crate::estimate::measure::quantity::Quantity;
+use crate::ordered_map::map_of;
 use nalgebra::{DMatrix, DVector};
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -115,7 +116,7 @@ impl MassNetwork {
             };
             (object.clone(), mean)
         };
-        self.objects.iter().enumerate().map(mean).collect()
+        map_of(self.objects.iter().enumerate().map(mean))
     }
 }
 

@@ -8,6 +8,7 @@ use crate::estimate::clip::result::Measured;
 use crate::estimate::measure::impulse_ratio::vertical_impulse_std;
 use crate::estimate::measure::measurements::{Measurements, grouped};
 use crate::estimate::measure::quantity::{KINDS, Quantity};
+use crate::ordered_map::map_of;
 use crate::properties::{Covariance, PropertyGroup};
 use crate::uncertain::Estimate;
 use nalgebra::{DMatrix, DVector};
@@ -31,22 +32,16 @@ impl JointMeans {
     pub(crate) fn new(clips: &[Measurements], reference: &str, contact_friction: Measured) -> Self {
         // Means of every quantity by itself
         let indices = grouped(clips);
-        let all: BTreeMap<&Quantity, Group> =
-            indices.iter().map(|(quantity, i)| (*quantity, Group::new(clips, quantity, i))).collect();
+        let all = map_of(indices.iter().map(|(quantity, i)| (*quantity, Group::new(clips, quantity, i))));
         let typical = between_clip_stds(&all);
-        let mut groups: BTreeMap<Quantity, (Group, Mean)> = all
-            .into_iter()
-            .filter_map(|(quantity, group)| {
-                let mean = group.mean(typical[quantity.kind()])?;
-                Some((quantity.clone(), (group, mean)))
-            })
-            .collect();
-        let frictions: BTreeMap<String, f64> = (groups.iter())
-            .filter_map(|(quantity, (_, mean))| match quantity {
-                Quantity::Friction(object) => Some((object.clone(), mean.value)),
-                _ => None,
-            })
-            .collect();
+        let mut groups = map_of(all.into_iter().filter_map(|(quantity, group)| {
+            let mean = group.mean(typical[quantity.kind()])?;
+            Some((quantity.clone(), (group, mean)))
+        }));
+        let frictions = map_of(groups.iter().filter_map(|(quantity, (_, mean))| match quantity {
+            Quantity::Friction(object) => Some((object.clone(), mean.value)),
+            _ => None,
+        }));
 
         // Masses from all pairs, and the systematic errors that repetitions do not reduce
         let masses = MassNetwork::new(&groups, reference);

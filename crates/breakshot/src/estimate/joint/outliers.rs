@@ -4,6 +4,7 @@ use super::random_effects::Group;
 use crate::estimate::clip::result::Measured;
 use crate::estimate::measure::measurements::{Measurements, grouped};
 use crate::estimate::measure::quantity::{KINDS, Quantity};
+use crate::ordered_map::map_of;
 use crate::statistics::median;
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -77,17 +78,14 @@ fn consensus(clips: &[Measurements]) -> BTreeMap<Quantity, Consensus> {
         });
         *std = median(deviations).unwrap_or(0.0) / NORMAL_MEDIAN_DEVIATION;
     }
-    groups
-        .iter()
-        .map(|(quantity, group)| {
-            let consensus = Consensus {
-                median: middle(group),
-                scale: group.scale,
-                std: relative_stds[quantity.kind()] * group.scale,
-            };
-            (quantity.clone(), consensus)
-        })
-        .collect()
+    map_of(groups.iter().map(|(quantity, group)| {
+        let consensus = Consensus {
+            median: middle(group),
+            scale: group.scale,
+            std: relative_stds[quantity.kind()] * group.scale,
+        };
+        (quantity.clone(), consensus)
+    }))
 }
 
 /// The measurements with larger variances where they deviate much from the consensus.

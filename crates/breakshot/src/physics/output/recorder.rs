@@ -144,7 +144,7 @@ impl Recorder {
         }
         Trajectory {
             version: 1,
-            final_poses: world.names.iter().cloned().zip(outcome.poses.iter().copied()).collect(),
+            final_poses: world.by_name(&outcome.poses),
             duration_s: outcome.duration_s,
             events: self.events,
             energy: self.energy,

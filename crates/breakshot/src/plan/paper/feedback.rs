@@ -136,7 +136,7 @@ impl<'a> Search<'a> {
         // Rounding may leave the striker's range.
         strike.speed_m_s = strike.speed_m_s.clamp(slowest, fastest);
         let outcome = self.simulator.run(self.world, &strike)?;
-        let final_poses = self.world.names().iter().cloned().zip(outcome.poses).collect();
+        let final_poses = self.world.by_name(&outcome.poses);
         let singulation = Singulation::of(self.scene, &final_poses)?;
         let mut violations = singulation.violations().to_vec();
         let fallen = self.world.names().iter().zip(&outcome.fallen).filter(|(_, fallen)| **fallen);

@@ -24,7 +24,7 @@ use explain::{failures, sensitivities};
 use rand::{RngExt, SeedableRng};
 use rand_distr::StandardNormal;
 use rand_pcg::Pcg64Mcg;
-use scenarios::{Draws, Nominal, Scenario, by_name};
+use scenarios::{Draws, Nominal, Scenario};
 use std::collections::BTreeMap;
 use strike_grid::{Feasible, LEAST_FOLLOW_THROUGH_M, MOST_FOLLOW_THROUGH_M, StrikeCandidate, StrikeGrid};
 
@@ -241,7 +241,7 @@ fn final_poses(strike: &Strike, scenarios: &[Scenario]) -> BTreeMap<String, Vec<
     let mut found: BTreeMap<String, Vec<Pose>> = BTreeMap::new();
     for scenario in scenarios {
         if let Ok(outcome) = simulator.run(&scenario.world, &scenario.executed(strike)) {
-            for (name, pose) in by_name(&scenario.world, &outcome.poses) {
+            for (name, pose) in scenario.world.by_name(&outcome.poses) {
                 found.entry(name).or_default().push(pose);
             }
         }
@@ -253,7 +253,7 @@ fn final_poses(strike: &Strike, scenarios: &[Scenario]) -> BTreeMap<String, Vec<
 fn finish(plan: &mut Plan, nominal: &Nominal, best: &StrikeCandidate, robustness: Robustness) -> Result<()> {
     let strike = best.strike.clone();
     let outcome = Simulator::new().run(&nominal.world, &strike)?;
-    let final_poses = by_name(&nominal.world, &outcome.poses);
+    let final_poses = nominal.world.by_name(&outcome.poses);
     let singulation = Singulation::of(&plan.scene, &final_poses)?;
     let probability = robustness.success_probability;
     plan.outcome = if probability >= LEAST_PROBABILITY { Outcome::Found } else { Outcome::BestEffort };

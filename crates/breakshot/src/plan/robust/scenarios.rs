@@ -8,6 +8,7 @@
 use crate::error::Result;
 use crate::geometry::outline::Outline;
 use crate::geometry::{Pose, Vec2};
+use crate::ordered_map::map_of;
 use crate::physics::{self, Compliance, ContactForce, MultipleImpact, Perturbation, Stiffness, World};
 use crate::plan::options::ExecutionNoise;
 use crate::plan::result::Source;
@@ -240,7 +241,7 @@ impl<'a> CovarianceRoot<'a> {
     /// The error of each quantity, by name.
     fn shifts(&self, z: &[f64]) -> BTreeMap<&'a str, f64> {
         let shift = |row: usize| (0..z.len()).map(|k| self.root[(row, k)] * z[k]).sum();
-        self.names.iter().enumerate().map(|(row, name)| (name.as_str(), shift(row))).collect()
+        map_of(self.names.iter().enumerate().map(|(row, name)| (name.as_str(), shift(row))))
     }
 }
 
@@ -275,8 +276,3 @@ fn separated(scene: &mut Scene) -> bool {
 const STEP_APART_M: f64 = 1e-4;
 /// Enough steps for ten millimetres.
 const MOST_STEPS_APART: usize = 100;
-
-/// The poses of the objects by name.
-pub(crate) fn by_name(world: &World, poses: &[Pose]) -> BTreeMap<String, Pose> {
-    world.names().iter().cloned().zip(poses.iter().copied()).collect()
-}

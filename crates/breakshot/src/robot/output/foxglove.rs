@@ -4,8 +4,8 @@ use serde_json::{Map, Value, json};
 
 /// An object with the given properties.
 fn object(properties: &[(&str, Value)]) -> Value {
-    let named: Map<String, Value> =
-        properties.iter().map(|(name, value)| ((*name).to_owned(), value.clone())).collect();
+    let mut named = Map::new();
+    named.extend(properties.iter().map(|(name, value)| ((*name).to_owned(), value.clone())));
     json!({ "type": "object", "properties": named })
 }
 
