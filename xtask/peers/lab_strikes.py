@@ -28,7 +28,7 @@ import lab  # noqa: E402
 def piles(spec, count, seed):
     rng, found = np.random.default_rng(seed), []
     for k in range(count):
-        size = 2 + k % 5
+        size = 2 + k % min(5, len(spec["objects"]) - 1)
         names = list(rng.choice(list(spec["objects"]), size=size, replace=False))
         found.append({"name": f"pile_{k:03d}", "place": clusters.cluster(spec, names, rng)})
     return found

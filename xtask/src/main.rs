@@ -36,6 +36,10 @@ usage: cargo xtask TASK
                    impacts against two pucks recorded on an air table alone
   validate estimate [COUNT]
                    coverage of 95 % intervals by kind of quantity on COUNT synthetic campaigns (default 200)
+  validate contact LAB [CELLS]
+                   contact friction: ten advised clips of the lab's cell are filmed, and its strikes on piles predicted before and
+                   after; then the same for CELLS drawn cells (default 12) from their motions with noise, without films (needs
+                   ffmpeg and libosmesa; about two minutes a cell, three more when a cell is drawn for the first time)
   validate tracks LAB TRACKS
                    bounds, thinned and spoilt campaigns on the films' saved tracks, without the films (TRACKS is what
                    `breakshot estimate --tracks` wrote)
@@ -107,6 +111,11 @@ fn main() -> ExitCode {
         },
         ["validate", "advise"] => validate::advise(None),
         ["validate", "advise", cells] => validate::advise(Some(cells)),
+        ["validate", "contact", lab] => validate::contact(lab.as_ref(), validate::CELLS),
+        ["validate", "contact", lab, cells] => match cells.parse() {
+            Ok(cells) => validate::contact(lab.as_ref(), cells),
+            Err(_) => Err(format!("`{cells}` is no number of cells")),
+        },
         ["validate", "tracks", lab, tracks] => validate::tracks(lab.as_ref(), tracks.as_ref()),
         ["validate", "strikes", lab, rest @ ..] => strikes(lab, rest),
         ["validate", "missing", lab] => validate::missing(lab.as_ref(), 20),

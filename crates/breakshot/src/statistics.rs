@@ -39,9 +39,28 @@ pub(crate) fn sorted_by_value<T>(items: Vec<T>, value: impl Fn(&T) -> f64) -> Ve
     argsort(&values).into_iter().filter_map(|k| items[k].take()).collect()
 }
 
+/// The standard normal distribution function, to 1e-7 (Abramowitz and Stegun 1964, 7.1.26).
+pub(crate) fn normal_cdf(x: f64) -> f64 {
+    let t = 1.0 / (1.0 + 0.327_591_1 * x.abs() / std::f64::consts::SQRT_2);
+    let series = t
+        * (0.254_829_592
+            + t * (-0.284_496_736 + t * (1.421_413_741 + t * (-1.453_152_027 + t * 1.061_405_429))));
+    let tail = 0.5 * series * (-0.5 * x * x).exp();
+    if x < 0.0 { tail } else { 1.0 - tail }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_normal_distribution_has_its_tabulated_values() {
+        for (x, probability) in
+            [(0.0, 0.5), (1.0, 0.841_344_746), (1.959_963_985, 0.975), (-3.0, 0.001_349_898)]
+        {
+            assert!((normal_cdf(x) - probability).abs() < 2e-7, "{x}");
+        }
+    }
 
     #[test]
     fn equal_values_keep_their_order() {

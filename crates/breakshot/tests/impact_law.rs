@@ -12,7 +12,14 @@ use std::collections::BTreeMap;
 const WALL_KG: f64 = 1e12;
 
 fn pair_impact(restitution: f64, friction: f64, law: ImpactLaw) -> PairImpact {
-    PairImpact { point: Point::ORIGIN, normal_ab: Vec2::new(1.0, 0.0), restitution, friction, law }
+    PairImpact {
+        point: Point::ORIGIN,
+        normal_ab: Vec2::new(1.0, 0.0),
+        restitution,
+        friction,
+        tangential_restitution: 0.0,
+        law,
+    }
 }
 
 /// A body that touches the origin with a corner of a rectangle, for which gyration = arm / sqrt 3.

@@ -26,6 +26,7 @@ fn pair_impact(draw: &mut Draw, law: ImpactLaw) -> PairImpact {
         normal_ab: Vec2::from_heading(draw.between(-3.2, 3.2)),
         restitution: draw.between(0.0, 1.0),
         friction: if draw.below(5) == 0 { 0.0 } else { draw.between(0.0, 1.0) },
+        tangential_restitution: if draw.below(2) == 0 { 0.0 } else { draw.between(-1.0, 1.0) },
         law,
     }
 }

@@ -207,9 +207,16 @@ impl Collision {
         let normal_ab = between.direction().ok_or("two pucks at one position")?;
         // The resting puck's rim; what is left of the distance is the other one's radius with its band.
         let point = b.position - normal_ab * RADIUS_M;
-        PairImpact { point, normal_ab, restitution, friction, law: ImpactLaw::Stronge }
-            .after(self.before)
-            .map_err(|e| e.to_string())
+        PairImpact {
+            point,
+            normal_ab,
+            restitution,
+            friction,
+            tangential_restitution: 0.0,
+            law: ImpactLaw::Stronge,
+        }
+        .after(self.before)
+        .map_err(|e| e.to_string())
     }
 
     /// How far the predicted velocities are from the recorded ones, over the approach speed.

@@ -18,7 +18,7 @@ mod truth;
 
 use crate::process;
 pub(crate) use cameras::cameras;
-use estimation::{advise, altered, campaigns, properties, saved};
+use estimation::{advise, altered, campaigns, drawn, properties, saved};
 use row::Row;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -64,7 +64,7 @@ pub(crate) fn lab(lab: &Path, details: bool) -> Result<(), String> {
     let program = Program::build()?;
     let properties = program.output.join("properties.json");
     let mut all_hold = campaign(&program, &lab.join("campaign"), &properties, details)?;
-    all_hold &= scatter::films(&program, &lab.join("scatter"), &properties)?;
+    all_hold &= scatter::films(&program, &lab.join("scatter"), &properties)?.holds;
     if all_hold { Ok(()) } else { Err("some targets were missed".into()) }
 }
 
@@ -74,6 +74,16 @@ pub(crate) fn advise(cells: Option<&str>) -> Result<(), String> {
         text.parse().map_err(|_| format!("CELLS is `{text}`; needed: a whole number"))
     })?;
     if advise::validate(cells)? { Ok(()) } else { Err("some targets were missed".into()) }
+}
+
+/// Default number of drawn cells.
+pub(crate) const CELLS: u64 = drawn::CELLS;
+
+/// Contact friction learned from the motions of drawn cells.
+pub(crate) fn contact(lab: &Path, cells: u64) -> Result<(), String> {
+    let mut all_hold = drawn::advised_films(&Program::build()?, lab)?;
+    all_hold &= drawn::validate(lab, cells)?;
+    if all_hold { Ok(()) } else { Err("some targets were missed".into()) }
 }
 
 /// The simulator against an independent one, itself and recorded collisions.

@@ -8,8 +8,16 @@ use breakshot::plan::Plan;
 use breakshot::verify::Report;
 use std::path::Path;
 
+/// Pair distances of the filmed strikes on piles, predicted against filmed.
+pub(crate) struct Predicted {
+    pub(crate) mean_mm: f64,
+    pub(crate) worst_mm: f64,
+    /// Whether every target holds.
+    pub(crate) holds: bool,
+}
+
 /// Simulates every filmed strike with the estimated properties, prints the distances, plans for the same piles.
-pub(crate) fn films(program: &Program, folder: &Path, properties: &Path) -> Result<bool, String> {
+pub(crate) fn films(program: &Program, folder: &Path, properties: &Path) -> Result<Predicted, String> {
     let truth = Truth::read(folder)?;
     let properties = properties.to_string_lossy().into_owned();
     let mut errors_mm = Vec::new();
@@ -35,16 +43,16 @@ pub(crate) fn films(program: &Program, folder: &Path, properties: &Path) -> Resu
         errors_mm.extend(report.pairs.iter().map(|p| 1e3 * (p.predicted_m - p.observed_m)));
         promises.push(promise(program, name, &scene, &properties)?);
     }
-    let (mean, worst) = mean_and_worst(&errors_mm);
-    Ok(row::print_all(
+    let (mean_mm, worst_mm) = mean_and_worst(&errors_mm);
+    let holds = row::print_all(
         "Strikes on piles",
         &[
             Row::plain(
                 format!("pairwise distance, predicted against filmed: mean of {}", errors_mm.len()),
-                mean,
+                mean_mm,
                 "mm",
             ),
-            Row::plain("pairwise distance, predicted against filmed: worst", worst, "mm"),
+            Row::plain("pairwise distance, predicted against filmed: worst", worst_mm, "mm"),
             Row::at_most(
                 "simulated plan against what the plan promised, worst",
                 promises.iter().copied().fold(0.0, f64::max) * 1e3,
@@ -52,7 +60,8 @@ pub(crate) fn films(program: &Program, folder: &Path, properties: &Path) -> Resu
                 "mm",
             ),
         ],
-    ))
+    );
+    Ok(Predicted { mean_mm, worst_mm, holds })
 }
 
 /// Plans with the paper's method and simulates the plan; gives how far the simulation is from the promise (m).

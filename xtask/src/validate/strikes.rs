@@ -6,7 +6,7 @@
 //! succeeds repeatedly.
 
 mod figure;
-mod lab;
+pub(crate) mod lab;
 mod missing;
 mod solvable;
 mod table;
@@ -143,11 +143,16 @@ fn trial(lab: &mut Lab, study: &Study, pile: &Pile, seed: u64) -> Result<Trial, 
     Ok(trial)
 }
 
-fn planned(scene: &Scene, properties: &Properties, method: Method, seed: u64) -> Planned<plan::Plan> {
+pub(crate) fn planned(
+    scene: &Scene,
+    properties: &Properties,
+    method: Method,
+    seed: u64,
+) -> Planned<plan::Plan> {
     plan::plan(scene, properties, &plan::Options { method, seed, ..plan::Options::default() })
 }
 
-fn placed(poses: &[(String, Pose)]) -> Vec<Placed> {
+pub(crate) fn placed(poses: &[(String, Pose)]) -> Vec<Placed> {
     poses
         .iter()
         .map(|(name, pose)| Placed { object: name.clone(), position_m: pose.position, yaw_rad: pose.yaw_rad })

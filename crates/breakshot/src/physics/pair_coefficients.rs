@@ -6,11 +6,13 @@ use crate::properties::{ContactFriction, Properties};
 use crate::scene::Scene;
 use crate::uncertain::Estimate;
 
-/// Restitution and contact friction of one pair.
+/// What an impact of one pair depends on.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Coefficients {
     pub(crate) restitution: f64,
+    /// Contact friction.
     pub(crate) friction: f64,
+    pub(crate) tangential_restitution: f64,
 }
 
 /// The kinds of bodies in a scene: row 0 is the striker, then the kinds of objects, then the walls.
@@ -53,9 +55,9 @@ impl Kinds {
     ) -> Result<Vec<Coefficients>> {
         let count = self.count();
         let mut table = vec![Coefficients::default(); count * count];
-        let mut put = |i: usize, k: usize, restitution: f64, friction: f64| {
-            table[i * count + k] = Coefficients { restitution, friction };
-            table[k * count + i] = Coefficients { restitution, friction };
+        let mut put = |i: usize, k: usize, coefficients: Coefficients| {
+            table[i * count + k] = coefficients;
+            table[k * count + i] = coefficients;
         };
         let mut mean_or_assumed = |estimate: Option<Estimate>, between: &str| {
             estimate.map_or_else(
@@ -67,17 +69,24 @@ impl Kinds {
                 |e| e.mean,
             )
         };
-        let friction = mean_or_assumed(properties.contact_friction.objects, "between objects");
-        let striker_friction = mean_or_assumed(properties.contact_friction.striker, "with the striker");
+        let tangential = properties.tangential_restitution;
+        let coefficients = |friction: f64, tangential: Option<Estimate>| {
+            let tangential_restitution = tangential.map_or(0.0, |e| e.mean);
+            move |restitution: f64| Coefficients { restitution, friction, tangential_restitution }
+        };
+        let objects = properties.contact_friction.objects;
+        let between_objects = coefficients(mean_or_assumed(objects, "between objects"), tangential.objects);
+        let striker = properties.contact_friction.striker;
+        let with_striker = coefficients(mean_or_assumed(striker, "with the striker"), tangential.striker);
         for (i, (one, has_copies)) in self.objects.iter().enumerate() {
-            put(0, 1 + i, properties.striker_restitution(one)?.mean, striker_friction);
+            put(0, 1 + i, with_striker(properties.striker_restitution(one)?.mean));
             for (k, (other, _)) in self.objects.iter().enumerate().skip(i) {
                 if i != k || *has_copies {
-                    put(1 + i, 1 + k, properties.restitution(one, other)?.mean, friction);
+                    put(1 + i, 1 + k, between_objects(properties.restitution(one, other)?.mean));
                 }
             }
             for (w, restitution) in self.walls.iter().enumerate() {
-                put(1 + i, self.row_of_wall(w), *restitution, friction);
+                put(1 + i, self.row_of_wall(w), between_objects(*restitution));
             }
         }
         if !self.walls.is_empty() {

@@ -32,6 +32,9 @@ pub struct Properties {
     pub pair_mass_ratio: BTreeMap<String, Estimate>,
     /// Friction coefficients of contacts between objects and with the striker.
     pub contact_friction: ContactFriction,
+    /// Tangential restitution at the contacts of impacts.
+    #[serde(default, skip_serializing_if = "TangentialRestitution::is_unknown")]
+    pub tangential_restitution: TangentialRestitution,
     /// The joint covariance of the values above.
     #[serde(default)]
     pub covariance: Covariance,
@@ -58,9 +61,39 @@ pub struct ContactFriction {
     pub striker: Option<Estimate>,
 }
 
+/// The part of the slip that springs back in an impact whose contact points stick (Walton and Braun 1986; Foerster et al.
+/// 1994): 0 if sticking only ends the slip, positive for elastic contacts, negative where contacts creep and some slip remains.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct TangentialRestitution {
+    /// Between objects.
+    #[serde(default)]
+    pub objects: Option<Estimate>,
+    /// Between an object and the striker.
+    #[serde(default)]
+    pub striker: Option<Estimate>,
+}
+
+impl TangentialRestitution {
+    /// A tangential restitution that was not measured is zero with this standard deviation.
+    pub const ASSUMED_STD: f64 = 0.3;
+    /// The values that are considered possible.
+    pub const RANGE: [f64; 2] = [-0.6, 0.5];
+
+    fn is_unknown(&self) -> bool {
+        self.objects.is_none() && self.striker.is_none()
+    }
+}
+
 impl ContactFriction {
     /// A coefficient that was not measured is uniform between zero and this: dry wood, plastic and metal.
     pub const MOST_ASSUMED: f64 = 0.4;
+
+    /// The prior density of the estimate, not normalized: that distribution, with a tail for rubber and rough faces.
+    pub(crate) fn prior_density(friction: f64) -> f64 {
+        const TAIL: f64 = 0.1;
+        (-(friction - Self::MOST_ASSUMED).max(0.0) / TAIL).exp()
+    }
 
     /// That distribution, in the estimate, in simulations and in plans alike.
     pub const fn assumed() -> Estimate {
@@ -110,6 +143,7 @@ impl Properties {
             mass_ratio: self.mass_ratio.clone(),
             pair_mass_ratio: BTreeMap::new(),
             contact_friction: self.contact_friction,
+            tangential_restitution: self.tangential_restitution,
             covariance: Covariance::default(),
             warnings: Vec::new(),
             assumed: Vec::new(),
@@ -204,6 +238,15 @@ impl Properties {
             {
                 let owner = format!("{file}: contact_friction of {name}");
                 return Err(Error::invalid(owner, "mean", estimate.mean, "zero or more"));
+            }
+        }
+        let TangentialRestitution { objects, striker } = self.tangential_restitution;
+        for (name, estimate) in [("objects", objects), ("striker", striker)] {
+            if let Some(estimate) = estimate
+                && !(-1.0..=1.0).contains(&estimate.mean)
+            {
+                let owner = format!("{file}: tangential_restitution of {name}");
+                return Err(Error::invalid(owner, "mean", estimate.mean, "a number from -1 to 1"));
             }
         }
         Ok(())

@@ -1,8 +1,10 @@
-//! Estimates against the truth: of the lab's films, of the same films thinned and spoilt, and of synthetic campaigns.
+//! Estimates against the truth: of the lab's films, of the same films thinned and spoilt, of the
+//! motions of drawn cells, and of synthetic campaigns.
 
 pub(crate) mod advise;
 pub(crate) mod altered;
 pub(crate) mod bound;
 pub(crate) mod campaigns;
+pub(crate) mod drawn;
 pub(crate) mod properties;
 pub(crate) mod saved;

@@ -11,7 +11,7 @@ use std::path::Path;
 use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
 
 /// A lab that waits for requests.
-pub(super) struct Lab {
+pub(crate) struct Lab {
     program: Child,
     requests: ChildStdin,
     answers: BufReader<ChildStdout>,
@@ -19,7 +19,7 @@ pub(super) struct Lab {
 
 /// Conditions of one strike in the lab.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Variation {
+pub(crate) struct Variation {
     /// Friction over its nominal value.
     pub friction_scale: f64,
     /// Seed of the disturbances of poses, speed and heading; none without disturbances.
@@ -28,14 +28,14 @@ pub(super) struct Variation {
 
 /// A random pile: its objects and their poses.
 #[derive(Clone, Debug)]
-pub(super) struct Pile {
+pub(crate) struct Pile {
     pub name: String,
     pub poses: Vec<(String, Pose)>,
 }
 
 /// The poses in which all objects came to rest.
 #[derive(Clone, Debug)]
-pub(super) struct Rest {
+pub(crate) struct Rest {
     pub poses: Vec<(String, Pose)>,
     /// The largest tilt of an object (degrees).
     pub tilt_deg: f64,
@@ -57,11 +57,16 @@ struct StrikeAnswer {
 
 impl Lab {
     /// Starts the lab with the campaign's cell.
-    pub(super) fn start(shared: &Path) -> Result<Self, String> {
+    pub(crate) fn start(shared: &Path) -> Result<Self, String> {
+        Self::start_cell(shared, &shared.join("campaign_spec.json"))
+    }
+
+    /// Starts the lab with the cell of this specification.
+    pub(crate) fn start_cell(shared: &Path, specification: &Path) -> Result<Self, String> {
         let python = venv::python("lab", &venv::LAB)?;
         let mut program = Command::new(python)
             .arg("xtask/peers/lab_strikes.py")
-            .args([shared, &shared.join("campaign_spec.json")])
+            .args([shared, specification])
             .stdin(Stdio::piped())
             .stdout(Stdio::piped())
             .spawn()
@@ -81,7 +86,7 @@ impl Lab {
     }
 
     /// Random piles of 2 to 6 objects.
-    pub(super) fn piles(&mut self, count: usize, seed: u64) -> Result<Vec<Pile>, String> {
+    pub(crate) fn piles(&mut self, count: usize, seed: u64) -> Result<Vec<Pile>, String> {
         let answer = self.ask(&json!({ "piles": count, "seed": seed }))?;
         let piles: Vec<PileAnswer> = serde_json::from_value(answer).map_err(|e| e.to_string())?;
         Ok(piles.into_iter().map(|p| Pile { name: p.name, poses: p.poses.into_iter().collect() }).collect())
@@ -89,7 +94,7 @@ impl Lab {
 
     /// Carries a strike out; none if the lab refuses it.  With a seed poses, speed and heading are off by 1 mm, 2 % and 1 degree
     /// (one standard deviation each).
-    pub(super) fn strike(
+    pub(crate) fn strike(
         &mut self,
         placed: &[Placed],
         strike: &Strike,

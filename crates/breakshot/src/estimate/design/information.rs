@@ -25,6 +25,8 @@ use std::collections::BTreeSet;
 /// An experiment and its measurement model: the measurements are `rows` times the parameters, plus noise.
 pub(crate) struct CandidateClip {
     pub(crate) experiment: Experiment,
+    /// How often it has been advised.
+    pub(crate) advised: usize,
     rows: DMatrix<f64>,
     /// Covariance of the noise.
     noise: DMatrix<f64>,
@@ -40,8 +42,9 @@ pub(crate) struct LearnedNoise {
 
 /// Candidate speeds as fractions of the speed at which the struck object stays in its half of the workspace.
 const SPEED_FRACTIONS: [f64; 2] = [0.6, 1.0];
-/// Offset of off-centre experiments as a fraction of the sum of both outer radii; they have the full speed.
-const OFFSET_FRACTION: f64 = 0.5;
+/// Offsets of off-centre experiments as fractions of the sum of both outer radii; they have the full speed.  The contact points
+/// of discs slide to the end of the impact, which measures contact friction, only if the offset is large.
+const OFFSET_FRACTIONS: [f64; 2] = [0.5, 0.8];
 /// Assumed relative standard deviation from clip to clip where there are no repeats.
 const ASSUMED_BETWEEN_CLIP_STD: f64 = 0.03;
 /// Contact points certainly slide if sticking would take this many times the friction.
@@ -101,7 +104,9 @@ pub(crate) fn experiments(prior: &Prior, setup: Setup, copies: &BTreeSet<String>
         for (name, other) in names {
             all.extend(SPEED_FRACTIONS.map(|fraction| experiment(Some(name.clone()), fraction, 0.0)));
             let reach_m = object.shape.outer_radius_m() + other.shape.outer_radius_m();
-            all.push(experiment(Some(name), 1.0, OFFSET_FRACTION * reach_m));
+            all.extend(
+                OFFSET_FRACTIONS.map(|fraction| experiment(Some(name.clone()), 1.0, fraction * reach_m)),
+            );
         }
     }
     all
@@ -186,7 +191,7 @@ impl CandidateClip {
             rows[(linear.len() + n, *index)] = 1.0;
             noise[(linear.len() + n, linear.len() + n)] = std * std + OBLIQUE_IMPACT_STD.powi(2);
         }
-        (size > 0).then_some(Self { experiment, rows, noise })
+        (size > 0).then_some(Self { experiment, advised: 0, rows, noise })
     }
 
     /// The covariance of the parameters after this clip has been filmed: the measurement update of a Kalman filter.

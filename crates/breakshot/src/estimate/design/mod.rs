@@ -134,7 +134,7 @@ pub fn advice(
     // What each clip would measure
     let learned = LearnedNoise::new(&records);
     let experiments = information::experiments(&prior, setup, &copies);
-    let candidates = information::candidates(&prior, setup, &learned, experiments);
+    let mut candidates = information::candidates(&prior, setup, &learned, experiments);
     if candidates.is_empty() {
         let needed = "a workspace in which at least one object can be struck and comes to rest";
         return Err(Error::invalid("advice", "clips", "none that stays in the workspace", needed));
@@ -142,15 +142,18 @@ pub fn advice(
 
     // Greedy selection
     let spread_m = mean_position_std_m(&jacobians, &prior.covariance);
-    let clips = (0..options.clips).map_while(|_| next(&mut prior, &jacobians, &candidates)).collect();
+    let clips = (0..options.clips).map_while(|_| next(&mut prior, &jacobians, &mut candidates)).collect();
     Ok(Advice { version: 1, seed: options.seed, piles: jacobians.len(), spread_m, clips })
 }
+
+/// An experiment is advised at most this often: what rocking and uneven faces do to one geometry, repeats do not average out.
+const MOST_REPEATS: usize = 2;
 
 /// The best candidate; updates the covariance as if it had been filmed.
 fn next(
     prior: &mut Prior,
     jacobians: &[OutcomeJacobian],
-    candidates: &[CandidateClip],
+    candidates: &mut Vec<CandidateClip>,
 ) -> Option<AdvisedClip> {
     let outcomes: Vec<Option<(f64, DMatrix<f64>)>> = candidates
         .par_iter()
@@ -160,8 +163,13 @@ fn next(
         })
         .collect();
     let found =
-        candidates.iter().zip(outcomes).filter_map(|(c, outcome)| outcome.map(|(m, after)| (c, m, after)));
+        outcomes.into_iter().enumerate().filter_map(|(k, outcome)| outcome.map(|(m, after)| (k, m, after)));
     let (best, spread_m, after) = found.min_by(|p, q| p.1.total_cmp(&q.1))?;
+    let experiment = candidates[best].experiment.clone();
+    candidates[best].advised += 1;
+    if candidates[best].advised == MOST_REPEATS {
+        candidates.remove(best);
+    }
     let before = std::mem::replace(&mut prior.covariance, after);
     let std = |matrix: &DMatrix<f64>, k: usize| matrix[(k, k)].max(0.0).sqrt();
     let reductions: Vec<UncertaintyReduction> = (prior.parameters.iter().enumerate())
@@ -173,7 +181,7 @@ fn next(
         .filter(|r| r.after < (1.0 - MIN_REDUCTION) * r.before)
         .collect();
     let reductions = sorted_by_value(reductions, |r| r.after / r.before);
-    Some(AdvisedClip { experiment: best.experiment.clone(), spread_m, reductions })
+    Some(AdvisedClip { experiment, spread_m, reductions })
 }
 
 /// The mean over all objects of all piles of the standard deviation of the final position (m).

@@ -7,7 +7,7 @@ use crate::estimate::measure::ClipMeasurements;
 use crate::estimate::measure::measurements::{Measurements, without_replaceable_double_contacts};
 use crate::estimate::measure::quantity::Quantity;
 use crate::object::{Object, kind};
-use crate::properties::{ContactFriction, Properties};
+use crate::properties::{ContactFriction, Properties, TangentialRestitution};
 use crate::uncertain::Estimate;
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -18,22 +18,24 @@ pub(crate) fn properties(clips: &[&ClipMeasurements], objects: &[Object], refere
     let names: Vec<String> = clips.iter().map(|c| c.name.clone()).collect();
     let measurements: Vec<Measurements> = clips.iter().map(|c| c.measurements.clone()).collect();
     let drags: Vec<_> = clips.iter().flat_map(|c| c.drags.iter().cloned()).collect();
-    let oblique_impacts: Vec<_> = clips.iter().flat_map(|c| c.oblique_impacts.iter().copied()).collect();
 
     // Outliers and laws of friction
     let measurements = without_replaceable_double_contacts(&measurements);
     let (measurements, contradictions) = outliers::without_outliers(&measurements, &names);
+    // A clip that contradicts all others gives no contact friction either.
+    let kept = clips.iter().zip(&measurements).filter(|(_, kept)| !kept.quantities.is_empty());
+    let oblique_impacts: Vec<_> = kept.flat_map(|(clip, _)| clip.oblique_impacts.iter().cloned()).collect();
     let non_coulomb: Vec<&String> = clips.iter().flat_map(|c| &c.non_coulomb).collect();
     let refused = friction::refused(&measurements, &drags, &non_coulomb);
 
     // Corrections that need the frictions of all clips
     let expected = friction::expected(&measurements);
-    let [of_objects, of_striker] = [false, true].map(|with_striker| {
+    let [between_objects, of_striker] = [false, true].map(|with_striker| {
         let impacts: Vec<_> =
-            oblique_impacts.iter().copied().filter(|i| i.with_striker == with_striker).collect();
-        contact_friction::coefficient(&impacts)
+            oblique_impacts.iter().filter(|i| i.with_striker == with_striker).cloned().collect();
+        contact_friction::contact_law(&impacts)
     });
-    let contact = of_objects.unwrap_or(ContactFriction::assumed());
+    let contact = between_objects.friction.unwrap_or(ContactFriction::assumed());
     let contact = Measured { value: contact.mean, std: contact.standard_error };
     let measurements: Vec<Measurements> = measurements
         .iter()
@@ -43,8 +45,12 @@ pub(crate) fn properties(clips: &[&ClipMeasurements], objects: &[Object], refere
     // Means
     let joint = JointMeans::new(&measurements, reference, contact);
     let mut properties = from_means(&joint, &measurements, reference.to_owned());
-    properties.contact_friction.objects = of_objects;
-    properties.contact_friction.striker = of_striker;
+    properties.contact_friction =
+        ContactFriction { objects: between_objects.friction, striker: of_striker.friction };
+    properties.tangential_restitution = TangentialRestitution {
+        objects: between_objects.tangential_restitution,
+        striker: of_striker.tangential_restitution,
+    };
 
     // Refused and impossible values, warnings
     for (object, why) in &refused {

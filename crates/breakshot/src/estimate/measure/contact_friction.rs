@@ -1,28 +1,52 @@
 //! Friction between objects, or between an object and the striker, in one oblique impact.
 //!
 //! If the contact points still slide over each other when the impact ends, the tangential impulse is the coefficient of
-//! friction times the normal one; if they stick, it is less and gives only a lower bound of the coefficient.
+//! friction times the normal one; if they stick, it is the impulse that ended the slip, and the coefficient is larger.
+//! The impulse follows from all velocity changes that the film shows: of both centroids, and of both spins.
 
-use super::contact::{Contact, Partner};
+use super::contact::{Contact, MotionsAtImpact, Partner};
 use crate::estimate::clip::fit::MotionFit;
 use crate::estimate::clip::result::Measured;
+use crate::geometry::Vec2;
+use crate::object::{kind, pair_key};
+use nalgebra::{DMatrix, DVector};
 use serde::{Deserialize, Serialize};
 
 /// Tangential over normal impulse of one impact.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct ObliqueImpact {
     /// Whether the striker is a partner.
     pub(crate) with_striker: bool,
+    /// The kinds of both objects, or the kind that the striker hits.
+    #[serde(default)]
+    pub(crate) pair: String,
     /// The measured ratio, positive against the slip.
     #[serde(rename = "seen")]
     pub(crate) impulse_ratio: Measured,
     /// The ratio that would have ended the slip.
     #[serde(rename = "to_stick")]
     pub(crate) sticking_ratio: f64,
+    /// The standard deviation of that ratio.
+    #[serde(rename = "to_stick_std", default)]
+    pub(crate) sticking_std: f64,
+    /// The covariance of both ratios.
+    #[serde(default)]
+    pub(crate) covariance: f64,
 }
 
-/// The standard deviation of the ratio due to rocking and uneven faces.
+/// The standard deviation of the ratio due to rocking, uneven faces and the error of the normal.
 const MODEL_STD: f64 = 0.01;
+/// The standard deviation of the lever of the impulse about a centroid (m): the contact point moves along uneven faces, and
+/// the centre of mass is not exactly the centroid.
+const LEVER_STD_M: f64 = 5e-4;
+/// The relative standard deviation of a squared radius of gyration: objects are not exactly homogeneous.
+const GYRATION_STD: f64 = 0.03;
+/// The surface speed due to a spin that the marker does not show, over the speed of the body: its standard deviation.
+const UNOBSERVED_SPIN: f64 = 0.1;
+/// The weight of a spin that is not observed is that of a standard deviation of this many times the normal impulse (m).
+const UNOBSERVED_LEVER_M: f64 = 10.0;
+/// Gauss-Newton steps: the problem is nearly linear.
+const STEPS: usize = 3;
 
 /// The impulse ratio of an impact; `None` without a normal from the outlines or a single restitution.
 ///
@@ -31,37 +55,203 @@ pub(crate) fn oblique_impact(fitted: &MotionFit, contact: &Contact) -> Option<Ob
     if !contact.normal_from_outlines || !contact.restitution || contact.both_ends {
         return None;
     }
-    let normal = contact.closest.normal_ab;
-    let along = normal.perpendicular();
-    let motions = contact.motions(fitted, &fitted.minimum.parameters);
-    let slip = contact.relative_velocities(&motions)[0].dot(along);
-    let (values, covariance) = fitted.propagated(|parameters| {
-        let change = contact.motions(fitted, parameters).velocity_change(1);
-        vec![change.dot(along) / change.dot(normal)]
-    });
+    let geometry = ImpactGeometry::new(fitted, contact);
+    let (changes, noise) =
+        fitted.propagated(|parameters| geometry.changes(contact, &contact.motions(fitted, parameters)));
+    let ratios = geometry.ratios(&changes, noise)?;
 
-    // Changes of the contact points' relative tangential velocity per tangential and normal impulse over the mass of b
-    let (mut tangential, mut coupling) = (0.0, 0.0);
-    let mut add = |k: usize, side: usize, mass_b_over: f64| {
-        let lever = contact.closest.point - motions.before[side].pose.position;
-        let (n, t) = (lever.dot(normal), lever.dot(along));
-        let squared = fitted.model.bodies[k].gyration_m.powi(2);
-        tangential += mass_b_over * (1.0 + n * n / squared);
-        coupling -= mass_b_over * n * t / squared;
+    let sign = ratios.values[1].signum();
+    let std = |k: usize| ratios.covariance[(k, k)].max(0.0).sqrt();
+    let impulse_ratio = Measured { value: sign * ratios.values[0], std: std(0).hypot(MODEL_STD) };
+    let name = |k: usize| kind(&fitted.model.bodies[k].object);
+    let pair = match contact.a {
+        Partner::Body(a) => pair_key(name(a), name(contact.b)),
+        Partner::Striker | Partner::Unknown => name(contact.b).to_owned(),
     };
-    add(contact.b, 1, 1.0);
-    if let Partner::Body(a) = contact.a {
-        let [change_a, change_b] =
-            [0, 1].map(|side| motions.velocity_change(side).dot(contact.impulse_direction));
-        add(a, 0, -change_a / change_b);
+    let found = ObliqueImpact {
+        with_striker: contact.a == Partner::Striker,
+        pair,
+        impulse_ratio,
+        sticking_ratio: sign * ratios.values[1],
+        sticking_std: std(1),
+        covariance: ratios.covariance[(0, 1)],
+    };
+    let numbers =
+        [impulse_ratio.value, impulse_ratio.std, found.sticking_ratio, found.sticking_std, found.covariance];
+    numbers.iter().all(|x| x.is_finite()).then_some(found)
+}
+
+/// How an impulse at the contact moves both bodies.
+struct ImpactGeometry {
+    normal: Vec2,
+    along: Vec2,
+    /// Body b and, unless the striker is the partner, body a.
+    sides: Vec<Side>,
+}
+
+/// One body of an impact.
+struct Side {
+    /// 0 for a, 1 for b.
+    index: usize,
+    /// The torque about the centroid per normal and per tangential impulse (m).
+    levers_m: [f64; 2],
+    squared_gyration_m2: f64,
+    yaw_observed: bool,
+    /// The standard deviation of the slip due to a spin before the impact that is not observed (m/s).
+    unobserved_slip_m_s: f64,
+}
+
+/// Normal and tangential impulse over the mass of b (m/s), and the mass of b over that of a.
+#[derive(Clone, Copy)]
+struct Impulse {
+    normal: f64,
+    tangential: f64,
+    mass_b_over_a: f64,
+}
+
+/// Tangential over normal impulse, as measured and as it would end the slip, with their covariance.
+struct Ratios {
+    values: [f64; 2],
+    covariance: DMatrix<f64>,
+}
+
+impl ImpactGeometry {
+    fn new(fitted: &MotionFit, contact: &Contact) -> Self {
+        let normal = contact.closest.normal_ab;
+        let along = normal.perpendicular();
+        let motions = contact.motions(fitted, &fitted.minimum.parameters);
+        let side = |index: usize, k: usize| {
+            let (before, body) = (motions.before[index], &fitted.model.bodies[k]);
+            let lever = contact.closest.point - before.pose.position;
+            let unobserved = if body.yaw_observed { 0.0 } else { UNOBSERVED_SPIN };
+            Side {
+                index,
+                levers_m: [lever.cross(normal), lever.cross(along)],
+                squared_gyration_m2: body.gyration_m.powi(2),
+                yaw_observed: body.yaw_observed,
+                unobserved_slip_m_s: unobserved * before.velocity.length(),
+            }
+        };
+        let mut sides = vec![side(1, contact.b)];
+        if let Partner::Body(a) = contact.a {
+            sides.push(side(0, a));
+        }
+        Self { normal, along, sides }
     }
 
-    let sticking_ratio = (slip / motions.velocity_change(1).dot(normal) - coupling) / tangential;
-    let (value, std) = (values[0] * sticking_ratio.signum(), covariance[(0, 0)].sqrt().hypot(MODEL_STD));
-    let with_striker = contact.a == Partner::Striker;
-    (value.is_finite() && std.is_finite() && sticking_ratio.is_finite()).then(|| ObliqueImpact {
-        with_striker,
-        impulse_ratio: Measured { value, std },
-        sticking_ratio: sticking_ratio.abs(),
-    })
+    /// The number of velocity changes.
+    fn rows(&self) -> usize {
+        3 * self.sides.len()
+    }
+
+    /// For each side the change of the centroid's velocity along normal and tangent (m/s), and that of the spin times the
+    /// squared radius of gyration (m2/s); last the slip: the tangential velocity of a's contact point relative to b's (m/s).
+    fn changes(&self, contact: &Contact, motions: &MotionsAtImpact) -> Vec<f64> {
+        let mut changes = Vec::with_capacity(self.rows() + 1);
+        for side in &self.sides {
+            let [before, after] = [motions.before[side.index], motions.after[side.index]];
+            let change = after.velocity - before.velocity;
+            let spin = side.squared_gyration_m2 * (after.spin_rad_s - before.spin_rad_s);
+            changes.extend([change.dot(self.normal), change.dot(self.along), spin]);
+        }
+        changes.push(contact.relative_velocities(motions)[0].dot(self.along));
+        changes
+    }
+
+    /// The changes that an impulse causes, and their derivatives by normal impulse, tangential impulse and ratio of masses.
+    fn expected(&self, impulse: Impulse) -> (DVector<f64>, DMatrix<f64>) {
+        let unknowns = self.sides.len() + 1;
+        let (mut values, mut slopes) = (DVector::zeros(self.rows()), DMatrix::zeros(self.rows(), unknowns));
+        for (n, side) in self.sides.iter().enumerate() {
+            let share = if side.index == 1 { 1.0 } else { -impulse.mass_b_over_a };
+            for (k, [p, q]) in [[1.0, 0.0], [0.0, 1.0], side.levers_m].into_iter().enumerate() {
+                let (row, per_share) = (3 * n + k, p * impulse.normal + q * impulse.tangential);
+                values[row] = share * per_share;
+                (slopes[(row, 0)], slopes[(row, 1)]) = (share * p, share * q);
+                if side.index == 0 {
+                    slopes[(row, 2)] = -per_share;
+                }
+            }
+        }
+        (values, slopes)
+    }
+
+    /// The covariance of the changes: that of the tracks' noise, plus what a rigid homogeneous body on its outline leaves out.
+    fn with_model_noise(&self, changes: &[f64], mut covariance: DMatrix<f64>) -> DMatrix<f64> {
+        for (n, side) in self.sides.iter().enumerate() {
+            let (normal, row) = (changes[3 * n], 3 * n + 2);
+            let lever_m = if side.yaw_observed { LEVER_STD_M } else { UNOBSERVED_LEVER_M };
+            covariance[(row - 1, row - 1)] += (MODEL_STD * normal).powi(2);
+            covariance[(row, row)] += (lever_m * normal).powi(2) + (GYRATION_STD * changes[row]).powi(2);
+            let slip = self.rows();
+            covariance[(slip, slip)] += side.unobserved_slip_m_s.powi(2);
+        }
+        covariance
+    }
+
+    /// The ratios from the changes by weighted least squares; `None` if the bodies were not pushed apart.
+    fn ratios(&self, changes: &[f64], noise: DMatrix<f64>) -> Option<Ratios> {
+        let (rows, unknowns) = (self.rows(), self.sides.len() + 1);
+        let covariance = self.with_model_noise(changes, noise);
+        let weights = covariance.view((0, 0), (rows, rows)).into_owned().cholesky()?;
+        let observed = DVector::from_column_slice(&changes[..rows]);
+
+        // Gauss-Newton: the ratio of masses multiplies the impulse
+        let mass_b_over_a = if self.sides.len() == 2 { -changes[3] / changes[0] } else { 0.0 };
+        let mut impulse = Impulse { normal: changes[0], tangential: changes[1], mass_b_over_a };
+        let mut gain = DMatrix::zeros(unknowns, rows);
+        for _ in 0..STEPS {
+            let (expected, slopes) = self.expected(impulse);
+            let weighted = weights.solve(&slopes);
+            gain = slopes.tr_mul(&weighted).cholesky()?.solve(&weighted.transpose());
+            let step = &gain * (&observed - expected);
+            impulse.normal += step[0];
+            impulse.tangential += step[1];
+            impulse.mass_b_over_a += step.get(2).copied().unwrap_or(0.0);
+        }
+        if impulse.normal <= 0.0 || impulse.mass_b_over_a < 0.0 {
+            return None;
+        }
+
+        // The covariance of unknowns and slip, larger where the changes do not fit together
+        let residuals = &observed - self.expected(impulse).0;
+        let chi2 = residuals.dot(&weights.solve(&residuals));
+        let excess = (chi2 / (rows - unknowns) as f64).max(1.0);
+        let mut of_changes = DMatrix::zeros(unknowns + 1, rows + 1);
+        of_changes.view_mut((0, 0), (unknowns, rows)).copy_from(&gain);
+        of_changes[(unknowns, rows)] = 1.0;
+        let (values, slopes) = self.ratios_of(impulse, changes[rows]);
+        let map = slopes * of_changes;
+        Some(Ratios { values, covariance: &map * covariance * map.transpose() * excess })
+    }
+
+    /// The ratios of an impulse and a slip, with their derivatives by the unknowns and the slip.
+    ///
+    /// A tangential impulse of `slip - coupling x normal` over `tangential` ends the slip (Routh).
+    fn ratios_of(&self, impulse: Impulse, slip: f64) -> ([f64; 2], DMatrix<f64>) {
+        let per_mass = |side: &Side| {
+            let [by_normal, by_tangential] = side.levers_m;
+            let squared = side.squared_gyration_m2;
+            [1.0 + by_tangential * by_tangential / squared, by_normal * by_tangential / squared]
+        };
+        let [mut tangential, mut coupling] = per_mass(&self.sides[0]);
+        let of_a = self.sides.get(1).map(per_mass);
+        if let Some([of_tangential, of_coupling]) = of_a {
+            tangential += impulse.mass_b_over_a * of_tangential;
+            coupling += impulse.mass_b_over_a * of_coupling;
+        }
+        let measured = impulse.tangential / impulse.normal;
+        let sticking = (slip / impulse.normal - coupling) / tangential;
+
+        let unknowns = self.sides.len() + 1;
+        let mut slopes = DMatrix::zeros(2, unknowns + 1);
+        slopes[(0, 0)] = -measured / impulse.normal;
+        slopes[(0, 1)] = 1.0 / impulse.normal;
+        slopes[(1, 0)] = -slip / (impulse.normal * impulse.normal * tangential);
+        if let Some([of_tangential, of_coupling]) = of_a {
+            slopes[(1, 2)] = -(of_coupling + sticking * of_tangential) / tangential;
+        }
+        slopes[(1, unknowns)] = 1.0 / (impulse.normal * tangential);
+        ([measured, sticking], slopes)
+    }
 }

@@ -11,6 +11,7 @@ use crate::physics::impact::moreau::minimum_rebound;
 use crate::physics::impact::routh::{ContactPoint, Impact, state_after_impulse};
 use crate::physics::options::MultipleImpact;
 use crate::physics::output::recorder::ImpactRecord;
+use crate::physics::pair_coefficients::Coefficients;
 use crate::physics::rotation::length;
 use crate::physics::sliding::body::{Body, STRIKER};
 use crate::physics::sliding::motion::{BodyState, State};
@@ -107,7 +108,7 @@ impl Rollout<'_> {
         let coefficients = self.world.coefficients(pair[0], pair[1]);
         let measured = options.restitution.restitution(coefficients.restitution, impact.approach);
         let restitution = minimum_rebound(measured, impact.approach);
-        let impulse = impact.impulse(restitution, coefficients.friction, options.impact);
+        let impulse = impact.impulse(&Coefficients { restitution, ..coefficients }, options.impact);
         let on_b = contact_point.normal_ab * impulse.normal
             + contact_point.normal_ab.perpendicular() * impulse.tangent;
         let bodies = pair.map(|i| &self.world.bodies[i]);

@@ -428,7 +428,7 @@ mod tests {
                     let normal_ab = offset / offset.length();
                     let point = ContactPoint { point: states[i].position + normal_ab * RADIUS_M, normal_ab };
                     let pair = [i, k].map(|n| BodyState { body: &bodies[n], state: &states[n] });
-                    let coefficients = Coefficients { restitution, friction: 0.0 };
+                    let coefficients = Coefficients { restitution, ..Coefficients::default() };
                     island.contacts.push(Contact::new([i, k], pair, point, 0.0, coefficients));
                 }
             }

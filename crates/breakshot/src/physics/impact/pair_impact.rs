@@ -4,6 +4,7 @@ use crate::error::{Error, Result};
 use crate::geometry::{Point, Vec2};
 use crate::object::positive;
 use crate::physics::impact::routh::{ContactPoint, Impact, ImpactLaw, Impulse, InverseInertia};
+use crate::physics::pair_coefficients::Coefficients;
 use crate::physics::sliding::motion::State;
 
 /// A rigid body at the instant of an impact.
@@ -37,7 +38,7 @@ pub struct ImpactBody {
 /// };
 /// let b = ImpactBody { position: Point::new(0.06, 0.0), velocity: Vec2::ZERO, ..a };
 /// let point = Point::new(0.03, 0.0);
-/// let impact = PairImpact { point, normal_ab, restitution: 0.5, friction: 0.2, law: ImpactLaw::Stronge };
+/// let impact = PairImpact { point, normal_ab, restitution: 0.5, friction: 0.2, tangential_restitution: 0.0, law: ImpactLaw::Stronge };
 /// let [a, b] = impact.after([a, b])?;
 /// assert!((b.velocity.x - a.velocity.x - 0.5 * 0.8).abs() < 1e-12, "separation speed in m/s");
 /// # Ok::<(), breakshot::Error>(())
@@ -52,6 +53,8 @@ pub struct PairImpact {
     pub restitution: f64,
     /// Contact friction.
     pub friction: f64,
+    /// Tangential restitution, -1 to 1: the part of the slip that springs back where the contact sticks; 0 for rigid bodies.
+    pub tangential_restitution: f64,
     /// Condition at which the impact ends.
     pub law: ImpactLaw,
 }
@@ -68,7 +71,12 @@ impl PairImpact {
         if impact.approach <= 0.0 {
             return Ok([a, b]);
         }
-        let Impulse { normal, tangent } = impact.impulse(self.restitution, self.friction, self.law);
+        let coefficients = Coefficients {
+            restitution: self.restitution,
+            friction: self.friction,
+            tangential_restitution: self.tangential_restitution,
+        };
+        let Impulse { normal, tangent } = impact.impulse(&coefficients, self.law);
         let on_b = self.normal_ab * normal + self.normal_ab.perpendicular() * tangent;
         Ok([a.state_after_impulse(self.point, -on_b), b.state_after_impulse(self.point, on_b)])
     }
@@ -87,6 +95,10 @@ impl PairImpact {
         }
         if !(self.friction >= 0.0 && self.friction.is_finite()) {
             return Err(Error::invalid(owner, "friction", self.friction, "zero or more"));
+        }
+        if !(-1.0..=1.0).contains(&self.tangential_restitution) {
+            let found = self.tangential_restitution;
+            return Err(Error::invalid(owner, "tangential_restitution", found, "a number from -1 to 1"));
         }
         let length = self.normal_ab.length();
         if !((length - 1.0).abs() < UNIT_TOLERANCE && self.point.is_finite()) {
@@ -140,7 +152,14 @@ mod tests {
 
     fn head_on(restitution: f64, friction: f64) -> PairImpact {
         let (point, normal_ab) = (Point::new(0.025, 0.0), Vec2::new(1.0, 0.0));
-        PairImpact { point, normal_ab, restitution, friction, law: ImpactLaw::Stronge }
+        PairImpact {
+            point,
+            normal_ab,
+            restitution,
+            friction,
+            tangential_restitution: 0.0,
+            law: ImpactLaw::Stronge,
+        }
     }
 
     #[test]
@@ -164,12 +183,30 @@ mod tests {
     }
 
     #[test]
+    fn a_part_of_the_slip_springs_back_or_remains() {
+        let (a, mut b) = (disc(0.0, 0.5), disc(0.05, 0.0));
+        b.velocity = Vec2::ZERO;
+        for tangential_restitution in [-0.4, 0.3] {
+            let sprung = PairImpact { tangential_restitution, ..head_on(0.7, 2.0) };
+            let [a, b] = sprung.after([a, b]).expect("possible");
+            let slip = a.velocity.y + 0.025 * a.yaw_rate_rad_s - (b.velocity.y - 0.025 * b.yaw_rate_rad_s);
+            // The slip before is 0.4 m/s.
+            assert!((slip + tangential_restitution * 0.4).abs() < 1e-14, "{slip} m/s");
+        }
+        // Contact points that slide to the end are not affected.
+        let sliding = PairImpact { tangential_restitution: 0.3, ..head_on(0.7, 0.01) };
+        let rigid = head_on(0.7, 0.01).after([a, b]).expect("possible");
+        assert_eq!(sliding.after([a, b]).expect("possible"), rigid);
+    }
+
+    #[test]
     fn impossible_input_is_an_error_that_names_it() {
         let parting = [disc(0.0, -0.5), disc(0.05, 0.0)];
         assert_eq!(head_on(0.7, 0.2).after(parting).expect("possible"), parting);
         for (impact, word) in [
             (head_on(1.5, 0.2), "restitution"),
             (head_on(0.5, -0.2), "friction"),
+            (PairImpact { tangential_restitution: 1.5, ..head_on(0.5, 0.2) }, "tangential_restitution"),
             (PairImpact { normal_ab: Vec2::ZERO, ..head_on(0.5, 0.2) }, "normal"),
         ] {
             let error = impact.after(parting).expect_err("impossible").to_string();

@@ -8,6 +8,7 @@
 //! reverses.  Wang and Mason, J. Appl. Mech. 59 (1992) 635, list the cases.
 
 use crate::geometry::{Point, Vec2};
+use crate::physics::pair_coefficients::Coefficients;
 use crate::physics::sliding::body::Body;
 use crate::physics::sliding::motion::{BodyState, State};
 use serde::{Deserialize, Serialize};
@@ -71,6 +72,9 @@ pub(crate) struct ContactPoint {
     /// Unit vector from a to b.
     pub(crate) normal_ab: Vec2,
 }
+
+/// Contact points that slide more slowly than this after an impact have stuck (m/s).
+const STICKING_M_S: f64 = 1e-9;
 
 /// Relative velocity of two bodies at a contact, and its change by an impulse.
 ///
@@ -143,7 +147,8 @@ impl Impact {
     }
 
     /// The impulse on b of an impact with restitution e and contact friction mu.
-    pub(crate) fn impulse(&self, restitution: f64, friction: f64, law: ImpactLaw) -> Impulse {
+    pub(crate) fn impulse(&self, coefficients: &Coefficients, law: ImpactLaw) -> Impulse {
+        let &Coefficients { restitution, friction, tangential_restitution } = coefficients;
         if law == ImpactLaw::Paper {
             return self.impulse_of_the_paper(restitution, friction);
         }
@@ -151,7 +156,33 @@ impl Impact {
             // Without friction the three laws are equal (Eq. 17).
             return Impulse { normal: (1.0 + restitution) * self.approach / self.k_nn, tangent: 0.0 };
         }
-        self.routh(restitution, friction, law)
+        let rigid = self.routh(restitution, friction, law);
+        if tangential_restitution == 0.0 {
+            rigid
+        } else {
+            self.sprung(rigid, friction, tangential_restitution)
+        }
+    }
+
+    /// The impulse with tangential restitution: one plus it times the impulse that ends the slip, within the cone of friction
+    /// (Walton and Braun 1986).
+    ///
+    /// The rigid impulse is returned where its slip reverses, and where the bodies would gain energy or still approach.
+    fn sprung(&self, rigid: Impulse, friction: f64, tangential_restitution: f64) -> Impulse {
+        let limit = friction * rigid.normal;
+        let sticking = (self.slip - self.k_nt * rigid.normal) / self.k_tt;
+        let tangent = ((1.0 + tangential_restitution) * sticking).clamp(-limit, limit);
+        let sprung = Impulse { tangent, ..rigid };
+        let slip_after = self.slip - self.k_nt * rigid.normal - self.k_tt * rigid.tangent;
+        let reverses = slip_after.abs() > STICKING_M_S && slip_after * self.slip < 0.0;
+        let approach_after = self.approach - self.k_nn * sprung.normal - self.k_nt * tangent;
+        if reverses || approach_after > 0.0 || self.work(sprung) > 0.0 { rigid } else { sprung }
+    }
+
+    /// The energy that an impulse adds to both bodies (J).
+    fn work(&self, impulse: Impulse) -> f64 {
+        let Impulse { normal: p, tangent: q } = impulse;
+        0.5 * (self.k_nn * p * p + self.k_tt * q * q) + self.k_nt * p * q - self.approach * p - self.slip * q
     }
 
     /// The normal impulse at which the first slip ends, and tangential over normal impulse before and after it.

@@ -12,7 +12,7 @@ use crate::ordered_map::map_of;
 use crate::physics::{self, Compliance, ContactForce, MultipleImpact, Perturbation, Stiffness, World};
 use crate::plan::options::ExecutionNoise;
 use crate::plan::result::Source;
-use crate::properties::{ContactFriction, Properties, PropertyGroup};
+use crate::properties::{ContactFriction, Properties, PropertyGroup, TangentialRestitution};
 use crate::scene::{Placed, Scene, Strike};
 use crate::uncertain::Estimate;
 use nalgebra::DMatrix;
@@ -168,6 +168,9 @@ impl Sampler {
         let friction = &mut drawn.contact_friction;
         friction.objects = Some(self.contact_friction(friction.objects));
         friction.striker = Some(self.contact_friction(friction.striker));
+        let tangential = &mut drawn.tangential_restitution;
+        tangential.objects = Some(self.tangential_restitution(tangential.objects));
+        tangential.striker = Some(self.tangential_restitution(tangential.striker));
         drawn
     }
 
@@ -192,6 +195,15 @@ impl Sampler {
             }
             None => ContactFriction::MOST_ASSUMED * uniform,
         })
+    }
+
+    /// Tangential restitution, zero with its prior's standard deviation where it was not measured.
+    fn tangential_restitution(&mut self, measured: Option<Estimate>) -> Estimate {
+        let (mean, std) = measured.map_or((0.0, TangentialRestitution::ASSUMED_STD), |e| {
+            (e.mean, e.standard_error.hypot(e.std.unwrap_or(0.0)))
+        });
+        let [least, most] = TangentialRestitution::RANGE;
+        Estimate::exact((mean + std * self.normal(Source::Contacts)).clamp(least, most))
     }
 
     /// A law of simultaneous impacts: linear or Hertzian, with equal stiffness or equal contact times.  It is not identified.

@@ -178,17 +178,20 @@ fn table_1(page: &Page, properties: &Properties) -> Option<String> {
 }
 
 fn contact_friction(properties: &Properties) -> Option<String> {
-    let friction = [
-        ("between objects", properties.contact_friction.objects),
-        ("between an object and the striker", properties.contact_friction.striker),
+    let Properties { contact_friction: friction, tangential_restitution: tangential, .. } = properties;
+    let sentence = |what: &str, of: [Option<Estimate>; 2]| {
+        let between = ["between objects", "between an object and the striker"];
+        let values = between.iter().zip(of).filter_map(|(between, estimate)| {
+            let Estimate { mean, interval_95: [low, high], .. } = estimate?;
+            Some(format!("{between} {mean:.3} (95 %: {low:.3} to {high:.3})"))
+        });
+        let values: Vec<String> = values.collect();
+        (!values.is_empty()).then(|| format!("<p>{what}: {}.</p>\n", values.join(", ")))
+    };
+    let sentences = [
+        sentence("Contact friction in impacts", [friction.objects, friction.striker]),
+        sentence("Tangential restitution in impacts", [tangential.objects, tangential.striker]),
     ];
-    let values: Vec<String> = friction
-        .iter()
-        .filter_map(|(what, estimate)| {
-            let estimate = estimate.as_ref()?;
-            let [low, high] = estimate.interval_95;
-            Some(format!("{what} {:.3} (95 %: {low:.3} to {high:.3})", estimate.mean))
-        })
-        .collect();
-    (!values.is_empty()).then(|| format!("<p>Contact friction in impacts: {}.</p>\n", values.join(", ")))
+    let sentences: Vec<String> = sentences.into_iter().flatten().collect();
+    (!sentences.is_empty()).then(|| sentences.concat())
 }

@@ -1,0 +1,375 @@
+//! Is contact friction learned well enough to predict strikes on piles?  `cargo xtask validate contact LAB [CELLS]`.
+//!
+//! Each drawn cell of the lab (`cells.py`) has its own objects, masses, friction and contact friction.  Its campaign is simulated
+//! but not filmed: the tracks are the true motions with the noise of a camera, so that many cells can be measured in minutes.
+//! Ten clips are advised and carried out in the lab, and planned strikes on random piles are simulated with the properties from
+//! before and after, and with every contact friction in steps: the one that predicts the lab's outcomes best is the effective
+//! contact friction, which is less than the lab's nominal one, because contacts creep and rock.
+
+use super::altered::learned;
+use super::saved::Saved;
+use crate::validate::row::{self, Row, mean_and_worst, median};
+use crate::validate::strikes::lab::{Lab, Variation};
+use crate::validate::strikes::{placed, planned};
+use crate::validate::truth::Truth;
+use crate::validate::{Program, scatter};
+use crate::venv;
+use breakshot::campaign::Campaign;
+use breakshot::detect::{Sample, Track, Tracks};
+use breakshot::estimate::{self, AdviceOptions, ClipTracks, Setup};
+use breakshot::files;
+use breakshot::geometry::Pose;
+use breakshot::physics;
+use breakshot::plan::Method;
+use breakshot::properties::Properties;
+use breakshot::scene::{Goal, Scene, Strike};
+use breakshot::uncertain::Estimate;
+use rand::{RngExt, SeedableRng};
+use rand_distr::StandardNormal;
+use rand_pcg::Pcg64Mcg;
+use serde::Deserialize;
+use serde_json::json;
+use std::collections::BTreeMap;
+use std::f64::consts::{PI, TAU};
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+/// Default number of cells.
+pub(crate) const CELLS: u64 = 12;
+/// Clips of each cell's campaign, advised clips, and piles that are struck.
+const CLIPS: &str = "30";
+const ADVISED: usize = 10;
+const PILES: usize = 8;
+/// The noise of the tracks: about that of the lab's films (m, rad).
+const NOISE_M: f64 = 1e-4;
+const NOISE_RAD: f64 = 4e-3;
+/// The contact frictions that are tried, in steps.
+const STEP: f64 = 0.025;
+const STEPS: usize = 17;
+/// Largest accepted mean difference of pair distances after the advised clips (mm).
+const MEAN_MM: f64 = 6.0;
+/// The same for the lab's filmed strikes, and the largest accepted difference (mm).
+const FILMED_MEAN_MM: f64 = 4.0;
+const FILMED_WORST_MM: f64 = 12.0;
+/// Accepted coverage of the effective contact friction (percent).
+const COVERAGE_PERCENT: f64 = 90.0;
+
+/// What the peer writes about the camera.
+#[derive(Deserialize)]
+struct Camera {
+    fps: f64,
+    /// Whether the marker of an object shows its yaw.
+    yaw: BTreeMap<String, bool>,
+}
+
+/// The strikes on piles of one cell, as planned and as carried out in the lab.
+struct Outcomes {
+    strikes: Vec<(Scene, Strike, BTreeMap<String, Pose>)>,
+}
+
+/// What one cell showed.
+struct Cell {
+    /// The learned contact friction between objects: before and after the advised clips.
+    learned: [Option<Estimate>; 2],
+    /// The one that predicts best.
+    effective: f64,
+    /// Mean difference of pair distances: before and after the advised clips, and with the effective contact friction (mm).
+    mean_mm: [f64; 3],
+}
+
+/// Films ten advised clips of the lab's own cell, and predicts its filmed strikes on piles before and after; whether every target
+/// holds.
+pub(crate) fn advised_films(program: &Program, lab: &Path) -> Result<bool, String> {
+    let python = venv::python("lab", &venv::LAB)?;
+    let [before, after] =
+        ["before", "after"].map(|name| program.output.join(format!("properties-{name}.json")));
+    let path = lab.join("campaign/campaign.toml");
+    program.run(&["estimate", &path.to_string_lossy(), "-o", &before.to_string_lossy()])?;
+    let campaign = files::load_campaign(&path).map_err(|e| e.to_string())?.value;
+    let properties = files::load_properties(&before).map_err(|e| e.to_string())?;
+
+    // The films are made again if other clips are advised
+    let (clips, folder) = (program.output.join("advised.json"), program.output.join("advised"));
+    let wanted = advised(&campaign, &properties)?.to_string();
+    if std::fs::read_to_string(&clips).is_ok_and(|made| made != wanted) && folder.exists() {
+        std::fs::remove_dir_all(&folder).map_err(|e| e.to_string())?;
+    }
+    std::fs::write(&clips, wanted).map_err(|e| e.to_string())?;
+    let specification = lab.join("campaign_spec.json");
+    let request =
+        Request { specification: &specification, clips: &clips, folder: &folder, films: Films::Made };
+    request.carry_out(&python, lab)?;
+    let update = folder.join("campaign.toml");
+    program.run(&[
+        "estimate",
+        &update.to_string_lossy(),
+        "--update",
+        &before.to_string_lossy(),
+        "-o",
+        &after.to_string_lossy(),
+    ])?;
+    for (when, path) in [("Before", &before), ("After", &after)] {
+        let learned = files::load_properties(path).map_err(|e| e.to_string())?.contact_friction;
+        println!(
+            "\n{when} the advised clips: contact friction {}, with the striker {}",
+            shown(learned.objects),
+            shown(learned.striker)
+        );
+    }
+    let [before, after] = [before, after].map(|path| scatter::films(program, &lab.join("scatter"), &path));
+    let (before, after) = (before?, after?);
+    let rows = [
+        Row::plain("mean difference of pair distances before", before.mean_mm, "mm"),
+        Row::at_most("the same after the advised clips", after.mean_mm, FILMED_MEAN_MM, "mm"),
+        Row::plain("largest difference before", before.worst_mm, "mm"),
+        Row::at_most("the same after the advised clips", after.worst_mm, FILMED_WORST_MM, "mm"),
+    ];
+    Ok(row::print_all("The lab's filmed strikes on piles before and after ten advised clips", &rows))
+}
+
+/// Measures this many drawn cells; whether every target holds.
+pub(crate) fn validate(lab: &Path, cells: u64) -> Result<bool, String> {
+    let python = venv::python("lab", &venv::LAB)?;
+    let mut measured = Vec::new();
+    for seed in 1..=cells {
+        let cell = cell(&python, lab, seed)?;
+        let [before, after] = cell.learned.map(shown);
+        let [mm_before, mm_after, mm_best] = cell.mean_mm;
+        println!(
+            "cell {seed}: {before}, after the advised clips {after}, predicts best {:.3}; mean {mm_before:.1}, {mm_after:.1}, {mm_best:.1} mm",
+            cell.effective
+        );
+        measured.push(cell);
+    }
+    let given: Vec<(Estimate, f64)> =
+        measured.iter().filter_map(|cell| Some((cell.learned[1]?, cell.effective))).collect();
+    let covered =
+        given.iter().filter(|(e, best)| (e.interval_95[0]..=e.interval_95[1]).contains(best)).count();
+    let percent = |part: usize, whole: usize| 100.0 * part as f64 / whole.max(1) as f64;
+    let means = |k: usize| median(measured.iter().map(|cell| cell.mean_mm[k]).collect());
+    let within = measured.iter().filter(|cell| cell.mean_mm[1] <= MEAN_MM).count();
+    let rows = [
+        Row::plain(
+            "cells with a contact friction before the advised clips",
+            percent(measured.iter().filter(|c| c.learned[0].is_some()).count(), measured.len()),
+            "%",
+        ),
+        Row::plain("cells with a contact friction after them", percent(given.len(), measured.len()), "%"),
+        Row::at_least(
+            "intervals with the friction that predicts best",
+            percent(covered, given.len()),
+            COVERAGE_PERCENT,
+            "%",
+        ),
+        Row::plain("mean difference of pair distances before, median of the cells", means(0), "mm"),
+        Row::at_most("the same after the advised clips", means(1), MEAN_MM, "mm"),
+        Row::plain("the same with the friction that predicts best", means(2), "mm"),
+        Row::plain(
+            "cells with a mean of at most 6 mm after the advised clips",
+            percent(within, measured.len()),
+            "%",
+        ),
+    ];
+    Ok(row::print_all(&format!("Contact friction of {cells} drawn cells"), &rows))
+}
+
+fn shown(estimate: Option<Estimate>) -> String {
+    estimate.map_or("not given".into(), |e| {
+        format!("{:.3} ({:.3} to {:.3})", e.mean, e.interval_95[0], e.interval_95[1])
+    })
+}
+
+fn cell(python: &Path, lab: &Path, seed: u64) -> Result<Cell, String> {
+    let folder = motions(python, lab, seed)?;
+    let saved = saved(&folder, &folder, seed)?;
+    let before = learned(&saved, &saved.clips)?.properties;
+    let specification = folder.join(format!("campaign_{seed}.json"));
+
+    // The advised clips
+    let clips = folder.join("advised.json");
+    std::fs::write(&clips, advised(&saved.campaign, &before)?.to_string()).map_err(|e| e.to_string())?;
+    let advised = folder.join("advised");
+    let request =
+        Request { specification: &specification, clips: &clips, folder: &advised, films: Films::Empty };
+    request.carry_out(python, lab)?;
+    let more = self::saved(&advised, &folder, seed + 1)?;
+    let all: Vec<ClipTracks> = saved.clips.iter().chain(&more.clips).cloned().collect();
+    let after = learned(&saved, &all)?.properties;
+
+    // Strikes on piles
+    let outcomes = Outcomes::new(lab, &specification, &saved, &before)?;
+    let with = |friction: f64| {
+        let mut properties = after.clone();
+        properties.contact_friction.objects = Some(Estimate::exact(friction));
+        outcomes.mean_mm(&properties)
+    };
+    let tried: Vec<(f64, f64)> = (0..STEPS)
+        .map(|k| k as f64 * STEP)
+        .map(|friction| Ok((friction, with(friction)?)))
+        .collect::<Result<_, String>>()?;
+    let best = tried.iter().copied().min_by(|p, q| p.1.total_cmp(&q.1)).unwrap_or_default();
+    let mean_mm = [outcomes.mean_mm(&before)?, outcomes.mean_mm(&after)?, best.1];
+    let learned = [before, after].map(|properties| properties.contact_friction.objects);
+    Ok(Cell { learned, effective: best.0, mean_mm })
+}
+
+/// The advised clips as the lab's scripts describe them.
+fn advised(campaign: &Campaign, properties: &Properties) -> Result<serde_json::Value, String> {
+    let Campaign { cell, objects, .. } = campaign;
+    let options = AdviceOptions { clips: ADVISED, scene: None, seed: 1 };
+    let advice = estimate::advice(properties, cell, objects, &options).map_err(|e| e.to_string())?;
+    let clip = |(k, clip): (usize, &estimate::AdvisedClip)| {
+        let (scene, strike) = clip.experiment.layout(Setup { cell, objects }).map_err(|e| e.to_string())?;
+        // In order: a campaign lists the object that is struck first.
+        let placed: Vec<(&str, Pose)> = scene.placed.iter().map(|p| (p.object.as_str(), p.pose())).collect();
+        Ok(json!({
+            "name": format!("advised_{:02}", k + 1),
+            "placed": placed,
+            "striker_start": strike.start_m,
+            "heading": strike.heading_rad,
+            "speed": strike.speed_m_s,
+            "travel": strike.travel_m,
+        }))
+    };
+    advice.clips.iter().enumerate().map(clip).collect::<Result<Vec<_>, String>>().map(Into::into)
+}
+
+impl Outcomes {
+    /// Plans robust strikes on random piles with these properties and carries them out.
+    fn new(lab: &Path, specification: &Path, saved: &Saved, properties: &Properties) -> Result<Self, String> {
+        let mut lab = Lab::start_cell(lab, specification)?;
+        let mut strikes = Vec::new();
+        for (k, pile) in lab.piles(PILES, 1)?.into_iter().enumerate() {
+            let scene = Scene {
+                cell: saved.campaign.cell.clone(),
+                objects: saved.campaign.objects.clone(),
+                observed_unix_s: None,
+                placed: placed(&pile.poses),
+                walls: Vec::new(),
+                keep_out: Vec::new(),
+                goal: Goal::default(),
+            };
+            let plan = planned(&scene, properties, Method::Robust, k as u64).map_err(|e| e.to_string())?;
+            let Some(strike) = plan.strike else { continue };
+            let once = Variation { friction_scale: 1.0, seed: None };
+            let Some(rest) = lab.strike(&scene.placed, &strike, once)? else { continue };
+            strikes.push((scene, strike, rest.poses.into_iter().collect()));
+        }
+        Ok(Self { strikes })
+    }
+
+    /// The mean difference of all pair distances between simulation and lab (mm).
+    fn mean_mm(&self, properties: &Properties) -> Result<f64, String> {
+        let mut errors_mm = Vec::new();
+        for (scene, strike, observed) in &self.strikes {
+            let simulated = physics::trajectory(scene, properties, strike, &physics::Options::default())
+                .map_err(|e| e.to_string())?;
+            let names: Vec<&String> = observed.keys().collect();
+            for (k, a) in names.iter().enumerate() {
+                for b in &names[k + 1..] {
+                    let apart =
+                        |poses: &BTreeMap<String, Pose>| poses[*a].position.distance(poses[*b].position);
+                    errors_mm.push(1e3 * (apart(&simulated.final_poses) - apart(observed)));
+                }
+            }
+        }
+        Ok(mean_and_worst(&errors_mm).0)
+    }
+}
+
+/// The folder with the simulated campaign of a cell, which is drawn once.
+fn motions(python: &Path, lab: &Path, seed: u64) -> Result<PathBuf, String> {
+    let folder = crate::example::target().join("validate/drawn").join(seed.to_string());
+    let mut command = Command::new(python);
+    command.arg("xtask/peers/drawn_motions.py").args([
+        lab,
+        Path::new(&seed.to_string()),
+        Path::new(CLIPS),
+        &folder,
+    ]);
+    succeeded(command)?;
+    Ok(folder)
+}
+
+/// Whether clips that are carried out are filmed.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Films {
+    Made,
+    Empty,
+}
+
+/// Clips of a cell of the lab, as `lab_clips.py` reads them, and the folder for what it writes.
+struct Request<'a> {
+    specification: &'a Path,
+    clips: &'a Path,
+    folder: &'a Path,
+    films: Films,
+}
+
+impl Request<'_> {
+    fn carry_out(&self, python: &Path, lab: &Path) -> Result<(), String> {
+        let mut command = Command::new(python);
+        command.arg("xtask/peers/lab_clips.py").args([lab, self.specification, self.clips, self.folder]);
+        if self.films == Films::Made {
+            command.arg("--film").env("MUJOCO_GL", "osmesa");
+        }
+        succeeded(command)
+    }
+}
+
+fn succeeded(mut command: Command) -> Result<(), String> {
+    let status = command.status().map_err(|e| format!("the lab cannot be started ({e})"))?;
+    if status.success() { Ok(()) } else { Err("the lab ended with an error".into()) }
+}
+
+/// The campaign with the true motions as tracks, with noise.
+fn saved(folder: &Path, drawn: &Path, seed: u64) -> Result<Saved, String> {
+    let campaign = files::load_campaign(folder.join("campaign.toml")).map_err(|e| e.to_string())?.value;
+    let truth = Truth::read(folder)?;
+    let text = std::fs::read_to_string(drawn.join("camera.json")).map_err(|e| e.to_string())?;
+    let camera: Camera = serde_json::from_str(&text).map_err(|e| e.to_string())?;
+    let mut random = Pcg64Mcg::seed_from_u64(seed);
+    let clips = campaign.clips.iter().map(|clip| {
+        let video = clip.name();
+        let motion = truth.clips.get(&video).ok_or_else(|| format!("{video} has no truth"))?;
+        let tracks = motion.frames.iter().map(|(object, frames)| {
+            let kind = object.split('#').next().unwrap_or(object);
+            let shows_yaw = camera.yaw.get(kind).copied().unwrap_or(false);
+            let mut last_yaw = frames.first().map_or(0.0, |&[_, _, yaw]| yaw);
+            let samples = frames.iter().enumerate().map(|(frame, &[x, y, yaw])| {
+                // The lab writes yaws from -pi to pi; a track is continuous.
+                last_yaw += (yaw - last_yaw + PI).rem_euclid(TAU) - PI;
+                let mut noise = |std: f64| std * random.sample::<f64, _>(StandardNormal);
+                let position = [x + noise(NOISE_M), y + noise(NOISE_M)];
+                let yaw_rad = shows_yaw.then(|| last_yaw + noise(NOISE_RAD));
+                sample(frame as f64 / camera.fps, position, yaw_rad)
+            });
+            Track { object: object.clone(), samples: samples.collect() }
+        });
+        let tracks = Tracks { version: 1, video, tracks: tracks.collect(), ..Tracks::default() };
+        Ok(ClipTracks {
+            name: clip.name(),
+            objects: clip.objects.clone(),
+            strike: Some(clip.strike.clone()),
+            tracks,
+        })
+    });
+    let clips = clips.collect::<Result<_, String>>()?;
+    Ok(Saved { campaign, clips })
+}
+
+fn sample(time_s: f64, [x_m, y_m]: [f64; 2], yaw_rad: Option<f64>) -> Sample {
+    Sample {
+        time_s,
+        x_m,
+        y_m,
+        yaw_rad,
+        vx_m_s: None,
+        vy_m_s: None,
+        yaw_rate_rad_s: None,
+        ax_m_s2: None,
+        ay_m_s2: None,
+        std_m: NOISE_M,
+        doubtful: false,
+    }
+}
