@@ -71,7 +71,8 @@ struct Outcomes {
 struct Cell {
     /// The learned contact friction between objects: before and after the advised clips.
     learned: [Option<Estimate>; 2],
-    /// The one that predicts best.
+    /// The lab's nominal one, and the one that predicts best.
+    nominal: f64,
     effective: f64,
     /// Mean difference of pair distances: before and after the advised clips, and with the effective contact friction (mm).
     mean_mm: [f64; 3],
@@ -136,8 +137,8 @@ pub(crate) fn validate(lab: &Path, cells: u64) -> Result<bool, String> {
         let [before, after] = cell.learned.map(shown);
         let [mm_before, mm_after, mm_best] = cell.mean_mm;
         println!(
-            "cell {seed}: {before}, after the advised clips {after}, predicts best {:.3}; mean {mm_before:.1}, {mm_after:.1}, {mm_best:.1} mm",
-            cell.effective
+            "cell {seed}: {before}, after the advised clips {after}, the lab's {:.3}, predicts best {:.3}; mean {mm_before:.1}, {mm_after:.1}, {mm_best:.1} mm",
+            cell.nominal, cell.effective
         );
         measured.push(cell);
     }
@@ -210,7 +211,8 @@ fn cell(python: &Path, lab: &Path, seed: u64) -> Result<Cell, String> {
     let best = tried.iter().copied().min_by(|p, q| p.1.total_cmp(&q.1)).unwrap_or_default();
     let mean_mm = [outcomes.mean_mm(&before)?, outcomes.mean_mm(&after)?, best.1];
     let learned = [before, after].map(|properties| properties.contact_friction.objects);
-    Ok(Cell { learned, effective: best.0, mean_mm })
+    let nominal = Truth::read(&folder)?.surface_friction.unwrap_or_default();
+    Ok(Cell { learned, nominal, effective: best.0, mean_mm })
 }
 
 /// The advised clips as the lab's scripts describe them.
