@@ -3,8 +3,7 @@
 //! Each drawn cell of the lab (`cells.py`) has its own objects, masses, friction and contact friction.  Its campaign is simulated
 //! but not filmed: the tracks are the true motions with the noise of a camera, so that many cells can be measured in minutes.
 //! Ten clips are advised and carried out in the lab, and planned strikes on random piles are simulated with the properties from
-//! before and after, and with every contact friction in steps: the one that predicts the lab's outcomes best is the effective
-//! contact friction, which is less than the lab's nominal one, because contacts creep and rock.
+//! before and after, and with every contact friction in steps, of which the best is printed beside the lab's own.
 
 use super::altered::learned;
 use super::saved::Saved;
