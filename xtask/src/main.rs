@@ -56,6 +56,8 @@ usage: cargo xtask TASK
   validate missing LAB [PILES]
                    the same piles (20 if not given) with every property that concerns them removed in turn, and with every object
                    as if it had never been filmed
+  validate arms LAB [PILES]
+                   the same piles (60 if not given) planned and struck without an arm, and with an Indy 7 at two places
   validate cameras LAB [--only NAME] [--python PYTHON]
                    tracks of one strike of the lab filmed at other rates, tilted, blurred, noisy, dim, in other codings
                    (NAME is a substring of a camera's name; use `cargo run --release -p xtask --`; needs ffmpeg and libosmesa)
@@ -118,6 +120,11 @@ fn main() -> ExitCode {
         },
         ["validate", "tracks", lab, tracks] => validate::tracks(lab.as_ref(), tracks.as_ref()),
         ["validate", "strikes", lab, rest @ ..] => strikes(lab, rest),
+        ["validate", "arms", lab] => validate::arms(lab.as_ref(), 60),
+        ["validate", "arms", lab, piles] => match piles.parse() {
+            Ok(piles) => validate::arms(lab.as_ref(), piles),
+            Err(_) => Err(format!("`{piles}` is no number of piles")),
+        },
         ["validate", "missing", lab] => validate::missing(lab.as_ref(), 20),
         ["validate", "missing", lab, piles] => match piles.parse() {
             Ok(piles) => validate::missing(lab.as_ref(), piles),

@@ -1,7 +1,7 @@
 //! The commands and their flags.
 
 use crate::laws::LawArgs;
-use crate::planning::{MethodName, NoiseArgs, SurveyArgs};
+use crate::planning::{PlannerArgs, SurveyArgs};
 use breakshot::capture::{Capture, Decoder, Footage, GreyImage};
 use breakshot::cell::Cell;
 use breakshot::{Error, Result};
@@ -335,14 +335,8 @@ pub(crate) struct PlanArgs {
     /// The properties file.
     #[arg(long, value_name = "FILE")]
     pub(crate) properties: PathBuf,
-    /// The planning method.
-    #[arg(long, value_enum, default_value = "robust")]
-    pub(crate) method: MethodName,
-    /// The random seed; the same seed gives the same plan (method `robust`).
-    #[arg(long, value_name = "N", default_value_t = 1)]
-    pub(crate) seed: u64,
     #[command(flatten)]
-    pub(crate) noise: NoiseArgs,
+    pub(crate) planner: PlannerArgs,
     #[command(flatten)]
     pub(crate) assumptions: Assumptions,
     /// Plans up to K strikes (1 to 20), each for the expected outcome of the one before it.
@@ -372,15 +366,11 @@ pub(crate) struct RunArgs {
     /// The properties file; with --execute it is read again before each plan, so that it can be updated between strikes.
     #[arg(long, value_name = "FILE")]
     pub(crate) properties: PathBuf,
-    /// The planning method.
-    #[arg(long, value_enum, default_value = "robust")]
-    pub(crate) method: MethodName,
+    #[command(flatten)]
+    pub(crate) planner: PlannerArgs,
     /// The maximum number of strikes (1 to 20).
     #[arg(long, value_name = "K", default_value_t = 3, value_parser = clap::value_parser!(u32).range(1..=20))]
     pub(crate) strikes: u32,
-    /// The random seed of the plans.
-    #[arg(long, value_name = "N", default_value_t = 1)]
-    pub(crate) seed: u64,
     /// The random seed of the simulated table: its properties and poses are drawn from their distributions (without --execute).
     #[arg(long, value_name = "N", default_value_t = 1, conflicts_with = "execute")]
     pub(crate) table: u64,
@@ -390,8 +380,6 @@ pub(crate) struct RunArgs {
     /// The program that observes the table and writes a scene file; `{scene}` is replaced by the file to write.
     #[arg(long, value_name = "COMMAND", requires = "execute")]
     pub(crate) look: Option<String>,
-    #[command(flatten)]
-    pub(crate) noise: NoiseArgs,
     #[command(flatten)]
     pub(crate) assumptions: Assumptions,
     /// The output folder for the plans and scenes of all strikes and the result (`run.json`).
@@ -434,11 +422,14 @@ pub(crate) struct CommandArgs {
     /// Also draws the dynamic impulse ellipsoid of the arm (SVG, Fig. 10).
     #[arg(long, value_name = "FILE")]
     pub(crate) impulse: Option<PathBuf>,
+    /// Also draws the greatest impulse of the arm along each heading, over the whole workspace (SVG).
+    #[arg(long, value_name = "FILE")]
+    pub(crate) impulse_map: Option<PathBuf>,
     /// Also writes the arm with its tool as a URDF file.
     #[arg(long, value_name = "FILE")]
     pub(crate) urdf: Option<PathBuf>,
     /// Instead of a strike: registers the table in the robot base frame from touched points and writes the pose to the cell file.
-    #[arg(long, value_name = "FILE", conflicts_with_all = ["plan", "ros", "urscript", "mcap", "impulse", "urdf"])]
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["plan", "ros", "urscript", "mcap", "impulse", "impulse_map", "urdf"])]
     pub(crate) touch: Option<PathBuf>,
     /// Prints the result as JSON.
     #[arg(long)]

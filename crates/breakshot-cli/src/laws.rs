@@ -25,9 +25,12 @@ pub(crate) struct LawArgs {
     /// Resolution of impacts that happen at the same time.
     #[arg(long, value_name = "LAW", value_enum, default_value = "compliant")]
     multiple_impact: MultipleImpactName,
-    /// Effective mass of the striker (kg); without it impacts do not slow the striker.
+    /// Effective mass of the striker (kg); without it impacts slow the striker only if the cell gives the rotor inertias of its arm.
     #[arg(long, value_name = "M")]
     striker_mass_kg: Option<f64>,
+    /// Least speed at which bodies part after an impact (m/s): larger values simulate pushes quicker and less exactly.
+    #[arg(long, value_name = "V", default_value_t = Options::default().least_rebound_m_s)]
+    least_rebound_m_s: f64,
     /// Relative growth of the table's friction with speed (s/m).
     #[arg(long, value_name = "G", default_value_t = 0.0, allow_negative_numbers = true)]
     friction_growth_s_m: f64,
@@ -81,8 +84,8 @@ enum AfterStrikeName {
 }
 
 impl LawArgs {
-    /// The options of the simulation; the library checks their numbers.
-    pub(crate) fn options(&self) -> Options {
+    /// The options of the simulation beside those of planning; the library checks their numbers.
+    pub(crate) fn options(&self, planning: Options) -> Options {
         let reference_speed_m_s = self.reference_speed_m_s.unwrap_or(f64::NAN);
         Options {
             impact: match self.impact_law {
@@ -102,7 +105,10 @@ impl LawArgs {
                 MultipleImpactName::Compliant => MultipleImpact::default(),
                 MultipleImpactName::Pairwise => MultipleImpact::Pairwise,
             },
-            striker_mass_kg: self.striker_mass_kg,
+            striker_mass_kg: self.striker_mass_kg.or(planning.striker_mass_kg),
+            apparent_striker_restitution: self.striker_mass_kg.is_none()
+                && planning.apparent_striker_restitution,
+            least_rebound_m_s: self.least_rebound_m_s,
             surface: Surface {
                 growth_s_m: self.friction_growth_s_m,
                 grain_rad: self.grain_rad,
@@ -112,7 +118,7 @@ impl LawArgs {
                 AfterStrikeName::Retract => AfterStrike::Retract,
                 AfterStrikeName::Lift => AfterStrike::Lift,
             },
-            ..Options::default()
+            ..planning
         }
     }
 }

@@ -1,12 +1,12 @@
-//! The flags of planning: method, noise of poses and strike, and the evaluation of strikes over the whole grid.
+//! The flags of planning: method, seed, arm, noise of poses and strike, and the evaluation of strikes over the whole grid.
 
-use breakshot::plan::{ExecutionNoise, Method};
+use breakshot::plan::{ExecutionNoise, Method, Options};
 use clap::{Args, ValueEnum};
 use std::path::PathBuf;
 
 /// The planning methods.
 #[derive(Clone, Copy, Debug, ValueEnum)]
-pub(crate) enum MethodName {
+enum MethodName {
     /// The method of the paper: feedback on the speed of the strike, with the mean properties.
     Paper,
     /// The strike with the highest success probability over all uncertain quantities.
@@ -22,9 +22,37 @@ impl From<MethodName> for Method {
     }
 }
 
+/// How to plan a strike.
+#[derive(Debug, Args)]
+pub(crate) struct PlannerArgs {
+    /// The planning method.
+    #[arg(long, value_enum, default_value = "robust")]
+    method: MethodName,
+    /// The random seed; the same seed gives the same plan (method `robust`).
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    seed: u64,
+    /// Plans also strikes that the arm of the cell's [robot] section cannot execute.
+    #[arg(long)]
+    any_arm: bool,
+    #[command(flatten)]
+    noise: NoiseArgs,
+}
+
+impl PlannerArgs {
+    pub(crate) fn options(&self) -> Options<'static> {
+        Options {
+            method: self.method.into(),
+            seed: self.seed,
+            any_arm: self.any_arm,
+            noise: self.noise.noise(),
+            ..Options::default()
+        }
+    }
+}
+
 /// Standard deviations of the poses in the scene and of the execution of the strike (method `robust`).
 #[derive(Debug, Args)]
-pub(crate) struct NoiseArgs {
+struct NoiseArgs {
     /// Standard deviation of an object's position along each axis (m).
     #[arg(long, value_name = "M", default_value_t = ExecutionNoise::default().position_m)]
     position_std_m: f64,
@@ -40,7 +68,7 @@ pub(crate) struct NoiseArgs {
 }
 
 impl NoiseArgs {
-    pub(crate) fn noise(&self) -> ExecutionNoise {
+    fn noise(&self) -> ExecutionNoise {
         ExecutionNoise {
             position_m: self.position_std_m,
             yaw_rad: self.yaw_std_rad,

@@ -22,7 +22,7 @@ use estimation::{advise, altered, campaigns, drawn, properties, saved};
 use row::Row;
 use std::path::{Path, PathBuf};
 use std::process::Command;
-pub(crate) use strikes::{Effort, run as strikes, run_missing as missing};
+pub(crate) use strikes::{Effort, run as strikes, run_arms as arms, run_missing as missing};
 use truth::Truth;
 
 /// The program under test, built in release mode.

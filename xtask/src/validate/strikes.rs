@@ -5,6 +5,7 @@
 //! has tipped.  For some piles no strike is reliable: a search in the lab itself decides for each pile whether any strike
 //! succeeds repeatedly.
 
+mod arms;
 mod figure;
 pub(crate) mod lab;
 mod missing;
@@ -66,6 +67,40 @@ pub(crate) fn run_missing(shared: &Path, count: usize) -> Result<(), String> {
     let study = Study::new(&program, shared, Effort::Once)?;
     let piles = Lab::start(shared)?.piles(count, 1)?;
     missing::run(shared, &study, &piles)
+}
+
+/// Plans and strikes `count` random piles without an arm and with one.
+pub(crate) fn run_arms(shared: &Path, count: usize) -> Result<(), String> {
+    let program = Program::build()?;
+    let study = Study::new(&program, shared, Effort::Once)?;
+    let piles = Lab::start(shared)?.piles(count, 1)?;
+    arms::run(shared, &study, &piles)
+}
+
+/// The trials of all piles in their order, made with one lab on each core.
+fn on_all_cores<T: Send>(
+    shared: &Path,
+    piles: &[Pile],
+    trial: impl Fn(&mut Lab, &Pile, u64) -> Result<T, String> + Sync,
+) -> Result<Vec<T>, String> {
+    let labs = std::thread::available_parallelism().map_or(1, std::num::NonZero::get);
+    let trial = &trial;
+    let struck = |first: usize| -> Result<Vec<(usize, T)>, String> {
+        let mut lab = Lab::start(shared)?;
+        let own = piles.iter().enumerate().skip(first).step_by(labs);
+        own.map(|(k, pile)| Ok((k, trial(&mut lab, pile, k as u64)?))).collect()
+    };
+    let struck = &struck;
+    let mut trials = std::thread::scope(|scope| {
+        let running: Vec<_> = (0..labs).map(|first| scope.spawn(move || struck(first))).collect();
+        let joined = running.into_iter().map(|lab| lab.join().unwrap_or_else(|_| Err("a lab ended".into())));
+        joined.collect::<Result<Vec<_>, _>>()
+    })?
+    .into_iter()
+    .flatten()
+    .collect::<Vec<_>>();
+    trials.sort_by_key(|&(k, _)| k);
+    Ok(trials.into_iter().map(|(_, trial)| trial).collect())
 }
 
 /// The properties estimated from the campaign's films.

@@ -8,7 +8,7 @@ use breakshot::files::{self, Planned};
 use breakshot::geometry::Point;
 use breakshot::robot::{self, Answer, Command, ImpulseConditions, LimitCheck, MountedArm, Refusal};
 use breakshot::scene::Scene;
-use breakshot::{Result, physics};
+use breakshot::{Result, physics, plan};
 use serde::Serialize;
 use std::path::Path;
 
@@ -24,7 +24,12 @@ pub(crate) fn run(args: &CommandArgs) -> Result<Outcome> {
         files::write_whole(path, mounted.arm().urdf().as_bytes())?;
     }
     if let Some(path) = &args.impulse {
-        files::write_whole(path, impulse_figure(&mounted, &cell, scene.as_ref()).as_bytes())?;
+        let figure = impulse_figure(&mounted, &cell, &impulse_conditions(scene.as_ref()));
+        files::write_whole(path, figure.as_bytes())?;
+    }
+    if let Some(path) = &args.impulse_map {
+        let map = robot::impulse_map(&mounted, &cell, &impulse_conditions(scene.as_ref()));
+        files::write_whole(path, map.as_bytes())?;
     }
     match robot::command(&cell, &strike, scene.as_ref(), &robot::Options::default())? {
         Answer::Ready(command) => written(args, &command),
@@ -72,8 +77,7 @@ fn written(args: &CommandArgs, command: &Command) -> Result<Outcome> {
         let trajectory = match (&args.properties, &command.scene) {
             (Some(properties), Some(scene)) => {
                 let properties = files::load_properties(properties)?;
-                let options = physics::Options::default();
-                Some(physics::trajectory(scene, &properties, &command.strike, &options)?)
+                Some(physics::trajectory(scene, &properties, &command.strike, &plan::laws(scene)?)?)
             }
             _ => None,
         };
@@ -157,19 +161,22 @@ pub(crate) fn print_summary(command: &Command) {
     }
 }
 
-/// Fig. 10 for the centres of the workspace's four quadrants.
-fn impulse_figure(mounted: &MountedArm, cell: &Cell, scene: Option<&Scene>) -> String {
+/// An impact without restitution on the heaviest object, at the greatest speed of a strike.
+fn impulse_conditions(scene: Option<&Scene>) -> ImpulseConditions {
     /// The mass of the paper's heaviest object (kg), used if no mass is known.
     const MASS_KG: f64 = 0.143;
     let masses = scene.into_iter().flat_map(|scene| &scene.objects).filter_map(|object| object.mass_kg);
     let heaviest_kg = masses.fold(0.0, f64::max);
     let object_mass_kg = if heaviest_kg > 0.0 { heaviest_kg } else { MASS_KG };
-    let conditions =
-        ImpulseConditions { object_mass_kg, restitution: 0.0, speed_cap_m_s: robot::FASTEST_M_S };
+    ImpulseConditions { object_mass_kg, restitution: 0.0, speed_cap_m_s: robot::FASTEST_M_S }
+}
+
+/// Fig. 10 for the centres of the workspace's four quadrants.
+fn impulse_figure(mounted: &MountedArm, cell: &Cell, conditions: &ImpulseConditions) -> String {
     let (min, max) = (cell.workspace.min_m, cell.workspace.max_m);
     let at = |x: f64, y: f64| Point::new(min.x + x * (max.x - min.x), min.y + y * (max.y - min.y));
     let points = [at(0.25, 0.25), at(0.75, 0.25), at(0.25, 0.75), at(0.75, 0.75)];
     let geometries: Vec<_> =
-        points.iter().filter_map(|&point| mounted.impulse_geometry(point, &conditions)).collect();
+        points.iter().filter_map(|&point| mounted.impulse_geometry(point, conditions)).collect();
     robot::impulse_figure(&geometries)
 }

@@ -7,7 +7,7 @@ use super::plan;
 use super::simulate::{self, SimulationInputs};
 use crate::args::RunArgs;
 use crate::{Outcome, console};
-use breakshot::plan::{self as planning, Options, Plan, Sequence};
+use breakshot::plan::{self as planning, Plan, Sequence};
 use breakshot::properties::Properties;
 use breakshot::scene::{Placed, Scene, Strike};
 use breakshot::{Error, Result, files};
@@ -21,12 +21,7 @@ pub(crate) fn run(args: &RunArgs) -> Result<Outcome> {
         simulate::inputs(&args.scene, &args.properties, &args.assumptions)?;
     std::fs::create_dir_all(&args.output)
         .map_err(|source| Error::Write { path: args.output.clone(), source })?;
-    let options = Options {
-        method: args.method.into(),
-        noise: args.noise.noise(),
-        seed: args.seed,
-        ..Options::default()
-    };
+    let options = args.planner.options();
     let mut number = 0;
     let mut carry_out = |plan: &Plan, properties: &mut Properties| {
         number += 1;

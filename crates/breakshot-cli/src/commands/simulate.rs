@@ -3,6 +3,7 @@
 use crate::args::{Assumptions, SimulateArgs};
 use crate::{Outcome, console};
 use breakshot::physics::{self, Trajectory};
+use breakshot::plan;
 use breakshot::properties::Properties;
 use breakshot::scene::Scene;
 use breakshot::scene::singulation::Singulation;
@@ -14,7 +15,8 @@ pub(crate) fn run(args: &SimulateArgs) -> Result<Outcome> {
     let SimulationInputs { scene, properties, outcome, .. } =
         inputs(&args.scene, &args.properties, &args.assumptions)?;
     let strike = files::load_strike(&args.strike)?;
-    let trajectory = physics::trajectory(&scene, &properties, &strike, &args.laws.options())?;
+    let options = args.laws.options(plan::laws(&scene)?);
+    let trajectory = physics::trajectory(&scene, &properties, &strike, &options)?;
     console::warn(&trajectory.notes);
     files::write_json(&args.output, &trajectory)?;
     if args.json {

@@ -7,7 +7,7 @@ use crate::{Outcome, console};
 use breakshot::capture::{Capture, GreyImage};
 use breakshot::detect::{self, Layout, Tracks};
 use breakshot::estimate::{self, ClipTracks};
-use breakshot::plan::Plan;
+use breakshot::plan::{self, Plan};
 use breakshot::properties::Properties;
 use breakshot::report::{self, FilmedStrike, Page};
 use breakshot::scene::Scene;
@@ -23,7 +23,7 @@ pub(crate) fn run(args: &VerifyArgs) -> Result<Outcome> {
     let strike = files::load_strike(&args.strike)?;
     // A plan file adds a chapter to the page; a file with only the strike does not.
     let plan: Option<Plan> = files::read_json(&args.strike).ok();
-    let trajectory = physics::trajectory(scene, properties, &strike, &physics::Options::default())?;
+    let trajectory = physics::trajectory(scene, properties, &strike, &plan::laws(scene)?)?;
     let TrackedStrike { tracks, end_frames } =
         tracked_strike(scene, args.decoder.film(&args.video, &scene.cell)?)?;
     let report = verify::comparison(scene, &trajectory.final_poses, &Observed::from_tracks(&tracks))?;

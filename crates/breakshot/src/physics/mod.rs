@@ -10,6 +10,7 @@ mod bodies;
 mod contact;
 mod event_loop;
 mod impact;
+pub(crate) mod mass_unit;
 mod options;
 mod output;
 mod pair_coefficients;

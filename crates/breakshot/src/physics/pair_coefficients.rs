@@ -46,11 +46,15 @@ impl Kinds {
 
     /// The symmetric table of coefficients, row by row; adds a note for each coefficient that is assumed.
     ///
+    /// `reference_per_striker_mass` is the reference object's mass over the striker's, if the striker's restitutions are apparent ones
+    /// ([`Options`](crate::physics::Options)), else zero.
+    ///
     /// # Errors
     /// A restitution that was never measured.
     pub(crate) fn table(
         &self,
         properties: &Properties,
+        reference_per_striker_mass: f64,
         notes: &mut Vec<String>,
     ) -> Result<Vec<Coefficients>> {
         let count = self.count();
@@ -79,7 +83,15 @@ impl Kinds {
         let striker = properties.contact_friction.striker;
         let with_striker = coefficients(mean_or_assumed(striker, "with the striker"), tangential.striker);
         for (i, (one, has_copies)) in self.objects.iter().enumerate() {
-            put(0, 1 + i, with_striker(properties.striker_restitution(one)?.mean));
+            let apparent = properties.striker_restitution(one)?.mean;
+            let restitution = match reference_per_striker_mass {
+                0.0 => apparent,
+                per_striker => {
+                    let mass_ratio = properties.mass_ratio(one)?.mean * per_striker;
+                    ((1.0 + apparent) * (1.0 + mass_ratio) - 1.0).min(1.0)
+                }
+            };
+            put(0, 1 + i, with_striker(restitution));
             for (k, (other, _)) in self.objects.iter().enumerate().skip(i) {
                 if i != k || *has_copies {
                     put(1 + i, 1 + k, between_objects(properties.restitution(one, other)?.mean));

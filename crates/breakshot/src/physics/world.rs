@@ -12,6 +12,7 @@ use crate::physics::bodies::{
 };
 use crate::physics::contact::broadphase::{Circle, CircleSet};
 use crate::physics::contact::distance::gap_m;
+use crate::physics::mass_unit::{ASSUMED_DENSITY_KG_M3, MassUnit};
 use crate::physics::options::{MultipleImpact, Options};
 use crate::physics::pair_coefficients::{Coefficients, Kinds};
 use crate::physics::sliding::body::{Body, STRIKER};
@@ -82,8 +83,10 @@ pub struct World {
     kinds: Kinds,
     /// Coefficients of all pairs of kinds, row by row.
     coefficients: Vec<Coefficients>,
-    /// Mass of the reference object (kg), or 1 if it was not weighed.
+    /// Mass of the reference object (kg), or 1 if no mass is known in kg.
     mass_unit_kg: f64,
+    /// Mass of the reference object over the striker's; zero if the striker's restitutions are not apparent ones.
+    reference_per_striker_mass: f64,
     /// Radius of gyration of each object (m), in the order of the names.
     gyrations_m: Vec<f64>,
 }
@@ -118,7 +121,8 @@ impl World {
     /// The world of a scene and the properties of its objects; what was not measured has its assumed mean
     /// ([`Properties::completed_for`]).
     ///
-    /// Masses are mass ratios times the weighed mass of the reference object, or times 1 if it was not weighed.
+    /// Masses are mass ratios times the reference object's mass, which follows from the weighed objects.  If none was weighed it is 1,
+    /// or, beside a striker whose mass is given, assumed from the objects' volumes.
     ///
     /// # Errors
     /// Impossible scenes, properties or options, overlapping objects.
@@ -128,7 +132,11 @@ impl World {
         options.check()?;
         let properties = &*properties.completed_for(scene)?;
         let mut notes = Vec::new();
-        let mass_unit_kg = mass_unit_kg(scene, properties, &mut notes);
+        let mass_unit_kg = mass_unit_kg(scene, properties, options, &mut notes);
+        let reference_per_striker_mass = match options.striker_mass_kg {
+            Some(mass_kg) if options.apparent_striker_restitution => mass_unit_kg / mass_kg,
+            _ => 0.0,
+        };
 
         // The striker
         let mut shapes = ShapeCache::new(options.surface);
@@ -180,13 +188,14 @@ impl World {
             body_of,
             start: Start::new(&bodies),
             bodies,
-            coefficients: kinds.table(properties, &mut notes)?,
+            coefficients: kinds.table(properties, reference_per_striker_mass, &mut notes)?,
             kinds,
             retract_speed_m_s: scene.cell.striker.retract_speed_m_s,
             options: options.clone(),
             notes,
             assumed: properties.assumed_for(scene).into(),
             mass_unit_kg,
+            reference_per_striker_mass,
             gyrations_m,
         };
         world.check_overlaps()?;
@@ -231,7 +240,7 @@ impl World {
             notes: self.notes.clone(),
             assumed: self.assumed.clone(),
             kinds: self.kinds.clone(),
-            coefficients: self.kinds.table(properties, &mut Vec::new())?,
+            coefficients: self.kinds.table(properties, self.reference_per_striker_mass, &mut Vec::new())?,
             gyrations_m: self.gyrations_m.clone(),
             ..*self
         };
@@ -253,7 +262,8 @@ impl World {
             body.inverse_mass = inverse_mass;
             body.friction_deceleration_m_s2 = properties.friction(name)?.mean * GRAVITY_M_S2;
         }
-        world.coefficients = self.kinds.table(properties, &mut Vec::new())?;
+        world.coefficients =
+            self.kinds.table(properties, self.reference_per_striker_mass, &mut Vec::new())?;
         Ok(world)
     }
 
@@ -383,13 +393,22 @@ fn sorted_by_position(poses: &[Pose]) -> Vec<usize> {
 }
 
 /// The weighed mass of the reference object (kg); 1, with a note, if it was not weighed.
-fn mass_unit_kg(scene: &Scene, properties: &Properties, notes: &mut Vec<String>) -> f64 {
-    let weighed = scene.objects.iter().find(|o| o.name == properties.reference).and_then(|o| o.mass_kg);
-    weighed.unwrap_or_else(|| {
-        notes.push(format!(
-            "`{}` has no mass_kg: masses are ratios to it, impulses and energies are per its mass",
-            properties.reference
-        ));
-        1.0
-    })
+fn mass_unit_kg(scene: &Scene, properties: &Properties, options: &Options, notes: &mut Vec<String>) -> f64 {
+    match MassUnit::of(scene, properties) {
+        MassUnit::Weighed(kg) => kg,
+        MassUnit::Assumed(kg) if options.striker_mass_kg.is_some() => {
+            notes.push(format!(
+                "no object has a mass_kg: `{}` is taken as {kg:.3} kg beside the striker's mass, by volume at {ASSUMED_DENSITY_KG_M3} kg/m3",
+                properties.reference
+            ));
+            kg
+        }
+        MassUnit::Assumed(_) => {
+            notes.push(format!(
+                "no object has a mass_kg: masses are ratios to `{}`, impulses and energies are per its mass",
+                properties.reference
+            ));
+            1.0
+        }
+    }
 }

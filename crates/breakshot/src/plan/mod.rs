@@ -4,11 +4,15 @@
 //! feedback from the simulated distances, with the properties at their means.  [`Method::Robust`] samples everything that is uncertain
 //! and searches for the strike with the largest success probability.
 //!
+//! A cell with an arm of known base pose gets a strike that [`robot::command()`](crate::robot::command()) accepts, unless
+//! [`Options::any_arm`] leaves the arm out.
+//!
 //! A pile that fulfils the goal as it is, and a single object, need no strike: the outcome is found, without a strike.  The numbers of a
 //! strike are rounded (1 um, 1 urad, 0.1 mm/s, 10 um) before it is simulated, so that simulating the strike as written reproduces the
 //! prediction bit for bit.
 
 mod approach;
+mod arm;
 mod feasibility;
 mod options;
 mod paper;
@@ -24,7 +28,8 @@ use crate::geometry::Pose;
 use crate::properties::Properties;
 use crate::scene::Scene;
 use crate::scene::singulation::Singulation;
-pub use options::{Aim, EffectiveMass, ExecutionNoise, Method, Options, Proposals};
+pub use arm::laws;
+pub use options::{Aim, ExecutionNoise, Method, Options, Proposals};
 pub use result::{
     Contact, Failure, Iteration, Outcome, Plan, Prediction, Robustness, RunnerUp, Sensitivity, Source,
 };

@@ -1,6 +1,5 @@
 //! The inputs of the planner besides scene and properties: algorithm, arm, proposals, execution noise, seed.
 
-use crate::geometry::Point;
 use crate::scene::Scene;
 use serde::{Deserialize, Serialize};
 
@@ -15,9 +14,6 @@ pub enum Method {
     Robust,
 }
 
-/// The arm's effective mass (kg) in Eq. 8 as a function of the touched point and the heading (rad); zero where the arm cannot strike.
-pub type EffectiveMass<'a> = dyn Fn(Point, f64) -> f64 + Sync + 'a;
-
 /// A function from a scene to strikes that are evaluated in addition to the grid, such as a learned model.
 pub type Proposals<'a> = dyn Fn(&Scene) -> Vec<Aim> + Sync + 'a;
 
@@ -26,8 +22,8 @@ pub type Proposals<'a> = dyn Fn(&Scene) -> Vec<Aim> + Sync + 'a;
 pub struct Options<'a> {
     /// The algorithm.
     pub method: Method,
-    /// The arm's effective mass; without it the striker counts as infinitely heavy.
-    pub effective_mass_kg: Option<&'a EffectiveMass<'a>>,
+    /// Plans also what the cell's arm cannot execute; the striker counts as infinitely heavy then.
+    pub any_arm: bool,
     /// Strikes to evaluate in addition to the grid; used by `Robust`.
     pub proposals: Option<&'a Proposals<'a>>,
     /// Errors of observation and execution; used by `Robust`.

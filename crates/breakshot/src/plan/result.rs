@@ -44,6 +44,9 @@ pub struct Plan {
     pub reason: String,
     /// The scene that was planned for.
     pub scene: Scene,
+    /// The arm that can execute the strike within its limits; none where the cell has no arm of known base pose or it was left out.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub arm: Option<String>,
     /// The strike; none if the goal is unreachable or already fulfilled.
     pub strike: Option<Strike>,
     /// The predicted result; none if unreachable.
@@ -70,6 +73,7 @@ impl Plan {
             outcome: Outcome::Unreachable,
             reason: String::new(),
             scene: scene.clone(),
+            arm: None,
             strike: None,
             prediction: None,
             iterations: Vec::new(),

@@ -1,5 +1,6 @@
 //! How is a pile singulated with several strikes?  Plan, execute, observe, and plan again.
 
+use super::arm::{CellArm, laws_with};
 use super::options::Options;
 use super::plan;
 use super::result::Plan;
@@ -82,7 +83,8 @@ pub fn expected(plan: &Plan) -> Scene {
 /// A scene that cannot be simulated.
 pub fn drawn(plan: &Plan, properties: &Properties, options: &Options, draw: u64) -> Result<Scene> {
     let Some(strike) = &plan.strike else { return Ok(plan.scene.clone()) };
-    let nominal = Nominal::new(&plan.scene, properties, options.noise)?;
+    let laws = laws_with(CellArm::of(&plan.scene, options)?.as_ref());
+    let nominal = Nominal::new(&plan.scene, properties, options.noise, &laws)?;
     let scenarios = nominal.scenarios(Draws { seed: draw, count: 1, fixed: None })?;
     let mut poses = BTreeMap::new();
     for scenario in &scenarios {

@@ -1,8 +1,9 @@
 //! What is the success probability of strikes over the whole grid?  A map of a scene, and training data for models that propose strikes.
 
+use super::arm::{CellArm, laws_with};
 use super::options::{Aim, Options};
 use super::robust::evaluate::{Evaluation, expected_singulated, success_probability};
-use super::robust::scenarios::{Draws, Nominal};
+use super::robust::scenarios::{Draws, Nominal, Scenario};
 use super::robust::strike_grid::{StrikeCandidate, StrikeGrid};
 use crate::error::Result;
 use crate::properties::Properties;
@@ -44,12 +45,14 @@ pub fn evaluate_grid(
     options: &Options,
     size: GridSize,
 ) -> Result<Vec<EvaluatedStrike>> {
-    let nominal = Nominal::new(scene, properties, options.noise)?;
+    let arm = CellArm::of(scene, options)?;
+    let nominal = Nominal::new(scene, properties, options.noise, &laws_with(arm.as_ref()))?;
     let evaluation = Evaluation::new(scene)?;
-    let all = StrikeGrid::new(scene)?.feasible(options, usize::MAX)?.strikes;
+    let all = StrikeGrid::new(scene, arm.as_ref())?.feasible(options, usize::MAX)?.strikes;
     let count = size.strikes.min(all.len());
     let chosen = (0..count).map(|k| &all[k * all.len() / count]);
     let scenarios = nominal.scenarios(Draws { seed: options.seed, count: size.samples, fixed: None })?;
+    let scenarios: Vec<Scenario> = scenarios.into_iter().map(Scenario::with_coarse_pushes).collect();
     let evaluated = |StrikeCandidate { aim, strike, .. }: &StrikeCandidate| {
         let margins = evaluation.margins(strike, &scenarios);
         EvaluatedStrike {

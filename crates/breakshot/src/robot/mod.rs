@@ -10,6 +10,7 @@ mod command;
 mod output;
 mod path;
 mod phase;
+mod striker_mass;
 #[cfg(test)]
 mod tests;
 
@@ -25,14 +26,17 @@ pub use arm::model::serial_arm::{Arm, Base, Joint, Link, Tool};
 pub use arm::mounted_arm::MountedArm;
 pub use command::{Answer, Command, Refusal, Stroke};
 pub use output::impulse_figure::impulse_figure;
+pub use output::impulse_map::impulse_map;
 pub use output::recording::{LogLevel, Recording};
 pub use output::ros::{FollowJointTrajectory, JointTrajectory, RosDuration, TrajectoryPoint};
-pub use path::limits::{LimitCheck, LimitedQuantity, Limits};
+pub use path::limits::{FASTEST_M_S, LimitCheck, LimitedQuantity, Limits};
 pub use path::safety::{ContactSpeed, SLOW_M_S};
+pub(crate) use path::striker_path::least_follow_through_m;
 pub use phase::{Phase, PhaseName};
+pub use striker_mass::striker_mass_kg;
 
 use crate::cell::Cell;
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::scene::{Scene, Strike};
 
 /// Options of [`command()`].
@@ -41,9 +45,6 @@ pub struct Options {
     /// The limits of the path.
     pub limits: Limits,
 }
-
-/// The largest strike speed (m/s): the tip speed permitted by the maker of the Indy 7.
-pub const FASTEST_M_S: f64 = 1.0;
 
 /// The joint path of a strike, checked against all limits every 2 ms.
 ///
@@ -75,10 +76,5 @@ pub const FASTEST_M_S: f64 = 1.0;
 /// # Ok::<(), breakshot::Error>(())
 /// ```
 pub fn command(cell: &Cell, strike: &Strike, scene: Option<&Scene>, options: &Options) -> Result<Answer> {
-    strike.check("strike")?;
-    if strike.speed_m_s > FASTEST_M_S {
-        let needed = format!("at most {FASTEST_M_S} m/s");
-        return Err(Error::invalid("strike", "speed_m_s", strike.speed_m_s, needed));
-    }
-    path::search::command(cell, strike, scene, &options.limits)
+    MountedArm::of_cell(cell)?.command(cell, strike, scene, &options.limits)
 }

@@ -5,7 +5,7 @@
 //! how often it works with all properties.
 
 use super::lab::{Lab, Pile, Variation};
-use super::{Study, friction_scale, placed, planned, works};
+use super::{Study, friction_scale, on_all_cores, placed, planned, works};
 use crate::validate::row::{self, Row};
 use breakshot::object::kind;
 use breakshot::plan::Method;
@@ -40,22 +40,7 @@ struct Count {
 
 /// Strikes every pile with all properties and with every lack, with one lab on each core; prints the table.
 pub(super) fn run(shared: &Path, study: &Study, piles: &[Pile]) -> Result<(), String> {
-    let labs = std::thread::available_parallelism().map_or(1, std::num::NonZero::get);
-    let struck = |first: usize| -> Result<Vec<Trial>, String> {
-        let mut lab = Lab::start(shared)?;
-        let own = piles.iter().enumerate().skip(first).step_by(labs);
-        Ok(own
-            .map(|(seed, pile)| trials(&mut lab, study, pile, seed as u64))
-            .collect::<Result<Vec<_>, _>>()?
-            .concat())
-    };
-    let struck = &struck;
-    let trials = std::thread::scope(|scope| {
-        let running: Vec<_> = (0..labs).map(|first| scope.spawn(move || struck(first))).collect();
-        let joined = running.into_iter().map(|lab| lab.join().unwrap_or_else(|_| Err("a lab ended".into())));
-        joined.collect::<Result<Vec<_>, _>>()
-    })?
-    .concat();
+    let trials = on_all_cores(shared, piles, |lab, pile, seed| trials(lab, study, pile, seed))?.concat();
     let (mut counts, mut all) = (BTreeMap::<&'static str, Count>::new(), Count::default());
     for trial in &trials {
         counts.entry(trial.sort).or_default().add(trial);

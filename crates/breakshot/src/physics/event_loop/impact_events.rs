@@ -18,8 +18,8 @@ use crate::physics::sliding::motion::{BodyState, State};
 
 /// Approach speed (m/s) below which a contact does not close: rounding; sustained contacts exceed it while they are ignored.
 const LEAST_APPROACH_M_S: f64 = 1e-6;
-/// Approach speed (m/s) below which contacts are resolved by Moreau's law.
-const SLOW_IMPACT_M_S: f64 = 1e-2;
+/// Approach speed below which contacts are resolved by Moreau's law, over the least rebound speed.
+const SLOW_IMPACT_PER_REBOUND: f64 = 10.0 / 3.0;
 /// Gap (m) at which points touch: the gap at which the search ends, and rounding.
 const TOUCHING_M: f64 = 2.0 * CONTACT_GAP_M;
 /// Penetration of sustained contacts (m) above which bodies are separated.
@@ -53,7 +53,7 @@ impl Rollout<'_> {
         };
         let approach = contact.impact.approach;
         match self.world.options.multiple_impact {
-            _ if approach < SLOW_IMPACT_M_S => {
+            _ if approach < SLOW_IMPACT_PER_REBOUND * self.world.options.least_rebound_m_s => {
                 self.gather(&contact, NEAR_CONTACT_M, time_s);
                 if self.memory.island.contacts.len() > 1 && self.resolve_slow(pair, time_s) {
                     return;
@@ -107,7 +107,7 @@ impl Rollout<'_> {
         let options = &self.world.options;
         let coefficients = self.world.coefficients(pair[0], pair[1]);
         let measured = options.restitution.restitution(coefficients.restitution, impact.approach);
-        let restitution = minimum_rebound(measured, impact.approach);
+        let restitution = minimum_rebound(measured, impact.approach, options.least_rebound_m_s);
         let impulse = impact.impulse(&Coefficients { restitution, ..coefficients }, options.impact);
         let on_b = contact_point.normal_ab * impulse.normal
             + contact_point.normal_ab.perpendicular() * impulse.tangent;
@@ -160,7 +160,8 @@ impl Rollout<'_> {
     /// Resolves several slow contacts by Moreau's law and ignores them for a while; returns whether that changed a body of the
     /// pair that touched first.
     fn resolve_slow(&mut self, pair: [usize; 2], time_s: f64) -> bool {
-        self.memory.island.resolve_moreau(self.world.options.restitution);
+        let options = &self.world.options;
+        self.memory.island.resolve_moreau(options.restitution, options.least_rebound_m_s);
         let members = &self.memory.island.members;
         let acceleration: f64 = members
             .iter()

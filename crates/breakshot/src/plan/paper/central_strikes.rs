@@ -8,8 +8,9 @@ use crate::error::Result;
 use crate::geometry::{Point, Pose, Vec2, wrapped_rad};
 use crate::object::Shape;
 use crate::physics::GRAVITY_M_S2;
+use crate::physics::mass_unit::MassUnit;
 use crate::plan::approach::{ContactLine, Surroundings, TOUCH_M, rounded, rounded_strike};
-use crate::plan::options::Options;
+use crate::plan::arm::{CellArm, OUT_OF_REACH};
 use crate::properties::Properties;
 use crate::scene::{Placed, Scene, Strike};
 use std::collections::BTreeSet;
@@ -32,10 +33,12 @@ pub(crate) struct CentralStrike {
     pub line: ContactLine,
     /// Distance from the start to the contact (m).
     pub lead_in_m: f64,
-    /// Impulse at unit speed (Eq. 8 and 24; in kg if masses are known in kg, else in reference masses).
+    /// Impulse at unit speed (kg, Eq. 8 and 24); from assumed masses if no object was weighed.
     pub impulse: f64,
     /// The striker's effective mass (kg), infinite without an arm.
     pub effective_mass_kg: f64,
+    /// Speeds of the striker, and within the arm's limits (m/s).
+    pub speed_range_m_s: [f64; 2],
     /// Cosine of the angle between the heading and the direction to the mean position of the other objects.
     pub towards_pile: f64,
     /// Restitution against the striker.
@@ -71,14 +74,14 @@ impl std::fmt::Display for Blocked {
 pub(crate) fn central_strikes(
     scene: &Scene,
     properties: &Properties,
-    options: &Options,
+    arm: Option<&CellArm>,
     target: &Placed,
 ) -> Result<std::result::Result<Vec<CentralStrike>, Blocked>> {
     let shape = &scene.object(&target.object)?.shape;
     let restitution = properties.striker_restitution(&target.object)?.mean;
     let deceleration_m_s2 = properties.friction(&target.object)?.mean * GRAVITY_M_S2;
-    let mass_ratio = properties.mass_ratio(&target.object)?.mean;
-    let kg_per_ratio = kilograms_per_ratio(scene, properties);
+    let mass_kg = properties.mass_ratio(&target.object)?.mean * MassUnit::of(scene, properties).kg();
+    let [slowest_m_s, fastest_m_s] = scene.cell.striker.speed_range_m_s;
     let pile = middle_of_others(scene, target).and_then(|middle| (middle - target.position_m).direction());
     let surroundings = Surroundings::new(scene, target)?;
     let mut found = Vec::new();
@@ -86,20 +89,26 @@ pub(crate) fn central_strikes(
     for (heading_rad, touch) in central_contacts(shape, target.pose(), pile) {
         let contact_m = striker_center(&scene.cell.striker.shape, touch, heading_rad);
         let line = ContactLine { contact_m, heading_rad };
-        let effective_mass_kg =
-            options.effective_mass_kg.map_or(f64::INFINITY, |mass| mass(touch, heading_rad));
-        // An effective mass of zero marks a strike that the arm cannot execute.
-        if effective_mass_kg.is_nan() || effective_mass_kg <= 0.0 {
-            by.insert("the arm's reach".to_owned());
-            continue;
-        }
+        let (fastest_m_s, effective_mass_kg) = match arm {
+            None => (fastest_m_s, f64::INFINITY),
+            Some(arm) => match arm.capability(contact_m, heading_rad) {
+                Some(tip) if tip.speed_m_s >= slowest_m_s => {
+                    (fastest_m_s.min(tip.speed_m_s), tip.effective_mass_kg)
+                }
+                _ => {
+                    by.insert(OUT_OF_REACH.to_owned());
+                    continue;
+                }
+            },
+        };
         match surroundings.free_lead_in_m(line, MOST_FOLLOW_THROUGH_M) {
             Ok(lead_in_m) => found.push(CentralStrike {
                 object: target.object.clone(),
                 line,
                 lead_in_m,
-                impulse: impulse(restitution, mass_ratio, kg_per_ratio, effective_mass_kg),
+                impulse: impulse(restitution, mass_kg, effective_mass_kg),
                 effective_mass_kg,
+                speed_range_m_s: [slowest_m_s, fastest_m_s],
                 towards_pile: pile.map_or(0.0, |pile| pile.dot(Vec2::from_heading(heading_rad))),
                 restitution,
                 deceleration_m_s2,
@@ -137,7 +146,13 @@ impl CentralStrike {
 
     /// The distance from contact to stop (m).
     pub(crate) fn follow_through_m(&self, speed_m_s: f64) -> f64 {
-        (CATCH_UP_FRACTION * self.catch_up_m(speed_m_s)).clamp(LEAST_FOLLOW_THROUGH_M, MOST_FOLLOW_THROUGH_M)
+        let follow_through_m = (CATCH_UP_FRACTION * self.catch_up_m(speed_m_s))
+            .clamp(LEAST_FOLLOW_THROUGH_M, MOST_FOLLOW_THROUGH_M);
+        if self.effective_mass_kg.is_finite() {
+            follow_through_m.max(CellArm::least_follow_through_m(speed_m_s))
+        } else {
+            follow_through_m
+        }
     }
 
     /// The speed at which the object would slide this far if it met no other (m/s, Eq. 25 and 30).
@@ -157,21 +172,9 @@ impl CentralStrike {
     }
 }
 
-/// Impulse at unit speed on a free object at rest: (1 + e) / (1/m + 1/M) (Eq. 8); for infinite M (1 + e) m (Eq. 24).
-fn impulse(restitution: f64, mass_ratio: f64, kg_per_ratio: Option<f64>, effective_mass_kg: f64) -> f64 {
-    match kg_per_ratio {
-        Some(kg) => (1.0 + restitution) / (1.0 / (mass_ratio * kg) + 1.0 / effective_mass_kg),
-        None => (1.0 + restitution) * mass_ratio,
-    }
-}
-
-/// The reference object's mass (kg), the mean over the weighed objects; none if no object was weighed.
-fn kilograms_per_ratio(scene: &Scene, properties: &Properties) -> Option<f64> {
-    let weighed = |object: &crate::object::Object| {
-        Some(object.mass_kg? / properties.mass_ratio(&object.name).ok()?.mean)
-    };
-    let all: Vec<f64> = scene.objects.iter().filter_map(weighed).collect();
-    (!all.is_empty()).then(|| all.iter().sum::<f64>() / all.len() as f64)
+/// Impulse at unit speed on a free object at rest (kg): (1 + e) / (1/m + 1/M) (Eq. 8); for infinite M (1 + e) m (Eq. 24).
+fn impulse(restitution: f64, mass_kg: f64, effective_mass_kg: f64) -> f64 {
+    (1.0 + restitution) / (1.0 / mass_kg + 1.0 / effective_mass_kg)
 }
 
 /// Mean position of the other objects; none for a single object.

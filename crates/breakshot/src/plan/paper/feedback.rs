@@ -50,15 +50,21 @@ impl Trial {
         self.violations.is_empty()
     }
 
-    /// Sort key, worse is greater: number of fallen objects, then the largest shortfall (m).
-    fn badness(&self) -> (usize, f64) {
+    /// Number of fallen objects, and the largest shortfall (m).
+    fn failure(&self) -> (usize, f64) {
         let fallen = |v: &&Violation| matches!(v, Violation::Misplaced(m) if m.area == Area::Table);
         let lost = self.violations.iter().filter(fallen).count();
         (lost, self.violations.first().map_or(0.0, Violation::shortfall_m))
     }
+
+    /// Sorts the trial first in which fewer objects fall, then the one with the smaller shortfall.
+    pub(crate) fn better_first(&self, other: &Self) -> std::cmp::Ordering {
+        let ((lost, shortfall_m), (other_lost, other_shortfall_m)) = (self.failure(), other.failure());
+        lost.cmp(&other_lost).then(shortfall_m.total_cmp(&other_shortfall_m))
+    }
 }
 
-/// The search along all headings, and its history.
+/// The search along one heading after the other, its history, and the best trial since the caller took it.
 pub(crate) struct Search<'a> {
     scene: &'a Scene,
     world: &'a World,
@@ -81,7 +87,7 @@ impl<'a> Search<'a> {
     }
 
     fn feedback(&mut self, central: &CentralStrike) -> Result<Option<Trial>> {
-        let [slowest, fastest] = self.scene.cell.striker.speed_range_m_s;
+        let [slowest, fastest] = central.speed_range_m_s;
         let scale_m = self.scale_m();
         let mut speed_m_s = central.speed_for_slide_m_s(scale_m).clamp(slowest, fastest);
         let (mut too_slow, mut too_fast) = (slowest, fastest);
@@ -114,7 +120,7 @@ impl<'a> Search<'a> {
     }
 
     fn scan(&mut self, central: &CentralStrike) -> Result<Option<Trial>> {
-        let [slowest, fastest] = self.scene.cell.striker.speed_range_m_s;
+        let [slowest, fastest] = central.speed_range_m_s;
         let mut runs: Vec<Vec<Trial>> = vec![Vec::new()];
         for k in 0..SCAN_SPEEDS {
             let fraction = f64::from(k) / f64::from(SCAN_SPEEDS - 1);
@@ -131,7 +137,7 @@ impl<'a> Search<'a> {
     }
 
     fn simulate(&mut self, central: &CentralStrike, speed_m_s: f64) -> Result<Trial> {
-        let [slowest, fastest] = self.scene.cell.striker.speed_range_m_s;
+        let [slowest, fastest] = central.speed_range_m_s;
         let mut strike = central.strike(speed_m_s);
         // Rounding may leave the striker's range.
         strike.speed_m_s = strike.speed_m_s.clamp(slowest, fastest);
@@ -161,10 +167,7 @@ impl<'a> Search<'a> {
         };
         self.iterations.push(iteration.clone());
         let trial = Trial { iteration, final_poses, violations };
-        let better = |best: &Trial| {
-            let ((lost, lacks_m), (best_lost, best_lacks_m)) = (trial.badness(), best.badness());
-            lost < best_lost || (lost == best_lost && lacks_m < best_lacks_m)
-        };
+        let better = |best: &Trial| trial.better_first(best).is_lt();
         if self.best.as_ref().is_none_or(better) {
             self.best = Some(trial.clone());
         }

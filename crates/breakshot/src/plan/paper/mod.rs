@@ -19,11 +19,12 @@
 mod central_strikes;
 mod feedback;
 
+use super::arm::{CellArm, laws_with};
 use super::options::Options;
 use super::result::{Contact, Iteration, Outcome, Plan, Prediction};
 use crate::error::Result;
 use crate::geometry::wrapped_rad;
-use crate::physics::{self, World};
+use crate::physics::World;
 use crate::properties::Properties;
 use crate::scene::{Placed, Scene};
 pub(crate) use central_strikes::{Blocked, CentralStrike, central_strikes};
@@ -32,8 +33,10 @@ use feedback::{Search, Trial};
 /// Rules iii to vii of section 5 for a pile that does not fulfil the goal.
 pub(crate) fn paper(mut plan: Plan, properties: &Properties, options: &Options) -> Result<Plan> {
     let scene = plan.scene.clone();
-    let world = World::new(&scene, properties, &physics::Options::default())?;
-    let Targets { strikes, blocked } = targets(&scene, properties, options)?;
+    let arm = CellArm::of(&scene, options)?;
+    let world = World::new(&scene, properties, &laws_with(arm.as_ref()))?;
+    plan.arm = arm.as_ref().map(CellArm::name);
+    let Targets { strikes, blocked } = targets(&scene, properties, arm.as_ref())?;
     if strikes.is_empty() {
         let each: Vec<_> = blocked.iter().map(Blocked::to_string).collect();
         plan.reason = format!("no central strike reaches any object: {}", each.join("; "));
@@ -41,28 +44,47 @@ pub(crate) fn paper(mut plan: Plan, properties: &Properties, options: &Options) 
     }
     let mut search = Search::new(&scene, &world);
     let headings = distinct(strikes);
-    let mut found = None;
+    let mut refusal = None;
+    let mut executable = |trial: &Trial| {
+        let refused = arm.as_ref().and_then(|arm| arm.refusal(&trial.iteration.strike));
+        refusal = refusal.take().or(refused.clone());
+        refused.is_none()
+    };
+    let (mut found, mut nearest) = (None, Vec::new());
     for strike in &headings {
-        found = search.run(strike)?;
+        found = search.run(strike)?.filter(&mut executable);
         if found.is_some() {
             break;
         }
+        nearest.extend(search.best.take());
     }
     plan.outcome = if found.is_some() { Outcome::Found } else { Outcome::BestEffort };
-    let Search { iterations, best, .. } = search;
-    plan.iterations = iterations;
-    if let Some(trial) = found.or(best) {
-        let unreached = blocked.first().map(|b| format!("; the largest object cannot be struck: {b}"));
-        plan.reason = reason(&trial, &plan, headings.len()) + &unreached.unwrap_or_default();
-        let Trial { iteration, final_poses, .. } = trial;
-        plan.prediction = Some(Prediction {
-            final_poses,
-            min_distance_m: iteration.min_distance_m,
-            mean_distance_m: iteration.mean_distance_m,
-            success_probability: None,
-        });
-        plan.strike = Some(iteration.strike);
-    }
+    let best = found.or_else(|| {
+        while let Some(k) = (0..nearest.len()).min_by(|&i, &k| Trial::better_first(&nearest[i], &nearest[k]))
+        {
+            let trial = nearest.remove(k);
+            if executable(&trial) {
+                return Some(trial);
+            }
+        }
+        None
+    });
+    plan.iterations = search.iterations;
+    let Some(trial) = best else {
+        plan.outcome = Outcome::Unreachable;
+        plan.reason = format!("the arm can execute no central strike: {}", refusal.unwrap_or_default());
+        return Ok(plan);
+    };
+    let unreached = blocked.first().map(|b| format!("; the largest object cannot be struck: {b}"));
+    plan.reason = reason(&trial, &plan, headings.len()) + &unreached.unwrap_or_default();
+    let Trial { iteration, final_poses, .. } = trial;
+    plan.prediction = Some(Prediction {
+        final_poses,
+        min_distance_m: iteration.min_distance_m,
+        mean_distance_m: iteration.mean_distance_m,
+        success_probability: None,
+    });
+    plan.strike = Some(iteration.strike);
     Ok(plan)
 }
 
@@ -73,7 +95,7 @@ struct Targets {
 }
 
 /// The strikes on the largest object; if there are none, those on all others.
-fn targets(scene: &Scene, properties: &Properties, options: &Options) -> Result<Targets> {
+fn targets(scene: &Scene, properties: &Properties, arm: Option<&CellArm>) -> Result<Targets> {
     let mut sized: Vec<(f64, &Placed)> = scene
         .placed
         .iter()
@@ -82,7 +104,7 @@ fn targets(scene: &Scene, properties: &Properties, options: &Options) -> Result<
     sized.sort_unstable_by(|one, other| other.0.total_cmp(&one.0).then(one.1.object.cmp(&other.1.object)));
     let (mut strikes, mut blocked) = (Vec::new(), Vec::new());
     for (rank, (_, target)) in sized.into_iter().enumerate() {
-        match central_strikes(scene, properties, options, target)? {
+        match central_strikes(scene, properties, arm, target)? {
             Ok(strikes) if rank == 0 => return Ok(Targets { strikes, blocked }),
             Ok(found) => strikes.extend(found),
             Err(by) => blocked.push(by),

@@ -10,6 +10,7 @@ mod explain;
 pub(crate) mod scenarios;
 pub(crate) mod strike_grid;
 
+use super::arm::{CellArm, laws_with};
 use super::options::{Aim, Options};
 use super::result::{Contact, Iteration, Outcome, Plan, Prediction, Robustness, RunnerUp};
 use crate::error::Result;
@@ -24,6 +25,7 @@ use explain::{failures, sensitivities};
 use rand::{RngExt, SeedableRng};
 use rand_distr::StandardNormal;
 use rand_pcg::Pcg64Mcg;
+use rayon::prelude::*;
 use scenarios::{Draws, Nominal, Scenario};
 use std::collections::BTreeMap;
 use strike_grid::{Feasible, LEAST_FOLLOW_THROUGH_M, MOST_FOLLOW_THROUGH_M, StrikeCandidate, StrikeGrid};
@@ -89,8 +91,6 @@ const SHOWN_SAMPLES: usize = 60;
 const LEAST_PROBABILITY: f64 = 0.5;
 /// Offset of the seeds of fresh scenarios from that of the search.
 const FRESH_STREAM: u64 = 0x5EED_F4E5;
-/// Strikes on one object with headings closer than this are variants of each other (rad).
-const ALIKE_RAD: f64 = 0.2;
 /// Factor by which the variation narrows from one generation to the next.
 const NARROWING: f64 = 0.6;
 
@@ -103,8 +103,10 @@ pub(crate) fn robust(
 ) -> Result<Plan> {
     // Feasible strikes
     let scene = plan.scene.clone();
-    let nominal = Nominal::new(&scene, properties, options.noise)?;
-    let grid = StrikeGrid::new(&scene)?;
+    let arm = CellArm::of(&scene, options)?;
+    let nominal = Nominal::new(&scene, properties, options.noise, &laws_with(arm.as_ref()))?;
+    let grid = StrikeGrid::new(&scene, arm.as_ref())?;
+    plan.arm = arm.as_ref().map(CellArm::name);
     let Feasible { strikes, obstacles } = grid.feasible(options, budget.lines)?;
     if strikes.is_empty() {
         let by: Vec<_> = obstacles.into_iter().collect();
@@ -115,9 +117,17 @@ pub(crate) fn robust(
     // Search
     let evaluation = Evaluation::new(&scene)?;
     let drawn = |seed: u64, count: usize| nominal.scenarios(Draws { seed, count, fixed: None });
-    let scenarios = drawn(options.seed, budget.samples())?;
-    let search = Search { grid: &grid, evaluation: &evaluation, scenarios: &scenarios, budget };
-    let finalists = distinct(search.halved(strikes), budget.finalists);
+    let scenarios: Vec<Scenario> =
+        drawn(options.seed, budget.samples())?.into_iter().map(Scenario::with_coarse_pushes).collect();
+    let arm = arm.as_ref();
+    let search = Search { grid: &grid, evaluation: &evaluation, scenarios: &scenarios, budget, arm };
+    let finalists = match search.finalists(search.halved(strikes)) {
+        Ok(finalists) => finalists,
+        Err(refusal) => {
+            plan.reason = format!("the arm can execute no strike within its reach: {refusal}");
+            return Ok(plan);
+        }
+    };
     let refined = search.refined(finalists, options.seed);
 
     // Comparison, and evaluation of the winner in scenarios that did not take part in the choice
@@ -155,23 +165,67 @@ struct Search<'a> {
     evaluation: &'a Evaluation<'a>,
     scenarios: &'a [Scenario],
     budget: &'a Budget,
+    arm: Option<&'a CellArm<'a>>,
+}
+
+/// Strikes in the order of their scores: those that took part in the last round of successive halving, and those that did not.
+struct Halved {
+    last_round: Vec<StrikeCandidate>,
+    eliminated: Vec<StrikeCandidate>,
 }
 
 impl Search<'_> {
     /// Successive halving: each round evaluates the better strikes of the last one in more scenarios.
-    fn halved(&self, mut strikes: Vec<StrikeCandidate>) -> Vec<StrikeCandidate> {
+    fn halved(&self, mut strikes: Vec<StrikeCandidate>) -> Halved {
         let mut evaluated = 0;
+        let mut eliminated: Vec<StrikeCandidate> = Vec::new();
         for round in self.budget.rounds {
-            strikes.truncate(round.strikes);
+            let tail = strikes.split_off(round.strikes.min(strikes.len()));
+            eliminated.splice(0..0, tail);
             let samples = round.samples.min(self.scenarios.len());
             self.evaluation.add_scores(&mut strikes, &self.scenarios[evaluated..samples]);
             evaluated = samples;
             strikes = sorted_by_value(strikes, |candidate| -candidate.score);
         }
-        strikes
+        Halved { last_round: strikes, eliminated }
     }
 
-    /// Varies each strike, every generation by less, and keeps the best variant.
+    /// The best strikes that the arm can execute, without variants of better ones; eliminated strikes only if the arm can execute none
+    /// of the last round.
+    ///
+    /// # Errors
+    /// The arm's refusal of the best strike, if it can execute none.
+    fn finalists(
+        &self,
+        Halved { last_round, eliminated }: Halved,
+    ) -> std::result::Result<Vec<StrikeCandidate>, String> {
+        let most = self.budget.finalists;
+        let Some(arm) = self.arm else { return Ok(distinct(last_round, most)) };
+        let mut refusals = Vec::new();
+        for strikes in [last_round, eliminated] {
+            let mut found: Vec<StrikeCandidate> = Vec::new();
+            for some in strikes.chunks(most) {
+                let new: Vec<_> = some.iter().filter(|c| !found.iter().any(|f| f.is_alike(c))).collect();
+                let answers: Vec<_> = new.par_iter().map(|c| arm.refusal(&c.strike)).collect();
+                for (candidate, refusal) in new.into_iter().zip(answers) {
+                    match refusal {
+                        Some(reason) => refusals.push(reason),
+                        None => found.push(candidate.clone()),
+                    }
+                }
+                found = distinct(found, most);
+                if found.len() == most {
+                    break;
+                }
+            }
+            if !found.is_empty() {
+                return Ok(found);
+            }
+        }
+        Err(refusals.into_iter().next().unwrap_or_default())
+    }
+
+    /// Varies each strike, every generation by less, and keeps the best variant that the arm can execute.
     fn refined(&self, mut strikes: Vec<StrikeCandidate>, seed: u64) -> Vec<StrikeCandidate> {
         let Refinement { generations, variants, samples } = self.budget.refinement;
         let scenarios = &self.scenarios[..samples.min(self.scenarios.len())];
@@ -180,26 +234,43 @@ impl Search<'_> {
             strike.score = 0.0;
         }
         self.evaluation.add_scores(&mut strikes, scenarios);
+        // Each strike after every generation that improved it, the latest last
+        let mut lines: Vec<Vec<StrikeCandidate>> = strikes.into_iter().map(|strike| vec![strike]).collect();
         for generation in 0..generations {
             let width = NARROWING.powi(i32::try_from(generation).unwrap_or(0));
             let mut tried: Vec<(usize, StrikeCandidate)> = Vec::new();
-            for (line, parent) in strikes.iter().enumerate() {
+            for (line, parent) in lines.iter().enumerate().filter_map(|(k, line)| Some((k, line.last()?))) {
                 for _ in 0..variants {
                     let aim = self.varied(&parent.aim, width, &mut rng);
-                    if let Ok(strike) = self.grid.strike(&aim) {
-                        tried.push((line, StrikeCandidate { aim, strike, score: 0.0 }));
+                    if let Ok(candidate) = self.grid.candidate(aim) {
+                        tried.push((line, candidate));
                     }
                 }
             }
-            let (lines, mut children): (Vec<_>, Vec<_>) = tried.into_iter().unzip();
+            let (of_line, mut children): (Vec<_>, Vec<_>) = tried.into_iter().unzip();
             self.evaluation.add_scores(&mut children, scenarios);
-            for (line, child) in lines.into_iter().zip(children) {
-                if child.score > strikes[line].score {
-                    strikes[line] = child;
+            let mut best: Vec<Option<StrikeCandidate>> = vec![None; lines.len()];
+            for (line, child) in of_line.into_iter().zip(children) {
+                let known = best[line].as_ref().or(lines[line].last());
+                if known.is_none_or(|known| child.score > known.score) {
+                    best[line] = Some(child);
                 }
             }
+            for (line, best) in lines.iter_mut().zip(best) {
+                line.extend(best);
+            }
         }
-        strikes
+        lines.into_par_iter().filter_map(|line| self.latest_executable(line)).collect()
+    }
+
+    /// The latest variant that the arm can execute; the first strike of the line is one.
+    fn latest_executable(&self, mut line: Vec<StrikeCandidate>) -> Option<StrikeCandidate> {
+        while line.len() > 1
+            && self.arm.is_some_and(|arm| arm.refusal(&line[line.len() - 1].strike).is_some())
+        {
+            line.pop();
+        }
+        line.pop()
     }
 
     /// A normally distributed variation of an aim; `width` scales all standard deviations.
@@ -224,11 +295,7 @@ impl Search<'_> {
 fn distinct(strikes: Vec<StrikeCandidate>, count: usize) -> Vec<StrikeCandidate> {
     let mut kept: Vec<StrikeCandidate> = Vec::new();
     for strike in strikes {
-        let repeats = |k: &StrikeCandidate| {
-            k.aim.object == strike.aim.object
-                && wrapped_rad(k.aim.heading_rad - strike.aim.heading_rad).abs() < ALIKE_RAD
-        };
-        if kept.len() < count && !kept.iter().any(repeats) {
+        if kept.len() < count && !kept.iter().any(|k| k.is_alike(&strike)) {
             kept.push(strike);
         }
     }

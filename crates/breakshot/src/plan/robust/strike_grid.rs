@@ -8,6 +8,7 @@ use crate::geometry::conservative_advancement::{Step, advance};
 use crate::geometry::outline::Outline;
 use crate::geometry::{Point, Pose, Vec2, wrapped_rad};
 use crate::plan::approach::{ContactLine, Surroundings, rounded_strike};
+use crate::plan::arm::{CellArm, OUT_OF_REACH};
 use crate::plan::options::{Aim, Options};
 use crate::scene::{Placed, Scene, Strike};
 use rayon::prelude::*;
@@ -40,6 +41,9 @@ const CONTACT_GAP_M: f64 = 1e-7;
 /// Greatest number of steps to the contact; a line that is nearly tangent to the object converges slowly.
 const MOST_STEPS: usize = 200;
 
+/// Strikes on one object with headings closer than this are variants of each other (rad).
+const ALIKE_RAD: f64 = 0.2;
+
 /// A feasible strike, and its score so far.
 #[derive(Clone, Debug)]
 pub(crate) struct StrikeCandidate {
@@ -50,12 +54,26 @@ pub(crate) struct StrikeCandidate {
 }
 
 impl StrikeCandidate {
-    /// Whether the arm can execute it; without an arm, always.
-    fn reached_by_arm(&self, options: &Options) -> bool {
-        let Strike { start_m, heading_rad, travel_m, .. } = self.strike;
-        let contact_m = start_m + Vec2::from_heading(heading_rad) * (travel_m - self.aim.follow_through_m);
-        options.effective_mass_kg.is_none_or(|mass| mass(contact_m, heading_rad) > 0.0)
+    /// Whether two strikes are variants of one: on one object with nearly the same heading.
+    pub(crate) fn is_alike(&self, other: &Self) -> bool {
+        let (one, other) = (&self.aim, &other.aim);
+        one.object == other.object && wrapped_rad(one.heading_rad - other.heading_rad).abs() < ALIKE_RAD
     }
+
+    /// The striker's centre when it first touches the object (m).
+    fn contact_m(&self) -> Point {
+        let Strike { start_m, heading_rad, travel_m, .. } = self.strike;
+        start_m + Vec2::from_heading(heading_rad) * (travel_m - self.aim.follow_through_m)
+    }
+}
+
+/// The strikes of a line that are within the arm's reach and speed; `None` if there are none.
+fn within_reach(line: &[StrikeCandidate], arm: Option<&CellArm>) -> Option<Vec<StrikeCandidate>> {
+    let (Some(arm), Some(first)) = (arm, line.first()) else { return Some(line.to_vec()) };
+    let wanted_m_s = line.iter().map(|c| c.strike.speed_m_s).fold(0.0, f64::max);
+    let fastest_m_s = arm.speed_m_s(first.contact_m(), first.strike.heading_rad, wanted_m_s);
+    let reached: Vec<_> = line.iter().filter(|c| c.strike.speed_m_s <= fastest_m_s).cloned().collect();
+    (!reached.is_empty()).then_some(reached)
 }
 
 /// The feasible strikes on a scene, and the obstacles of the others.
@@ -67,20 +85,21 @@ pub(crate) struct Feasible {
 /// The strikes that the striker can make on the objects of a scene.
 pub(crate) struct StrikeGrid<'a> {
     scene: &'a Scene,
+    arm: Option<&'a CellArm<'a>>,
     surroundings: Vec<Surroundings<'a>>,
     pub slowest_m_s: f64,
     pub fastest_m_s: f64,
 }
 
 impl<'a> StrikeGrid<'a> {
-    pub(crate) fn new(scene: &'a Scene) -> Result<Self> {
+    pub(crate) fn new(scene: &'a Scene, arm: Option<&'a CellArm<'a>>) -> Result<Self> {
         let [slowest_m_s, fastest_m_s] = scene.cell.striker.speed_range_m_s;
         let surroundings =
             scene.placed.iter().map(|placed| Surroundings::new(scene, placed)).collect::<Result<_>>()?;
-        Ok(Self { scene, surroundings, slowest_m_s, fastest_m_s })
+        Ok(Self { scene, arm, surroundings, slowest_m_s, fastest_m_s })
     }
 
-    /// The feasible strikes of the proposals and of the grid, uniformly thinned to `most_lines` lines.
+    /// The feasible strikes of the proposals and of the grid within the arm's reach and speed, uniformly thinned to `most_lines` lines.
     ///
     /// # Errors
     /// A proposal for an object that is not placed.
@@ -90,22 +109,27 @@ impl<'a> StrikeGrid<'a> {
         let tried: Vec<std::result::Result<Vec<StrikeCandidate>, String>> = lines
             .into_par_iter()
             .map(|aims| {
-                let candidate =
-                    |aim: Aim| self.strike(&aim).map(|strike| StrikeCandidate { aim, strike, score: 0.0 });
-                let all: Vec<_> = aims.into_iter().map(candidate).collect();
+                let all: Vec<_> = aims.into_iter().map(|aim| self.candidate(aim)).collect();
                 let free: Vec<_> = all.iter().filter_map(|c| c.as_ref().ok().cloned()).collect();
-                match all.into_iter().find_map(std::result::Result::err) {
-                    Some(obstacle) if free.is_empty() => Err(obstacle),
-                    _ => Ok(free),
+                if let Some(obstacle) = all.into_iter().find_map(std::result::Result::err)
+                    && free.is_empty()
+                {
+                    return Err(obstacle);
                 }
+                Ok(free)
             })
             .collect();
-        let obstacles = tried.iter().filter_map(|t| t.as_ref().err().cloned()).collect();
-        let mut free: Vec<Vec<StrikeCandidate>> =
-            tried.into_iter().filter_map(std::result::Result::ok).collect();
-        free.retain(|line| line.iter().any(|c| c.reached_by_arm(options)));
-        let step = free.len().div_ceil(most_lines).max(1);
-        Ok(Feasible { strikes: free.into_iter().step_by(step).flatten().collect(), obstacles })
+        let mut obstacles: BTreeSet<String> =
+            tried.iter().filter_map(|t| t.as_ref().err().cloned()).collect();
+        let free: Vec<Vec<StrikeCandidate>> = tried.into_iter().filter_map(std::result::Result::ok).collect();
+        // Of each group of neighbouring lines the first that the arm reaches
+        let groups = free.par_chunks(free.len().div_ceil(most_lines).max(1));
+        let reached = groups.filter_map(|group| group.iter().find_map(|line| within_reach(line, self.arm)));
+        let strikes: Vec<StrikeCandidate> = reached.collect::<Vec<_>>().concat();
+        if strikes.is_empty() && !free.is_empty() {
+            obstacles.insert(OUT_OF_REACH.to_owned());
+        }
+        Ok(Feasible { strikes, obstacles })
     }
 
     /// Each proposal as a line of its own.
@@ -156,6 +180,17 @@ impl<'a> StrikeGrid<'a> {
         let own_m = shape.map_or(0.0, |shape| shape.reach_m(left.rotated(-yaw_rad)));
         let striker = &self.scene.cell.striker.shape;
         own_m + striker.reach_m(-(left.rotated(-heading_rad)))
+    }
+
+    /// The strike of an aim; its follow-through is at least the one in which the arm can stop.
+    ///
+    /// # Errors
+    /// The obstacle.
+    pub(crate) fn candidate(&self, aim: Aim) -> std::result::Result<StrikeCandidate, String> {
+        let least_m = self.arm.map_or(0.0, |_| CellArm::least_follow_through_m(aim.speed_m_s));
+        let aim = Aim { follow_through_m: aim.follow_through_m.max(least_m), ..aim };
+        let strike = self.strike(&aim)?;
+        Ok(StrikeCandidate { aim, strike, score: 0.0 })
     }
 
     /// The strike of an aim, with the longest lead-in that is free.

@@ -1,5 +1,6 @@
 //! Properties of the plan as a whole: reproducible predictions, and reasons.
 
+mod arm;
 mod central_strikes;
 mod robust;
 mod sequence;

@@ -111,7 +111,7 @@ fn larger_noise_lowers_the_success_probability_of_a_strike() {
     let evaluation = Evaluation::new(&scene).expect("known objects");
     let works = |noise: ExecutionNoise| {
         let varying = varying();
-        let nominal = Nominal::new(&scene, &varying, noise).expect("a world");
+        let nominal = Nominal::new(&scene, &varying, noise, &physics::Options::default()).expect("a world");
         let scenarios = nominal.scenarios(Draws { seed: 5, count: 200, fixed: None }).expect("scenarios");
         success_probability(&evaluation.margins(&strike, &scenarios))
     };
@@ -129,7 +129,7 @@ fn without_uncertainty_all_scenarios_are_equal() {
     exact.contact_friction.objects = Some(Estimate::exact(0.1));
     exact.contact_friction.striker = Some(Estimate::exact(0.1));
     let options = Options { noise, ..Options::default() };
-    let nominal = Nominal::new(&scene, &exact, noise).expect("a world");
+    let nominal = Nominal::new(&scene, &exact, noise, &physics::Options::default()).expect("a world");
     let draws = Draws { seed: 5, count: 5, fixed: Some(Source::Contacts) };
     let scenarios = nominal.scenarios(draws).expect("scenarios");
     let strike = planned(&scene, &exact, &options).strike.expect("a strike");
@@ -146,7 +146,9 @@ fn a_missing_property_widens_the_prediction_and_is_listed() {
     let hit = Strike { start_m: Point::new(-0.12, 0.0), speed_m_s: 0.6, travel_m: 0.08, ..Strike::default() };
     let spread_m = |properties: &Properties| {
         let scene = pair();
-        let nominal = Nominal::new(&scene, properties, ExecutionNoise::default()).expect("a world");
+        let nominal =
+            Nominal::new(&scene, properties, ExecutionNoise::default(), &physics::Options::default())
+                .expect("a world");
         let scenarios = nominal.scenarios(Draws { seed: 5, count: 100, fixed: None }).expect("scenarios");
         let mut simulator = Simulator::new();
         let mut end_m =

@@ -119,6 +119,7 @@ fn plan(scene: &Scene) -> Plan {
         outcome: Outcome::Found,
         reason: "because".into(),
         scene: scene.clone(),
+        arm: None,
         strike: Some(strike()),
         prediction: Some(Prediction { final_poses: predicted(scene, 0.1), ..Prediction::default() }),
         iterations: (1..4).map(step).collect(),

@@ -35,21 +35,51 @@ impl MountedArm {
     /// The solutions at a point for a strike along `heading_rad`: all branches, for all rotations that leave the striker's
     /// outline unchanged.
     pub(crate) fn ik_solutions(&self, position: Point, heading_rad: f64) -> Vec<IkSolution> {
+        let all = self.tool_yaws(heading_rad).flat_map(|yaw_rad| {
+            let target = self.upright(position, self.strike_height_m, yaw_rad);
+            self.arm.branches(&target).into_iter().map(move |angles| (yaw_rad, angles))
+        });
+        all.map(|(yaw_rad, angles)| self.ik_solution(yaw_rad, angles)).collect()
+    }
+
+    /// Whether some solution moves the tip along a heading (rad) at `wanted_m_s` or faster, within `speed_fraction` of the joints'
+    /// speed limits; if none does, the speed of the fastest one (m/s), zero out of reach.
+    pub(crate) fn reachable_speed_m_s(
+        &self,
+        position: Point,
+        heading_rad: f64,
+        wanted_m_s: f64,
+        speed_fraction: f64,
+    ) -> f64 {
+        let direction = self.direction_in_base(Vec2::from_heading(heading_rad));
+        let mut fastest_m_s: f64 = 0.0;
+        for yaw_rad in self.tool_yaws(heading_rad) {
+            let target = self.upright(position, self.strike_height_m, yaw_rad);
+            for angles in self.arm.solutions(&target) {
+                let solution = self.ik_solution(yaw_rad, angles);
+                fastest_m_s =
+                    fastest_m_s.max(speed_fraction * self.straight_speed_m_s(&solution, &direction));
+                if fastest_m_s >= wanted_m_s {
+                    return fastest_m_s;
+                }
+            }
+        }
+        fastest_m_s
+    }
+
+    /// The rotations of the tool that leave the striker's outline unchanged, from that of the heading on (rad).
+    fn tool_yaws(&self, heading_rad: f64) -> impl Iterator<Item = f64> {
         let step_rad = match &self.striker {
             Shape::Disc { .. } => TAU / f64::from(ROUND_YAWS),
             other => other.rotation_symmetry_rad().unwrap_or(TAU),
         };
         let rotations = (TAU / step_rad).round() as u32;
-        let yaws = (0..rotations).map(|k| heading_rad + step_rad * f64::from(k));
-        let all = yaws.flat_map(|yaw_rad| {
-            let target = self.upright(position, self.strike_height_m, yaw_rad);
-            self.arm.branches(&target).into_iter().map(move |angles| (yaw_rad, angles))
-        });
-        let solutions = all.map(|(yaw_rad, angles)| {
-            let fixed_joint = self.fixed_joint_of(&angles);
-            IkSolution { yaw_rad, angles, fixed_joint }
-        });
-        solutions.collect()
+        (0..rotations).map(move |k| heading_rad + step_rad * f64::from(k))
+    }
+
+    fn ik_solution(&self, yaw_rad: f64, angles: Vec<f64>) -> IkSolution {
+        let fixed_joint = self.fixed_joint_of(&angles);
+        IkSolution { yaw_rad, angles, fixed_joint }
     }
 
     /// The joint of a seven-joint arm without which the Jacobian's condition number is smallest; `None` for six joints.
@@ -87,13 +117,5 @@ impl MountedArm {
             Some(Capability { speed_m_s, effective_mass_kg: 1.0 / mobility })
         });
         capabilities.max_by(|a, b| a.speed_m_s.total_cmp(&b.speed_m_s))
-    }
-
-    /// The effective mass of Eq. 8 for the planner (kg); zero where the tip does not reach `speed_m_s`.
-    pub fn effective_mass_kg(&self, position: Point, heading_rad: f64, speed_m_s: f64) -> f64 {
-        match self.capability(position, heading_rad) {
-            Some(capability) if capability.speed_m_s >= speed_m_s => capability.effective_mass_kg,
-            _ => 0.0,
-        }
     }
 }

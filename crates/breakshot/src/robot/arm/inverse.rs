@@ -44,8 +44,7 @@ impl Arm {
     /// The solutions for a target, each branch once, in a fixed order (rad); for seven joints, some of infinitely many.
     pub fn branches(&self, target: &Frame) -> Vec<Vec<f64>> {
         let mut found: Vec<Vec<f64>> = Vec::new();
-        for k in 0..STARTS {
-            let Some(angles) = self.descend(target, self.start_pose(k), None) else { continue };
+        for angles in self.solutions(target) {
             let is_known = |known: &Vec<f64>| {
                 known.iter().zip(&angles).all(|(a, b)| wrapped_rad(a - b).abs() < SAME_POSE_RAD)
             };
@@ -54,6 +53,11 @@ impl Arm {
             }
         }
         found
+    }
+
+    /// The solution from every start pose that leads to one, computed when it is asked for; the same branch can come several times.
+    pub(crate) fn solutions(&self, target: &Frame) -> impl Iterator<Item = Vec<f64>> {
+        (0..STARTS).filter_map(|k| self.descend(target, self.start_pose(k), None))
     }
 
     /// Iterates from a start pose to the target; `None` without convergence. The joint `fixed_joint` does not move.

@@ -67,6 +67,12 @@ impl MountedArm {
         Vec2::new(velocity.x, velocity.y)
     }
 
+    /// The position of the base in the table plane.
+    pub fn base_on_table(&self) -> Point {
+        let base = self.base_from_table.inverse().translation;
+        Point::new(base.x, base.y)
+    }
+
     /// The arm.
     pub fn arm(&self) -> &Arm {
         &self.arm

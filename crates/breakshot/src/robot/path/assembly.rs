@@ -97,7 +97,7 @@ fn warnings(command: &Command, mounted: &MountedArm, striker_path: &StrikerPath)
     } else if striker_path.contact_m.is_none() {
         warnings.push("the striker touches no object on its path".into());
     }
-    if mounted.arm.links.iter().all(|link| link.joint.armature_kg_m2 == 0.0) {
+    if !mounted.arm.has_rotor_inertias() {
         warnings.push("no rotor inertias are known: the effective mass is a lower bound".into());
     }
     warnings

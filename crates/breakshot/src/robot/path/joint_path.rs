@@ -1,7 +1,7 @@
 //! Joint paths sampled every 2 ms: straight lines of the tip and straight lines in joint space, joined at rest.
 
 use super::failure::{Attempted, Failure, SearchStage};
-use super::limit_monitor::PathConstraints;
+use super::limit_monitor::{LimitMonitor, PathConstraints};
 use super::limits::{LimitCheck, LimitedQuantity};
 use super::profile::{Profile, ProfileLimits};
 use super::safety::SLOW_M_S;
@@ -39,6 +39,8 @@ pub(crate) struct JointPath<'a> {
     home: &'a [f64],
     phases: Vec<Phase>,
     ends_s: f64,
+    /// The checks of the phases so far.
+    monitor: LimitMonitor<'a>,
 }
 
 /// The joint states of a phase with their times since its start (s).
@@ -52,7 +54,7 @@ pub(crate) struct CheckedPath {
 
 impl<'a> JointPath<'a> {
     pub(crate) fn new(constraints: &'a PathConstraints<'a>, home: &'a [f64]) -> Self {
-        Self { constraints, home, phases: Vec::new(), ends_s: 0.0 }
+        Self { constraints, home, phases: Vec::new(), ends_s: 0.0, monitor: constraints.monitor() }
     }
 
     /// The joint angles at the current end of the path (rad).
@@ -61,7 +63,14 @@ impl<'a> JointPath<'a> {
         last.map_or(self.home, |angles| angles)
     }
 
-    pub(crate) fn append(&mut self, name: PhaseName, samples: Samples) {
+    /// The time at the current end of the path (s).
+    pub(crate) fn ends_s(&self) -> f64 {
+        self.ends_s
+    }
+
+    /// Appends a phase with its checks.
+    pub(crate) fn append(&mut self, name: PhaseName, samples: Samples, checks: LimitMonitor<'a>) {
+        self.monitor.merge(checks);
         let mut phase = Phase {
             name,
             time_s: Vec::new(),
@@ -134,8 +143,8 @@ impl<'a> JointPath<'a> {
             let line = TipLine { to_m, profile: Profile::rest_to_rest(to_m.norm(), &limits), fixed_joint };
             let samples = self.line(self.end(), &line)?;
             match self.check_phase(name, &samples, SearchStage::Transfer) {
-                Ok(()) => {
-                    self.append(name, samples);
+                Ok(checks) => {
+                    self.append(name, samples, checks);
                     return Ok(());
                 }
                 Err(failure) => nearest = nearest.better(failure),
@@ -153,49 +162,46 @@ impl<'a> JointPath<'a> {
         to: &[f64],
     ) -> Attempted<()> {
         let direct = self.joint_move(from, to);
-        let Err(failure) = self.check_phase(name, &direct, SearchStage::Transfer) else {
-            self.append(name, direct);
-            return Ok(());
+        let failure = match self.check_phase(name, &direct, SearchStage::Transfer) {
+            Ok(checks) => {
+                self.append(name, direct, checks);
+                return Ok(());
+            }
+            Err(failure) => failure,
         };
         let mut detour = self.joint_move(from, via);
         let half_s = detour.last().map_or(0.0, |(time_s, _)| *time_s);
         let rest = self.joint_move(via, to);
         detour.extend(rest.into_iter().skip(1).map(|(time_s, state)| (half_s + time_s, state)));
-        self.check_phase(name, &detour, SearchStage::Transfer).map_err(|other| failure.better(other))?;
-        self.append(name, detour);
+        let checks = self.check_phase(name, &detour, SearchStage::Transfer);
+        let checks = checks.map_err(|other| failure.better(other))?;
+        self.append(name, detour, checks);
         Ok(())
     }
 
-    /// An error if a phase by itself breaks a limit.
+    /// The checks of a phase that begins where the path ends.
+    ///
+    /// # Errors
+    /// The most exceeded limit.
     pub(crate) fn check_phase(
         &self,
         name: PhaseName,
         samples: &Samples,
         stage: SearchStage,
-    ) -> Attempted<()> {
+    ) -> Attempted<LimitMonitor<'a>> {
         let mut monitor = self.constraints.monitor();
         for (time_s, state) in samples {
-            monitor.record(name, *time_s, state);
-        }
-        monitor.broken().map_or(Ok(()), |check| Err(Failure::of_check(stage, check)))
-    }
-
-    /// The phases with the worst check of each quantity.
-    ///
-    /// # Errors
-    /// A broken limit.
-    pub(crate) fn checked(self) -> Attempted<CheckedPath> {
-        let mut monitor = self.constraints.monitor();
-        for phase in &self.phases {
-            for (k, &time_s) in phase.time_s.iter().enumerate() {
-                monitor.record(phase.name, time_s, &phase.sample(k));
-            }
+            monitor.record(name, self.ends_s + *time_s, state);
         }
         if let Some(check) = monitor.broken() {
-            return Err(Failure::of_check(SearchStage::Whole, check));
+            return Err(Failure::of_check(stage, check));
         }
-        let worst = monitor.worst;
-        Ok(CheckedPath { phases: self.phases, worst })
+        Ok(monitor)
+    }
+
+    /// The phases with the worst check of each quantity, of a path whose phases were all checked.
+    pub(crate) fn checked(self) -> CheckedPath {
+        CheckedPath { phases: self.phases, worst: self.monitor.worst }
     }
 
     /// The samples of a straight line in joint space, within the speed limits of the joints and of the tip.

@@ -47,7 +47,7 @@ impl<'a> PathConstraints<'a> {
     }
 
     /// A monitor without samples.
-    pub(crate) fn monitor(&self) -> LimitMonitor<'_> {
+    pub(crate) fn monitor(&'a self) -> LimitMonitor<'a> {
         LimitMonitor { constraints: self, worst: BTreeMap::new() }
     }
 }
@@ -143,6 +143,14 @@ impl LimitMonitor<'_> {
         if known.is_none_or(|known| check.excess() > known.excess()) {
             check.part = part();
             self.worst.insert(check.quantity, check);
+        }
+    }
+
+    /// Keeps of two monitors the check of each quantity that is nearer to its limit, or farther past it; this one's if they are equal.
+    pub(crate) fn merge(&mut self, later: LimitMonitor<'_>) {
+        for check in later.worst.into_values() {
+            let part = check.part.clone();
+            self.keep_worst(check, || part);
         }
     }
 

@@ -3,6 +3,9 @@
 use crate::robot::phase::PhaseName;
 use serde::{Deserialize, Serialize};
 
+/// The largest strike speed (m/s): the tip speed permitted by the maker of the Indy 7.
+pub const FASTEST_M_S: f64 = 1.0;
+
 /// The quantities that are checked on every sample.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]

@@ -9,4 +9,4 @@ mod profile;
 mod recheck;
 pub(crate) mod safety;
 pub(crate) mod search;
-mod striker_path;
+pub(crate) mod striker_path;

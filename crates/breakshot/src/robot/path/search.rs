@@ -10,12 +10,12 @@ use super::assembly::{self, StrikeTask};
 use super::failure::{Attempted, Failure, Remedy, SearchStage};
 use super::joint_path::{CheckedPath, JointPath, TipLine};
 use super::limit_monitor::PathConstraints;
-use super::limits::Limits;
+use super::limits::{FASTEST_M_S, Limits};
 use super::profile::ProfileLimits;
 use super::safety::SLOW_M_S;
 use super::striker_path::{RUN_UP_ACCELERATIONS_M_S2, STOP_ACCELERATIONS_M_S2, StrikerPath, contact_after_m};
 use crate::cell::Cell;
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::geometry::Vec2;
 use crate::robot::arm::ik_solution::IkSolution;
 use crate::robot::arm::model::frame::Frame;
@@ -52,39 +52,54 @@ struct Search<'a> {
     home: Vec<f64>,
 }
 
-/// See [`crate::robot::command()`].
-pub(crate) fn command(
-    cell: &Cell,
-    strike: &Strike,
-    scene: Option<&Scene>,
-    limits: &Limits,
-) -> Result<Answer> {
-    let mounted = MountedArm::of_cell(cell)?;
-    let contact_m = match scene {
-        Some(scene) => contact_after_m(strike, &mounted.striker, scene)?,
-        None => None,
-    };
-    let position = strike.start_m + Vec2::from_heading(strike.heading_rad) * contact_m.unwrap_or(0.0);
-    let solutions = mounted.ik_solutions(position, strike.heading_rad);
-    let Some(home) = home(&mounted, cell) else {
-        return Ok(refused("the home pose above the middle of the workspace is out of the arm's reach"));
-    };
-    if solutions.is_empty() {
-        let reason = format!(
-            "the arm cannot hold the striker upright at ({:.3}, {:.3}) m on the table: out of its reach",
-            position.x, position.y
-        );
-        return Ok(refused(reason));
+impl MountedArm {
+    /// The joint path of a strike with this arm, which is that of the cell; see [`crate::robot::command()`].
+    ///
+    /// # Errors
+    /// See [`crate::robot::command()`].
+    pub(crate) fn command(
+        &self,
+        cell: &Cell,
+        strike: &Strike,
+        scene: Option<&Scene>,
+        limits: &Limits,
+    ) -> Result<Answer> {
+        strike.check("strike")?;
+        if strike.speed_m_s > FASTEST_M_S {
+            let needed = format!("at most {FASTEST_M_S} m/s");
+            return Err(Error::invalid("strike", "speed_m_s", strike.speed_m_s, needed));
+        }
+        let contact_m = match scene {
+            Some(scene) => contact_after_m(strike, &self.striker, scene)?,
+            None => None,
+        };
+        let position = strike.start_m + Vec2::from_heading(strike.heading_rad) * contact_m.unwrap_or(0.0);
+        let solutions = self.ik_solutions(position, strike.heading_rad);
+        let Some(home) = home(self, cell) else {
+            return Ok(refused("the home pose above the middle of the workspace is out of the arm's reach"));
+        };
+        if solutions.is_empty() {
+            let reason = format!(
+                "the arm cannot hold the striker upright at ({:.3}, {:.3}) m on the table: out of its reach",
+                position.x, position.y
+            );
+            return Ok(refused(reason));
+        }
+        let search = Search {
+            task: StrikeTask {
+                cell,
+                strike,
+                scene,
+                retract_m_s: cell.striker.retract_speed_m_s.min(SLOW_M_S),
+            },
+            mounted: self,
+            constraints: PathConstraints::new(self, cell, limits),
+            contact_m,
+            hover_m: self.strike_height_m + HOVER_M + highest_object_m(scene),
+            home,
+        };
+        search.answer(&solutions)
     }
-    let search = Search {
-        task: StrikeTask { cell, strike, scene, retract_m_s: cell.striker.retract_speed_m_s.min(SLOW_M_S) },
-        mounted: &mounted,
-        constraints: PathConstraints::new(&mounted, cell, limits),
-        contact_m,
-        hover_m: mounted.strike_height_m + HOVER_M + highest_object_m(scene),
-        home,
-    };
-    search.answer(&solutions)
 }
 
 fn refused(reason: impl Into<String>) -> Answer {
@@ -283,12 +298,13 @@ impl Search<'_> {
             fixed_joint: fixed,
         };
         let contact_s = striker_path.contact_time_s();
-        let alone = path.check_phase(PhaseName::Strike, &path.line(&begin, &stroke)?, SearchStage::Strike);
-        alone.map_err(|failure| {
-            let before_contact = failure.time_s < contact_s;
+        let with_remedy = |failure: Failure, strike_begins_s: f64| {
+            let before_contact = failure.time_s < strike_begins_s + contact_s;
             let remedy = if before_contact { Remedy::ShorterRunUp } else { Remedy::SofterStop };
             Failure { remedy, ..failure }
-        })?;
+        };
+        path.check_phase(PhaseName::Strike, &path.line(&begin, &stroke)?, SearchStage::Strike)
+            .map_err(|failure| with_remedy(failure, 0.0))?;
 
         // All phases in order
         // Without a reachable detour pose the detour is the direct motion.
@@ -300,13 +316,15 @@ impl Search<'_> {
         path.append_joint_move(PhaseName::Approach, &self.home, &above, &hover)?;
         path.append_line(PhaseName::Lower, -up * rise_m, slow, fixed)?;
         let samples = path.line(path.end(), &stroke)?;
-        path.append(PhaseName::Strike, samples);
+        let begins_s = path.ends_s();
+        let checks = path.check_phase(PhaseName::Strike, &samples, SearchStage::Whole);
+        path.append(PhaseName::Strike, samples, checks.map_err(|failure| with_remedy(failure, begins_s))?);
         let draw_back_m = self.displacement_m(striker_path, striker_path.back_m - striker_path.end_m);
         path.append_line(PhaseName::DrawBack, draw_back_m, back, fixed)?;
         path.append_line(PhaseName::Raise, up * rise_m, slow, fixed)?;
         let raised = path.end().to_vec();
         path.append_joint_move(PhaseName::Home, &raised, &above, &self.home)?;
-        path.checked()
+        Ok(path.checked())
     }
 
     /// A displacement along the striker's path in the base frame (m).

@@ -41,13 +41,22 @@ const FOLLOW_THROUGH_S: f64 = 0.005;
 /// Least distance from every obstacle on the path (m).
 const CLEARANCE_M: f64 = 0.002;
 
+/// The least distance of the striker from the contact to the end of its stop (m), at a speed (m/s).
+pub(crate) fn least_follow_through_m(speed: f64) -> f64 {
+    FOLLOW_THROUGH_S * speed + stop_limits(speed, STOP_ACCELERATIONS_M_S2[0]).ramp_length()
+}
+
+fn stop_limits(speed: f64, acceleration: f64) -> ProfileLimits {
+    ProfileLimits { speed, acceleration, jerk: acceleration / STOP_JERK_TIME_S }
+}
+
 impl StrikerPath {
     /// The path of a strike for given accelerations (m/s2).
     pub(crate) fn new(strike: &Strike, contact_m: Option<f64>, run_up_m_s2: f64, stop_m_s2: f64) -> Self {
         let speed = strike.speed_m_s;
         let run_up =
             ProfileLimits { speed, acceleration: run_up_m_s2, jerk: run_up_m_s2 / RUN_UP_JERK_TIME_S };
-        let stop = ProfileLimits { speed, acceleration: stop_m_s2, jerk: stop_m_s2 / STOP_JERK_TIME_S };
+        let stop = stop_limits(speed, stop_m_s2);
         let settled_m = contact_m.map_or(0.0, |contact_m| (contact_m - SETTLING_S * speed).max(0.0));
         let begin_m = (settled_m - run_up.ramp_length()).min(0.0);
         // The striker stops at `travel_m`, or later if constant speed after the contact requires it.

@@ -123,6 +123,11 @@ impl Arm {
         Ok(self)
     }
 
+    /// Whether the rotor inertia of any joint is known.
+    pub(crate) fn has_rotor_inertias(&self) -> bool {
+        self.links.iter().any(|link| link.joint.armature_kg_m2 > 0.0)
+    }
+
     /// The same arm with rotor inertias reflected to the joints (kg m2).
     ///
     /// # Errors
