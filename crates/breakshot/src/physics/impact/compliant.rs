@@ -122,10 +122,13 @@ struct Spring {
     slip: f64,
     step_impulse: Impulse,
     impulse: Impulse,
-    /// Contact friction, coupling of normal impulse and slip, and tangential impulse per slip that it may stop in one step.
+    /// Contact friction, coupling of normal impulse and slip, slip per tangential impulse, and tangential impulse per slip that it may stop
+    /// in one step.
     friction: f64,
     k_nt: f64,
+    k_tt: f64,
     inverse_k_tt: f64,
+    tangential_restitution: f64,
     /// Restitution, and the work of loading and of friction (J).
     restitution: f64,
     loading_work_j: f64,
@@ -164,6 +167,8 @@ impl Spring {
             compression: contact.penetration_m.min(0.0),
             friction: contact.coefficients.friction,
             k_nt: impact.k_nt,
+            k_tt: impact.k_tt,
+            tangential_restitution: contact.coefficients.tangential_restitution,
             inverse_k_tt: 1.0 / (impact.k_tt * f64::from(sharing_contacts)),
             ..Self::default()
         };
@@ -262,7 +267,10 @@ impl Springs {
             add(&mut changes[b], &spring.normal_response[1], normal);
             if spring.friction > 0.0 {
                 let limit = spring.friction * normal;
-                let sticking = (spring.slip - spring.k_nt * normal) * spring.inverse_k_tt;
+                // The slip without the friction of this contact, of which the given part springs back
+                let free_slip = spring.slip + spring.k_tt * spring.impulse.tangent;
+                let excess = spring.slip + spring.tangential_restitution * free_slip;
+                let sticking = (excess - spring.k_nt * normal) * spring.inverse_k_tt;
                 spring.step_impulse.tangent = sticking.min(limit).max(-limit);
                 spring.impulse.tangent += spring.step_impulse.tangent;
                 add(&mut changes[a], &spring.tangent_response[0], spring.step_impulse.tangent);
@@ -384,7 +392,7 @@ mod tests {
     use crate::geometry::{Point, Pose, Vec2};
     use crate::object::Shape;
     use crate::physics::contact::compound_shape::CompoundShape;
-    use crate::physics::impact::routh::ContactPoint;
+    use crate::physics::impact::routh::{ContactPoint, ImpactLaw};
     use crate::physics::pair_coefficients::Coefficients;
     use crate::physics::sliding::body::Body;
     use crate::physics::sliding::motion::{BodyState, State};
@@ -409,6 +417,16 @@ mod tests {
 
     /// Velocities after the impact of touching discs (mass, x and y in radii), of which the first moves along x at 1 m/s.
     fn after(discs: &[(f64, f64, f64)], restitution: f64, compliance: &Compliance) -> Vec<Vec2> {
+        let coefficients = Coefficients { restitution, ..Coefficients::default() };
+        let members = after_impact(discs, coefficients, compliance).members;
+        members.iter().map(|m| m.after.velocity).collect()
+    }
+
+    fn after_impact(
+        discs: &[(f64, f64, f64)],
+        coefficients: Coefficients,
+        compliance: &Compliance,
+    ) -> Island {
         let bodies: Vec<Body> = discs.iter().map(|d| disc(d.0)).collect();
         let states: Vec<State> = discs
             .iter()
@@ -428,7 +446,6 @@ mod tests {
                     let normal_ab = offset / offset.length();
                     let point = ContactPoint { point: states[i].position + normal_ab * RADIUS_M, normal_ab };
                     let pair = [i, k].map(|n| BodyState { body: &bodies[n], state: &states[n] });
-                    let coefficients = Coefficients { restitution, ..Coefficients::default() };
                     island.contacts.push(Contact::new([i, k], pair, point, 0.0, coefficients));
                 }
             }
@@ -437,7 +454,7 @@ mod tests {
         let ending =
             resolve(&mut island, &mut Springs::default(), &first, compliance, RestitutionLaw::Constant);
         assert_eq!(ending, Ending::Separated);
-        island.members.iter().map(|m| m.after.velocity).collect()
+        island
     }
 
     fn row(masses: &[f64]) -> Vec<(f64, f64, f64)> {
@@ -446,6 +463,24 @@ mod tests {
 
     fn linear() -> Compliance {
         Compliance { force: ContactForce::Linear, ..Compliance::default() }
+    }
+
+    #[test]
+    fn slip_that_sticks_springs_back_as_in_an_impact_of_two_bodies() {
+        for tangential_restitution in [-0.5, 0.0, 0.3] {
+            let coefficients = Coefficients { restitution: 0.7, friction: 2.0, tangential_restitution };
+            let island =
+                after_impact(&[(0.1, 0.0, 0.0), (0.2, 1.6, 1.2)], coefficients, &Compliance::default());
+            let contact = &island.contacts[0];
+            let alone = contact.impact.impulse(&coefficients, ImpactLaw::Stronge);
+            let off = (contact.impulse.tangent / alone.tangent - 1.0).abs();
+            assert!(
+                off < 0.01,
+                "{tangential_restitution}: {} and {} N s",
+                contact.impulse.tangent,
+                alone.tangent
+            );
+        }
     }
 
     #[test]

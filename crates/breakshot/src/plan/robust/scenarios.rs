@@ -31,8 +31,8 @@ pub(crate) struct Scenario {
 }
 
 impl Scenario {
-    /// The scenario with fewer and higher rebounds in pushes: quicker to simulate, with final positions that differ by less than the
-    /// errors of observed poses.
+    /// The scenario with fewer and higher rebounds in pushes: quicker to simulate, with final positions that differ by 0.05 mm in the median
+    /// and by 1.7 mm in nine of ten pushes of the filmed piles.
     pub(crate) fn with_coarse_pushes(mut self) -> Self {
         self.world.options.least_rebound_m_s = COARSE_REBOUND_M_S;
         self
