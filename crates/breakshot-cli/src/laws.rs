@@ -1,6 +1,8 @@
 //! Which physical laws does `simulate` follow, if not the default ones?
 
-use breakshot::physics::{AfterStrike, ImpactLaw, MultipleImpact, Options, RestitutionLaw, Surface};
+use breakshot::physics::{
+    AfterStrike, ImpactLaw, MultipleImpact, Options, Pressing, RestitutionLaw, Surface,
+};
 use clap::{Args, ValueEnum};
 
 /// The laws of a simulation; without flags they are those of planning and verification.
@@ -28,9 +30,9 @@ pub(crate) struct LawArgs {
     /// Effective mass of the striker (kg); without it impacts slow the striker only if the cell gives the rotor inertias of its arm.
     #[arg(long, value_name = "M")]
     striker_mass_kg: Option<f64>,
-    /// Least speed at which bodies part after an impact (m/s): larger values simulate pushes quicker and less exactly.
-    #[arg(long, value_name = "V", default_value_t = Options::default().least_rebound_m_s)]
-    least_rebound_m_s: f64,
+    /// How exactly pushes are simulated.
+    #[arg(long, value_name = "HOW", value_enum, default_value = "fine")]
+    pressing: PressingName,
     /// Relative growth of the table's friction with speed (s/m).
     #[arg(long, value_name = "G", default_value_t = 0.0, allow_negative_numbers = true)]
     friction_growth_s_m: f64,
@@ -76,6 +78,14 @@ enum MultipleImpactName {
 }
 
 #[derive(Clone, Copy, Debug, ValueEnum)]
+enum PressingName {
+    /// Bodies that press on each other part at 3 mm/s.
+    Fine,
+    /// They part at 15 mm/s, as while a robust plan searches: quicker, less exact.
+    Coarse,
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
 enum AfterStrikeName {
     /// It draws back along the line of the strike.
     Retract,
@@ -108,7 +118,10 @@ impl LawArgs {
             striker_mass_kg: self.striker_mass_kg.or(planning.striker_mass_kg),
             apparent_striker_restitution: self.striker_mass_kg.is_none()
                 && planning.apparent_striker_restitution,
-            least_rebound_m_s: self.least_rebound_m_s,
+            pressing: match self.pressing {
+                PressingName::Fine => Pressing::Fine,
+                PressingName::Coarse => Pressing::Coarse,
+            },
             surface: Surface {
                 growth_s_m: self.friction_growth_s_m,
                 grain_rad: self.grain_rad,

@@ -23,7 +23,7 @@ pub use event_loop::striker::AfterStrike;
 pub use impact::compliant::{Compliance, ContactForce, Stiffness};
 pub use impact::pair_impact::{ImpactBody, PairImpact};
 pub use impact::routh::{ImpactLaw, RestitutionLaw};
-pub use options::{MultipleImpact, Options};
+pub use options::{MultipleImpact, Options, Pressing};
 pub use output::mjcf::{Mjcf, mjcf};
 pub use output::near_miss::NearMiss;
 pub use output::outcome::Outcome;

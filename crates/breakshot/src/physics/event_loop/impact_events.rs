@@ -7,7 +7,6 @@ use crate::physics::event_loop::rollout::{Memory, Rollout};
 use crate::physics::event_loop::striker::Phase;
 use crate::physics::impact::compliant::{self, Compliance, Ending};
 use crate::physics::impact::island::{Contact, Island, Member};
-use crate::physics::impact::moreau::minimum_rebound;
 use crate::physics::impact::routh::{ContactPoint, Impact, state_after_impulse};
 use crate::physics::options::MultipleImpact;
 use crate::physics::output::recorder::ImpactRecord;
@@ -53,7 +52,7 @@ impl Rollout<'_> {
         };
         let approach = contact.impact.approach;
         match self.world.options.multiple_impact {
-            _ if approach < SLOW_IMPACT_PER_REBOUND * self.world.options.least_rebound_m_s => {
+            _ if approach < SLOW_IMPACT_PER_REBOUND * self.world.options.pressing.least_rebound_m_s() => {
                 self.gather(&contact, NEAR_CONTACT_M, time_s);
                 if self.memory.island.contacts.len() > 1 && self.resolve_slow(pair, time_s) {
                     return;
@@ -107,7 +106,7 @@ impl Rollout<'_> {
         let options = &self.world.options;
         let coefficients = self.world.coefficients(pair[0], pair[1]);
         let measured = options.restitution.restitution(coefficients.restitution, impact.approach);
-        let restitution = minimum_rebound(measured, impact.approach, options.least_rebound_m_s);
+        let restitution = options.pressing.restitution(measured, impact.approach);
         let impulse = impact.impulse(&Coefficients { restitution, ..coefficients }, options.impact);
         let on_b = contact_point.normal_ab * impulse.normal
             + contact_point.normal_ab.perpendicular() * impulse.tangent;
@@ -161,7 +160,7 @@ impl Rollout<'_> {
     /// pair that touched first.
     fn resolve_slow(&mut self, pair: [usize; 2], time_s: f64) -> bool {
         let options = &self.world.options;
-        self.memory.island.resolve_moreau(options.restitution, options.least_rebound_m_s);
+        self.memory.island.resolve_moreau(options.restitution, options.pressing);
         let members = &self.memory.island.members;
         let acceleration: f64 = members
             .iter()

@@ -6,36 +6,30 @@
 
 use crate::physics::impact::island::{Island, Member};
 use crate::physics::impact::routh::{Impulse, RestitutionLaw};
+use crate::physics::options::Pressing;
 
 /// Greatest number of sweeps over all contacts.
 const SWEEPS: usize = 200;
 /// Change of speed in a sweep (m/s) at which the iteration has converged.
 const CONVERGED_M_S: f64 = 1e-9;
 
-/// Restitution with a least rebound speed: below it bodies rebound elastically, above it at least at that speed, so that a push is a
-/// bounded number of small impacts and no impact gains energy.
-pub(crate) fn minimum_rebound(measured: f64, approach_m_s: f64, least_rebound_m_s: f64) -> f64 {
-    measured.max(least_rebound_m_s / approach_m_s).min(1.0)
-}
-
 impl Island {
     /// Resolves all contacts of the island by Moreau's law.
-    pub(crate) fn resolve_moreau(&mut self, law: RestitutionLaw, least_rebound_m_s: f64) {
+    pub(crate) fn resolve_moreau(&mut self, law: RestitutionLaw, pressing: Pressing) {
         for contact in &mut self.contacts {
             let approach = contact.impact.approach;
             let measured = law.restitution(contact.coefficients.restitution, approach.max(0.0));
-            contact.separation_speed = if approach > 0.0 {
-                minimum_rebound(measured, approach, least_rebound_m_s) * approach
-            } else {
-                0.0
-            };
+            contact.separation_speed =
+                if approach > 0.0 { pressing.restitution(measured, approach) * approach } else { 0.0 };
         }
         for _ in 0..SWEEPS {
             if self.sweep() < CONVERGED_M_S {
                 break;
             }
         }
-        self.limit_energy();
+        if pressing == Pressing::Fine {
+            self.limit_energy();
+        }
     }
 
     /// One sweep over all contacts; returns the greatest change of speed (m/s).

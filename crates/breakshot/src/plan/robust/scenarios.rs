@@ -9,7 +9,9 @@ use crate::error::Result;
 use crate::geometry::outline::Outline;
 use crate::geometry::{Pose, Vec2};
 use crate::ordered_map::map_of;
-use crate::physics::{self, Compliance, ContactForce, MultipleImpact, Perturbation, Stiffness, World};
+use crate::physics::{
+    self, Compliance, ContactForce, MultipleImpact, Perturbation, Pressing, Stiffness, World,
+};
 use crate::plan::options::ExecutionNoise;
 use crate::plan::result::Source;
 use crate::properties::{ContactFriction, Properties, PropertyGroup, TangentialRestitution};
@@ -31,10 +33,9 @@ pub(crate) struct Scenario {
 }
 
 impl Scenario {
-    /// The scenario with fewer and higher rebounds in pushes: quicker to simulate, with final positions that differ by 0.05 mm in the median
-    /// and by 1.7 mm in nine of ten pushes of the filmed piles.
+    /// The scenario with coarse pushes, which are quicker to simulate ([`Pressing::Coarse`]).
     pub(crate) fn with_coarse_pushes(mut self) -> Self {
-        self.world.options.least_rebound_m_s = COARSE_REBOUND_M_S;
+        self.world.options.pressing = Pressing::Coarse;
         self
     }
 
@@ -109,8 +110,6 @@ impl<'a> Nominal<'a> {
     }
 }
 
-/// Least rebound speed of coarse pushes (m/s): gaps of up to 70 um open between a striker and the object that it pushes.
-const COARSE_REBOUND_M_S: f64 = 0.02;
 /// Least executed speed over the commanded one: the arm always moves forward.
 const LEAST_SPEED_FACTOR: f64 = 0.1;
 /// Range of the contact time of hard objects of some centimetres (s).
