@@ -18,7 +18,11 @@ const STAGES: [(&str, &[&str]); 7] = [
     ("estimate", &["Estimation", "ClipFit", "BodyFit", "Impact", "Measured", "ClipTracks", "ClipValue"]),
     ("physics", &["*"]),
     ("plan", &["Plan", "Outcome", "Prediction", "Iteration", "Contact", "Method", "EvaluatedStrike"]),
-    ("robot", &["Command"]),
+    // The planner asks the arm's model what the arm can execute.
+    (
+        "robot",
+        &["Command", "MountedArm", "Answer", "Capability", "Limits", "FASTEST_M_S", "least_follow_through_m"],
+    ),
     ("verify", &["Report", "GoalCheck", "ObservedPose", "DistanceErrors"]),
 ];
 /// Shows the output of all stages; no stage uses it.

@@ -7,7 +7,7 @@ use super::options::Options;
 use crate::error::Result;
 use crate::geometry::Point;
 use crate::physics;
-use crate::robot::{self, Answer, Capability, FASTEST_M_S, Limits, MountedArm};
+use crate::robot::{Answer, Capability, FASTEST_M_S, Limits, MountedArm, least_follow_through_m};
 use crate::scene::{Scene, Strike};
 
 /// The obstacle of a strike out of the arm's reach.
@@ -64,7 +64,7 @@ impl<'a> CellArm<'a> {
 
     /// The least distance of the striker from the contact to the end of its stop (m), at a speed (m/s).
     pub(crate) fn least_follow_through_m(speed_m_s: f64) -> f64 {
-        robot::least_follow_through_m(speed_m_s)
+        least_follow_through_m(speed_m_s)
     }
 
     /// The reason for which the arm cannot execute a strike; `None` if it can.
