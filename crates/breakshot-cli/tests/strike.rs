@@ -161,3 +161,38 @@ fn ctrl_c_stops_the_arm_and_ends_with_a_failure() {
     assert_eq!(log.matches("\"event\":\"sent\"").count(), 1, "{log}");
     assert!(log.contains("\"event\":\"stopped\""), "{log}");
 }
+
+#[test]
+fn a_plan_names_the_arm_that_can_execute_it() {
+    let folder = folder();
+    let path = |name: &str| folder.path().join(name);
+    let one = scene(now_unix_s(), 0.0);
+    let two = format!("{one}[[placed]]\nobject = \"a#2\"\nposition_m = [0.062, 0.01]\n");
+    std::fs::write(path("scene.toml"), two).expect("a file");
+    let plan = |flags: &[&str]| {
+        let inputs = ["plan", "scene.toml", "--properties", "properties.json", "-o", "plan.json"];
+        let planned = run(folder.path(), &[&inputs[..], flags].concat());
+        // The restitution of the two copies is assumed.
+        assert_eq!(planned.status.code(), Some(3), "{}", text(&planned));
+        std::fs::read_to_string(path("plan.json")).expect("a plan")
+    };
+    assert!(!plan(&["--any-arm"]).contains("\n  \"arm\":"));
+    assert!(plan(&["--method", "paper"]).contains("\n  \"arm\": \"indy7\""));
+    let command =
+        ["command", "plan.json", "--cell", "cell.toml", "-o", "planned.json", "--impulse-map", "map.svg"];
+    let accepted = run(folder.path(), &command);
+    assert_eq!(accepted.status.code(), Some(0), "{}", text(&accepted));
+    assert!(std::fs::read_to_string(path("map.svg")).expect("a map").contains("<polygon"));
+}
+
+#[test]
+fn a_plan_leaves_out_an_arm_of_unknown_base_pose_and_says_so() {
+    let folder = folder();
+    let path = folder.path().join("cell.toml");
+    let cell = std::fs::read_to_string(&path).expect("a cell");
+    let without: Vec<&str> = cell.lines().filter(|line| !line.starts_with("base_from_table")).collect();
+    std::fs::write(&path, without.join("\n")).expect("a file");
+    let planned =
+        run(folder.path(), &["plan", "scene.toml", "--properties", "properties.json", "-o", "plan.json"]);
+    assert!(text(&planned).contains("no base_from_table"), "{}", text(&planned));
+}

@@ -262,6 +262,22 @@ fn the_figure_of_the_impulse_geometry_is_well_formed() {
     assert!(svg.contains("(c)"), "{svg}");
 }
 
+#[test]
+fn the_impulse_map_has_a_curve_where_the_arm_reaches_and_a_cross_elsewhere() {
+    let mut cell = cell();
+    let conditions = ImpulseConditions { object_mass_kg: 0.143, restitution: 0.7, speed_cap_m_s: 1.0 };
+    let map = |cell: &Cell| impulse_map(&MountedArm::of_cell(cell).expect("an arm"), cell, &conditions);
+    let near = map(&cell);
+    roxmltree::Document::parse(&near).expect("well-formed XML");
+    assert!(!near.contains("NaN"), "{near}");
+    cell.robot.as_mut().and_then(|robot| robot.base_from_table.as_mut()).expect("a pose").position_m[0] = 0.8;
+    let far = map(&cell);
+    let curves_and_crosses = |svg: &str| ["<polygon", "<path"].map(|tag| svg.matches(tag).count());
+    let ([curves, crosses], [far_curves, far_crosses]) = (curves_and_crosses(&near), curves_and_crosses(&far));
+    assert_eq!((curves + crosses, far_curves + far_crosses), (70, 70), "ten columns of seven rows");
+    assert!(curves > far_curves && far_curves > 0, "{curves} and {far_curves} curves");
+}
+
 /// A modification that makes a command invalid.
 type Damage = fn(&mut Command);
 
