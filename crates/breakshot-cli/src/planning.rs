@@ -1,5 +1,7 @@
 //! The flags of planning: method, seed, arm, noise of poses and strike, and the evaluation of strikes over the whole grid.
 
+use crate::console;
+use breakshot::cell::Cell;
 use breakshot::plan::{ExecutionNoise, Method, Options};
 use clap::{Args, ValueEnum};
 use std::path::PathBuf;
@@ -39,7 +41,11 @@ pub(crate) struct PlannerArgs {
 }
 
 impl PlannerArgs {
-    pub(crate) fn options(&self) -> Options<'static> {
+    /// The planner's options; prints a note if the arm is left out because its base pose is unknown.
+    pub(crate) fn options(&self, cell: &Cell) -> Options<'static> {
+        if !self.any_arm && cell.robot.as_ref().is_some_and(|robot| robot.base_from_table.is_none()) {
+            console::note(&["the cell's [robot] has no base_from_table: the plan leaves the arm out".into()]);
+        }
         Options {
             method: self.method.into(),
             seed: self.seed,

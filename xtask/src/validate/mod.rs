@@ -18,7 +18,7 @@ mod truth;
 
 use crate::process;
 pub(crate) use cameras::cameras;
-use estimation::{advise, altered, campaigns, drawn, properties, saved};
+use estimation::{advise, altered, campaigns, properties, saved};
 use row::Row;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -77,12 +77,12 @@ pub(crate) fn advise(cells: Option<&str>) -> Result<(), String> {
 }
 
 /// Default number of drawn cells.
-pub(crate) const CELLS: u64 = drawn::CELLS;
+pub(crate) const CELLS: u64 = estimation::contact::CELLS;
 
 /// Contact friction learned from the motions of drawn cells.
 pub(crate) fn contact(lab: &Path, cells: u64) -> Result<(), String> {
-    let mut all_hold = drawn::advised_films(&Program::build()?, lab)?;
-    all_hold &= drawn::validate(lab, cells)?;
+    let mut all_hold = estimation::contact::advised_films(&Program::build()?, lab)?;
+    all_hold &= estimation::contact::validate(lab, cells)?;
     if all_hold { Ok(()) } else { Err("some targets were missed".into()) }
 }
 

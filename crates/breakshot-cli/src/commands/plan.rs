@@ -16,7 +16,7 @@ pub(crate) fn run(args: &PlanArgs) -> Result<Outcome> {
         simulate::inputs(&args.scene, &args.properties, &args.assumptions)?;
     let aims: Vec<Aim> = args.proposals.as_deref().map(files::read_json).transpose()?.unwrap_or_default();
     let proposals = |_: &Scene| aims.clone();
-    let options = plan::Options { proposals: Some(&proposals), ..args.planner.options() };
+    let options = plan::Options { proposals: Some(&proposals), ..args.planner.options(&scene.cell) };
     let SurveyArgs { survey: survey_file, map, .. } = &args.survey;
     if survey_file.is_some() || map.is_some() {
         let survey = survey(&scene, &properties, &options, &args.survey)?;
@@ -26,9 +26,6 @@ pub(crate) fn run(args: &PlanArgs) -> Result<Outcome> {
         if let Some(file) = map {
             files::write_whole(file, report::strike_map(&scene, &survey.strikes).as_bytes())?;
         }
-    }
-    if !options.any_arm && scene.cell.robot.as_ref().is_some_and(|robot| robot.base_from_table.is_none()) {
-        console::note(&["the cell's [robot] has no base_from_table: the plan leaves the arm out".into()]);
     }
     let planning = console::activity("planning");
     let mut plan = plan::plan(&scene, &properties, &options)?;

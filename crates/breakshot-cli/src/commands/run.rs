@@ -21,7 +21,7 @@ pub(crate) fn run(args: &RunArgs) -> Result<Outcome> {
         simulate::inputs(&args.scene, &args.properties, &args.assumptions)?;
     std::fs::create_dir_all(&args.output)
         .map_err(|source| Error::Write { path: args.output.clone(), source })?;
-    let options = args.planner.options();
+    let options = args.planner.options(&scene.cell);
     let mut number = 0;
     let mut carry_out = |plan: &Plan, properties: &mut Properties| {
         number += 1;

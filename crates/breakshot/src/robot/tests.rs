@@ -273,7 +273,8 @@ fn the_impulse_map_has_a_curve_where_the_arm_reaches_and_a_cross_elsewhere() {
     cell.robot.as_mut().and_then(|robot| robot.base_from_table.as_mut()).expect("a pose").position_m[0] = 0.8;
     let far = map(&cell);
     let curves_and_crosses = |svg: &str| ["<polygon", "<path"].map(|tag| svg.matches(tag).count());
-    let ([curves, crosses], [far_curves, far_crosses]) = (curves_and_crosses(&near), curves_and_crosses(&far));
+    let ([curves, crosses], [far_curves, far_crosses]) =
+        (curves_and_crosses(&near), curves_and_crosses(&far));
     assert_eq!((curves + crosses, far_curves + far_crosses), (70, 70), "ten columns of seven rows");
     assert!(curves > far_curves && far_curves > 0, "{curves} and {far_curves} curves");
 }

@@ -5,6 +5,6 @@ pub(crate) mod advise;
 pub(crate) mod altered;
 pub(crate) mod bound;
 pub(crate) mod campaigns;
-pub(crate) mod drawn;
+pub(crate) mod contact;
 pub(crate) mod properties;
 pub(crate) mod saved;

@@ -39,6 +39,8 @@ pub(crate) struct CentralStrike {
     pub effective_mass_kg: f64,
     /// Speeds of the striker, and within the arm's limits (m/s).
     pub speed_range_m_s: [f64; 2],
+    /// Whether an arm of limited deceleration has to stop the striker.
+    has_arm: bool,
     /// Cosine of the angle between the heading and the direction to the mean position of the other objects.
     pub towards_pile: f64,
     /// Restitution against the striker.
@@ -109,6 +111,7 @@ pub(crate) fn central_strikes(
                 impulse: impulse(restitution, mass_kg, effective_mass_kg),
                 effective_mass_kg,
                 speed_range_m_s: [slowest_m_s, fastest_m_s],
+                has_arm: arm.is_some(),
                 towards_pile: pile.map_or(0.0, |pile| pile.dot(Vec2::from_heading(heading_rad))),
                 restitution,
                 deceleration_m_s2,
@@ -148,11 +151,8 @@ impl CentralStrike {
     pub(crate) fn follow_through_m(&self, speed_m_s: f64) -> f64 {
         let follow_through_m = (CATCH_UP_FRACTION * self.catch_up_m(speed_m_s))
             .clamp(LEAST_FOLLOW_THROUGH_M, MOST_FOLLOW_THROUGH_M);
-        if self.effective_mass_kg.is_finite() {
-            follow_through_m.max(CellArm::least_follow_through_m(speed_m_s))
-        } else {
-            follow_through_m
-        }
+        let least_m = if self.has_arm { CellArm::least_follow_through_m(speed_m_s) } else { 0.0 };
+        follow_through_m.max(least_m)
     }
 
     /// The speed at which the object would slide this far if it met no other (m/s, Eq. 25 and 30).

@@ -8,13 +8,13 @@
 //! - *Accessible* (rule vi): from 20 mm behind the start to the contact the striker keeps a clearance of 3 mm to all other objects; to
 //!   walls and keep-out areas it keeps it until 20 mm past the contact, and it stays on the table.  The lead-in is 70 mm, or less (down
 //!   to 20 mm) where that is not free.
-//! - *Greatest impulse* (rule vi): Eq. 8 with the arm's effective mass if one is given.  Without an arm the striker counts as infinitely
+//! - *Greatest impulse* (rule vi): Eq. 8 with the effective mass of the cell's arm.  Without an arm the striker counts as infinitely
 //!   heavy, all headings on an object have equal impulse, and the heading that points most towards the mean position of the other
 //!   objects comes first.  If no heading reaches the largest object, all others compete by impulse.
 //! - *Feedback on the speed* (rule v, Fig. 11): see `plan/paper/feedback.rs`.  Where no speed works, further headings on the same object
 //!   are tried in order of impulse, each at least 15 degrees from the earlier ones.
 //! - *Follow-through*: the striker stops at half the distance at which it would catch up with the free object, `2 e v2 / (mu g)` (Eq. 24 to 28
-//!   corrected), within 5 and 20 mm.  If 5 mm already reach that point the strike is *pushing* (Eq. 27), else *scattering* (Eq. 28).
+//!   corrected), within 5 and 20 mm, or where the cell's arm can stop it first.  If 5 mm already reach that point the strike is *pushing* (Eq. 27), else *scattering* (Eq. 28).
 
 mod central_strikes;
 mod feedback;
