@@ -33,7 +33,7 @@ pub(crate) fn python(name: &str, packages: &[&str]) -> Result<PathBuf, String> {
     Ok(python)
 }
 
-fn succeed(command: &mut Command) -> Result<(), String> {
+pub(crate) fn succeed(command: &mut Command) -> Result<(), String> {
     let run = crate::process::run(command)?;
     if run.code == 0 { Ok(()) } else { Err(format!("{command:?} ended with {}", run.code)) }
 }

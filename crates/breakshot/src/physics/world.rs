@@ -392,7 +392,7 @@ fn sorted_by_position(poses: &[Pose]) -> Vec<usize> {
     order
 }
 
-/// The weighed mass of the reference object (kg); 1, with a note, if it was not weighed.
+/// The reference object's mass (kg) from the weighed objects.  Without one: by volume beside a striker of given mass, else 1; with a note.
 fn mass_unit_kg(scene: &Scene, properties: &Properties, options: &Options, notes: &mut Vec<String>) -> f64 {
     match MassUnit::of(scene, properties) {
         MassUnit::Weighed(kg) => kg,

@@ -7,7 +7,7 @@ use super::options::Options;
 use crate::error::Result;
 use crate::geometry::Point;
 use crate::physics;
-use crate::robot::{Answer, Capability, FASTEST_M_S, Limits, MountedArm, least_follow_through_m};
+use crate::robot::{Answer, Capability, FASTEST_M_S, Limits, MountedArm};
 use crate::scene::{Scene, Strike};
 
 /// The obstacle of a strike out of the arm's reach.
@@ -60,11 +60,6 @@ impl<'a> CellArm<'a> {
     pub(crate) fn speed_m_s(&self, contact_m: Point, heading_rad: f64, wanted_m_s: f64) -> f64 {
         let fraction = self.limits.speed_fraction;
         self.mounted.reachable_speed_m_s(contact_m, heading_rad, wanted_m_s, fraction).min(FASTEST_M_S)
-    }
-
-    /// The least distance of the striker from the contact to the end of its stop (m), at a speed (m/s).
-    pub(crate) fn least_follow_through_m(speed_m_s: f64) -> f64 {
-        least_follow_through_m(speed_m_s)
     }
 
     /// The reason for which the arm cannot execute a strike; `None` if it can.

@@ -35,7 +35,7 @@ pub struct EvaluatedStrike {
 
 /// Evaluates feasible strikes of the grid, uniformly thinned to `size.strikes`, all in the same scenarios.
 ///
-/// The same seed gives the same bits on any number of threads.
+/// Pushes are simulated coarsely ([`Pressing::Coarse`](crate::physics::Pressing::Coarse)).  The same seed gives the same bits on any number of threads.
 ///
 /// # Errors
 /// A scene that cannot be simulated.

@@ -33,7 +33,6 @@ pub use path::limits::{FASTEST_M_S, LimitCheck, LimitedQuantity, Limits};
 pub use path::safety::{ContactSpeed, SLOW_M_S};
 pub(crate) use path::striker_path::least_follow_through_m;
 pub use phase::{Phase, PhaseName};
-pub use striker_mass::striker_mass_kg;
 
 use crate::cell::Cell;
 use crate::error::Result;

@@ -1,7 +1,6 @@
 //! How heavy is the striker on the arm's tip?
 
 use super::arm::mounted_arm::MountedArm;
-use crate::error::Result;
 use crate::geometry::{Point, Vec2};
 use crate::scene::Scene;
 use std::f64::consts::TAU;
@@ -9,21 +8,12 @@ use std::f64::consts::TAU;
 /// Number of headings over which the mobility is averaged.
 const HEADINGS: u32 = 24;
 
-/// The effective mass (kg, Eq. 8) of a striker on the arm of the scene's cell, for strikes on the placed objects.
-///
-/// The mobility (1/kg) is averaged over all headings in which the tip reaches the objects' mean position: impacts depend on the mobility, and
-/// by far less on its variation over headings than on the objects' masses.  `None` for a cell without an arm of known base pose, an arm of
-/// unknown rotor inertias (its effective mass is a lower bound only), an empty table, and a pile out of reach.
-///
-/// # Errors
-/// An arm that cannot be read.
-pub fn striker_mass_kg(scene: &Scene) -> Result<Option<f64>> {
-    let known = scene.cell.robot.as_ref().is_some_and(|robot| robot.base_from_table.is_some());
-    if known { Ok(MountedArm::of_cell(&scene.cell)?.striker_mass_kg(scene)) } else { Ok(None) }
-}
-
 impl MountedArm {
-    /// See [`striker_mass_kg`].
+    /// The effective mass (kg, Eq. 8) of a striker on the arm's tip, for strikes on the placed objects.
+    ///
+    /// The mobility (1/kg) is averaged over all headings in which the tip reaches the objects' mean position: impacts depend on the
+    /// mobility, and by far less on its variation over headings than on the objects' masses.  `None` for an arm of unknown rotor
+    /// inertias (its effective mass is a lower bound only), an empty table, and a pile out of reach.
     pub(crate) fn striker_mass_kg(&self, scene: &Scene) -> Option<f64> {
         if !self.arm.has_rotor_inertias() || scene.placed.is_empty() {
             return None;

@@ -18,6 +18,7 @@ use breakshot::detect::{Sample, Track, Tracks};
 use breakshot::estimate::{self, AdviceOptions, ClipTracks, Setup};
 use breakshot::files;
 use breakshot::geometry::Pose;
+use breakshot::object::kind;
 use breakshot::physics;
 use breakshot::plan::Method;
 use breakshot::properties::Properties;
@@ -288,7 +289,7 @@ fn motions(python: &Path, lab: &Path, seed: u64) -> Result<PathBuf, String> {
         Path::new(CLIPS),
         &folder,
     ]);
-    succeeded(command)?;
+    venv::succeed(&mut command)?;
     Ok(folder)
 }
 
@@ -314,13 +315,8 @@ impl Request<'_> {
         if self.films == Films::Made {
             command.arg("--film").env("MUJOCO_GL", "osmesa");
         }
-        succeeded(command)
+        venv::succeed(&mut command)
     }
-}
-
-fn succeeded(mut command: Command) -> Result<(), String> {
-    let status = command.status().map_err(|e| format!("the lab cannot be started ({e})"))?;
-    if status.success() { Ok(()) } else { Err("the lab ended with an error".into()) }
 }
 
 /// The campaign with the true motions as tracks, with noise.
@@ -334,7 +330,7 @@ fn saved(folder: &Path, drawn: &Path, seed: u64) -> Result<Saved, String> {
         let video = clip.name();
         let motion = truth.clips.get(&video).ok_or_else(|| format!("{video} has no truth"))?;
         let tracks = motion.frames.iter().map(|(object, frames)| {
-            let kind = object.split('#').next().unwrap_or(object);
+            let kind = kind(object);
             let shows_yaw = camera.yaw.get(kind).copied().unwrap_or(false);
             let mut last_yaw = frames.first().map_or(0.0, |&[_, _, yaw]| yaw);
             let samples = frames.iter().enumerate().map(|(frame, &[x, y, yaw])| {

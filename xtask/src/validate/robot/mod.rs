@@ -8,6 +8,7 @@ mod impulse;
 mod paths;
 mod wire;
 
+use breakshot::cell::{RobotSpec, Transform};
 use serde::de::DeserializeOwned;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -29,6 +30,17 @@ pub(crate) fn run(shared: &Path, part: Option<&str>) -> Result<bool, String> {
         all_hold &= wire::run()?;
     }
     Ok(all_hold)
+}
+
+/// An Indy 7 with the table's middle `ahead_m` in front of its base, the table turned by `yaw_rad`.
+pub(crate) fn indy7([ahead_m, yaw_rad]: [f64; 2]) -> RobotSpec {
+    RobotSpec {
+        arm: "indy7".into(),
+        base_from_table: Some(Transform { position_m: [ahead_m, 0.0, 0.0], rpy_rad: [0.0, 0.0, yaw_rad] }),
+        tool_offset_m: [0.0, 0.0, 0.15],
+        tool_mass_kg: 0.3,
+        ..RobotSpec::default()
+    }
 }
 
 /// A temporary file with this text, deleted when dropped.

@@ -1,10 +1,9 @@
 //! Strike paths for the plans of the filmed piles, and the same strikes driven by torques alone in MuJoCo.
 
-use super::{lines, temporary};
+use super::{indy7, lines, temporary};
 use crate::bench::physics::mujoco;
 use crate::example::target;
 use crate::validate::row::{self, Row};
-use breakshot::cell::{RobotSpec, Transform};
 use breakshot::files;
 use breakshot::geometry::Vec2;
 use breakshot::plan::{self, Method};
@@ -29,7 +28,7 @@ pub(super) fn run(folder: &Path) -> Result<bool, String> {
     for pile in PILES {
         let file = folder.join(pile).with_extension("scene.toml");
         let mut scene = files::load_scene(&file).map_err(|e| e.to_string())?.value;
-        scene.cell.robot = Some(robot());
+        scene.cell.robot = Some(indy7([0.5, -FRAC_PI_2]));
         for method in [Method::Paper, Method::Robust] {
             let options = plan::Options { method, ..plan::Options::default() };
             let plan = plan::plan(&scene, &properties, &options).map_err(|e| format!("{pile}: {e}"))?;
@@ -53,17 +52,6 @@ pub(super) fn run(folder: &Path) -> Result<bool, String> {
     rows.push(Row::at_least("paths found or refused with the reason", f64::from(paths + refusals), 10.0, ""));
     rows.push(Row::plain("of these refused", f64::from(refusals), ""));
     Ok(row::print_all("Strike paths for the filmed piles, and the same by torques alone in MuJoCo", &rows))
-}
-
-/// An Indy 7 half a metre behind the table's middle.
-fn robot() -> RobotSpec {
-    RobotSpec {
-        arm: "indy7".into(),
-        base_from_table: Some(Transform { position_m: [0.5, 0.0, 0.0], rpy_rad: [0.0, 0.0, -FRAC_PI_2] }),
-        tool_offset_m: [0.0, 0.0, 0.15],
-        tool_mass_kg: 0.3,
-        ..RobotSpec::default()
-    }
 }
 
 /// MuJoCo's result.

@@ -5,8 +5,8 @@
 
 use super::lab::{Lab, Pile, Variation};
 use super::{Study, friction_scale, on_all_cores, placed, planned, works};
+use crate::validate::robot::indy7;
 use crate::validate::row::{self, Row};
-use breakshot::cell::{RobotSpec, Transform};
 use breakshot::plan::Method;
 use breakshot::robot::{self, Answer};
 use breakshot::scene::Scene;
@@ -97,15 +97,4 @@ fn trial(
     let (worked, _) = works(lab, &scene, Some(strike), once)?;
     let stated = plan.prediction.as_ref().and_then(|p| p.success_probability).unwrap_or(0.0);
     Ok(Planned { has_strike: true, accepted, stated, worked: worked && accepted, seconds })
-}
-
-/// An Indy 7 with the table's middle `ahead_m` in front of its base, the table turned by `yaw_rad`.
-fn indy7([ahead_m, yaw_rad]: [f64; 2]) -> RobotSpec {
-    RobotSpec {
-        arm: "indy7".into(),
-        base_from_table: Some(Transform { position_m: [ahead_m, 0.0, 0.0], rpy_rad: [0.0, 0.0, yaw_rad] }),
-        tool_offset_m: [0.0, 0.0, 0.15],
-        tool_mass_kg: 0.3,
-        ..RobotSpec::default()
-    }
 }

@@ -12,6 +12,7 @@ use crate::physics::mass_unit::MassUnit;
 use crate::plan::approach::{ContactLine, Surroundings, TOUCH_M, rounded, rounded_strike};
 use crate::plan::arm::{CellArm, OUT_OF_REACH};
 use crate::properties::Properties;
+use crate::robot::least_follow_through_m;
 use crate::scene::{Placed, Scene, Strike};
 use std::collections::BTreeSet;
 
@@ -151,7 +152,7 @@ impl CentralStrike {
     pub(crate) fn follow_through_m(&self, speed_m_s: f64) -> f64 {
         let follow_through_m = (CATCH_UP_FRACTION * self.catch_up_m(speed_m_s))
             .clamp(LEAST_FOLLOW_THROUGH_M, MOST_FOLLOW_THROUGH_M);
-        let least_m = if self.has_arm { CellArm::least_follow_through_m(speed_m_s) } else { 0.0 };
+        let least_m = if self.has_arm { least_follow_through_m(speed_m_s) } else { 0.0 };
         follow_through_m.max(least_m)
     }
 

@@ -10,6 +10,7 @@ use crate::geometry::{Point, Pose, Vec2, wrapped_rad};
 use crate::plan::approach::{ContactLine, Surroundings, rounded_strike};
 use crate::plan::arm::{CellArm, OUT_OF_REACH};
 use crate::plan::options::{Aim, Options};
+use crate::robot::least_follow_through_m;
 use crate::scene::{Placed, Scene, Strike};
 use rayon::prelude::*;
 use std::collections::BTreeSet;
@@ -187,7 +188,7 @@ impl<'a> StrikeGrid<'a> {
     /// # Errors
     /// The obstacle.
     pub(crate) fn candidate(&self, aim: Aim) -> std::result::Result<StrikeCandidate, String> {
-        let least_m = self.arm.map_or(0.0, |_| CellArm::least_follow_through_m(aim.speed_m_s));
+        let least_m = self.arm.map_or(0.0, |_| least_follow_through_m(aim.speed_m_s));
         let aim = Aim { follow_through_m: aim.follow_through_m.max(least_m), ..aim };
         let strike = self.strike(&aim)?;
         Ok(StrikeCandidate { aim, strike, score: 0.0 })

@@ -42,8 +42,8 @@ impl MountedArm {
         all.map(|(yaw_rad, angles)| self.ik_solution(yaw_rad, angles)).collect()
     }
 
-    /// Whether some solution moves the tip along a heading (rad) at `wanted_m_s` or faster, within `speed_fraction` of the joints'
-    /// speed limits; if none does, the speed of the fastest one (m/s), zero out of reach.
+    /// The tip's speed (m/s) along a heading (rad) within `speed_fraction` of the joints' speed limits, for the first solution that
+    /// reaches `wanted_m_s`, else for the fastest one; zero out of reach.
     pub(crate) fn reachable_speed_m_s(
         &self,
         position: Point,
