@@ -40,6 +40,9 @@ usage: cargo xtask TASK
                    contact friction: ten advised clips of the lab's cell are filmed, and its strikes on piles predicted before and
                    after; then the same for CELLS drawn cells (default 12) from their motions with noise, without films (needs
                    ffmpeg and libosmesa; about two minutes a cell, three more when a cell is drawn for the first time)
+  validate cells [SEEDS] [--lab LAB]
+                   tracks and estimates of drawn cells beside the truth; SEEDS are a list of 3, 3-easy, 3-hard or 3-9 (default
+                   501-512, each easy and hard). A film is made once and takes a minute of CPU (needs ffmpeg and libosmesa)
   validate tracks LAB TRACKS
                    bounds, thinned and spoilt campaigns on the films' saved tracks, without the films (TRACKS is what
                    `breakshot estimate --tracks` wrote)
@@ -118,6 +121,10 @@ fn main() -> ExitCode {
             Ok(cells) => validate::contact(lab.as_ref(), cells),
             Err(_) => Err(format!("`{cells}` is no number of cells")),
         },
+        ["validate", "cells"] => validate::cells("../shared/lab".as_ref(), None),
+        ["validate", "cells", "--lab", lab] => validate::cells(lab.as_ref(), None),
+        ["validate", "cells", seeds] => validate::cells("../shared/lab".as_ref(), Some(seeds)),
+        ["validate", "cells", seeds, "--lab", lab] => validate::cells(lab.as_ref(), Some(seeds)),
         ["validate", "tracks", lab, tracks] => validate::tracks(lab.as_ref(), tracks.as_ref()),
         ["validate", "strikes", lab, rest @ ..] => strikes(lab, rest),
         ["validate", "arms", lab] => validate::arms(lab.as_ref(), 60),

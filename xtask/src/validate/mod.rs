@@ -6,6 +6,7 @@
 
 pub(crate) mod air_table;
 mod cameras;
+mod cells;
 pub(crate) mod estimation;
 mod physics;
 mod robot;
@@ -74,6 +75,16 @@ pub(crate) fn advise(cells: Option<&str>) -> Result<(), String> {
         text.parse().map_err(|_| format!("CELLS is `{text}`; needed: a whole number"))
     })?;
     if advise::validate(cells)? { Ok(()) } else { Err("some targets were missed".into()) }
+}
+
+/// Tracks and estimates of the drawn cells of these seeds.
+pub(crate) fn cells(lab: &Path, seeds: Option<&str>) -> Result<(), String> {
+    let seeds = seeds.unwrap_or(cells::SEEDS);
+    if cells::validate(&Program::build()?, lab, seeds)? {
+        Ok(())
+    } else {
+        Err("some targets were missed".into())
+    }
 }
 
 /// Default number of drawn cells.

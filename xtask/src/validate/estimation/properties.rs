@@ -166,6 +166,34 @@ pub(crate) fn rows(truth: &Truth, estimated: &Properties, details: bool) -> Vec<
     rows
 }
 
+/// Errors and coverage over the values of several cells.
+pub(crate) fn pooled_rows(cells: &[(Truth, Properties)]) -> Vec<Row> {
+    let kinds: Vec<ByKind> = cells.iter().map(|(truth, learned)| ByKind::new(truth, learned)).collect();
+    let group = |what: &str, of: fn(&ByKind) -> &Vec<Pair>, target: f64| {
+        let errors: Vec<f64> = kinds.iter().flat_map(of).map(Pair::error_percent).collect();
+        let (mean, worst) = mean_and_worst(&errors);
+        [
+            Row::at_most(format!("{what}: mean error of {}", errors.len()), mean, target, "%"),
+            Row::plain(format!("{what}: worst error"), worst, "%"),
+        ]
+    };
+    let all: Vec<&Pair> = kinds.iter().flat_map(ByKind::counted).flatten().collect();
+    let covered = 100.0 * all.iter().filter(|p| p.covered()).count() as f64 / all.len().max(1) as f64;
+    [
+        group("friction", |k| &k.friction, 2.0),
+        group("striker restitution", |k| &k.striker_restitution, 1.0),
+        group("pair restitution", |k| &k.pair_restitution, 2.0),
+        group("pair mass ratio", |k| &k.pair_masses, 2.0),
+    ]
+    .into_iter()
+    .flatten()
+    .chain([
+        Row::at_least(format!("95 % intervals that hold, of {}", all.len()), covered, 90.0, "%"),
+        Row::at_most("the same", covered, 99.0, "%"),
+    ])
+    .collect()
+}
+
 /// Number of true values outside their 95 % intervals and the widest intervals, over friction, masses and both restitutions.
 fn coverage(groups: [&Vec<Pair>; 4]) -> Vec<Row> {
     let all: Vec<&Pair> = groups.into_iter().flatten().collect();

@@ -1,0 +1,359 @@
+//! Tracks and estimates of drawn cells beside the truth: `cargo xtask validate cells [SEEDS]`.
+//!
+//! `cells.py` of the lab draws each cell from a seed: its objects, markers, lamps, shadows, table, lens and camera. An easy cell is
+//! what `docs/filming.md` asks for, a hard one what people have. The films are kept in `target/validate/cells`.
+
+use super::Program;
+use super::estimation::properties::pooled_rows;
+use super::row::{self, Row};
+use super::truth::{Clip, Truth};
+use crate::venv;
+use breakshot::detect::{Sample, Tracks};
+use breakshot::files;
+use breakshot::object::Object;
+use breakshot::properties::Properties;
+use serde::Deserialize;
+use std::collections::{BTreeMap, BTreeSet};
+use std::f64::consts::{PI, TAU};
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+/// Default seeds; each is drawn as an easy and as a hard cell.
+pub(crate) const SEEDS: &str = "501-512";
+/// Films of each cell.
+const CLIPS: &str = "8";
+/// A position further off than this (m), or a yaw (rad), is wrong ...
+const WRONG_M: f64 = 0.5e-3;
+const WRONG_RAD: f64 = 2.0 * PI / 180.0;
+/// ... and one further off than this (m) is not the object.
+const FAR_M: f64 = 2e-3;
+/// Below this speed (m/s) an object is at rest.
+const REST_M_S: f64 = 1e-3;
+/// Half of the duration of the lab's contacts (s).
+const HALF_CONTACT_S: f64 = 0.5e-3;
+
+/// One cell to be drawn.
+#[derive(Clone, Copy)]
+struct Drawn {
+    seed: u64,
+    hard: bool,
+}
+
+/// What the lab writes about the camera.
+#[derive(Deserialize)]
+struct Camera {
+    fps: f64,
+    shutter_s: f64,
+}
+
+/// What was found in one cell or several.
+#[derive(Default)]
+struct Figures {
+    /// Object tracks, and those with a sample in every frame.
+    tracks: usize,
+    whole: usize,
+    /// Samples outside impacts, those not doubtful, and of these those that are wrong.
+    samples: usize,
+    trusted: usize,
+    wrong: usize,
+    far: usize,
+    /// Position errors of samples that are not doubtful (m).
+    rest_m: Vec<f64>,
+    moving_m: Vec<f64>,
+    /// Position errors along each axis over the stated standard deviation.
+    standardized: Vec<f64>,
+    /// Objects that were struck, and those of them without friction or restitution against the striker.
+    struck: usize,
+    silent: Vec<String>,
+    /// What was estimated in each cell, and the truth.
+    learned: Vec<(Truth, Properties)>,
+}
+
+/// Measures the cells of these seeds; whether every target holds.
+pub(crate) fn validate(program: &Program, lab: &Path, seeds: &str) -> Result<bool, String> {
+    let python = venv::python("lab", &venv::LAB)?;
+    let (mut easy, mut hard) = (Figures::default(), Figures::default());
+    for drawn in parsed(seeds)? {
+        let folder = filmed(&python, lab, drawn)?;
+        let mut figures = Figures::default();
+        figures.add(program, &folder, drawn)?;
+        println!("{}: {}", drawn.name(), figures.line());
+        if drawn.hard { &mut hard } else { &mut easy }.join(figures);
+    }
+    for (title, figures) in [("Easy cells", &easy), ("Hard cells", &hard)] {
+        if figures.tracks > 0 {
+            row::print_all(title, &figures.rows());
+        }
+    }
+    easy.join(hard);
+    Ok(row::print_all("All drawn cells", &easy.rows()))
+}
+
+/// `3`, `3-easy`, `3-hard` or `3-9`, separated by commas.
+fn parsed(seeds: &str) -> Result<Vec<Drawn>, String> {
+    let mut drawn = Vec::new();
+    for word in seeds.split(',') {
+        let number =
+            |text: &str| text.parse().map_err(|_| format!("`{word}` is no seed and no range of seeds"));
+        let (first, rest) = word.split_once('-').unwrap_or((word, ""));
+        let first: u64 = number(first)?;
+        let levels: &[bool] = match rest {
+            "easy" => &[false],
+            "hard" => &[true],
+            _ => &[false, true],
+        };
+        let last = if rest.is_empty() || levels.len() == 1 { first } else { number(rest)? };
+        drawn.extend((first..=last).flat_map(|seed| levels.iter().map(move |&hard| Drawn { seed, hard })));
+    }
+    Ok(drawn)
+}
+
+impl Drawn {
+    fn level(self) -> &'static str {
+        if self.hard { "hard" } else { "easy" }
+    }
+
+    fn name(self) -> String {
+        format!("{}-{}", self.seed, self.level())
+    }
+}
+
+/// The folder with a cell's films, which are made if they are not there.
+fn filmed(python: &Path, lab: &Path, drawn: Drawn) -> Result<PathBuf, String> {
+    let folder = crate::example::target().join("validate/cells").join(drawn.name());
+    let mut command = Command::new(python);
+    command
+        .arg("xtask/peers/drawn_films.py")
+        .arg(lab)
+        .arg(drawn.seed.to_string())
+        .args([CLIPS, drawn.level()]);
+    venv::succeed(command.arg(&folder).env("MUJOCO_GL", "osmesa"))?;
+    Ok(folder)
+}
+
+impl Figures {
+    /// Adds the films of one cell.
+    fn add(&mut self, program: &Program, folder: &Path, drawn: Drawn) -> Result<(), String> {
+        // Tracks and properties, as a user would get them
+        let output = program.output.join("cells-estimated").join(drawn.name());
+        let tracks = output.join("tracks");
+        if tracks.exists() {
+            std::fs::remove_dir_all(&tracks).map_err(|e| e.to_string())?;
+        }
+        std::fs::create_dir_all(&output).map_err(|e| e.to_string())?;
+        let (campaign, properties) = (folder.join("campaign.toml"), output.join("properties.json"));
+        let arguments = [
+            "estimate",
+            &campaign.to_string_lossy(),
+            "-o",
+            &properties.to_string_lossy(),
+            "--tracks",
+            &tracks.to_string_lossy(),
+        ];
+        let refused = program.run(&arguments).err();
+
+        // Beside the truth
+        let text = std::fs::read_to_string(folder.join("camera.json")).map_err(|e| e.to_string())?;
+        let camera: Camera = serde_json::from_str(&text).map_err(|e| e.to_string())?;
+        let campaign = files::load_campaign(&campaign).map_err(|e| e.to_string())?.value;
+        let truth = Truth::read(folder)?;
+        let learned = match refused {
+            None => Some(files::load_properties(&properties).map_err(|e| e.to_string())?),
+            Some(reason) => {
+                println!("{}: {reason}", drawn.name());
+                None
+            }
+        };
+        let mut struck: BTreeSet<&str> = BTreeSet::new();
+        for clip in &campaign.clips {
+            let video = clip.name();
+            struck.extend(clip.objects.first().map(|name| breakshot::object::kind(name)));
+            let path = tracks.join(&video).with_extension("json");
+            let found: Option<Tracks> = files::read_json(&path).ok();
+            let film = Film { camera: &camera, clip: &truth.clips[&video], objects: &campaign.objects };
+            for (object, poses) in &film.clip.frames {
+                let track = found.as_ref().and_then(|f| f.tracks.iter().find(|t| &t.object == object));
+                self.compare(
+                    &film,
+                    &format!("{} {video} {object}", drawn.name()),
+                    object,
+                    poses,
+                    track.map(|t| &t.samples[..]),
+                );
+            }
+        }
+        self.struck = struck.len();
+        let known = |values: &BTreeMap<String, _>, name: &str| values.contains_key(name);
+        let is_silent = |name: &&&str| {
+            !learned.as_ref().is_some_and(|p| known(&p.friction, name) && known(&p.striker_restitution, name))
+        };
+        self.silent =
+            struck.iter().filter(is_silent).map(|name| format!("{} {name}", drawn.name())).collect();
+        self.learned.extend(learned.map(|properties| (truth, properties)));
+        Ok(())
+    }
+
+    /// Compares one track with the object's true poses.
+    fn compare(
+        &mut self,
+        film: &Film,
+        name: &str,
+        object: &str,
+        poses: &[[f64; 3]],
+        samples: Option<&[Sample]>,
+    ) {
+        self.tracks += 1;
+        let Some(samples) = samples else {
+            println!("{name}: no track");
+            return;
+        };
+        let frame = |sample: &Sample| (sample.time_s * film.camera.fps).round() as usize;
+        let mut seen: Vec<usize> = samples.iter().map(frame).filter(|&k| k < poses.len()).collect();
+        seen.dedup();
+        if seen.len() == poses.len() {
+            self.whole += 1;
+        } else {
+            println!("{name}: {} of {} frames", seen.len(), poses.len());
+        }
+        let (mut wrong, mut doubtful) = (Vec::new(), 0);
+        for sample in samples {
+            let k = frame(sample);
+            let Some(pose) = poses.get(k) else { continue };
+            if film.holds_impact(object, sample.time_s) {
+                continue;
+            }
+            self.samples += 1;
+            if sample.doubtful {
+                doubtful += 1;
+                continue;
+            }
+            self.trusted += 1;
+            let (dx, dy) = (sample.x_m - pose[0], sample.y_m - pose[1]);
+            let off_m = dx.hypot(dy);
+            let turned_rad = sample.yaw_rad.map_or(0.0, |yaw_rad| film.turned_rad(object, yaw_rad - pose[2]));
+            if off_m > WRONG_M || turned_rad > WRONG_RAD {
+                wrong.push(format!("{k}: {:.1} mm {:.0} deg", 1e3 * off_m, turned_rad.to_degrees()));
+            }
+            self.far += usize::from(off_m > FAR_M);
+            let moving = film.speed_m_s(poses, k) > REST_M_S;
+            if moving { &mut self.moving_m } else { &mut self.rest_m }.push(off_m);
+            self.standardized.extend([dx / sample.std_m, dy / sample.std_m]);
+        }
+        self.wrong += wrong.len();
+        if !wrong.is_empty() || doubtful * 4 > samples.len() {
+            let first: Vec<String> = wrong.iter().take(3).cloned().collect();
+            println!(
+                "{name}: {doubtful} of {} doubtful, {} wrong ({})",
+                samples.len(),
+                wrong.len(),
+                first.join(", ")
+            );
+        }
+    }
+
+    fn join(&mut self, other: Self) {
+        self.tracks += other.tracks;
+        self.whole += other.whole;
+        self.samples += other.samples;
+        self.trusted += other.trusted;
+        self.wrong += other.wrong;
+        self.far += other.far;
+        self.struck += other.struck;
+        self.rest_m.extend(other.rest_m);
+        self.moving_m.extend(other.moving_m);
+        self.standardized.extend(other.standardized);
+        self.silent.extend(other.silent);
+        self.learned.extend(other.learned);
+    }
+
+    fn line(&self) -> String {
+        format!(
+            "{} of {} tracks whole, {} of {} frames wrong, {} far off, {} doubtful; rms {:.3} mm at rest, {:.3} mm moving, spread {:.2}; silent: {}",
+            self.whole,
+            self.tracks,
+            self.wrong,
+            self.trusted,
+            self.far,
+            self.samples - self.trusted,
+            1e3 * rms(&self.rest_m),
+            1e3 * rms(&self.moving_m),
+            rms(&self.standardized),
+            if self.silent.is_empty() { "none".into() } else { self.silent.join(", ") }
+        )
+    }
+
+    fn rows(&self) -> Vec<Row> {
+        let percent = |part: usize, all: usize| 100.0 * part as f64 / all.max(1) as f64;
+        let spread = rms(&self.standardized);
+        let mut rows = vec![
+            Row::at_least(
+                format!("whole tracks, of {}", self.tracks),
+                percent(self.whole, self.tracks),
+                97.0,
+                "%",
+            ),
+            Row::plain("doubtful samples", percent(self.samples - self.trusted, self.samples), "%"),
+            Row::at_most(
+                "samples off by 0.5 mm or 2 degrees, not doubtful",
+                percent(self.wrong, self.trusted),
+                0.1,
+                "%",
+            ),
+            Row::at_most("samples off by 2 mm, not doubtful", self.far as f64, 0.0, ""),
+            Row::at_most("positions at rest, rms", 1e3 * rms(&self.rest_m), 0.10, "mm"),
+            Row::at_most("positions while moving, rms", 1e3 * rms(&self.moving_m), 0.20, "mm"),
+            Row::at_least("errors over their standard deviation, rms", spread, 0.7, ""),
+            Row::at_most("errors over their standard deviation, rms", spread, 1.5, ""),
+            Row::at_most(
+                format!("struck objects without friction or restitution, of {}", self.struck),
+                self.silent.len() as f64,
+                0.0,
+                "",
+            ),
+        ];
+        rows.extend(pooled_rows(&self.learned));
+        rows
+    }
+}
+
+/// A film, its truth and the objects in it.
+struct Film<'a> {
+    camera: &'a Camera,
+    clip: &'a Clip,
+    objects: &'a [Object],
+}
+
+impl Film<'_> {
+    /// Whether the exposure in the middle of which this time is holds an impact of the object.
+    fn holds_impact(&self, object: &str, time_s: f64) -> bool {
+        let reach_s = self.camera.shutter_s / 2.0 + HALF_CONTACT_S;
+        let impacts = self.clip.measured.impacts.iter();
+        impacts.filter(|i| i.pair.iter().any(|n| n == object)).any(|i| (i.time_s - time_s).abs() < reach_s)
+    }
+
+    /// The size of a rotation after which the marker, or the outline without one, looks different (rad).
+    fn turned_rad(&self, object: &str, turned_rad: f64) -> f64 {
+        let kind = breakshot::object::kind(object);
+        let object = self.objects.iter().find(|o| o.name == kind);
+        let period_rad = match object.map(|o| (&o.marker, &o.shape)) {
+            Some((Some(marker), _)) if marker.dot.is_some() => TAU,
+            Some((Some(_), _)) => PI,
+            Some((None, shape)) => shape.rotation_symmetry_rad().unwrap_or(TAU),
+            None => TAU,
+        };
+        let turns = if period_rad > 0.0 { (turned_rad / period_rad).round() } else { 0.0 };
+        if period_rad > 0.0 { (turned_rad - turns * period_rad).abs() } else { 0.0 }
+    }
+
+    /// The true speed around a frame (m/s).
+    fn speed_m_s(&self, poses: &[[f64; 3]], k: usize) -> f64 {
+        let (first, last) = (k.saturating_sub(1), (k + 1).min(poses.len() - 1));
+        let (from, to) = (poses[first], poses[last]);
+        (to[0] - from[0]).hypot(to[1] - from[1]) * self.camera.fps / (last - first).max(1) as f64
+    }
+}
+
+/// Root mean square; of nothing zero.
+fn rms(values: &[f64]) -> f64 {
+    (values.iter().fold(0.0, |sum, e| sum + e * e) / values.len().max(1) as f64).sqrt()
+}
