@@ -111,7 +111,8 @@ fn step_at(body: &Body, at_s: f64) -> Option<Vec2> {
     step_before(body, body.observations.partition_point(|o| o.time_s < at_s))
 }
 
-/// The displacement between observations `k - 1` and `k`; `None` unless the body is at rest before and after it.
+/// The displacement between observations `k - 1` and `k`; `None` unless the body is at rest before and after it, and no
+/// observation is doubtful.
 fn step_before(body: &Body, k: usize) -> Option<Vec2> {
     let noise_m = noise_m(&body.observations);
     let rest_position = |observations: &[Observation]| {
@@ -122,5 +123,8 @@ fn step_before(body: &Body, k: usize) -> Option<Vec2> {
     };
     let before = body.observations.get(k.checked_sub(REST_OBSERVATIONS)?..k)?;
     let after = body.observations.get(k..k + REST_OBSERVATIONS)?;
+    if before.iter().chain(after).any(|o| o.doubtful) {
+        return None;
+    }
     Some(rest_position(after)? - rest_position(before)?)
 }

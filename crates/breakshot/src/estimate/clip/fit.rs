@@ -472,7 +472,7 @@ impl MotionFit {
         Self { non_coulomb, remarks, ..Self::run(model, self.minimum.parameters) }
     }
 
-    /// The root mean square distance between the observations of moving bodies and the fit (m).
+    /// The root mean square distance between the observations of moving bodies and the fit (m), without doubtful ones.
     pub(crate) fn residual_rms_m(&self) -> f64 {
         root_mean_square((0..self.model.bodies.len()).flat_map(|k| self.distances_m(k)))
     }
@@ -486,8 +486,10 @@ impl MotionFit {
     fn distances_m(&self, k: usize) -> impl Iterator<Item = f64> + '_ {
         let (body, path) = (&self.model.bodies[k], &self.paths[k]);
         let moving = path.onset_s()..path.stop_s();
-        let observations =
-            body.observations.iter().filter(move |o| !o.excluded && moving.contains(&o.time_s));
+        let observations = body
+            .observations
+            .iter()
+            .filter(move |o| !o.excluded && !o.doubtful && moving.contains(&o.time_s));
         observations.map(|s| s.position.distance(path.motion(s.time_s).pose.position))
     }
 

@@ -33,9 +33,11 @@ enum Onset {
 const MOVED_NOISES: f64 = 8.0;
 /// The factor on the standard deviation of an observation that the detector marks as doubtful.
 const DOUBTFUL_FACTOR: f64 = 5.0;
-/// A body is a partner of an impact if the gap is below this (m): outlines are measured with a ruler, and the initial
-/// guess of the instant is wrong by half a frame.
+/// A body is a partner of an impact if the gap is below this (m), because outlines are measured with a ruler, ...
 const NEAR_M: f64 = 0.006;
+/// ... plus this fraction of its displacement in the frame of the impact: it changes its velocity within the frame, and
+/// its position is interpolated with the mean velocity.
+const NEAR_STEP: f64 = 0.25;
 
 /// The bodies of a clip with their observations in order of time; those that are not finite are dropped.
 pub(crate) fn bodies(tracks: &[Track], objects: &[&Object]) -> Vec<Body> {
@@ -49,14 +51,16 @@ fn body(track: &Track, object: &Object) -> Body {
         .map(|s| Observation {
             time_s: s.time_s,
             position: s.position(),
-            yaw_rad: s.yaw_rad.filter(|yaw| yaw.is_finite()),
+            // The stated deviation of a doubtful sample is that of its position.
+            yaw_rad: s.yaw_rad.filter(|yaw| yaw.is_finite() && !s.doubtful),
             std_m: if s.doubtful { DOUBTFUL_FACTOR * s.std_m } else { s.std_m },
+            doubtful: s.doubtful,
             excluded: false,
         })
         .collect();
     let mut observations = sorted_by_value(observations, |observation| observation.time_s);
     observations.dedup_by_key(|s| s.time_s);
-    let with_yaw = observations.iter().filter(|s| s.yaw_rad.is_some()).count();
+    let with_yaw = track.samples.iter().filter(|s| s.yaw_rad.is_some()).count();
     // The spin of a disc is observed only if its marker is not symmetric.
     let yaw_observed = observations.len() >= OBSERVATIONS_NEEDED && 2 * with_yaw > observations.len();
     let mut body = Body {
@@ -69,8 +73,17 @@ fn body(track: &Track, object: &Object) -> Body {
         yaw_observed,
         moves_at_start: false,
     };
-    body.moves_at_start = onset(&body) == Onset::AtStart;
+    body.moves_at_start = onset(&without_doubtful(&body)) == Onset::AtStart;
     body
+}
+
+/// The body without its doubtful observations, which may be off by as much as a marker is wide; with all of them if they
+/// are the most.
+fn without_doubtful(body: &Body) -> Body {
+    let mut clear = body.clone();
+    clear.observations.retain(|o| !o.doubtful);
+    let enough = clear.observations.len() >= OBSERVATIONS_NEEDED.max(body.observations.len() / 2);
+    if enough { clear } else { body.clone() }
 }
 
 /// The motion of a body with fewer observations is not fitted.
@@ -128,6 +141,7 @@ fn mean_observation(observations: &[Observation]) -> Observation {
         position: Point::ORIGIN + sum / n,
         yaw_rad: yaws.map(|sum| sum / n),
         std_m: observations.iter().map(|s| s.std_m * s.std_m).sum::<f64>().sqrt() / n,
+        doubtful: observations.iter().any(|s| s.doubtful),
         excluded: false,
     }
 }
@@ -187,8 +201,9 @@ pub(crate) fn frame_s(bodies: &[Body]) -> f64 {
 impl InitialGuess {
     /// The initial guess from the tracks: every body that starts to move was hit by the moving body nearest to it.
     pub(crate) fn new(bodies: Vec<Body>, striker: Option<&StrikerPath>, exposure: Exposure) -> Self {
+        let clear: Vec<Body> = bodies.iter().map(without_doubtful).collect();
         let mut onsets: Vec<(f64, usize)> = (0..bodies.len())
-            .filter_map(|k| match onset(&bodies[k]) {
+            .filter_map(|k| match onset(&clear[k]) {
                 Onset::At(time_s) => Some((time_s, k)),
                 _ => None,
             })
@@ -198,7 +213,7 @@ impl InitialGuess {
         let mut model = MotionModel::new(bodies, exposure);
         let mut times: Vec<f64> = Vec::new();
         for (n, &(time_s, k)) in onsets.iter().enumerate() {
-            let (cause, partner) = match partner(&model.bodies, k, time_s, &onsets[..n]) {
+            let (cause, partner) = match partner(&clear, k, time_s, &onsets[..n]) {
                 _ if n == 0 && striker.is_some() => (Cause::Striker, None),
                 Some(other) => (Cause::Contact, Some(other)),
                 None => (Cause::Unknown, None),
@@ -227,7 +242,8 @@ impl InitialGuess {
     pub(crate) fn from_times(model: MotionModel, times: &[f64]) -> Self {
         let layout = model.layout();
         let mut parameters = vec![0.0; layout.steps.len()];
-        for (k, (body, indices)) in model.bodies.iter().zip(&layout.bodies).enumerate() {
+        let bodies: Vec<Body> = model.bodies.iter().map(without_doubtful).collect();
+        for (k, (body, indices)) in bodies.iter().zip(&layout.bodies).enumerate() {
             let own_times =
                 || model.events.iter().zip(times).filter(|(e, _)| e.members.contains(&k)).map(|(_, t)| *t);
             let first_s = own_times().next().unwrap_or(f64::INFINITY);
@@ -252,7 +268,7 @@ impl InitialGuess {
         for ((event, indices), time_s) in model.events.iter().zip(&layout.events).zip(times) {
             parameters[indices.time] = *time_s;
             for (&member, &index) in event.members.iter().zip(&indices.velocities) {
-                set_velocity(&mut parameters, index, &model.bodies[member], *time_s);
+                set_velocity(&mut parameters, index, &bodies[member], *time_s);
             }
         }
         Self { model, layout, parameters }
@@ -313,24 +329,33 @@ fn partner(bodies: &[Body], k: usize, time_s: f64, moving: &[(f64, usize)]) -> O
     let mut candidates: Vec<usize> =
         moving.iter().map(|(_, j)| *j).chain(at_start).filter(|&j| j != k).collect();
     candidates.sort_unstable();
-    let pose_k = observed_pose(&bodies[k], time_s);
-    nearest(bodies, k, pose_k, &candidates, |j| observed_pose(&bodies[j], time_s))
+    // The body is still where it rested.
+    let pose_k = rest_pose(&bodies[k], time_s);
+    let slack_m = |j: usize| NEAR_STEP * step_m(&bodies[j], time_s);
+    nearest(bodies, k, pose_k, &candidates, |j| (observed_pose(&bodies[j], time_s), slack_m(j)))
 }
 
-/// The nearest of the candidates, if its gap is below [`NEAR_M`].
+/// The distance between the observations before and after a time (m).
+fn step_m(body: &Body, time_s: f64) -> f64 {
+    let next = body.observations.partition_point(|o| o.time_s < time_s);
+    let [before, after] = [next.checked_sub(1), Some(next)].map(|k| body.observations.get(k?));
+    before.zip(after).map_or(0.0, |(before, after)| before.position.distance(after.position))
+}
+
+/// The nearest of the candidates, if its gap is below [`NEAR_M`] and its slack; `pose` gives its pose and slack (m).
 fn nearest(
     bodies: &[Body],
     k: usize,
     pose_k: Pose,
     candidates: &[usize],
-    pose: impl Fn(usize) -> Pose,
+    pose: impl Fn(usize) -> (Pose, f64),
 ) -> Option<usize> {
     let gap = |j: usize| {
-        let pose_j = pose(j);
+        let (pose_j, slack_m) = pose(j);
         let away = (pose_j.position - pose_k.position).direction()?;
         let own = PlacedShape { shape: &bodies[k].shape, pose: pose_k };
         separated_closest_points(own, PlacedShape { shape: &bodies[j].shape, pose: pose_j }, away)
-            .map(|c| c.gap_m.abs())
+            .map(|c| (c.gap_m.abs() - slack_m).max(0.0))
     };
     let (gap_m, j) = candidates
         .iter()
@@ -349,5 +374,5 @@ fn nearest(
 pub(crate) fn fitted_partner(bodies: &[Body], paths: &[BodyPath], k: usize, time_s: f64) -> Option<usize> {
     let candidates: Vec<usize> = (0..bodies.len()).filter(|&j| j != k).collect();
     let pose_k = paths[k].motion(time_s).pose;
-    nearest(bodies, k, pose_k, &candidates, |j| paths[j].motion(time_s).pose)
+    nearest(bodies, k, pose_k, &candidates, |j| (paths[j].motion(time_s).pose, 0.0))
 }

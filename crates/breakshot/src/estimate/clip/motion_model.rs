@@ -31,6 +31,8 @@ pub(crate) struct Observation {
     pub(crate) yaw_rad: Option<f64>,
     /// The standard deviation of the position's noise along each axis (m).
     pub(crate) std_m: f64,
+    /// Whether the detector marks it as doubtful: the marker may be partly covered.
+    pub(crate) doubtful: bool,
     /// Whether the fit leaves it out.
     pub(crate) excluded: bool,
 }

@@ -29,6 +29,7 @@ fn drawn_and_fitted(factor: f64) -> (MotionState, MotionState) {
             position: pose.position,
             yaw_rad: Some(pose.yaw_rad),
             std_m: 5e-5,
+            doubtful: false,
             excluded: false,
         }
     });
