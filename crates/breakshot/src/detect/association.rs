@@ -53,6 +53,8 @@ struct Match {
     blob: Blob,
     /// The other one of two equal dots, which is another candidate but the same marker.
     other_dot: Option<Pixel>,
+    /// The cost that half a turn would add; infinite if the marker determines the yaw, or half a turn changes nothing.
+    yaw_margin: f64,
 }
 
 /// Standard deviation of a marker's lengths (ratio's logarithm): cut by hand and measured with a ruler.
@@ -60,6 +62,11 @@ const LENGTH_STD: f64 = 0.05;
 /// Cost of an invisible outline: the visibility of the right outline is at least a half, of a wrong one about a
 /// fifth, and the difference should cost as much as a marker that deviates by three standard deviations.
 const INVISIBLE_OUTLINE_COST: f64 = 15.0;
+/// Standard deviation of the distance between the outline fitted to the image and the one that the marker implies (m):
+/// markers are placed by hand.
+const DISPLACED_STD_M: f64 = 0.5e-3;
+/// A larger distance (standard deviations) costs no more: the edges belong to something else.
+const LARGEST_DISPLACEMENT_STDS: f64 = 3.0;
 /// Two assignments whose costs differ by less (a visibility of one tenth) are ambiguous.
 const CLEAR_MARGIN: f64 = 1.5;
 /// Standard deviation of the positions in a scene file made by hand (m).
@@ -121,6 +128,7 @@ pub(super) fn starts(
         })
         .collect();
     warnings.extend(misplacements(targets, &starts, layout));
+    warnings.extend(ambiguous_yaws(targets, &matches, &assigned));
     (in_canonical_order(targets, starts, layout), warnings)
 }
 
@@ -199,9 +207,37 @@ fn matched(
         None if matches!(target.object.shape, Shape::Disc { .. }) && !target.is_off_centre() => vec![0.0],
         None => Vec::new(),
     };
-    let (yaw_rad, visibility) = view.best_yaw(pose, &yaws_rad);
+    let turned = match yaws_rad[..] {
+        [one, other] if target.changes_by_half_turn() => Some([pose(one), pose(other)]),
+        _ => None,
+    };
+    let (pose, visibility, yaw_margin) = match turned {
+        Some(poses) => better_turned(&view, poses),
+        None => {
+            let (yaw_rad, visibility) = view.best_yaw(pose, &yaws_rad);
+            (pose(yaw_rad), visibility, f64::INFINITY)
+        }
+    };
     let cost = half_squared(mismatch.largest() / LENGTH_STD) + INVISIBLE_OUTLINE_COST * (1.0 - visibility);
-    Some(Match { pose: pose(yaw_rad), cost, blob: disc, other_dot })
+    Some(Match { pose, cost, blob: disc, other_dot, yaw_margin })
+}
+
+/// Of two poses half a turn apart the one whose outline is more visible and nearer to the edges of the image: the pose,
+/// the visibility of its outline, and the difference of the costs.
+///
+/// The border of a shadow may be as visible as the outline, but no outline fits it where the marker is.
+fn better_turned(view: &OutlineView, poses: [Pose; 2]) -> (Pose, f64, f64) {
+    let [one, other] = poses.map(|pose| {
+        let visibility = view.best_yaw(|_| pose, &[pose.yaw_rad]).1;
+        let fit = view.fitted(pose, [0.0, 0.0]);
+        let displacement =
+            fit.map_or(f64::INFINITY, |fit| fit.pose.position.distance(pose.position) / DISPLACED_STD_M);
+        let cost = INVISIBLE_OUTLINE_COST * (1.0 - visibility)
+            + half_squared(displacement.min(LARGEST_DISPLACEMENT_STDS));
+        (pose, visibility, cost)
+    });
+    let (better, worse) = if one.2 <= other.2 { (one, other) } else { (other, one) };
+    (better.0, better.1, worse.2 - better.2)
 }
 
 /// The object's own outline fitted near a silhouette.
@@ -220,7 +256,13 @@ fn matched_outline(
     let fit = view.searched(rough(yaw_rad), OUTLINE_SEARCH, |_| true)?;
     let cost = INVISIBLE_OUTLINE_COST * (1.0 - fit.visible_fraction);
     let blob = markerless::silhouette(target, view.camera, &fit);
-    (fit.visible_fraction > LEAST_VISIBLE).then_some(Match { pose: fit.pose, cost, blob, other_dot: None })
+    (fit.visible_fraction > LEAST_VISIBLE).then_some(Match {
+        pose: fit.pose,
+        cost,
+        blob,
+        other_dot: None,
+        yaw_margin: f64::INFINITY,
+    })
 }
 
 /// Candidates at the positions of the objects without markers that the layout gives.
@@ -317,6 +359,24 @@ fn ambiguities(
         }
     }
     warnings
+}
+
+/// Warnings of objects whose outline does not tell which of two yaws half a turn apart they have.
+fn ambiguous_yaws(
+    targets: &[Target],
+    matches: &[Vec<Option<Match>>],
+    assigned: &[Option<usize>],
+) -> Vec<String> {
+    let ambiguous = targets.iter().zip(matches).zip(assigned).filter_map(|((target, row), column)| {
+        let found = row[(*column)?].as_ref()?;
+        (found.yaw_margin < CLEAR_MARGIN).then(|| {
+            let name = target.name;
+            format!(
+                "doubtful: `{name}` may be turned by half a turn: its outline fits both yaws almost equally"
+            )
+        })
+    });
+    ambiguous.collect()
 }
 
 /// Warnings of objects far from the position that the scene file gives.

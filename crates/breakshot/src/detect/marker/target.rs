@@ -5,7 +5,7 @@ use crate::capture::Camera;
 use crate::geometry::moments::{Moments, compactness, principal_axes};
 use crate::geometry::{Pixel, Point, Pose, Vec2, half_turn_wrapped_rad};
 use crate::object::{Marker, Object, Shape};
-use std::f64::consts::TAU;
+use std::f64::consts::{PI, TAU};
 use std::ops::RangeInclusive;
 
 /// An object to be found in the images.
@@ -40,6 +40,8 @@ pub(in crate::detect) const BLUR_VARIANCE_PX2: f64 = 0.35;
 const LENGTH_TOLERANCE: f64 = 0.25;
 /// Apparent height of a dark marker: half of its thickness.
 const DARK_APPARENT_HEIGHT: f64 = 0.5;
+/// Tolerance of the number of symmetric rotations in half a turn.
+const SYMMETRY_TOLERANCE: f64 = 1e-3;
 /// Rounds of the search for the pose: the first guess neglects perspective within the marker, and each round reduces
 /// the error by a factor of a hundred.
 const POSE_ROUNDS: usize = 2;
@@ -128,6 +130,15 @@ impl<'a> Target<'a> {
     /// Whether the object's centroid is elsewhere than the feature's, so that it depends on the yaw.
     pub(in crate::detect) fn is_off_centre(&self) -> bool {
         self.feature.at_m.to_vec().length() > 0.0
+    }
+
+    /// Whether half a turn about the feature's centroid changes where the object is: its marker is off its centroid, or its
+    /// outline has no such symmetry.
+    pub(in crate::detect) fn changes_by_half_turn(&self) -> bool {
+        let symmetric = self.object.shape.rotation_symmetry_rad().is_some_and(|period_rad| {
+            period_rad == 0.0 || (PI / period_rad - (PI / period_rad).round()).abs() < SYMMETRY_TOLERANCE
+        });
+        self.is_off_centre() || !symmetric
     }
 
     /// Height above the table at which the feature appears (m).
