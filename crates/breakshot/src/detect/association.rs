@@ -18,7 +18,7 @@ use crate::geometry::{Pixel, Point, Pose, Vec2, wrapped_rad};
 use crate::object::{Shape, kind};
 use crate::scene::Placed;
 use crate::statistics::argsort;
-use std::f64::consts::PI;
+use std::f64::consts::{PI, TAU};
 
 /// What is known in advance about the positions of the objects in the first frame.
 #[derive(Clone, Debug, PartialEq)]
@@ -92,7 +92,7 @@ pub(super) fn starts(
     // Costs of all pairs by appearance
     let row = |target| {
         let row = candidates.iter().map(|c| matched(image, camera, target, c, layout)).collect();
-        with_merged_dots(row, candidates)
+        with_merged_outlines(target, with_merged_dots(row, candidates))
     };
     let matches: Vec<Vec<Option<Match>>> = targets.iter().map(row).collect();
     let by_appearance = costs(&matches, |_, m| m.cost);
@@ -157,6 +157,23 @@ fn with_merged_dots(mut row: Vec<Option<Match>>, candidates: &[Candidate]) -> Ve
             && other.cost < cost
         {
             row[first] = Some(other);
+        }
+    }
+    row
+}
+
+/// The row of matches with equal poses merged: of several silhouettes of one object the best match moves to the column of
+/// the first one.
+fn with_merged_outlines(target: &Target, mut row: Vec<Option<Match>>) -> Vec<Option<Match>> {
+    let reach_m = if target.is_markerless() { target.object.shape.area_m2().sqrt() / 2.0 } else { 0.0 };
+    for first in 0..row.len() {
+        for second in first + 1..row.len() {
+            if let (Some(one), Some(other)) = (row[first], row[second])
+                && one.pose.position.distance(other.pose.position) < reach_m
+            {
+                row[first] = Some(if other.cost < one.cost { other } else { one });
+                row[second] = None;
+            }
         }
     }
     row
@@ -249,11 +266,15 @@ fn matched_outline(
 ) -> Option<Match> {
     let position = view.camera.table_from_pixel(candidate.blob.centroid, view.height_m);
     let rough = |yaw_rad: f64| Pose { position, yaw_rad };
-    let yaw_rad = match placed(layout, target) {
-        Some(pose) => pose.yaw_rad,
-        None => view.best_yaw(rough, &[]).0,
+    let (yaw_rad, angle_rad) = match placed(layout, target) {
+        Some(pose) => (pose.yaw_rad, OUTLINE_SEARCH.angle_rad),
+        // Where a shadow hides a part of it, the silhouette's centroid is too far off for a yaw.
+        None => {
+            let period_rad = view.shape.rotation_symmetry_rad().unwrap_or(TAU);
+            (view.best_yaw(rough, &[]).0, period_rad / 2.0)
+        }
     };
-    let fit = view.searched(rough(yaw_rad), OUTLINE_SEARCH, |_| true)?;
+    let fit = view.searched(rough(yaw_rad), SearchRange { angle_rad, ..OUTLINE_SEARCH }, |_| true)?;
     let cost = INVISIBLE_OUTLINE_COST * (1.0 - fit.visible_fraction);
     let blob = markerless::silhouette(target, view.camera, &fit);
     (fit.visible_fraction > LEAST_VISIBLE).then_some(Match {
