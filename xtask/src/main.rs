@@ -121,10 +121,7 @@ fn main() -> ExitCode {
             Ok(cells) => validate::contact(lab.as_ref(), cells),
             Err(_) => Err(format!("`{cells}` is no number of cells")),
         },
-        ["validate", "cells"] => validate::cells("../shared/lab".as_ref(), None),
-        ["validate", "cells", "--lab", lab] => validate::cells(lab.as_ref(), None),
-        ["validate", "cells", seeds] => validate::cells("../shared/lab".as_ref(), Some(seeds)),
-        ["validate", "cells", seeds, "--lab", lab] => validate::cells(lab.as_ref(), Some(seeds)),
+        ["validate", "cells", rest @ ..] => cells(rest),
         ["validate", "tracks", lab, tracks] => validate::tracks(lab.as_ref(), tracks.as_ref()),
         ["validate", "strikes", lab, rest @ ..] => strikes(lab, rest),
         ["validate", "arms", lab] => validate::arms(lab.as_ref(), 60),
@@ -177,6 +174,16 @@ fn strikes(lab: &str, rest: &[&str]) -> Result<(), String> {
     };
     let piles = counts.first().map_or(Ok(60), |count| count.parse());
     validate::strikes(lab.as_ref(), piles.map_err(|e| format!("number of piles: {e}"))?, effort)
+}
+
+fn cells(rest: &[&str]) -> Result<(), String> {
+    match rest {
+        [] => validate::cells("../shared/lab".as_ref(), None),
+        ["--lab", lab] => validate::cells(lab.as_ref(), None),
+        [seeds] => validate::cells("../shared/lab".as_ref(), Some(seeds)),
+        [seeds, "--lab", lab] => validate::cells(lab.as_ref(), Some(seeds)),
+        other => Err(format!("`validate cells` has no {}", other.join(" "))),
+    }
 }
 
 /// The folder of films, recordings and references: given, or beside the project.

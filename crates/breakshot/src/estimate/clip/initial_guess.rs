@@ -376,3 +376,86 @@ pub(crate) fn fitted_partner(bodies: &[Body], paths: &[BodyPath], k: usize, time
     let pose_k = paths[k].motion(time_s).pose;
     nearest(bodies, k, pose_k, &candidates, |j| (paths[j].motion(time_s).pose, 0.0))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::detect::Sample;
+    use crate::object::Marker;
+
+    const RADIUS_M: f64 = 0.03;
+    const FRAME_S: f64 = 1.0 / 30.0;
+    /// Speed of the first body before it hits the second one, and of both afterwards (m/s).
+    const SPEEDS_M_S: [f64; 3] = [0.8, 0.2, 0.7];
+    /// Instants of the strike and of the impact (s): about a frame apart, each in the middle of a frame.
+    const STRUCK_S: f64 = 6.35 * FRAME_S;
+    const IMPACT_S: f64 = 7.6 * FRAME_S;
+
+    /// Two discs filmed at 30 frames per second; samples at these frames are doubtful and off by this (m).
+    fn bodies_with(doubtful: std::ops::Range<usize>, off_m: f64) -> Vec<Body> {
+        let gap_m = SPEEDS_M_S[0] * (IMPACT_S - STRUCK_S);
+        let x_m = |body: usize, time_s: f64| match body {
+            0 if time_s < IMPACT_S => SPEEDS_M_S[0] * (time_s - STRUCK_S).max(0.0),
+            0 => gap_m + SPEEDS_M_S[1] * (time_s - IMPACT_S),
+            _ => 2.0 * RADIUS_M + gap_m + SPEEDS_M_S[2] * (time_s - IMPACT_S).max(0.0),
+        };
+        let sample = |body: usize, k: usize| {
+            let doubtful = body == 0 && doubtful.contains(&k);
+            let time_s = k as f64 * FRAME_S;
+            Sample {
+                time_s,
+                x_m: x_m(body, time_s) + if doubtful { off_m } else { 0.0 },
+                y_m: 0.0,
+                yaw_rad: None,
+                vx_m_s: None,
+                vy_m_s: None,
+                yaw_rate_rad_s: None,
+                ax_m_s2: None,
+                ay_m_s2: None,
+                std_m: if doubtful { off_m.abs() } else { 2e-5 },
+                doubtful,
+            }
+        };
+        let shape = Shape::Disc { radius_m: RADIUS_M };
+        let object = |name: &str| Object {
+            name: name.into(),
+            shape: shape.clone(),
+            height_m: 0.02,
+            marker: Some(Marker::centred(Shape::Disc { radius_m: 0.01 })),
+            mass_kg: None,
+            support: None,
+        };
+        let objects = [object("a"), object("b")];
+        let tracks: Vec<Track> = (0..2)
+            .map(|body| Track {
+                object: objects[body].name.clone(),
+                samples: (0..20).map(|k| sample(body, k)).collect(),
+            })
+            .collect();
+        bodies(&tracks, &[&objects[0], &objects[1]])
+    }
+
+    #[test]
+    fn an_impact_a_frame_after_the_strike_has_its_partner_at_30_frames_per_second() {
+        let guess = InitialGuess::new(bodies_with(0..0, 0.0), None, Exposure::Known(0.0));
+        let causes: Vec<(Cause, &[usize])> =
+            guess.model.events.iter().map(|e| (e.cause, &e.members[..])).collect();
+        assert_eq!(causes, [(Cause::Unknown, &[0][..]), (Cause::Contact, &[0, 1])]);
+    }
+
+    #[test]
+    fn a_partly_covered_marker_does_not_set_its_object_in_motion() {
+        let clear = onset(&without_doubtful(&bodies_with(0..0, 0.0)[0]));
+        for off_m in [1e-3, -4e-3] {
+            let covered = bodies_with(4..6, off_m);
+            assert_eq!(onset(&without_doubtful(&covered[0])), clear, "{off_m} m off");
+            assert_ne!(onset(&covered[0]), clear, "the test cannot fail");
+        }
+    }
+
+    #[test]
+    fn a_body_that_is_doubtful_most_of_the_time_keeps_its_observations() {
+        let body = &bodies_with(0..12, 1e-3)[0];
+        assert_eq!(without_doubtful(body).observations.len(), body.observations.len());
+    }
+}
