@@ -228,12 +228,11 @@ fn matched(
         [one, other] if target.changes_by_half_turn() => Some([pose(one), pose(other)]),
         _ => None,
     };
-    let (pose, visibility, yaw_margin) = match turned {
-        Some(poses) => better_turned(&view, poses),
-        None => {
-            let (yaw_rad, visibility) = view.best_yaw(pose, &yaws_rad);
-            (pose(yaw_rad), visibility, f64::INFINITY)
-        }
+    let (pose, visibility, yaw_margin) = if let Some(poses) = turned {
+        better_turned(&view, poses)
+    } else {
+        let (yaw_rad, visibility) = view.best_yaw(pose, &yaws_rad);
+        (pose(yaw_rad), visibility, f64::INFINITY)
     };
     let cost = half_squared(mismatch.largest() / LENGTH_STD) + INVISIBLE_OUTLINE_COST * (1.0 - visibility);
     Some(Match { pose, cost, blob: disc, other_dot, yaw_margin })
@@ -266,13 +265,12 @@ fn matched_outline(
 ) -> Option<Match> {
     let position = view.camera.table_from_pixel(candidate.blob.centroid, view.height_m);
     let rough = |yaw_rad: f64| Pose { position, yaw_rad };
-    let (yaw_rad, angle_rad) = match placed(layout, target) {
-        Some(pose) => (pose.yaw_rad, OUTLINE_SEARCH.angle_rad),
+    let (yaw_rad, angle_rad) = if let Some(pose) = placed(layout, target) {
+        (pose.yaw_rad, OUTLINE_SEARCH.angle_rad)
+    } else {
         // Where a shadow hides a part of it, the silhouette's centroid is too far off for a yaw.
-        None => {
-            let period_rad = view.shape.rotation_symmetry_rad().unwrap_or(TAU);
-            (view.best_yaw(rough, &[]).0, period_rad / 2.0)
-        }
+        let period_rad = view.shape.rotation_symmetry_rad().unwrap_or(TAU);
+        (view.best_yaw(rough, &[]).0, period_rad / 2.0)
     };
     let fit = view.searched(rough(yaw_rad), SearchRange { angle_rad, ..OUTLINE_SEARCH }, |_| true)?;
     let cost = INVISIBLE_OUTLINE_COST * (1.0 - fit.visible_fraction);
