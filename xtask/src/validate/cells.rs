@@ -170,16 +170,11 @@ impl Figures {
             struck.extend(clip.objects.first().map(|name| breakshot::object::kind(name)));
             let path = tracks.join(&video).with_extension("json");
             let found: Option<Tracks> = files::read_json(&path).ok();
-            let film = Film { camera: &camera, clip: &truth.clips[&video], objects: &campaign.objects };
-            for (object, poses) in &film.clip.frames {
+            let name = format!("{} {video}", drawn.name());
+            let film = Film { name, camera: &camera, clip: &truth.clips[&video], objects: &campaign.objects };
+            for object in film.clip.frames.keys() {
                 let track = found.as_ref().and_then(|f| f.tracks.iter().find(|t| &t.object == object));
-                self.compare(
-                    &film,
-                    &format!("{} {video} {object}", drawn.name()),
-                    object,
-                    poses,
-                    track.map(|t| &t.samples[..]),
-                );
+                self.compare(&film, object, track.map(|t| &t.samples[..]));
             }
         }
         self.struck = struck.len();
@@ -194,14 +189,8 @@ impl Figures {
     }
 
     /// Compares one track with the object's true poses.
-    fn compare(
-        &mut self,
-        film: &Film,
-        name: &str,
-        object: &str,
-        poses: &[[f64; 3]],
-        samples: Option<&[Sample]>,
-    ) {
+    fn compare(&mut self, film: &Film, object: &str, samples: Option<&[Sample]>) {
+        let (name, poses) = (format!("{} {object}", film.name), &film.clip.frames[object]);
         self.tracks += 1;
         let Some(samples) = samples else {
             println!("{name}: no track");
@@ -318,6 +307,8 @@ impl Figures {
 
 /// A film, its truth and the objects in it.
 struct Film<'a> {
+    /// The cell and the file.
+    name: String,
     camera: &'a Camera,
     clip: &'a Clip,
     objects: &'a [Object],
