@@ -64,19 +64,8 @@ fn clip(name: &str, number: usize, friction: f64, velocity: Vec2) -> ClipTracks 
         let time_s = frame as f64 / FRAME_RATE_HZ;
         let t = time_s.min(stop_s);
         let position = Point::ORIGIN + velocity * (t - t * t / (2.0 * stop_s));
-        Sample {
-            time_s,
-            x_m: position.x + NOISE_STD_M * noise(frame, 2 * number),
-            y_m: position.y + NOISE_STD_M * noise(frame, 2 * number + 1),
-            yaw_rad: None,
-            vx_m_s: None,
-            vy_m_s: None,
-            yaw_rate_rad_s: None,
-            ax_m_s2: None,
-            ay_m_s2: None,
-            std_m: NOISE_STD_M,
-            doubtful: false,
-        }
+        let error = Vec2::new(noise(frame, 2 * number), noise(frame, 2 * number + 1)) * NOISE_STD_M;
+        Sample::new(time_s, position + error, None, NOISE_STD_M)
     });
     let track = Track { object: name.into(), samples: samples.collect() };
     ClipTracks {

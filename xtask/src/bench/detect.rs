@@ -53,7 +53,7 @@ pub(crate) fn bench(lab: Option<&Path>, python: Option<&str>) -> Result<(), Stri
     if let Some(lab) = lab {
         all_hold &= super::films::lab(lab, &python)?;
     }
-    if all_hold { Ok(()) } else { Err("some targets were missed".into()) }
+    row::require(all_hold)
 }
 
 /// One frame: ours, reading it, our bare threshold, OpenCV as usual, with its best algorithm, its threshold (ms a call).

@@ -310,18 +310,13 @@ fn clips(recordings: &[Recording]) -> Vec<ClipTracks> {
     let track = |name: &str, puck: &[Sample]| Track {
         object: name.into(),
         samples: (puck.iter())
-            .map(|s| detect::Sample {
-                time_s: s.time_s,
-                x_m: s.position.x,
-                y_m: s.position.y,
-                yaw_rad: Some(s.yaw_rad),
-                vx_m_s: None,
-                vy_m_s: None,
-                yaw_rate_rad_s: None,
-                ax_m_s2: None,
-                ay_m_s2: None,
-                std_m: CLAIMED_STD_M,
-                doubtful: false,
+            .map(|s| {
+                detect::Sample::new(
+                    s.time_s,
+                    Point::new(s.position.x, s.position.y),
+                    Some(s.yaw_rad),
+                    CLAIMED_STD_M,
+                )
             })
             .collect(),
     };

@@ -3,7 +3,7 @@
 //! The lab films it (`peers/lab_cameras.py`): 30 to 120 frames a second, tilted, blurred, noisy, dim; HEVC, Motion JPEG,
 //! 10 bits.  Truth is read for measuring only.
 
-use super::row::{Row, median, print_all};
+use super::row::{Row, median, print_all, require};
 use super::tracks::{Errors, Film};
 use super::truth::Truth;
 use crate::example::target;
@@ -37,7 +37,7 @@ pub(crate) fn cameras(lab: &Path, only: Option<&str>, python: Option<&str>) -> R
     for camera in &cameras {
         all_hold &= measured(camera)?;
     }
-    if all_hold { Ok(()) } else { Err("some targets were missed".into()) }
+    require(all_hold)
 }
 
 /// The films of one camera.

@@ -5,7 +5,7 @@
 
 use super::Program;
 use super::estimation::properties::pooled_rows;
-use super::row::{self, Row};
+use super::row::{self, Row, rms};
 use super::truth::{Clip, Truth};
 use crate::venv;
 use breakshot::detect::{Sample, Tracks};
@@ -142,15 +142,7 @@ impl Figures {
         }
         std::fs::create_dir_all(&output).map_err(|e| e.to_string())?;
         let (campaign, properties) = (folder.join("campaign.toml"), output.join("properties.json"));
-        let arguments = [
-            "estimate",
-            &campaign.to_string_lossy(),
-            "-o",
-            &properties.to_string_lossy(),
-            "--tracks",
-            &tracks.to_string_lossy(),
-        ];
-        let refused = program.run(&arguments).err();
+        let refused = program.estimate(&campaign, &properties, &tracks).err();
 
         // Beside the truth
         let text = std::fs::read_to_string(folder.join("camera.json")).map_err(|e| e.to_string())?;
@@ -342,9 +334,4 @@ impl Film<'_> {
         let (from, to) = (poses[first], poses[last]);
         (to[0] - from[0]).hypot(to[1] - from[1]) * self.camera.fps / (last - first).max(1) as f64
     }
-}
-
-/// Root mean square; of nothing zero.
-fn rms(values: &[f64]) -> f64 {
-    (values.iter().fold(0.0, |sum, e| sum + e * e) / values.len().max(1) as f64).sqrt()
 }

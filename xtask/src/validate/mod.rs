@@ -20,7 +20,7 @@ mod truth;
 use crate::process;
 pub(crate) use cameras::cameras;
 use estimation::{advise, altered, campaigns, properties, saved};
-use row::Row;
+use row::{Row, require};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 pub(crate) use strikes::{Effort, run as strikes, run_arms as arms, run_missing as missing};
@@ -50,6 +50,12 @@ impl Program {
         }
         Err(format!("`breakshot {}` ended with {}", args.join(" "), run.code))
     }
+
+    /// Estimates a campaign as a user would; writes the properties and the tracks.
+    fn estimate(&self, campaign: &Path, properties: &Path, tracks: &Path) -> Result<process::Run, String> {
+        let [campaign, properties, tracks] = [campaign, properties, tracks].map(Path::to_string_lossy);
+        self.run(&["estimate", &campaign, "-o", &properties, "--tracks", &tracks])
+    }
 }
 
 /// Default number of drawn campaigns.
@@ -57,7 +63,7 @@ pub(crate) const CAMPAIGNS: u64 = campaigns::COUNT;
 
 /// Coverage of the intervals on drawn campaigns.
 pub(crate) fn estimate(count: u64) -> Result<(), String> {
-    if campaigns::validate(count)? { Ok(()) } else { Err("some targets were missed".into()) }
+    require(campaigns::validate(count)?)
 }
 
 /// Everything that is measured against the films in `lab`.
@@ -66,7 +72,7 @@ pub(crate) fn lab(lab: &Path, details: bool) -> Result<(), String> {
     let properties = program.output.join("properties.json");
     let mut all_hold = campaign(&program, &lab.join("campaign"), &properties, details)?;
     all_hold &= scatter::films(&program, &lab.join("scatter"), &properties)?.holds;
-    if all_hold { Ok(()) } else { Err("some targets were missed".into()) }
+    require(all_hold)
 }
 
 /// The gain in accuracy from advised clips over random ones, on this many synthetic cells.
@@ -74,17 +80,13 @@ pub(crate) fn advise(cells: Option<&str>) -> Result<(), String> {
     let cells = cells.map_or(Ok(advise::CELLS), |text| {
         text.parse().map_err(|_| format!("CELLS is `{text}`; needed: a whole number"))
     })?;
-    if advise::validate(cells)? { Ok(()) } else { Err("some targets were missed".into()) }
+    require(advise::validate(cells)?)
 }
 
 /// Tracks and estimates of the drawn cells of these seeds.
 pub(crate) fn cells(lab: &Path, seeds: Option<&str>) -> Result<(), String> {
     let seeds = seeds.unwrap_or(cells::SEEDS);
-    if cells::validate(&Program::build()?, lab, seeds)? {
-        Ok(())
-    } else {
-        Err("some targets were missed".into())
-    }
+    require(cells::validate(&Program::build()?, lab, seeds)?)
 }
 
 /// Default number of drawn cells.
@@ -94,17 +96,17 @@ pub(crate) const CELLS: u64 = estimation::contact::CELLS;
 pub(crate) fn contact(lab: &Path, cells: u64) -> Result<(), String> {
     let mut all_hold = estimation::contact::advised_films(&Program::build()?, lab)?;
     all_hold &= estimation::contact::validate(lab, cells)?;
-    if all_hold { Ok(()) } else { Err("some targets were missed".into()) }
+    require(all_hold)
 }
 
 /// The simulator against an independent one, itself and recorded collisions.
 pub(crate) fn physics(shared: &Path) -> Result<(), String> {
-    if physics::run(shared)? { Ok(()) } else { Err("some targets were missed".into()) }
+    require(physics::run(shared)?)
 }
 
 /// The arm and its drivers against other programs; one part of it, or all.
 pub(crate) fn robot(shared: &Path, part: Option<&str>) -> Result<(), String> {
-    if robot::run(shared, part)? { Ok(()) } else { Err("some targets were missed".into()) }
+    require(robot::run(shared, part)?)
 }
 
 /// What explains the difference between predicted and filmed strikes on piles.
@@ -119,28 +121,20 @@ pub(crate) fn tracks(lab: &Path, tracks: &Path) -> Result<(), String> {
     let learned = altered::learned(&saved, &saved.clips)?.properties;
     let mut all_hold = row::print_all("Properties", &properties::rows(&truth, &learned, false));
     all_hold &= altered::validate(&saved, &truth)?;
-    if all_hold { Ok(()) } else { Err("some targets were missed".into()) }
+    require(all_hold)
 }
 
 /// What is measured against recorded collisions.
 pub(crate) fn recorded(shared: &Path) -> Result<(), String> {
     let all_hold = air_table::run(&shared.join("real/air_table"))?;
-    if all_hold { Ok(()) } else { Err("some targets were missed".into()) }
+    require(all_hold)
 }
 
 fn campaign(program: &Program, folder: &Path, properties: &Path, details: bool) -> Result<bool, String> {
     let truth = Truth::read(folder)?;
     let tracks = program.output.join("tracks");
     let campaign = folder.join("campaign.toml");
-    let arguments = [
-        "estimate",
-        &campaign.to_string_lossy(),
-        "-o",
-        &properties.to_string_lossy(),
-        "--tracks",
-        &tracks.to_string_lossy(),
-    ];
-    let run = program.run(&arguments)?;
+    let run = program.estimate(&campaign, properties, &tracks)?;
     let mut holds = row::print_all(
         "Estimating the whole campaign",
         &[

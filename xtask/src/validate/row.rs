@@ -53,6 +53,16 @@ pub(crate) fn print_all(title: &str, rows: &[Row]) -> bool {
     missed == 0
 }
 
+/// An error if some target was missed.
+pub(crate) fn require(all_hold: bool) -> Result<(), String> {
+    if all_hold { Ok(()) } else { Err("some targets were missed".into()) }
+}
+
+/// Root mean square; of nothing zero.
+pub(crate) fn rms(values: &[f64]) -> f64 {
+    (values.iter().fold(0.0, |sum, e| sum + e * e) / values.len().max(1) as f64).sqrt()
+}
+
 /// Mean and largest of absolute values.
 pub(crate) fn mean_and_worst(values: &[f64]) -> (f64, f64) {
     let mean = values.iter().map(|v| v.abs()).sum::<f64>() / values.len().max(1) as f64;

@@ -1,6 +1,6 @@
 //! Tracked positions against the lab's own.
 
-use super::row::Row;
+use super::row::{Row, rms};
 use super::truth::Truth;
 use breakshot::detect::Tracks;
 use breakshot::files;
@@ -52,11 +52,6 @@ pub(crate) fn rows(truth: &Truth, folder: &Path) -> Result<Vec<Row>, String> {
         Row::at_most("every frame without an impact, rms", errors.every_rms_mm(), 0.08, "mm"),
         Row::at_most("angles of bar markers, rms", errors.angle_rms_deg(), 0.5, "deg"),
     ])
-}
-
-/// Root mean square; of nothing zero.
-fn rms(values: &[f64]) -> f64 {
-    (values.iter().fold(0.0, |sum, e| sum + e * e) / values.len().max(1) as f64).sqrt()
 }
 
 impl Errors {

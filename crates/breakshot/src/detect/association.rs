@@ -165,7 +165,10 @@ fn with_merged_dots(mut row: Vec<Option<Match>>, candidates: &[Candidate]) -> Ve
 /// The row of matches with equal poses merged: of several silhouettes of one object the best match moves to the column of
 /// the first one.
 fn with_merged_outlines(target: &Target, mut row: Vec<Option<Match>>) -> Vec<Option<Match>> {
-    let reach_m = if target.is_markerless() { target.object.shape.area_m2().sqrt() / 2.0 } else { 0.0 };
+    if !target.is_markerless() {
+        return row;
+    }
+    let reach_m = target.object.shape.area_m2().sqrt() / 2.0;
     for first in 0..row.len() {
         for second in first + 1..row.len() {
             if let (Some(one), Some(other)) = (row[first], row[second])
@@ -244,7 +247,7 @@ fn matched(
 /// The border of a shadow may be as visible as the outline, but no outline fits it where the marker is.
 fn better_turned(view: &OutlineView, poses: [Pose; 2]) -> (Pose, f64, f64) {
     let [one, other] = poses.map(|pose| {
-        let visibility = view.best_yaw(|_| pose, &[pose.yaw_rad]).1;
+        let visibility = view.visibility(pose);
         let fit = view.fitted(pose, [0.0, 0.0]);
         let displacement =
             fit.map_or(f64::INFINITY, |fit| fit.pose.position.distance(pose.position) / DISPLACED_STD_M);

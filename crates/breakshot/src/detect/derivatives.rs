@@ -143,21 +143,10 @@ fn parabola(times: &[f64], values: &[f64]) -> Option<(Vector3<f64>, f64)> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::geometry::Point;
 
     fn sample(time_s: f64, x_m: f64, y_m: f64) -> Sample {
-        Sample {
-            time_s,
-            x_m,
-            y_m,
-            yaw_rad: Some(0.5 + 2.0 * time_s),
-            vx_m_s: None,
-            vy_m_s: None,
-            yaw_rate_rad_s: None,
-            ax_m_s2: None,
-            ay_m_s2: None,
-            std_m: 2e-5,
-            doubtful: false,
-        }
+        Sample::new(time_s, Point::new(x_m, y_m), Some(0.5 + 2.0 * time_s), 2e-5)
     }
 
     /// At rest, struck at 0.208 s, sliding to rest with 2.5 m/s2, at 60 frames a second.

@@ -53,21 +53,12 @@ pub(super) fn track(camera: &Camera, state: &TrackState, exposure_s: f64) -> Tra
             || point.blob.at_border
             || target.is_markerless() && !point.complete
             || target.is_off_centre() && !point.yaw_known;
-        Sample {
-            // A rolling shutter exposes lower rows later.
-            time_s: point.time_s + camera.readout_s * point.blob.centroid.y / camera.size_px[1] as f64,
-            x_m: pose.position.x,
-            y_m: pose.position.y,
-            yaw_rad: (target.has_observable_yaw() && point.yaw_known).then_some(pose.yaw_rad),
-            vx_m_s: None,
-            vy_m_s: None,
-            yaw_rate_rad_s: None,
-            ax_m_s2: None,
-            ay_m_s2: None,
-            // An occlusion that shortens a marker displaces its centroid by about as much.
-            std_m: scale_m_per_px * (point.blob.std_px + deviation_px.unwrap_or(0.0)),
-            doubtful,
-        }
+        // A rolling shutter exposes lower rows later.
+        let time_s = point.time_s + camera.readout_s * point.blob.centroid.y / camera.size_px[1] as f64;
+        let yaw_rad = (target.has_observable_yaw() && point.yaw_known).then_some(pose.yaw_rad);
+        // An occlusion that shortens a marker displaces its centroid by about as much.
+        let std_m = scale_m_per_px * (point.blob.std_px + deviation_px.unwrap_or(0.0));
+        Sample { doubtful, ..Sample::new(time_s, pose.position, yaw_rad, std_m) }
     });
     Track { object: target.name.to_string(), samples: samples.collect() }
 }

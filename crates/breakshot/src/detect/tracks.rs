@@ -58,6 +58,23 @@ pub struct Sample {
 }
 
 impl Sample {
+    /// A sample that is not doubtful and has no derivatives.
+    pub fn new(time_s: f64, position: Point, yaw_rad: Option<f64>, std_m: f64) -> Self {
+        Self {
+            time_s,
+            x_m: position.x,
+            y_m: position.y,
+            yaw_rad,
+            vx_m_s: None,
+            vy_m_s: None,
+            yaw_rate_rad_s: None,
+            ax_m_s2: None,
+            ay_m_s2: None,
+            std_m,
+            doubtful: false,
+        }
+    }
+
     /// The object's centroid in the table frame.
     pub fn position(&self) -> Point {
         Point::new(self.x_m, self.y_m)

@@ -109,19 +109,7 @@ mod tests {
     use super::*;
 
     fn sample(k: usize, x_m: f64) -> Sample {
-        Sample {
-            time_s: k as f64 / 60.0,
-            x_m,
-            y_m: 0.0,
-            yaw_rad: Some(x_m),
-            vx_m_s: None,
-            vy_m_s: None,
-            yaw_rate_rad_s: None,
-            ax_m_s2: None,
-            ay_m_s2: None,
-            std_m: 2e-5,
-            doubtful: false,
-        }
+        Sample::new(k as f64 / 60.0, Point::new(x_m, 0.0), Some(x_m), 2e-5)
     }
 
     fn tracks(x_m: &[f64]) -> Tracks {

@@ -17,7 +17,7 @@ use breakshot::campaign::Campaign;
 use breakshot::detect::{Sample, Track, Tracks};
 use breakshot::estimate::{self, AdviceOptions, ClipTracks, Setup};
 use breakshot::files;
-use breakshot::geometry::Pose;
+use breakshot::geometry::{Point, Pose};
 use breakshot::object::kind;
 use breakshot::physics;
 use breakshot::plan::Method;
@@ -337,9 +337,9 @@ fn saved(folder: &Path, drawn: &Path, seed: u64) -> Result<Saved, String> {
                 // The lab writes yaws from -pi to pi; a track is continuous.
                 last_yaw += (yaw - last_yaw + PI).rem_euclid(TAU) - PI;
                 let mut noise = |std: f64| std * random.sample::<f64, _>(StandardNormal);
-                let position = [x + noise(NOISE_M), y + noise(NOISE_M)];
+                let position = Point::new(x + noise(NOISE_M), y + noise(NOISE_M));
                 let yaw_rad = shows_yaw.then(|| last_yaw + noise(NOISE_RAD));
-                sample(frame as f64 / camera.fps, position, yaw_rad)
+                Sample::new(frame as f64 / camera.fps, position, yaw_rad, NOISE_M)
             });
             Track { object: object.clone(), samples: samples.collect() }
         });
@@ -353,20 +353,4 @@ fn saved(folder: &Path, drawn: &Path, seed: u64) -> Result<Saved, String> {
     });
     let clips = clips.collect::<Result<_, String>>()?;
     Ok(Saved { campaign, clips })
-}
-
-fn sample(time_s: f64, [x_m, y_m]: [f64; 2], yaw_rad: Option<f64>) -> Sample {
-    Sample {
-        time_s,
-        x_m,
-        y_m,
-        yaw_rad,
-        vx_m_s: None,
-        vy_m_s: None,
-        yaw_rate_rad_s: None,
-        ax_m_s2: None,
-        ay_m_s2: None,
-        std_m: NOISE_M,
-        doubtful: false,
-    }
 }

@@ -71,7 +71,7 @@ pub(super) fn run(shared: &Path, study: &Study, piles: &[Pile]) -> Result<(), St
     let least = without - MOST_LOST_PERCENT;
     rows.push(Row::at_least("both places together: first strike works", with_arm, least, "%"));
     let title = format!("Plans for an Indy 7 on {} piles", trials.len());
-    if row::print_all(&title, &rows) { Ok(()) } else { Err("some targets were missed".into()) }
+    row::require(row::print_all(&title, &rows))
 }
 
 fn trial(

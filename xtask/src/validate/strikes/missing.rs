@@ -46,7 +46,7 @@ pub(super) fn run(shared: &Path, study: &Study, piles: &[Pile]) -> Result<(), St
         counts.entry(trial.sort).or_default().add(trial);
         all.add(trial);
     }
-    if print(&counts, &all) { Ok(()) } else { Err("some targets were missed".into()) }
+    row::require(print(&counts, &all))
 }
 
 /// One pile with one lack.

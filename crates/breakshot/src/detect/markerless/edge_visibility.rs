@@ -66,7 +66,7 @@ impl<'a> OutlineView<'a> {
     }
 
     /// Visibility of the outline at a pose: 0 for none, 1 for a strong edge all around.
-    pub(super) fn visibility(&self, pose: Pose) -> f64 {
+    pub(in crate::detect) fn visibility(&self, pose: Pose) -> f64 {
         let points = self.edge_points(pose);
         OFFSETS_PX.iter().map(|&offset_px| visibility(self.image, &points, offset_px)).fold(0.0, f64::max)
     }

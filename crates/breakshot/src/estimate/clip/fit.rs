@@ -477,12 +477,12 @@ impl MotionFit {
         root_mean_square((0..self.model.bodies.len()).flat_map(|k| self.distances_m(k)))
     }
 
-    /// The root mean square residual of one moving body along one axis (m).
+    /// The root mean square residual of one moving body along one axis (m), without doubtful observations.
     pub(crate) fn residual_rms_of_m(&self, k: usize) -> f64 {
         root_mean_square(self.distances_m(k)) / std::f64::consts::SQRT_2
     }
 
-    /// The distance between each observation of a body and the fit while it moves (m).
+    /// The distance between each observation of a body, doubtful ones left out, and the fit while it moves (m).
     fn distances_m(&self, k: usize) -> impl Iterator<Item = f64> + '_ {
         let (body, path) = (&self.model.bodies[k], &self.paths[k]);
         let moving = path.onset_s()..path.stop_s();

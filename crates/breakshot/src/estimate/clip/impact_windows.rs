@@ -117,19 +117,8 @@ mod tests {
                 .map(|k| {
                     let time_s = k as f64 * STEP_S;
                     let position = Point::ORIGIN + along * distance_m(body, time_s - HIT_S);
-                    Sample {
-                        time_s,
-                        x_m: position.x + noise(k, body as f64),
-                        y_m: position.y + noise(k, body as f64 + 7.0),
-                        yaw_rad: None,
-                        vx_m_s: None,
-                        vy_m_s: None,
-                        yaw_rate_rad_s: None,
-                        ax_m_s2: None,
-                        ay_m_s2: None,
-                        std_m: 2e-5,
-                        doubtful: false,
-                    }
+                    let error = Vec2::new(noise(k, body as f64), noise(k, body as f64 + 7.0));
+                    Sample::new(time_s, position + error, None, 2e-5)
                 })
                 .collect(),
         };

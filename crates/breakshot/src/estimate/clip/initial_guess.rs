@@ -402,19 +402,9 @@ mod tests {
         let sample = |body: usize, k: usize| {
             let doubtful = body == 0 && doubtful.contains(&k);
             let time_s = k as f64 * FRAME_S;
-            Sample {
-                time_s,
-                x_m: x_m(body, time_s) + if doubtful { off_m } else { 0.0 },
-                y_m: 0.0,
-                yaw_rad: None,
-                vx_m_s: None,
-                vy_m_s: None,
-                yaw_rate_rad_s: None,
-                ax_m_s2: None,
-                ay_m_s2: None,
-                std_m: if doubtful { off_m.abs() } else { 2e-5 },
-                doubtful,
-            }
+            let (error_m, std_m) = if doubtful { (off_m, off_m.abs()) } else { (0.0, 2e-5) };
+            let position = Point::new(x_m(body, time_s) + error_m, 0.0);
+            Sample { doubtful, ..Sample::new(time_s, position, None, std_m) }
         };
         let shape = Shape::Disc { radius_m: RADIUS_M };
         let object = |name: &str| Object {

@@ -6,7 +6,7 @@
 use crate::detect::{Sample, Track, Tracks};
 use crate::error::{Error, Result};
 use crate::estimate::clip_tracks::ClipTracks;
-use crate::geometry::Pose;
+use crate::geometry::{Pose, Vec2};
 use crate::object::{self, Object, Shape};
 use crate::physics;
 use crate::properties::Properties;
@@ -81,18 +81,8 @@ impl SimulatedCamera {
     /// The noisy observation of an object; `noise` draws standard normal numbers.
     fn sample(&self, object: &Object, pose: Pose, time_s: f64, noise: &mut impl FnMut() -> f64) -> Sample {
         let yaw_visible = !matches!(object.feature().shape, Shape::Disc { .. });
-        Sample {
-            time_s,
-            x_m: pose.position.x + self.position_std_m * noise(),
-            y_m: pose.position.y + self.position_std_m * noise(),
-            yaw_rad: yaw_visible.then(|| pose.yaw_rad + self.yaw_std_rad * noise()),
-            vx_m_s: None,
-            vy_m_s: None,
-            yaw_rate_rad_s: None,
-            ax_m_s2: None,
-            ay_m_s2: None,
-            std_m: self.position_std_m,
-            doubtful: false,
-        }
+        let position = pose.position + Vec2::new(noise(), noise()) * self.position_std_m;
+        let yaw_rad = yaw_visible.then(|| pose.yaw_rad + self.yaw_std_rad * noise());
+        Sample::new(time_s, position, yaw_rad, self.position_std_m)
     }
 }

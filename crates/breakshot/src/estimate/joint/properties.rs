@@ -253,19 +253,8 @@ mod tests {
                         _ => 2.0 * RADIUS_M + gap_m + slid(after_b, 0.3, t - second_s).0,
                     };
                     let position = Point::ORIGIN + along * distance_m;
-                    Sample {
-                        time_s: t,
-                        x_m: position.x + noise(k, n as f64),
-                        y_m: position.y + noise(k, n as f64 + 7.0),
-                        yaw_rad: None,
-                        vx_m_s: None,
-                        vy_m_s: None,
-                        yaw_rate_rad_s: None,
-                        ax_m_s2: None,
-                        ay_m_s2: None,
-                        std_m: 5e-6,
-                        doubtful: false,
-                    }
+                    let error = Vec2::new(noise(k, n as f64), noise(k, n as f64 + 7.0));
+                    Sample::new(t, position + error, None, 5e-6)
                 })
                 .collect(),
         };

@@ -4,7 +4,7 @@ use super::{ClipMotion, FilmedStrike, Page, html};
 use crate::capture::GreyImage;
 use crate::cell::Cell;
 use crate::detect::{Sample, Track, Tracks};
-use crate::geometry::{Point, Pose};
+use crate::geometry::{Point, Pose, Vec2};
 use crate::object::{Marker, Object, Shape};
 use crate::plan::{Iteration, Method, Outcome, Plan, Prediction};
 use crate::properties::Properties;
@@ -57,18 +57,14 @@ fn strike() -> Strike {
 
 /// Tracks of objects that are at the poses of the scene in the first 10 frames and then displaced by `shift_m`.
 fn tracks(scene: &Scene, shift_m: f64) -> Tracks {
-    let sample = |placed: &Placed, k: usize| Sample {
-        time_s: k as f64 / 60.0,
-        x_m: placed.position_m.x + if k < 10 { 0.0 } else { shift_m },
-        y_m: placed.position_m.y,
-        yaw_rad: Some(placed.yaw_rad),
-        vx_m_s: (k > 0).then_some(if k == 10 { 0.4 } else { 0.0 }),
-        vy_m_s: (k > 0).then_some(0.0),
-        yaw_rate_rad_s: None,
-        ax_m_s2: None,
-        ay_m_s2: None,
-        std_m: 2e-5,
-        doubtful: k == 10,
+    let sample = |placed: &Placed, k: usize| {
+        let position = placed.position_m + Vec2::new(if k < 10 { 0.0 } else { shift_m }, 0.0);
+        Sample {
+            vx_m_s: (k > 0).then_some(if k == 10 { 0.4 } else { 0.0 }),
+            vy_m_s: (k > 0).then_some(0.0),
+            doubtful: k == 10,
+            ..Sample::new(k as f64 / 60.0, position, Some(placed.yaw_rad), 2e-5)
+        }
     };
     let track = |placed: &Placed| Track {
         object: placed.object.clone(),

@@ -141,17 +141,9 @@ mod tests {
             support: None,
         };
         let sample = Sample {
-            time_s: 0.5,
-            x_m: 0.01,
-            y_m: -0.02,
-            yaw_rad: None,
             vx_m_s: Some(0.0),
             vy_m_s: Some(0.0),
-            yaw_rate_rad_s: None,
-            ax_m_s2: None,
-            ay_m_s2: None,
-            std_m: 1e-5,
-            doubtful: false,
+            ..Sample::new(0.5, Point::new(0.01, -0.02), None, 1e-5)
         };
         let tracks =
             Tracks { tracks: vec![Track { object: "a".into(), samples: vec![sample] }], ..Tracks::default() };

@@ -8,6 +8,7 @@ use super::spec::CampaignSpec;
 use super::truth::normal;
 use super::world::PoseHistory;
 use crate::detect::{Sample, Track};
+use crate::geometry::Point;
 use rand::RngExt;
 use rand_pcg::Pcg64Mcg;
 
@@ -60,19 +61,9 @@ pub(super) fn track(history: &PoseHistory, spec: &CampaignSpec, random: &mut Pcg
             hidden -= 1;
             continue;
         }
-        samples.push(Sample {
-            time_s,
-            x_m: pose[0] + noise[0],
-            y_m: pose[1] + noise[1],
-            yaw_rad: history.yaw_visible.then(|| pose[2] + YAW_PER_POSITION * noise[2]),
-            vx_m_s: None,
-            vy_m_s: None,
-            yaw_rate_rad_s: None,
-            ax_m_s2: None,
-            ay_m_s2: None,
-            std_m,
-            doubtful: false,
-        });
+        let position = Point::new(pose[0] + noise[0], pose[1] + noise[1]);
+        let yaw_rad = history.yaw_visible.then(|| pose[2] + YAW_PER_POSITION * noise[2]);
+        samples.push(Sample::new(time_s, position, yaw_rad, std_m));
     }
     Track { object: history.object.clone(), samples }
 }
