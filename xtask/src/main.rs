@@ -46,6 +46,8 @@ usage: cargo xtask TASK
   validate tracks LAB TRACKS
                    bounds, thinned and spoilt campaigns on the films' saved tracks, without the films (TRACKS is what
                    `breakshot estimate --tracks` wrote)
+  validate subsets LAB TRACKS [COUNT]
+                   few clips: COUNT random halves and thirds of the campaign (default 500), from the films' saved tracks
   validate robot [SHARED] [--part arms|impulse|paths|wire]
                    the arm beside pinocchio and MuJoCo, the drivers beside a mock controller, the vendor's client and roslibpy
                    (`cargo run --release -p xtask --`; paths takes the last learned properties)
@@ -97,10 +99,7 @@ fn main() -> ExitCode {
         ["validate", "robot", rest @ ..] => validate::robot(&shared(rest), None),
         ["validate", "air-table", rest @ ..] => validate::recorded(&shared(rest)),
         ["validate", "estimate"] => validate::estimate(validate::CAMPAIGNS),
-        ["validate", "estimate", count] => match count.parse() {
-            Ok(count) => validate::estimate(count),
-            Err(_) => Err(format!("`{count}` is no number of campaigns")),
-        },
+        ["validate", "estimate", count] => number(count, "campaigns").and_then(validate::estimate),
         ["validate", "cameras", lab] => validate::cameras(lab.as_ref(), None, None),
         ["validate", "cameras", lab, "--only", name] => validate::cameras(lab.as_ref(), Some(name), None),
         ["validate", "cameras", lab, "--python", python] => {
@@ -110,30 +109,30 @@ fn main() -> ExitCode {
             validate::cameras(lab.as_ref(), Some(name), Some(python))
         }
         ["fuzz"] => fuzz::fuzz(fuzz::COUNT),
-        ["fuzz", count] => match count.parse() {
-            Ok(count) => fuzz::fuzz(count),
-            Err(_) => Err(format!("`{count}` is no number of films")),
-        },
+        ["fuzz", count] => number(count, "films").and_then(fuzz::fuzz),
         ["validate", "advise"] => validate::advise(None),
         ["validate", "advise", cells] => validate::advise(Some(cells)),
         ["validate", "contact", lab] => validate::contact(lab.as_ref(), validate::CELLS),
-        ["validate", "contact", lab, cells] => match cells.parse() {
-            Ok(cells) => validate::contact(lab.as_ref(), cells),
-            Err(_) => Err(format!("`{cells}` is no number of cells")),
-        },
+        ["validate", "contact", lab, cells] => {
+            number(cells, "cells").and_then(|cells| validate::contact(lab.as_ref(), cells))
+        }
         ["validate", "cells", rest @ ..] => cells(rest),
         ["validate", "tracks", lab, tracks] => validate::tracks(lab.as_ref(), tracks.as_ref()),
+        ["validate", "subsets", lab, tracks] => {
+            validate::subsets(lab.as_ref(), tracks.as_ref(), validate::SUBSETS)
+        }
+        ["validate", "subsets", lab, tracks, count] => {
+            number(count, "subsets").and_then(|count| validate::subsets(lab.as_ref(), tracks.as_ref(), count))
+        }
         ["validate", "strikes", lab, rest @ ..] => strikes(lab, rest),
         ["validate", "arms", lab] => validate::arms(lab.as_ref(), 60),
-        ["validate", "arms", lab, piles] => match piles.parse() {
-            Ok(piles) => validate::arms(lab.as_ref(), piles),
-            Err(_) => Err(format!("`{piles}` is no number of piles")),
-        },
+        ["validate", "arms", lab, piles] => {
+            number(piles, "piles").and_then(|piles| validate::arms(lab.as_ref(), piles))
+        }
         ["validate", "missing", lab] => validate::missing(lab.as_ref(), 20),
-        ["validate", "missing", lab, piles] => match piles.parse() {
-            Ok(piles) => validate::missing(lab.as_ref(), piles),
-            Err(_) => Err(format!("`{piles}` is no number of piles")),
-        },
+        ["validate", "missing", lab, piles] => {
+            number(piles, "piles").and_then(|piles| validate::missing(lab.as_ref(), piles))
+        }
         ["validate", lab] => validate::lab(lab.as_ref(), false),
         ["validate", lab, "--details"] => validate::lab(lab.as_ref(), true),
         ["bench", "estimate"] => speed::drawn(),
@@ -201,4 +200,9 @@ fn bench_physics(flags: &[&str]) -> Result<(), String> {
         }
     }
     bench::physics::bench(scenes.as_ref(), python)
+}
+
+/// A number of things of this kind.
+fn number<T: std::str::FromStr>(text: &str, things: &str) -> Result<T, String> {
+    text.parse().map_err(|_| format!("`{text}` is no number of {things}"))
 }

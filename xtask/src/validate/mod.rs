@@ -124,6 +124,19 @@ pub(crate) fn tracks(lab: &Path, tracks: &Path) -> Result<(), String> {
     require(all_hold)
 }
 
+/// Default number of random subsets of the lab's campaign.
+pub(crate) const SUBSETS: u64 = estimation::subsets::COUNT;
+
+/// Few clips: random subsets of the films' saved tracks.
+pub(crate) fn subsets(lab: &Path, tracks: &Path, count: u64) -> Result<(), String> {
+    let folder = lab.join("campaign");
+    require(estimation::subsets::validate(
+        &saved::Saved::read(&folder, tracks)?,
+        &Truth::read(&folder)?,
+        count,
+    )?)
+}
+
 /// What is measured against recorded collisions.
 pub(crate) fn recorded(shared: &Path) -> Result<(), String> {
     let all_hold = air_table::run(&shared.join("real/air_table"))?;

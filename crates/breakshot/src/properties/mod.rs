@@ -132,6 +132,22 @@ impl Covariance {
 }
 
 impl Properties {
+    /// The values of a group.
+    pub(crate) fn group(&self, group: PropertyGroup) -> &BTreeMap<String, Estimate> {
+        match group {
+            PropertyGroup::Friction => &self.friction,
+            PropertyGroup::StrikerRestitution => &self.striker_restitution,
+            PropertyGroup::Restitution => &self.restitution,
+            PropertyGroup::MassRatio => &self.mass_ratio,
+        }
+    }
+
+    /// Removes a value and its covariance.
+    pub(crate) fn remove(&mut self, group: PropertyGroup, name: &str) {
+        group.of(self).remove(name);
+        self.covariance.remove(&group.covariance_name(name));
+    }
+
     /// The values alone, which are cheap to copy.
     pub(crate) fn values(&self) -> Self {
         Self {

@@ -31,6 +31,10 @@ pub enum PropertyGroup {
 }
 
 impl PropertyGroup {
+    /// All groups.
+    pub(crate) const ALL: [Self; 4] =
+        [Self::Friction, Self::StrikerRestitution, Self::Restitution, Self::MassRatio];
+
     /// The quantity in words.
     pub fn words(self) -> &'static str {
         match self {
@@ -51,7 +55,7 @@ impl PropertyGroup {
         }
     }
 
-    fn of(self, properties: &mut Properties) -> &mut BTreeMap<String, Estimate> {
+    pub(super) fn of(self, properties: &mut Properties) -> &mut BTreeMap<String, Estimate> {
         match self {
             Self::Friction => &mut properties.friction,
             Self::StrikerRestitution => &mut properties.striker_restitution,

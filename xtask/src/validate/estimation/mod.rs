@@ -8,3 +8,4 @@ pub(crate) mod campaigns;
 pub(crate) mod contact;
 pub(crate) mod properties;
 pub(crate) mod saved;
+pub(crate) mod subsets;

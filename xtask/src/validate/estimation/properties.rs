@@ -8,18 +8,18 @@ use breakshot::uncertain::Estimate;
 use std::collections::BTreeMap;
 
 /// One estimated value and the true one.
-struct Pair {
-    name: String,
-    estimate: Estimate,
+pub(super) struct Pair {
+    pub(super) name: String,
+    pub(super) estimate: Estimate,
     truth: f64,
 }
 
 impl Pair {
-    fn error_percent(&self) -> f64 {
+    pub(super) fn error_percent(&self) -> f64 {
         100.0 * (self.estimate.mean / self.truth - 1.0)
     }
 
-    fn covered(&self) -> bool {
+    pub(super) fn covered(&self) -> bool {
         (self.estimate.interval_95[0]..=self.estimate.interval_95[1]).contains(&self.truth)
     }
 
@@ -32,7 +32,7 @@ impl Pair {
 const MOST_OUTSIDE_PERCENT: f64 = 12.0;
 
 /// Estimated and true values by kind of quantity.
-struct ByKind {
+pub(super) struct ByKind {
     friction: Vec<Pair>,
     striker_restitution: Vec<Pair>,
     pair_restitution: Vec<Pair>,
@@ -41,7 +41,7 @@ struct ByKind {
 }
 
 impl ByKind {
-    fn new(truth: &Truth, estimated: &Properties) -> Self {
+    pub(super) fn new(truth: &Truth, estimated: &Properties) -> Self {
         let restitutions = truth.mean_restitution();
         let mass = |name: &str| truth.mass_kg.get(name).copied();
         let ratio = |name: &str| name.split_once('/').and_then(|(a, b)| Some(mass(a)? / mass(b)?));
@@ -57,6 +57,17 @@ impl ByKind {
             pair_masses: pairs(&estimated.pair_mass_ratio, ratio),
             masses,
         }
+    }
+
+    /// Every kind with its name and the group of its quantities in the evidence; joint masses have none.
+    pub(super) fn named(&self) -> [(&'static str, &'static str, &Vec<Pair>); 5] {
+        [
+            ("friction", "friction", &self.friction),
+            ("striker restitution", "striker_restitution", &self.striker_restitution),
+            ("pair restitution", "restitution", &self.pair_restitution),
+            ("pair mass ratio", "pair_mass_ratio", &self.pair_masses),
+            ("joint mass ratio", "", &self.masses),
+        ]
     }
 
     /// The quantities whose coverage is counted.

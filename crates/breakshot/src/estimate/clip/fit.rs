@@ -212,12 +212,27 @@ impl MotionFit {
             Cause::Contact => fitted_partner(&trial.model.bodies, &trial.paths, body, at_s) != partner,
             cause => cause == Cause::Unknown,
         };
+        // Between two contacts of the same bodies in one frame no velocity is observed.
+        if trial.repeats_a_contact(&event, at_s) {
+            return None;
+        }
         let needed = if alone { LONE_EVENT_GAIN } else { EVENT_GAIN };
         let speed_m_s = trial.paths[body].motion_before(at_s).velocity.length();
         let accepted = gained > needed * trial.position_variance()
             && jump_m_s > EVENT_STDS * std_m_s * trial.position_variance().sqrt()
             && jump_m_s > EVENT_JUMP * speed_m_s;
         accepted.then(|| if alone { Self { non_coulomb: true, ..self.clone() } } else { trial })
+    }
+
+    /// Whether the bodies of an event at this time are those of another event less than a frame away.
+    fn repeats_a_contact(&self, event: &Event, time_s: f64) -> bool {
+        let frame_s = frame_s(&self.model.bodies);
+        let same = |other: &Event| event.members.iter().all(|m| other.members.contains(m));
+        let near = (self.model.events.iter().zip(&self.layout.events))
+            .filter(|(other, _)| same(other))
+            .filter(|(_, indices)| (self.minimum.parameters[indices.time] - time_s).abs() < frame_s);
+        // One of them is the event itself.
+        event.cause == Cause::Contact && near.count() > 1
     }
 
     /// The loss of the positions alone.

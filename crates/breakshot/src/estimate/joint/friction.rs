@@ -59,7 +59,7 @@ pub(crate) fn refused(
     }
     let mut fractions: BTreeMap<&str, Group> = BTreeMap::new();
     for drag in drags {
-        let group = fractions.entry(&drag.object).or_insert(Group { values: Vec::new(), scale: 1.0 });
+        let group = fractions.entry(&drag.object).or_insert(Group { scale: 1.0, ..Group::default() });
         group.values.push(drag.fraction);
     }
     for (object, group) in fractions {

@@ -3,7 +3,8 @@
 //! Repeated measurements of one quantity are averaged with a random-effects model (`random_effects`) after clips that
 //! contradict the majority have been left out (`outliers`).  The mass ratios of all pairs are adjusted so that they agree
 //! around every loop (`mass_network`).  `means` carries the covariance of the clips' noise through to that of the result,
-//! `properties` assembles the result with its warnings, and `record` stores the measurements for later updates.
+//! `refusal` removes what is impossible or too uncertain, `properties`
+//! assembles the result with its warnings, and `record` stores the measurements for later updates.
 
 pub(crate) mod clip_values;
 pub(crate) mod contact_friction;
@@ -14,5 +15,6 @@ pub(crate) mod outliers;
 pub(crate) mod properties;
 pub(crate) mod random_effects;
 pub(crate) mod record;
+pub(crate) mod refusal;
 #[cfg(test)]
 pub(crate) mod update_tests;

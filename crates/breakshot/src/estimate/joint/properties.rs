@@ -1,15 +1,16 @@
 //! The properties and their warnings from the measurements of all clips.
 
 use super::means::{JointMeans, exponential};
+use super::refusal::{self, Refused};
 use super::{contact_friction, friction, outliers};
 use crate::estimate::clip::result::Measured;
 use crate::estimate::measure::ClipMeasurements;
 use crate::estimate::measure::measurements::{Measurements, without_replaceable_double_contacts};
 use crate::estimate::measure::quantity::Quantity;
 use crate::object::{Object, kind};
-use crate::properties::{ContactFriction, Properties, TangentialRestitution};
+use crate::properties::{ContactFriction, Properties, PropertyGroup, TangentialRestitution};
 use crate::uncertain::Estimate;
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeSet;
 
 /// The properties of all objects from the measurements of all clips, without evidence.
 ///
@@ -25,8 +26,8 @@ pub(crate) fn properties(clips: &[&ClipMeasurements], objects: &[Object], refere
     // A clip that contradicts all others gives no contact friction either.
     let kept = clips.iter().zip(&measurements).filter(|(_, kept)| !kept.quantities.is_empty());
     let oblique_impacts: Vec<_> = kept.flat_map(|(clip, _)| clip.oblique_impacts.iter().cloned()).collect();
-    let non_coulomb: Vec<&String> = clips.iter().flat_map(|c| &c.non_coulomb).collect();
-    let refused = friction::refused(&measurements, &drags, &non_coulomb);
+    let in_clips: Vec<&String> = clips.iter().flat_map(|c| &c.non_coulomb).collect();
+    let non_coulomb = friction::refused(&measurements, &drags, &in_clips);
 
     // Corrections that need the frictions of all clips
     let expected = friction::expected(&measurements);
@@ -53,13 +54,15 @@ pub(crate) fn properties(clips: &[&ClipMeasurements], objects: &[Object], refere
     };
 
     // Refused and impossible values, warnings
-    for (object, why) in &refused {
-        properties.friction.remove(object);
+    for (object, why) in &non_coulomb {
+        properties.remove(PropertyGroup::Friction, object);
         properties.warnings.push(format!("friction of `{object}` is refused: {why}"));
     }
     properties.warnings.extend(contradictions);
-    remove_impossible(&mut properties);
-    properties.warnings.extend(double_contact_warnings(&measurements));
+    let double_contacts = double_contacts(&measurements);
+    let mut refused = refusal::remove_useless(&mut properties, &double_contacts);
+    refused.extend(non_coulomb.into_keys().map(|object| (PropertyGroup::Friction, object)));
+    properties.warnings.extend(double_contact_warnings(&double_contacts, &refused));
     properties.warnings.extend(absence_warnings(&properties, clips, objects, &refused));
     for clip in clips {
         properties.warnings.extend(clip.remarks.iter().map(|r| format!("{}: {r}", clip.name)));
@@ -80,7 +83,7 @@ fn from_means(joint: &JointMeans, measurements: &[Measurements], reference: Stri
                 properties.restitution.insert(format!("{a}/{b}"), mean.estimate(group))
             }
             Quantity::MassRatio(a, b) => {
-                let estimate = exponential(mean, mean.std(group), group.values.len());
+                let estimate = exponential(mean, mean.std(group), group.clips);
                 properties.pair_mass_ratio.insert(format!("{a}/{b}"), estimate)
             }
         };
@@ -95,15 +98,27 @@ fn from_means(joint: &JointMeans, measurements: &[Measurements], reference: Stri
     properties
 }
 
-/// Warnings about pairs all of whose restitutions come from flat sides that met at one end and then at the other.
-fn double_contact_warnings(measurements: &[Measurements]) -> Vec<String> {
-    let double_contacts = measurements
+/// The pairs all of whose restitutions come from flat sides that met at one end and then at the other.
+fn double_contacts(measurements: &[Measurements]) -> BTreeSet<String> {
+    let twice = measurements
         .iter()
         .flat_map(|m| m.quantities.iter().zip(&m.double_contact).filter(|(_, twice)| **twice));
-    let names: BTreeSet<String> = double_contacts.map(|(quantity, _)| quantity.to_string()).collect();
-    let warning =
-        |name| format!("{name} is only known within wide bounds: in all its clips flat sides met twice");
-    names.into_iter().map(warning).collect()
+    let pair = |quantity: &Quantity| match quantity {
+        Quantity::Restitution(a, b) => Some(format!("{a}/{b}")),
+        _ => None,
+    };
+    twice.filter_map(|(quantity, _)| pair(quantity)).collect()
+}
+
+/// Warnings about the restitutions that come from double contacts and are not refused.
+fn double_contact_warnings(pairs: &BTreeSet<String>, refused: &Refused) -> Vec<String> {
+    let kept = pairs.iter().filter(|pair| !refused.contains(&(PropertyGroup::Restitution, (*pair).clone())));
+    let warning = |pair| {
+        format!(
+            "restitution of `{pair}` is only known within wide bounds: in all its clips flat sides met twice"
+        )
+    };
+    kept.map(warning).collect()
 }
 
 /// Number of clips with an impact between the object and one of another kind.
@@ -112,41 +127,27 @@ fn clips_with_mass_ratio(measurements: &[Measurements], object: &str) -> usize {
     measurements.iter().filter(|m| m.quantities.iter().any(concerns)).count()
 }
 
-/// Removes means that are physically impossible, with a warning each.
-fn remove_impossible(properties: &mut Properties) {
-    let warnings = &mut properties.warnings;
-    let mut check = |what: &str, values: &mut BTreeMap<String, Estimate>, most: f64| {
-        values.retain(|name, estimate| {
-            let possible = estimate.mean >= 0.0 && estimate.mean <= most;
-            if !possible {
-                warnings.push(format!("{what} of `{name}` is left out: {:.3} is impossible", estimate.mean));
-            }
-            possible
-        });
-    };
-    check("friction", &mut properties.friction, f64::MAX);
-    check("striker restitution", &mut properties.striker_restitution, 1.0);
-    check("restitution", &mut properties.restitution, 1.0);
-}
-
 /// Warnings about quantities of these objects that no clip measures.
 fn absence_warnings(
     properties: &Properties,
     clips: &[&ClipMeasurements],
     objects: &[Object],
-    refused: &BTreeMap<String, String>,
+    refused: &Refused,
 ) -> Vec<String> {
+    let is_absent = |group: PropertyGroup, name: &str| {
+        !properties.group(group).contains_key(name) && !refused.contains(&(group, name.to_owned()))
+    };
     let mut warnings = Vec::new();
     for name in objects.iter().map(|o| &o.name) {
-        if !properties.friction.contains_key(name) && !refused.contains_key(name) {
+        if is_absent(PropertyGroup::Friction, name) {
             warnings.push(format!("friction of `{name}` is absent: no clip shows it slide"));
         }
-        if !properties.striker_restitution.contains_key(name) {
+        if is_absent(PropertyGroup::StrikerRestitution, name) {
             warnings.push(format!(
                 "striker restitution of `{name}` is absent: in no clip the striker hits it alone"
             ));
         }
-        if !properties.mass_ratio.contains_key(name) {
+        if is_absent(PropertyGroup::MassRatio, name) {
             let reference = &properties.reference;
             warnings
                 .push(format!("mass ratio of `{name}` is absent: no impacts connect it with `{reference}`"));
@@ -169,7 +170,7 @@ fn absence_warnings(
         for b in &objects[i..] {
             let (a, b) = (a.name.as_str().min(&b.name), a.name.as_str().max(&b.name));
             let key = format!("{a}/{b}");
-            if properties.restitution.contains_key(&key) {
+            if !is_absent(PropertyGroup::Restitution, &key) {
                 continue;
             }
             if filmed.contains(&(a, b)) {
@@ -343,6 +344,25 @@ mod tests {
             let properties = found.expect("an estimation").properties;
             assert!(!properties.warnings.is_empty(), "{samples} samples");
             properties.check("properties").expect("nothing impossible");
+        }
+    }
+
+    #[test]
+    fn an_impact_whose_frame_is_blurred_is_not_split_into_two() {
+        // The frame of the impact of a and b shows both nearer to each other than they are, the next one a too far ahead.
+        const BLUR_M: f64 = 8e-5;
+        for phase_s in [0.0031, 0.0062, 0.0093] {
+            let mut clip = clip("c.mp4", ["a", "b"], 0.0, phase_s);
+            let [a, b] = &mut clip.tracks.tracks[..] else { panic!("two tracks") };
+            let moved = |s: &Sample| s.position().distance(b.samples[0].position()) > 1e-4;
+            let frame = b.samples.iter().position(moved).expect("b moves");
+            a.samples[frame].x_m += BLUR_M;
+            a.samples[frame + 1].x_m += BLUR_M;
+            b.samples[frame].x_m -= BLUR_M;
+            let objects = [object("a"), object("b")];
+            let found = estimation(&[clip], &cell(), &objects, &Options::default()).expect("an estimation");
+            let impacts: Vec<f64> = found.clips[0].impacts.iter().map(|i| i.time.value).collect();
+            assert_eq!(impacts.len(), 2, "impacts at {impacts:?} s");
         }
     }
 

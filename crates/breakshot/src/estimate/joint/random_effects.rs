@@ -9,6 +9,7 @@ use crate::estimate::measure::measurements::Measurements;
 use crate::estimate::measure::quantity::Quantity;
 use crate::statistics::median;
 use crate::uncertain::{Estimate, student_t_95};
+use std::collections::BTreeSet;
 
 /// The typical variation from clip to clip of the groups of one kind.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -23,6 +24,8 @@ pub(crate) struct BetweenClipStd {
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Group {
     pub(crate) values: Vec<Measured>,
+    /// Number of clips that the values come from.
+    pub(crate) clips: usize,
     /// The value to which relative standard deviations refer.
     pub(crate) scale: f64,
 }
@@ -57,7 +60,8 @@ impl Group {
             Quantity::MassRatio(..) => 1.0,
             _ => median(values.iter().map(|m| m.value.abs())).unwrap_or(0.0).max(MIN_SCALE),
         };
-        Self { values, scale }
+        let clips = indices.iter().map(|(clip, _)| clip).collect::<BTreeSet<_>>().len();
+        Self { values, clips, scale }
     }
 
     /// Inverse variances of the values: noise plus a relative standard deviation from clip to clip.
@@ -122,7 +126,7 @@ impl Mean {
             std: self.std(group),
             standard_error: self.standard_error,
             interval_95: [self.value - half, self.value + half],
-            n: group.values.len(),
+            n: group.clips,
         }
     }
 }
@@ -197,7 +201,11 @@ mod tests {
     use super::*;
 
     fn group(values: &[(f64, f64)]) -> Group {
-        Group { values: values.iter().map(|&(value, std)| Measured { value, std }).collect(), scale: 1.0 }
+        Group {
+            values: values.iter().map(|&(value, std)| Measured { value, std }).collect(),
+            clips: values.len(),
+            scale: 1.0,
+        }
     }
 
     #[test]
