@@ -14,6 +14,8 @@ use std::collections::BTreeMap;
 
 /// Default number of subsets.
 pub(crate) const COUNT: u64 = 500;
+/// From this many clips on quantities are counted together.
+const MANY_CLIPS: usize = 6;
 /// Most clips of one case.
 const MOST_CLIPS: usize = 3;
 /// Two-sided 95 % quantile of the normal distribution.
@@ -112,7 +114,7 @@ impl Found {
             || format!("subset {seed}: {} {:.4} [{low:.4}, {high:.4}]", pair.name, pair.estimate.mean);
         self.estimates += 1;
         self.covered += usize::from(pair.covered());
-        self.errors_percent.entry(pair.estimate.n.min(6)).or_default().push(pair.error_percent());
+        self.errors_percent.entry(pair.estimate.n.min(MANY_CLIPS)).or_default().push(pair.error_percent());
         let mean = pair.estimate.mean;
         if (low * WIDEST_FACTOR < mean || high > WIDEST_FACTOR * mean) && high - low > NARROW {
             self.too_wide.push(shown());
@@ -148,8 +150,9 @@ impl Found {
         ];
         for (n, errors) in &self.errors_percent {
             let (mean, worst) = mean_and_worst(errors);
-            rows.push(Row::plain(format!("{n} clips: mean error of {}", errors.len()), mean, "%"));
-            rows.push(Row::plain(format!("{n} clips: worst error"), worst, "%"));
+            let more = if *n == MANY_CLIPS { " or more" } else { "" };
+            rows.push(Row::plain(format!("{n}{more} clips: mean error of {}", errors.len()), mean, "%"));
+            rows.push(Row::plain(format!("{n}{more} clips: worst error"), worst, "%"));
         }
         rows
     }
