@@ -6,7 +6,7 @@
 
 use super::edge_visibility::{EdgePoint, OutlineView, ReducedImage};
 use super::side_band::{Band, band_widths_px, parabola_minimum};
-use crate::geometry::{Pose, Vec2};
+use crate::geometry::{Pose, Vec2, wrapped_rad};
 use crate::statistics::{STD_OVER_MEDIAN_ABSOLUTE, sorted_by_value, upper_median};
 use nalgebra::{Matrix2, Matrix4, Vector2, Vector4};
 use std::borrow::Cow;
@@ -72,12 +72,14 @@ const MERGED_WEIGHT: f64 = 0.02;
 const SEARCH_STEP_PX: f64 = 3.0;
 const SEARCH_STEP_RAD: f64 = 0.1;
 /// Number of poses of a search that are fitted.
-const FITTED_POSES: usize = 4;
+const FITTED_POSES: usize = 8;
+/// Poses nearer to each other than this many steps of the search lead to the same fit.
+const NEAR_STEPS: f64 = 2.5;
 /// A search starts in a reduced image, as long as the outline has this radius there (px) and up to this factor; so
 /// many of its best poses are tried again in the full image.
 const REDUCED_RADIUS_PX: f64 = 10.0;
 const LARGEST_REDUCTION: usize = 2;
-const RETRIED_POSES: usize = 32;
+const RETRIED_POSES: usize = 64;
 
 /// An edge near a point of the outline.
 #[derive(Clone, Copy)]
@@ -169,15 +171,15 @@ impl OutlineView<'_> {
         if factor > 1 {
             let full = ReducedImage { image: self.image, factor: 1 };
             let near = |pose: Pose| grid(pose, 1, step_m / SEARCH_STEP_PX, 0);
-            let poses =
-                tried.iter().take(RETRIED_POSES).flat_map(|(_, pose)| near(*pose)).filter(|&p| free(p));
+            let best = distinct(&tried, RETRIED_POSES, NEAR_STEPS * step_m);
+            let poses = best.into_iter().flat_map(near).filter(|&p| free(p));
             tried = sorted(poses.map(|pose| (self.rough_visibility(full, pose), pose)).collect());
         }
 
         // Fits of the best, without side bands: these take time and do not distinguish poses
         let fit =
             |pose: Pose| self.fitted_after(REACHES_PX.len(), pose, [0.0, 0.0]).filter(|fit| free(fit.pose));
-        let fits = tried.iter().take(FITTED_POSES).filter_map(|(_, pose)| fit(*pose));
+        let fits = distinct(&tried, FITTED_POSES, NEAR_STEPS * step_m).into_iter().filter_map(fit);
         let best = fits.max_by(|a, b| a.visible_fraction.total_cmp(&b.visible_fraction))?;
         self.fitted(best.pose, [0.0, 0.0]).filter(|fit| free(fit.pose)).or(Some(best))
     }
@@ -299,6 +301,25 @@ impl OutlineView<'_> {
         };
         corrected.position.is_finite().then_some((corrected, change[3]))
     }
+}
+
+/// The best of the poses, each further than `near_m` from the better ones or turned by some steps, so that the neighbours of
+/// one maximum do not hide the others.
+fn distinct(tried: &[Scored], most: usize, near_m: f64) -> Vec<Pose> {
+    let mut kept: Vec<Pose> = Vec::new();
+    for (_, pose) in tried {
+        let is_near = |other: &Pose| {
+            let turned_rad = wrapped_rad(other.yaw_rad - pose.yaw_rad).abs();
+            other.position.distance(pose.position) < near_m && turned_rad < NEAR_STEPS * SEARCH_STEP_RAD
+        };
+        if !kept.iter().any(is_near) {
+            kept.push(*pose);
+        }
+        if kept.len() == most {
+            break;
+        }
+    }
+    kept
 }
 
 /// Poses within `n` steps of one, each with this number of rotations to either side.

@@ -110,3 +110,38 @@ fn an_object_as_grey_as_the_table_is_found_with_an_image_of_the_empty_table() {
     let off: Vec<f64> = tracks.tracks[0].samples.iter().map(|s| error_mm(s, pose)).collect();
     assert!(off.len() == 3 && rms(&off) < 0.15, "{off:?} mm");
 }
+
+#[test]
+fn an_irregular_outline_is_found_at_any_yaw_beside_its_shadow() {
+    let view = view();
+    // The shadow is as dark as the top: one silhouette, whose centroid is millimetres off, and only its border is the outline.
+    const SHADOW: Vec2 = Vec2 { x: 0.003, y: -0.004 };
+    let points = [
+        (0.0404, 0.0104),
+        (0.0132, 0.0337),
+        (-0.0111, 0.0338),
+        (-0.0403, -0.0062),
+        (-0.0126, -0.0346),
+        (0.0101, -0.0356),
+    ];
+    let mut shape = Shape::Polygon { points_m: points.map(|(x, y)| Point::new(x, y)).to_vec() };
+    shape.check_and_centre("a stone").expect("a polygon");
+    let stone = bare("a", shape.clone());
+    for k in 0..16 {
+        let pose = Pose::new(-0.05 + 0.003 * f64::from(k), 0.02, 0.4 * f64::from(k));
+        let shadow = Pose { position: pose.position + SHADOW, ..pose };
+        let frames = film(&view, &times_s(2), |_| {
+            let body = body(&stone, pose, Vec2::ZERO, 0.0);
+            vec![
+                Thing::flat(shape.clone(), shadow, 1e-4, 90.0),
+                Thing { grey: 95.0, side_grey: 40.0, ..body },
+            ]
+        });
+        let tracks = found(&view, frames, std::slice::from_ref(&stone), &Layout::Unknown).expect("tracks");
+        let sample = tracks.tracks[0].samples[0];
+        let off_deg = wrapped_rad(sample.yaw_rad.expect("a yaw") - pose.yaw_rad).abs().to_degrees();
+        let off_mm = error_mm(&sample, pose);
+        println!("{k}: {off_mm:.2} mm, {off_deg:.2} deg");
+        assert!(off_mm < 0.3 && off_deg < 1.0, "yaw {}: {off_mm} mm, {off_deg} degrees off", pose.yaw_rad);
+    }
+}
