@@ -25,7 +25,7 @@ pub(crate) fn run(args: &SimulateArgs) -> Result<Outcome> {
         print_table(&trajectory);
         println!("Wrote {}", args.output.display());
     }
-    Ok(outcome)
+    Ok(outcome.and(Outcome::doubtful_if(!trajectory.complete)))
 }
 
 /// The files that simulations and plans need.
@@ -83,5 +83,6 @@ fn print_table(trajectory: &Trajectory) {
         let (x, y) = (pose.position.x * 1e3, pose.position.y * 1e3);
         println!("{object:<10} {x:>9.1} {y:>9.1} {:>9.1}", pose.yaw_rad.to_degrees());
     }
-    println!("all at rest after {:.2} s", trajectory.duration_s);
+    let end = if trajectory.complete { "all at rest" } else { "given up" };
+    println!("{end} after {:.2} s", trajectory.duration_s);
 }

@@ -54,7 +54,7 @@ pub(crate) fn run(args: &VerifyArgs) -> Result<Outcome> {
     files::write_json(&folder.join("report.json"), &report)?;
     files::write_whole(&folder.join("distances.csv"), report.csv().as_bytes())?;
     files::write_whole(&folder.join("report.html"), page.as_bytes())?;
-    let mut outcome = inputs.outcome;
+    let mut outcome = inputs.outcome.and(Outcome::doubtful_if(!trajectory.complete));
     if let Some(path) = &args.update {
         let clip = ClipTracks {
             name: args.video.file_name().unwrap_or_default().to_string_lossy().into_owned(),

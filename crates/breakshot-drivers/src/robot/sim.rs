@@ -142,8 +142,12 @@ impl Sim {
         let speed_m_s = mounted.tip_velocity_on_table(&state).dot(along);
         let strike = Strike { speed_m_s, ..command.strike.clone() };
         let options = physics::Options::default();
-        let trajectory = physics::trajectory(scene, &self.properties, &strike, &options);
-        let poses = trajectory.map_err(|e| e.to_string())?.final_poses;
+        let trajectory =
+            physics::trajectory(scene, &self.properties, &strike, &options).map_err(|e| e.to_string())?;
+        if !trajectory.complete {
+            return Err(format!("the simulation does not come to rest: {}", trajectory.notes.join("; ")));
+        }
+        let poses = trajectory.final_poses;
         let singulation = Singulation::of(scene, &poses).map_err(|e| e.to_string())?;
         let violations = singulation.violations().iter().map(ToString::to_string).collect();
         let row = |pose: &Pose| [pose.position.x, pose.position.y, pose.yaw_rad];

@@ -23,11 +23,13 @@ use striker::Phase;
 
 /// Bound of the number of steps: a rollout takes a few hundred, a pile pushed across the table some ten thousand.
 const MOST_STEPS: usize = 2_000_000;
+/// Bound of the number of impacts: the longest pushes of piles in the lab have some thousands.
+const MOST_IMPACTS: usize = 100_000;
 
 impl Rollout<'_> {
     /// Runs the strike until everything is at rest.
     pub(crate) fn outcome(mut self) -> Outcome {
-        let mut steps = 0;
+        let (mut steps, mut complete) = (0, true);
         self.predict_contacts(STRIKER, 0.0);
         loop {
             // The next event that is certain: the end of the striker's phase, or an event of a single body
@@ -39,7 +41,13 @@ impl Rollout<'_> {
             let certain_s = phase_end_s.min(scheduled.map_or(f64::INFINITY, |event| event.time_s));
 
             // A contact at the same instant as the end of a phase is later than it.
+            steps += 1;
             let Some((prediction, next_s)) = self.memory.queue.pop(certain_s.next_down()) else {
+                if steps > MOST_STEPS && certain_s < f64::INFINITY {
+                    complete = false;
+                    self.freeze(certain_s);
+                    break;
+                }
                 match scheduled {
                     Some(event) if event.time_s <= phase_end_s => self.process(&event),
                     _ if phase_end_s < f64::INFINITY => self.end_phase(phase_end_s),
@@ -50,8 +58,8 @@ impl Rollout<'_> {
 
             // The earliest prediction
             let time_s = prediction.time_s;
-            steps += 1;
-            if steps > MOST_STEPS {
+            if steps > MOST_STEPS || self.impacts > MOST_IMPACTS {
+                complete = false;
                 self.freeze(time_s);
                 break;
             }
@@ -70,7 +78,7 @@ impl Rollout<'_> {
             duration_s: motions.iter().map(|m| m.stop_s).fold(0.0, f64::max),
             impacts: self.impacts,
             fallen: self.world.body_of.iter().map(|&b| self.memory.fallen[b]).collect(),
-            complete: steps <= MOST_STEPS,
+            complete,
         }
     }
 

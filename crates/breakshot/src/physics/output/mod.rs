@@ -5,4 +5,5 @@ pub(crate) mod near_miss;
 pub(crate) mod outcome;
 pub(crate) mod recorder;
 pub(crate) mod segments;
+pub(crate) mod thinning;
 pub(crate) mod trajectory;

@@ -6,11 +6,17 @@ use crate::physics::impact::routh::ContactPoint;
 use crate::physics::output::near_miss::{PairMargin, smallest_gap};
 use crate::physics::output::outcome::Outcome;
 use crate::physics::output::segments::segments;
+use crate::physics::output::thinning::Thinned;
 use crate::physics::output::trajectory::{Energy, Event, EventKind, Trajectory};
 use crate::physics::sliding::body::{Body, STRIKER};
 use crate::physics::sliding::motion::{Motion, State};
 use crate::physics::world::World;
 use std::collections::BTreeMap;
+
+/// Largest number of segments of a trajectory: about twenty megabytes as JSON.
+const MOST_SEGMENTS: usize = 40_000;
+/// Largest number of events of a trajectory: about ten megabytes as JSON.
+const MOST_EVENTS: usize = 10_000;
 
 /// Two bodies at an impact, with their states before and after it.
 pub(crate) struct ImpactRecord<'a> {
@@ -119,13 +125,14 @@ impl Recorder {
     pub(crate) fn trajectory(mut self, world: &World, outcome: &Outcome) -> Trajectory {
         let closest = PairMargin::smaller(self.smallest_hit, smallest_gap(world, &self.motions, outcome));
         let mut motions = BTreeMap::new();
+        let mut deviation_m = 0.0f64;
         for body in 0..=world.objects {
             let list = &self.motions[body];
-            let mut all_segments = Vec::new();
+            let mut written = Thinned::new(MOST_SEGMENTS / (world.objects + 1));
             for (k, motion) in list.iter().enumerate() {
                 let until_s = list.get(k + 1).map_or(f64::INFINITY, |next| next.start_s);
                 let end_s = until_s.min(outcome.duration_s.max(motion.start_s));
-                all_segments.extend(segments(motion, end_s, &world.bodies[body]));
+                written.extend(segments(motion, end_s, &world.bodies[body]));
                 let state = motion.state(until_s.min(motion.stop_s), &world.bodies[body]);
                 let start = motion.state(motion.start_s, &world.bodies[body]);
                 if body != STRIKER {
@@ -133,14 +140,31 @@ impl Recorder {
                         - kinetic_energy_j(&world.bodies[body], &state);
                 }
             }
-            motions.insert(world.name(body), all_segments);
+            deviation_m = deviation_m.max(written.deviation_m);
+            motions.insert(world.name(body), written.segments);
         }
         let mut notes = world.notes.clone();
         for (name, _) in world.names.iter().zip(&outcome.fallen).filter(|(_, fallen)| **fallen) {
             notes.push(format!("`{name}` fell off the table"));
         }
         if !outcome.complete {
-            notes.push(format!("given up after {:.3} s: too many impacts", outcome.duration_s));
+            notes.push(format!(
+                "given up after {:.3} s, after {} impacts: the poses are those at that time; a shorter travel, a faster strike or less \
+                 friction needs fewer",
+                outcome.duration_s, outcome.impacts
+            ));
+        }
+        if deviation_m > 0.0 {
+            notes.push(format!(
+                "the motion has too many segments: at most {MOST_SEGMENTS} are written, within {:.3} mm of it",
+                deviation_m * 1e3
+            ));
+        }
+        let left_out = keep_strongest(&mut self.events);
+        if left_out > 0 {
+            notes.push(format!(
+                "the {left_out} weakest of the events are left out; the energies contain them"
+            ));
         }
         Trajectory {
             version: 1,
@@ -151,9 +175,27 @@ impl Recorder {
             motions,
             closest_near_miss: closest.map(|c| c.named(world)),
             notes,
+            complete: outcome.complete,
             assumed: world.assumed.to_vec(),
         }
     }
+}
+
+/// Leaves the [`MOST_EVENTS`] events of the strongest impulses, and how many are left out. What is not an impact stays.
+fn keep_strongest(events: &mut Vec<Event>) -> usize {
+    let left_out = events.len().saturating_sub(MOST_EVENTS);
+    if left_out > 0 {
+        let strength = |event: &Event| match event.kind {
+            EventKind::Impact => event.impulse_n_s.length(),
+            EventKind::Fallen | EventKind::Entered => f64::INFINITY,
+        };
+        let mut order: Vec<usize> = (0..events.len()).collect();
+        order.sort_by(|&i, &j| strength(&events[j]).total_cmp(&strength(&events[i])));
+        order.truncate(MOST_EVENTS);
+        order.sort_unstable();
+        *events = order.into_iter().map(|k| events[k].clone()).collect();
+    }
+    left_out
 }
 
 fn event(world: &World, impact: &ImpactRecord, loss_j: f64) -> Event {

@@ -28,9 +28,22 @@ pub struct Trajectory {
     pub closest_near_miss: Option<NearMiss>,
     /// Assumptions and unusual events that a user should know.
     pub notes: Vec<String>,
+    /// Whether everything came to rest within the bounds of a simulation; if not, a note says where it ended.
+    #[serde(default = "came_to_rest", skip_serializing_if = "is_complete")]
+    pub complete: bool,
     /// Properties that no clip measured, with the values that were used.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub assumed: Vec<Assumption>,
+}
+
+fn came_to_rest() -> bool {
+    true
+}
+
+/// The usual value is not written.
+#[allow(clippy::trivially_copy_pass_by_ref, reason = "serde passes a reference")]
+fn is_complete(complete: &bool) -> bool {
+    *complete
 }
 
 /// An event at one instant.
@@ -102,7 +115,7 @@ pub struct Segment {
 }
 
 impl Segment {
-    fn pose(&self, time_s: f64) -> Pose {
+    pub(crate) fn pose(&self, time_s: f64) -> Pose {
         let time = time_s.clamp(self.start_s, self.end_s) - self.start_s;
         let at = |c: &[f64]| c.iter().rev().fold(0.0, |sum, &c| sum * time + c);
         Pose::new(at(&self.x_m), at(&self.y_m), at(&self.yaw_rad))
