@@ -1,5 +1,6 @@
 //! Estimates of quantities with their uncertainty.
 
+use crate::error::{Error, Result};
 use serde::{Deserialize, Serialize};
 
 /// A measured quantity: mean, variation between clips and uncertainty of the mean.
@@ -30,6 +31,24 @@ impl Estimate {
     /// An assumed value of a quantity without measurements, with a uniform distribution from 0 to 1.
     pub const fn assumed(value: f64) -> Self {
         Self { mean: value, std: None, standard_error: Self::UNIFORM_STD, interval_95: [0.0, 1.0], n: 0 }
+    }
+
+    /// Checks that the uncertainties are possible; errors name `owner`.
+    ///
+    /// # Errors
+    /// Standard deviations that are negative or not finite, an interval whose ends are not finite or not in order.
+    pub fn check_uncertainty(&self, owner: &str) -> Result<()> {
+        for (what, value) in [("std", self.std.unwrap_or(0.0)), ("standard_error", self.standard_error)] {
+            if !(value.is_finite() && value >= 0.0) {
+                return Err(Error::invalid(owner, what, value, "a finite number, zero or more"));
+            }
+        }
+        let [low, high] = self.interval_95;
+        if !(low.is_finite() && high.is_finite() && low <= high) {
+            let needed = "two finite numbers, the lower end first";
+            return Err(Error::invalid(owner, "interval_95", format!("[{low}, {high}]"), needed));
+        }
+        Ok(())
     }
 
     /// The mean of repeated values of equal accuracy; `None` without values.

@@ -81,6 +81,7 @@ pub use survey::{EvaluatedStrike, GridSize, evaluate_grid};
 /// # Ok::<(), breakshot::Error>(())
 /// ```
 pub fn plan(scene: &Scene, properties: &Properties, options: &Options) -> Result<Plan> {
+    options.noise.check()?;
     let mut plan = Plan::unreachable(scene, options.method);
     if scene.placed.is_empty() {
         plan.reason = "nothing lies on the table".into();

@@ -1,5 +1,6 @@
 //! The inputs of the planner besides scene and properties: algorithm, arm, proposals, execution noise, seed.
 
+use crate::error::{Error, Result};
 use crate::scene::Scene;
 use serde::{Deserialize, Serialize};
 
@@ -43,6 +44,26 @@ pub struct ExecutionNoise {
     pub speed: f64,
     /// Of the strike's heading (rad).
     pub heading_rad: f64,
+}
+
+impl ExecutionNoise {
+    /// Checks that every standard deviation is a possible one.
+    ///
+    /// # Errors
+    /// One that is negative, not finite, or larger than any table.
+    pub(crate) fn check(&self) -> Result<()> {
+        for (what, value, most, unit) in [
+            ("position_std_m", self.position_m, 1.0, " m"),
+            ("yaw_std_rad", self.yaw_rad, std::f64::consts::PI, " rad"),
+            ("speed_std", self.speed, 1.0, ""),
+            ("heading_std_rad", self.heading_rad, std::f64::consts::PI, " rad"),
+        ] {
+            if !(0.0..=most).contains(&value) {
+                return Err(Error::invalid("noise", what, value, format!("from 0 to {most:.3}{unit}")));
+            }
+        }
+        Ok(())
+    }
 }
 
 impl Default for ExecutionNoise {

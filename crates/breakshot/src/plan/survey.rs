@@ -45,6 +45,7 @@ pub fn evaluate_grid(
     options: &Options,
     size: GridSize,
 ) -> Result<Vec<EvaluatedStrike>> {
+    options.noise.check()?;
     let arm = CellArm::of(scene, options)?;
     let nominal = Nominal::new(scene, properties, options.noise, &laws_with(arm.as_ref()))?;
     let evaluation = Evaluation::new(scene)?;

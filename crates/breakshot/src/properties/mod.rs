@@ -107,6 +107,11 @@ impl ContactFriction {
     }
 }
 
+/// Largest number of quantities in a covariance: sixty objects with all their pairs.
+const MOST_QUANTITIES: usize = 2000;
+/// Relative error of covariances that were rounded when they were written.
+const ROUNDING: f64 = 1e-6;
+
 /// A covariance matrix with named rows and columns.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -118,6 +123,76 @@ pub struct Covariance {
 }
 
 impl Covariance {
+    /// Checks that this is a covariance: one row and column for each name, symmetric, without negative variances.
+    ///
+    /// # Errors
+    /// What is wrong first, with the names concerned.
+    pub fn check(&self, file: &str) -> Result<()> {
+        let (owner, n) = (format!("{file}: covariance"), self.names.len());
+        if n > MOST_QUANTITIES {
+            let needed = format!("at most {MOST_QUANTITIES}");
+            return Err(Error::invalid(owner, "the number of names", n, needed));
+        }
+        let distinct: std::collections::BTreeSet<&String> = self.names.iter().collect();
+        if distinct.len() != n {
+            return Err(Error::invalid(owner, "names", "a name given twice", "every quantity once"));
+        }
+        if self.matrix.len() != n || self.matrix.iter().any(|row| row.len() != n) {
+            let widths: Vec<usize> = self.matrix.iter().map(Vec::len).filter(|&width| width != n).collect();
+            let found = format!("of {} rows, {} of them not of {n} columns", self.matrix.len(), widths.len());
+            return Err(Error::invalid(owner, "matrix", found, format!("{n} rows and columns, as names")));
+        }
+        for (i, row) in self.matrix.iter().enumerate() {
+            if !(row[i].is_finite() && row[i] >= 0.0) {
+                let what = format!("variance of `{}`", self.names[i]);
+                return Err(Error::invalid(owner, what, row[i], "a finite number, zero or more"));
+            }
+            for (j, &value) in row[..i].iter().enumerate() {
+                let (mirrored, scale) = (self.matrix[j][i], (row[i] * self.matrix[j][j]).sqrt());
+                // A comparison with a number that is not finite fails.
+                if !((value - mirrored).abs() <= ROUNDING * scale && value.abs() <= (1.0 + ROUNDING) * scale)
+                {
+                    let what = format!("covariance of `{}` and `{}`", self.names[i], self.names[j]);
+                    let found = format!("{value} and, mirrored, {mirrored}");
+                    let needed = format!("twice the same number, of at most {scale:.3e}");
+                    return Err(Error::invalid(owner, what, found, needed));
+                }
+            }
+        }
+        match self.first_impossible() {
+            None => Ok(()),
+            Some(k) => {
+                let found = format!("not positive from the row of `{}` on", self.names[k]);
+                Err(Error::invalid(owner, "matrix", found, "a positive semidefinite matrix"))
+            }
+        }
+    }
+
+    /// The row at which Cholesky's factorization of the correlations, with a little more variance, fails.
+    fn first_impossible(&self) -> Option<usize> {
+        let n = self.names.len();
+        let deviations: Vec<f64> = (0..n).map(|i| self.matrix[i][i].sqrt()).collect();
+        let mut factor: Vec<Vec<f64>> = Vec::with_capacity(n);
+        for i in 0..n {
+            let mut row = Vec::with_capacity(i + 1);
+            let mut rest = 1.0 + ROUNDING;
+            for (j, above) in factor.iter().enumerate() {
+                let scale = deviations[i] * deviations[j];
+                let correlation = if scale > 0.0 { self.matrix[i][j] / scale } else { 0.0 };
+                let known: f64 = row.iter().zip(above).map(|(a, b)| a * b).sum();
+                let entry: f64 = (correlation - known) / above[j];
+                rest -= entry * entry;
+                row.push(entry);
+            }
+            if rest.is_nan() || rest <= 0.0 {
+                return Some(i);
+            }
+            row.push(rest.sqrt());
+            factor.push(row);
+        }
+        None
+    }
+
     /// Removes a quantity with its row and column.
     pub(crate) fn remove(&mut self, name: &str) {
         let Some(index) = self.names.iter().position(|n| n == name) else { return };
@@ -239,33 +314,27 @@ impl Properties {
     /// Checks that every value is physically possible; errors name the entry.
     ///
     /// # Errors
-    /// Restitution outside 0..1, negative friction, masses not above zero, numbers that are not finite.
+    /// Restitution outside 0..1, friction that no table has, masses not above zero, numbers that are not finite, impossible
+    /// uncertainties, a matrix that is no covariance.
     pub fn check(&self, file: &str) -> Result<()> {
-        POSITIVE.check_group(file, "friction", &self.friction)?;
+        FRICTION.check_group(file, "friction", &self.friction)?;
         FRACTION.check_group(file, "striker_restitution", &self.striker_restitution)?;
         FRACTION.check_group(file, "restitution", &self.restitution)?;
         POSITIVE.check_group(file, "mass_ratio", &self.mass_ratio)?;
         POSITIVE.check_group(file, "pair_mass_ratio", &self.pair_mass_ratio)?;
-        for (name, estimate) in
-            [("objects", self.contact_friction.objects), ("striker", self.contact_friction.striker)]
-        {
-            if let Some(estimate) = estimate
-                && !(estimate.mean >= 0.0 && estimate.mean.is_finite())
-            {
-                let owner = format!("{file}: contact_friction of {name}");
-                return Err(Error::invalid(owner, "mean", estimate.mean, "zero or more"));
+        let ContactFriction { objects, striker } = self.contact_friction;
+        for (name, estimate) in [("objects", objects), ("striker", striker)] {
+            if let Some(estimate) = estimate {
+                CONTACT_FRICTION.check(&format!("{file}: contact_friction of {name}"), &estimate)?;
             }
         }
         let TangentialRestitution { objects, striker } = self.tangential_restitution;
         for (name, estimate) in [("objects", objects), ("striker", striker)] {
-            if let Some(estimate) = estimate
-                && !(-1.0..=1.0).contains(&estimate.mean)
-            {
-                let owner = format!("{file}: tangential_restitution of {name}");
-                return Err(Error::invalid(owner, "mean", estimate.mean, "a number from -1 to 1"));
+            if let Some(estimate) = estimate {
+                TANGENTIAL.check(&format!("{file}: tangential_restitution of {name}"), &estimate)?;
             }
         }
-        Ok(())
+        self.covariance.check(file)
     }
 }
 
@@ -278,16 +347,26 @@ struct Domain {
 const POSITIVE: Domain = Domain { contains: |v| v > 0.0 && v.is_finite(), description: "a positive number" };
 const FRACTION: Domain =
     Domain { contains: |v| (0.0..=1.0).contains(&v), description: "a number from 0 to 1" };
+/// Air tables have 0.001, rubber has 3. Outside, simulations take millions of steps.
+const FRICTION: Domain =
+    Domain { contains: |v| (1e-6..=10.0).contains(&v), description: "a coefficient from 0.000001 to 10" };
+const CONTACT_FRICTION: Domain =
+    Domain { contains: |v| (0.0..=10.0).contains(&v), description: "a coefficient from 0 to 10" };
+const TANGENTIAL: Domain =
+    Domain { contains: |v| (-1.0..=1.0).contains(&v), description: "a number from -1 to 1" };
 
 impl Domain {
-    /// An error that names the first entry whose mean is outside.
+    /// An error that names the first entry whose mean is outside or whose uncertainty is impossible.
     fn check_group(&self, file: &str, group: &str, values: &BTreeMap<String, Estimate>) -> Result<()> {
-        match values.iter().find(|(_, estimate)| !(self.contains)(estimate.mean)) {
-            Some((name, estimate)) => {
-                let owner = format!("{file}: {group} of `{name}`");
-                Err(Error::invalid(owner, "mean", estimate.mean, self.description))
-            }
-            None => Ok(()),
+        values
+            .iter()
+            .try_for_each(|(name, estimate)| self.check(&format!("{file}: {group} of `{name}`"), estimate))
+    }
+
+    fn check(&self, owner: &str, estimate: &Estimate) -> Result<()> {
+        if !(self.contains)(estimate.mean) {
+            return Err(Error::invalid(owner, "mean", estimate.mean, self.description));
         }
+        estimate.check_uncertainty(owner)
     }
 }

@@ -133,14 +133,27 @@ pub struct Strike {
     pub travel_m: f64,
 }
 
+/// The speeds of a strike that are simulated (m/s): twice the break of a billiard player at most.
+const STRIKE_SPEEDS_M_S: std::ops::RangeInclusive<f64> = 1e-4..=20.0;
+/// The longest travel that is simulated (m).
+const LONGEST_TRAVEL_M: f64 = 20.0;
+
 impl Strike {
     /// Checks that the strike can be executed; errors name `owner`.
     ///
     /// # Errors
-    /// Numbers that are not finite, a speed or travel that is not positive.
+    /// Numbers that are not finite, a speed or travel that is not positive or that no striker has.
     pub fn check(&self, owner: &str) -> Result<()> {
         object::positive(owner, "speed_m_s", self.speed_m_s)?;
         object::positive(owner, "travel_m", self.travel_m)?;
+        if !STRIKE_SPEEDS_M_S.contains(&self.speed_m_s) {
+            let needed = format!("from {} to {} m/s", STRIKE_SPEEDS_M_S.start(), STRIKE_SPEEDS_M_S.end());
+            return Err(Error::invalid(owner, "speed_m_s", self.speed_m_s, needed));
+        }
+        if self.travel_m > LONGEST_TRAVEL_M {
+            let needed = format!("at most {LONGEST_TRAVEL_M} m");
+            return Err(Error::invalid(owner, "travel_m", self.travel_m, needed));
+        }
         if !self.start_m.is_finite() || !self.heading_rad.is_finite() {
             return Err(Error::invalid(owner, "start_m or heading_rad", "not a number", "numbers"));
         }
