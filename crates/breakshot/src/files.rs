@@ -15,7 +15,7 @@ use crate::properties::Properties;
 use crate::scene::{Goal, KeepOut, Placed, Scene, Strike, Wall};
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
-use std::io::Write;
+use std::io::{Read, Write};
 use std::path::{Path, PathBuf};
 
 /// A value from a file, and warnings for the user about how it was read.
@@ -32,9 +32,20 @@ fn label(path: &Path) -> String {
     path.display().to_string()
 }
 
+/// Largest size of a file of text (bytes): the properties of a campaign of a thousand clips have a tenth of it.
+const MOST_BYTES: u64 = 512 << 20;
+
 /// A whole text file.
 pub(crate) fn text(path: &Path) -> Result<String> {
-    std::fs::read_to_string(path).map_err(|source| Error::Read { path: path.into(), source })
+    let failed = |source| Error::Read { path: path.into(), source };
+    let mut text = String::new();
+    let file = std::fs::File::open(path).map_err(failed)?;
+    file.take(MOST_BYTES + 1).read_to_string(&mut text).map_err(failed)?;
+    if text.len() as u64 > MOST_BYTES {
+        let needed = format!("at most {} MiB", MOST_BYTES >> 20);
+        return Err(Error::invalid(label(path), "its size", "larger", needed));
+    }
+    Ok(text)
 }
 
 /// A TOML file as `T`.

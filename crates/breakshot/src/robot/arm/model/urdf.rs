@@ -38,15 +38,46 @@ struct Tree<'a, 'input> {
     root: &'a str,
 }
 
+/// A link that revolute and fixed joints connect to the root.
+struct End<'t, 'a, 'input> {
+    link: &'a str,
+    /// The last joint before the link; `None` for the root.
+    joint: Option<&'t JointElement<'a, 'input>>,
+    /// Index of the link before that joint.
+    before: usize,
+    /// Number of revolute joints from the root to the link.
+    revolute_count: usize,
+}
+
+/// Largest number of joints in a file: a humanoid robot has about a hundred.
+const MOST_JOINTS: usize = 1000;
+/// Largest number of collision shapes in a file, meshes included.
+const MOST_SHAPES: usize = 5000;
+/// Largest size of a file (bytes); meshes are in files of their own.
+const MOST_BYTES: usize = 32 << 20;
+/// Number of names in a message.
+const NAMES_SHOWN: usize = 5;
+
+/// The first names of a list, and how many more there are.
+fn named(names: &[&str]) -> String {
+    let more = names.len().saturating_sub(NAMES_SHOWN);
+    let shown = format!("{:?}", &names[..names.len() - more]);
+    if more > 0 { format!("{shown} and {more} more") } else { shown }
+}
+
 /// Common names of the flange, the most common first.
 const COMMON_FLANGES: [&str; 6] = ["tcp", "tool0", "hand_tcp", "flange", "ee_link", "tool"];
 
 /// The arm of a URDF, from its root to the link `flange`, or to the outermost link if it is unique.
 ///
 /// # Errors
-/// Not a URDF, a xacro file, not one root, not six or seven revolute joints, joints without limits; the message starts
+/// Not a URDF, a xacro file, more links, joints or shapes than a robot has, not one root, not six or seven revolute joints, joints without limits; the message starts
 /// with `file`.
 pub(crate) fn arm(text: &str, file: &str, flange: Option<&str>) -> Result<Arm> {
+    if text.len() > MOST_BYTES {
+        let needed = format!("at most {MOST_BYTES} bytes");
+        return Err(Error::invalid(file, "its size", format!("{} bytes", text.len()), needed));
+    }
     let document = Document::parse(text).map_err(|e| syntax(file, e.to_string()))?;
     let robot = document.root_element();
     if robot.tag_name().name() != "robot" {
@@ -77,6 +108,22 @@ fn child<'a, 'input>(node: Node<'a, 'input>, tag: &str) -> Option<Node<'a, 'inpu
 
 impl<'a, 'input> Tree<'a, 'input> {
     fn read(robot: Node<'a, 'input>, file: &'a str) -> Result<Self> {
+        let count = |tag: &str| robot.descendants().filter(|node| node.has_tag_name(tag)).count();
+        for (tag, what, most) in [
+            ("link", "links", MOST_JOINTS + 1),
+            ("joint", "joints", MOST_JOINTS),
+            ("collision", "collision shapes", MOST_SHAPES),
+        ] {
+            let found = count(tag);
+            if found > most {
+                return Err(Error::invalid(
+                    file,
+                    format!("its number of {what}"),
+                    found,
+                    format!("at most {most}"),
+                ));
+            }
+        }
         let mut links = BTreeMap::new();
         for node in robot.children().filter(|node| node.has_tag_name("link")) {
             links.insert(attribute(file, node, "name")?, node);
@@ -112,7 +159,9 @@ impl<'a, 'input> Tree<'a, 'input> {
         match roots[..] {
             [root] => Ok(Self { file, links, children, root }),
             _ => {
-                Err(syntax(file, format!("{} links have no parent {roots:?}; needed: one root", roots.len())))
+                let problem =
+                    format!("{} links have no parent: {}; needed: one root", roots.len(), named(&roots));
+                Err(syntax(file, problem))
             }
         }
     }
@@ -123,53 +172,64 @@ impl<'a, 'input> Tree<'a, 'input> {
 
     /// The joints from the root to the flange.
     fn chain(&self, flange: Option<&str>) -> Result<Vec<&JointElement<'a, 'input>>> {
-        let mut chains = Vec::new();
-        self.collect_chains(self.root, &mut Vec::new(), &mut chains);
-        let revolute_count =
-            |chain: &[&JointElement]| chain.iter().filter(|joint| joint.motion == Motion::Revolute).count();
-        let end = |chain: &[&JointElement<'a, 'input>]| chain.last().map_or(self.root, |joint| joint.child);
+        let mut ends = self.ends();
         if let Some(flange) = flange {
-            let chain = chains.into_iter().find(|chain| end(chain) == flange);
-            return chain.ok_or_else(|| {
+            let end = ends.iter().position(|end| end.link == flange).ok_or_else(|| {
                 syntax(
                     self.file,
                     format!("no link `{flange}` is connected to the root by revolute and fixed joints"),
                 )
-            });
+            })?;
+            return Ok(Self::chain_to(&ends, end));
         }
-        let most = chains.iter().map(|chain| revolute_count(chain)).max().unwrap_or(0);
-        chains.retain(|chain| revolute_count(chain) == most && self.is_outermost(end(chain)));
-        let common = COMMON_FLANGES.iter().find_map(|name| {
-            chains.iter().position(|chain| end(chain).trim_start_matches(['/', '_']).ends_with(name))
-        });
-        match (common, chains.len()) {
-            (Some(k), _) => Ok(chains.swap_remove(k)),
-            (None, 1) => Ok(chains.remove(0)),
+        let most = ends.iter().map(|end| end.revolute_count).max().unwrap_or(0);
+        let is_candidate = |end: &End| end.revolute_count == most && self.is_outermost(end.link);
+        let candidates: Vec<usize> = (0..ends.len()).filter(|&k| is_candidate(&ends[k])).collect();
+        let is_named = |end: &End, name| end.link.trim_start_matches(['/', '_']).ends_with(name);
+        let common = COMMON_FLANGES
+            .iter()
+            .find_map(|name| candidates.iter().copied().find(|&k| is_named(&ends[k], name)));
+        match (common, &candidates[..]) {
+            (Some(end), _) | (None, &[end]) => Ok(Self::chain_to(&ends, end)),
             _ => {
-                let ends: Vec<&str> = chains.iter().map(|chain| end(chain)).collect();
+                ends.retain(is_candidate);
+                let names: Vec<&str> = ends.iter().map(|end| end.link).collect();
+                let found = named(&names);
                 let problem =
-                    format!("the flange may be any of {ends:?}; needed: `flange = \"..\"` in [robot]");
+                    format!("the flange may be any of {found}; needed: `flange = \"..\"` in [robot]");
                 Err(syntax(self.file, problem))
             }
         }
     }
 
-    fn is_outermost(&self, link: &str) -> bool {
-        self.joints_of(link).iter().all(|joint| joint.motion == Motion::Other)
+    /// The links that revolute and fixed joints connect to the root, each after the one before it.
+    fn ends<'t>(&'t self) -> Vec<End<'t, 'a, 'input>> {
+        let mut ends: Vec<End> = Vec::new();
+        let mut waiting = vec![End { link: self.root, joint: None, before: 0, revolute_count: 0 }];
+        while let Some(end) = waiting.pop() {
+            let (link, revolute_count, before) = (end.link, end.revolute_count, ends.len());
+            ends.push(end);
+            for joint in self.joints_of(link).iter().rev().filter(|joint| joint.motion != Motion::Other) {
+                let revolute_count = revolute_count + usize::from(joint.motion == Motion::Revolute);
+                waiting.push(End { link: joint.child, joint: Some(joint), before, revolute_count });
+            }
+        }
+        ends
     }
 
-    fn collect_chains<'t>(
-        &'t self,
-        link: &str,
-        before: &mut Vec<&'t JointElement<'a, 'input>>,
-        chains: &mut Vec<Vec<&'t JointElement<'a, 'input>>>,
-    ) {
-        chains.push(before.clone());
-        for joint in self.joints_of(link).iter().filter(|joint| joint.motion != Motion::Other) {
-            before.push(joint);
-            self.collect_chains(joint.child, before, chains);
-            before.pop();
+    /// The joints from the root to an end.
+    fn chain_to<'t>(ends: &[End<'t, 'a, 'input>], mut end: usize) -> Vec<&'t JointElement<'a, 'input>> {
+        let mut chain = Vec::new();
+        while let Some(joint) = ends[end].joint {
+            chain.push(joint);
+            end = ends[end].before;
         }
+        chain.reverse();
+        chain
+    }
+
+    fn is_outermost(&self, link: &str) -> bool {
+        self.joints_of(link).iter().all(|joint| joint.motion == Motion::Other)
     }
 
     /// The arm along a chain. Other branches are fixed in their position at joint angle zero.
@@ -260,21 +320,28 @@ impl<'a, 'input> Tree<'a, 'input> {
 
     /// Adds a link and its descendants, except the branch to `onward`, to the bodies carried by a moving link.
     fn carry(&self, link: &str, at: Frame, onward: Option<&str>, carried: &mut Carried) -> Result<()> {
-        let node = self.links[link];
-        carried.inertia = carried.inertia.joined(&inertial(self.file, node, link)?.transformed(&at));
-        for collision in node.children().filter(|node| node.has_tag_name("collision")) {
-            let shape_at = at * origin(self.file, collision)?;
-            carried
-                .capsules
-                .extend(capsule(self.file, collision)?.map(|capsule| capsule.transformed(&shape_at)));
-        }
-        for joint in self.joints_of(link).iter().filter(|joint| Some(joint.child) != onward) {
-            if joint.motion != Motion::Fixed {
-                carried
-                    .notes
-                    .push(format!("joint `{}` is not part of the arm and stays at zero", joint.name));
+        let mut waiting = vec![(link, at, None)];
+        while let Some((link, before, joint)) = waiting.pop() {
+            let joint: Option<&JointElement> = joint;
+            let at = match joint {
+                Some(joint) => before * origin(self.file, joint.node)?,
+                None => before,
+            };
+            if let Some(joint) = joint.filter(|joint| joint.motion != Motion::Fixed) {
+                let note = format!("joint `{}` is not part of the arm and stays at zero", joint.name);
+                carried.notes.push(note);
             }
-            self.carry(joint.child, at * origin(self.file, joint.node)?, None, carried)?;
+            let node = self.links[link];
+            carried.inertia = carried.inertia.joined(&inertial(self.file, node, link)?.transformed(&at));
+            for collision in node.children().filter(|node| node.has_tag_name("collision")) {
+                let shape_at = at * origin(self.file, collision)?;
+                carried
+                    .capsules
+                    .extend(capsule(self.file, collision)?.map(|capsule| capsule.transformed(&shape_at)));
+            }
+            let onward = if joint.is_none() { onward } else { None };
+            let branches = self.joints_of(link).iter().rev().filter(|joint| Some(joint.child) != onward);
+            waiting.extend(branches.map(|joint| (joint.child, at, Some(joint))));
         }
         Ok(())
     }

@@ -96,3 +96,45 @@ fn the_error_of_a_xacro_file_gives_the_command_that_expands_it() {
     let message = read(text).expect_err("xacro").to_string();
     assert!(message.contains("xacro arm.xacro"), "{message}");
 }
+
+/// A chain of links, `depth` deep.
+fn long_chain(depth: usize) -> String {
+    let mut text = String::from("<robot name=\"long\"><link name=\"l0\"/>");
+    for k in 0..depth {
+        let _ = write!(
+            text,
+            "<link name=\"l{0}\"/><joint name=\"j{0}\" type=\"fixed\"><parent link=\"l{k}\"/><child link=\"l{0}\"/></joint>",
+            k + 1
+        );
+    }
+    text + "</robot>"
+}
+
+#[test]
+fn a_file_with_more_links_than_a_robot_has_is_refused_by_their_number() {
+    // 6.5 MB: copies of the way to every link would need more memory than there is.
+    let text = long_chain(60_000);
+    assert!(text.len() > 6_000_000, "{} bytes", text.len());
+    let message = read(&text).expect_err("too many links").to_string();
+    assert!(message.contains("60001") && message.contains("at most 1001"), "{message}");
+    let shapes =
+        "<collision><geometry><mesh filename=\"package://a/b.stl\"/></geometry></collision>".repeat(6000);
+    let message =
+        read(&format!("<robot name=\"r\"><link name=\"l\">{shapes}</link></robot>")).expect_err("shapes");
+    assert!(
+        message.to_string().contains("6000") && message.to_string().contains("collision shapes"),
+        "{message}"
+    );
+    let roots: String = (0..1000).map(|k| format!("<link name=\"l{k}\"/>")).collect();
+    let message = read(&format!("<robot name=\"r\">{roots}</robot>")).expect_err("many roots").to_string();
+    assert!(message.contains("and 995 more") && message.len() < 300, "{message}");
+}
+
+#[test]
+fn a_chain_of_the_largest_length_and_elements_deep_in_each_other_are_read() {
+    let message = read(&long_chain(1000)).expect_err("no revolute joint").to_string();
+    assert!(message.contains("0 revolute joints"), "{message}");
+    let deep = format!("<robot name=\"r\">{}{}</robot>", "<a>".repeat(200_000), "</a>".repeat(200_000));
+    let message = read(&deep).expect_err("no link").to_string();
+    assert!(message.contains("one root"), "{message}");
+}
