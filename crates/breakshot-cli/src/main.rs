@@ -1,5 +1,8 @@
 //! The breakshot command line: reads files, calls the library and writes files.
 
+#[macro_use]
+mod terminal;
+
 mod args;
 mod commands;
 mod console;
@@ -10,12 +13,50 @@ mod planning;
 pub(crate) use outcome::Outcome;
 
 use args::{Arguments, Command};
+use breakshot::capture::is_decoding;
+use breakshot::{Error, Result, files};
 use clap::Parser;
+use std::panic::{set_hook, take_hook};
+use std::path::Path;
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
+    quiet_decoder_panics();
+    let result = check_arguments().and_then(|()| run());
+    let result = result.and_then(|outcome| match terminal::failure() {
+        Some(source) => Err(Error::Write { path: "stdout".into(), source }),
+        None => Ok(outcome),
+    });
+    match result {
+        Ok(Outcome::Done) => ExitCode::SUCCESS,
+        Ok(Outcome::Doubtful) => ExitCode::from(3),
+        Ok(Outcome::Failed) => ExitCode::FAILURE,
+        Err(error) => {
+            eprintln!("error: {error}");
+            // An output file that cannot be written is a failure (1); every other error is caused by the input (2).
+            ExitCode::from(if matches!(error, Error::Write { .. }) { 1 } else { 2 })
+        }
+    }
+}
+
+/// A panic of the built-in decoder becomes an error that names the film: it is not reported twice.
+fn quiet_decoder_panics() {
+    let previous = take_hook();
+    set_hook(Box::new(move |panic| {
+        if !is_decoding() {
+            previous(panic);
+        }
+    }));
+}
+
+/// Checks that every name in the arguments can be shown on one line.
+fn check_arguments() -> Result<()> {
+    std::env::args_os().try_for_each(|argument| files::check_file_name(Path::new(&argument)))
+}
+
+fn run() -> Result<Outcome> {
     let arguments = Arguments::parse();
-    let result = match arguments.command {
+    match arguments.command {
         Command::Demo(args) => commands::demo::run(&args),
         Command::Init(args) => commands::init::run(&args),
         Command::Tags(args) => commands::tags::run(&args),
@@ -30,15 +71,5 @@ fn main() -> ExitCode {
         Command::Strike(args) => commands::strike::run(&args),
         Command::Export(args) => commands::export::run(&args),
         Command::Verify(args) => commands::verify::run(&args),
-    };
-    match result {
-        Ok(Outcome::Done) => ExitCode::SUCCESS,
-        Ok(Outcome::Doubtful) => ExitCode::from(3),
-        Ok(Outcome::Failed) => ExitCode::FAILURE,
-        Err(error) => {
-            eprintln!("error: {error}");
-            // An output file that cannot be written is a failure (1); every other error is caused by the input (2).
-            ExitCode::from(if matches!(error, breakshot::Error::Write { .. }) { 1 } else { 2 })
-        }
     }
 }

@@ -156,14 +156,12 @@ impl<'a, 'input> Tree<'a, 'input> {
             children.entry(parent).or_default().push(JointElement { node, name, child: child_link, motion });
         }
         let roots: Vec<&str> = links.keys().copied().filter(|link| !parents.contains_key(link)).collect();
-        match roots[..] {
-            [root] => Ok(Self { file, links, children, root }),
-            _ => {
-                let problem =
-                    format!("{} links have no parent: {}; needed: one root", roots.len(), named(&roots));
-                Err(syntax(file, problem))
-            }
-        }
+        let &[root] = &roots[..] else {
+            let problem =
+                format!("{} links have no parent: {}; needed: one root", roots.len(), named(&roots));
+            return Err(syntax(file, problem));
+        };
+        Ok(Self { file, links, children, root })
     }
 
     fn joints_of(&self, link: &str) -> &[JointElement<'a, 'input>] {

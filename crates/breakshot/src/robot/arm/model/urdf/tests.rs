@@ -125,7 +125,7 @@ fn a_file_with_more_links_than_a_robot_has_is_refused_by_their_number() {
         message.to_string().contains("6000") && message.to_string().contains("collision shapes"),
         "{message}"
     );
-    let roots: String = (0..1000).map(|k| format!("<link name=\"l{k}\"/>")).collect();
+    let roots = (0..1000).fold(String::new(), |text, k| text + &format!("<link name=\"l{k}\"/>"));
     let message = read(&format!("<robot name=\"r\">{roots}</robot>")).expect_err("many roots").to_string();
     assert!(message.contains("and 995 more") && message.len() < 300, "{message}");
 }
