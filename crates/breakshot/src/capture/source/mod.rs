@@ -16,6 +16,7 @@ mod sniff;
 mod timestamps;
 mod y4m;
 
+pub use h264::is_decoding;
 pub(super) use repeats::RepeatedFrames;
 
 use crate::error::Result;

@@ -11,11 +11,13 @@ use crate::capture::source::limits::check_size;
 use crate::capture::source::opened::Opened;
 use crate::capture::source::timestamps::NEEDED_TIMES;
 use crate::error::{Error, Result};
+use crate::files::check_file_name;
 use std::ffi::OsString;
 use std::io::{BufRead, BufReader, ErrorKind, Read};
 use std::path::{Path, PathBuf};
 use std::process::{Child, ChildStdout, Command, Stdio};
-use std::sync::mpsc::{Receiver, channel};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
+use std::time::Duration;
 
 /// Pixel formats whose luma plane is extracted unchanged; `ffmpeg` converts any other format into the nearest of these.
 const PIXELS: &str = "yuv420p|yuvj420p|yuv422p|yuvj422p|yuv444p|yuvj444p|yuv440p|yuvj440p|yuv411p|yuv410p|gray\
@@ -24,6 +26,9 @@ const PIXELS: &str = "yuv420p|yuvj420p|yuv422p|yuvj422p|yuv444p|yuvj444p|yuv440p
 const FIELDS: &str = "bwdif=mode=send_field:deint=interlaced,";
 /// Decoding threads: more would cost 10 % more CPU time, and several films are processed in parallel.
 const THREADS: &str = "1";
+
+/// Longest time for one frame: the slowest ones take a second on a busy machine.
+const PATIENCE: Duration = Duration::from_mins(1);
 
 /// Starts decoding `path`; `reason` is the built-in decoder's reason not to decode it.
 pub(crate) fn open(path: &Path, reason: &SourceError) -> Result<Opened> {
@@ -61,6 +66,8 @@ struct Process {
 impl Process {
     /// The running process and the line of its first frame.
     fn start(path: &Path, reason: &SourceError, filter: &str) -> Result<(Self, Info)> {
+        // A line break in a name would be one in the log.
+        check_file_name(path)?;
         let mut file = OsString::from("file:");
         file.push(std::path::absolute(path).map_err(|source| Error::Read { path: path.into(), source })?);
         let mut command = Command::new("ffmpeg");
@@ -111,7 +118,7 @@ impl Process {
         if let Some(info) = self.next.take() {
             return Ok(Some(info));
         }
-        while let Ok(line) = self.lines.recv() {
+        while let Some(line) = next_line(&self.lines, PATIENCE)? {
             match line {
                 Line::Tick(tick) => self.tick = tick,
                 Line::Frame(info) => return Ok(Some(info)),
@@ -204,6 +211,18 @@ impl Drop for Process {
     }
 }
 
+/// The next line of the log; `None` at its end.
+fn next_line(lines: &Receiver<Line>, patience: Duration) -> std::result::Result<Option<Line>, SourceError> {
+    match lines.recv_timeout(patience) {
+        Ok(line) => Ok(Some(line)),
+        Err(RecvTimeoutError::Disconnected) => Ok(None),
+        Err(RecvTimeoutError::Timeout) => {
+            let silent_s = patience.as_secs_f64();
+            Err(SourceError::damaged(format!("`ffmpeg` gave no frame for {silent_s:.0} s")))
+        }
+    }
+}
+
 /// Size of the pipe (bytes), so that both processes are woken less often; Linux allows this size to every user.
 #[cfg(target_os = "linux")]
 const PIPE_BYTES: usize = 1 << 20;
@@ -225,4 +244,20 @@ fn not_started(error: &std::io::Error, reason: &SourceError) -> SourceError {
     };
     let needed = format!("the program `ffmpeg`, {why}; without it: {}", reason.needed);
     SourceError { needed, ..reason.clone() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_ffmpeg_that_gives_no_more_frames_is_given_up() {
+        let (sender, lines) = channel();
+        sender.send(Line::Tick([1.0, 60.0])).unwrap();
+        let patience = Duration::from_millis(20);
+        assert_eq!(next_line(&lines, patience).unwrap(), Some(Line::Tick([1.0, 60.0])));
+        assert!(next_line(&lines, patience).unwrap_err().found.contains("no frame for"));
+        drop(sender);
+        assert_eq!(next_line(&lines, patience).unwrap(), None);
+    }
 }

@@ -24,13 +24,13 @@ pub(super) struct Info {
 impl Line {
     /// The content of a line; `None` for any other line.
     pub(super) fn of(text: &str) -> Option<Self> {
-        let error = ["[error] ", "[fatal] "].iter().find_map(|mark| Some(text.split_once(mark)?.1));
+        let (context, level, message) = parts(text);
         // Concealed errors are reported at the level `info` only.
-        let concealed = text.find("concealing ").map(|at| &text[at..]);
-        if let Some(message) = error.or(concealed) {
+        if matches!(level, "error" | "fatal" | "panic") || message.starts_with("concealing ") {
             return Some(Self::Error(message.trim().into()));
         }
-        let (_, fields) = text.split_once("Parsed_showinfo")?;
+        let fields = message;
+        context.strip_prefix("[Parsed_showinfo")?;
         let value = |key: &str| fields.split_once(key)?.1.split_whitespace().next();
         if let Some(base) = value("config in time_base: ") {
             let (numerator, denominator) = base.trim_end_matches(',').split_once('/')?;
@@ -49,6 +49,19 @@ impl Line {
             interlaced: value(" i:")? != "P",
         }))
     }
+}
+
+/// The context (`[name @ address]`, one or more), the level and the message of a line. Only what stands before the message is
+/// `ffmpeg`'s own: a message may contain the name of a file.
+fn parts(text: &str) -> (&str, &str, &str) {
+    let mut rest = text;
+    while let Some((bracket, after)) = rest.strip_prefix('[').and_then(|rest| rest.split_once("] ")) {
+        if !bracket.contains(" @ 0x") {
+            return (text, bracket, after.trim_start());
+        }
+        rest = after;
+    }
+    (text, "", rest.trim_start())
 }
 
 #[cfg(test)]
@@ -74,5 +87,20 @@ mod tests {
             matches!(Line::of(concealed), Some(Line::Error(message)) if message.starts_with("concealing 12"))
         );
         assert_eq!(Line::of("[info] video:9kB audio:0kB"), None);
+        let twice = "[vist#0:0/h264 @ 0x5] [dec:h264 @ 0x6] [error] Error submitting packet to decoder";
+        assert!(
+            matches!(Line::of(twice), Some(Line::Error(message)) if message.starts_with("Error submitting"))
+        );
+    }
+
+    #[test]
+    fn the_name_of_a_film_is_no_error() {
+        for name in ["concealing x/film.mp4", "[error] film.mp4", "[fatal] concealing 3 errors.mp4"] {
+            let line = format!("[info] Input #0, mov,mp4,m4a, from 'file:/films/{name}':");
+            assert_eq!(Line::of(&line), None);
+            assert_eq!(Line::of(&format!("  title : {name}")), None);
+        }
+        let named = "[info] from 'Parsed_showinfo_2 config in time_base: 1/7, x.mp4'";
+        assert_eq!(Line::of(named), None);
     }
 }

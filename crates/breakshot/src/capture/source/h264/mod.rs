@@ -5,3 +5,5 @@ mod catch_panic;
 pub(super) mod config;
 pub(super) mod decoder;
 mod slice_header;
+
+pub use catch_panic::is_decoding;
