@@ -6,6 +6,8 @@
 //! The loaders are generic over the path, and so are the private functions that call them. The parsers of these formats are therefore
 //! compiled in the program that calls a loader and not in the library, which would build longer (ARCHITECTURE.md, "Building").
 
+mod whole;
+
 use crate::campaign::{Campaign, Clip};
 use crate::cell::camera_info;
 use crate::cell::{Cell, Intrinsics, RobotSpec};
@@ -15,8 +17,9 @@ use crate::properties::Properties;
 use crate::scene::{Goal, KeepOut, Placed, Scene, Strike, Wall};
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
-use std::io::{Read, Write};
+use std::io::Read;
 use std::path::{Path, PathBuf};
+pub use whole::{check_file_name, write_whole};
 
 /// A value from a file, and warnings for the user about how it was read.
 #[derive(Clone, Debug, PartialEq)]
@@ -95,32 +98,6 @@ fn nearest_hint(key: &str, known: &[&str]) -> String {
         Some(nearest) => format!("the nearest known key is `{nearest}`"),
         None => "needed: no key here".into(),
     }
-}
-
-/// Writes a file whole or not at all: to a temporary file beside it, then renamed.
-///
-/// # Errors
-/// The folder is missing or not writable.
-pub fn write_whole(path: &Path, bytes: &[u8]) -> Result<()> {
-    let failed = |source| Error::Write { path: path.into(), source };
-    let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    let mut file = tempfile::NamedTempFile::new_in(folder).map_err(failed)?;
-    file.write_all(bytes).map_err(failed)?;
-    make_readable(&file).map_err(failed)?;
-    file.persist(path).map_err(|e| failed(e.error))?;
-    Ok(())
-}
-
-/// Makes a file readable for all users: a temporary file is readable only for its owner.
-#[cfg(unix)]
-fn make_readable(file: &tempfile::NamedTempFile) -> std::io::Result<()> {
-    use std::os::unix::fs::PermissionsExt;
-    file.as_file().set_permissions(std::fs::Permissions::from_mode(0o644))
-}
-
-#[cfg(not(unix))]
-fn make_readable(_file: &tempfile::NamedTempFile) -> std::io::Result<()> {
-    Ok(())
 }
 
 /// Writes a value as indented JSON, whole or not at all.

@@ -332,13 +332,10 @@ impl Object {
 }
 
 fn check_name(name: &str) -> Result<()> {
-    if name.is_empty() || name.contains(['/', ',', '#']) {
-        return Err(Error::invalid(
-            "objects",
-            "name",
-            format!("`{name}`"),
-            "a name without `/`, `,` and `#`",
-        ));
+    if name.is_empty() || name.contains(['/', ',', '#']) || name.contains(char::is_control) {
+        let found = format!("`{}`", name.escape_debug());
+        let needed = "a name without `/`, `,`, `#` and control characters";
+        return Err(Error::invalid("objects", "name", found, needed));
     }
     Ok(())
 }

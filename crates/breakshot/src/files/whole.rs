@@ -1,0 +1,192 @@
+//! Output files: whole or not at all, whatever ends the program.
+//!
+//! The bytes are written to a file without a name where the system has such files, and get their name when they are on the disk:
+//! a program that is killed leaves nothing behind. An existing file is replaced in one step and keeps its permissions.
+
+use crate::error::{Error, Result};
+use std::fs::{File, OpenOptions, Permissions};
+use std::io::{Result as IoResult, Write};
+use std::path::{Path, PathBuf};
+
+/// Writes a file whole or not at all. A device or a pipe gets the bytes as they are.
+///
+/// # Errors
+/// A name with control characters, a folder that is missing or not writable, a full disk.
+pub fn write_whole(path: &Path, bytes: &[u8]) -> Result<()> {
+    check_file_name(path)?;
+    write(path, bytes).map_err(|source| Error::Write { path: path.into(), source })
+}
+
+/// Checks that a path can be shown on one line.
+///
+/// # Errors
+/// A path with control characters.
+pub fn check_file_name(path: &Path) -> Result<()> {
+    let name = path.to_string_lossy();
+    if name.contains(char::is_control) {
+        return Err(Error::invalid(
+            "a file",
+            "name",
+            format!("{name:?}"),
+            "a name without control characters",
+        ));
+    }
+    Ok(())
+}
+
+fn write(path: &Path, bytes: &[u8]) -> IoResult<()> {
+    // A link stays a link: the file that it names is replaced.
+    let target = std::fs::canonicalize(path).unwrap_or_else(|_| path.into());
+    let existing = std::fs::metadata(&target).ok();
+    if existing.as_ref().is_some_and(|file| !file.is_file() && !file.is_dir()) {
+        return OpenOptions::new().write(true).open(&target)?.write_all(bytes);
+    }
+    let folder =
+        target.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new(".")).to_path_buf();
+    let new = NewFile { permissions: existing.map(|file| file.permissions()), folder, target };
+    if !new.write_nameless(bytes)? {
+        new.write_temporary(bytes)?;
+    }
+    // The name is on the disk when its folder is; a system that cannot do that has written the file nevertheless.
+    let _ = File::open(&new.folder).and_then(|folder| folder.sync_all());
+    Ok(())
+}
+
+/// A file that is about to be written.
+struct NewFile {
+    target: PathBuf,
+    folder: PathBuf,
+    /// The permissions of the file that is replaced.
+    permissions: Option<Permissions>,
+}
+
+impl NewFile {
+    fn fill(&self, file: &mut File, bytes: &[u8]) -> IoResult<()> {
+        file.write_all(bytes)?;
+        if let Some(permissions) = &self.permissions {
+            file.set_permissions(permissions.clone())?;
+        }
+        file.sync_all()
+    }
+
+    /// Writes a file without a name and names it at its end; false where the system cannot do that.
+    #[cfg(target_os = "linux")]
+    fn write_nameless(&self, bytes: &[u8]) -> IoResult<bool> {
+        use rustix::fs::{AtFlags, CWD, Mode, OFlags, linkat, open};
+        use std::os::fd::AsRawFd;
+        use std::sync::atomic::{AtomicU64, Ordering};
+        static COUNT: AtomicU64 = AtomicU64::new(0);
+
+        let flags = OFlags::WRONLY | OFlags::TMPFILE | OFlags::CLOEXEC;
+        // The system removes what the user's mask forbids.
+        let Ok(file) = open(&self.folder, flags, Mode::from_raw_mode(0o666)) else { return Ok(false) };
+        let mut file = File::from(file);
+        self.fill(&mut file, bytes)?;
+        let nameless = format!("/proc/self/fd/{}", file.as_raw_fd());
+        let number = COUNT.fetch_add(1, Ordering::Relaxed);
+        let temporary = self.folder.join(format!(".breakshot-{}-{number}.part", std::process::id()));
+        // A part of an earlier program with the same process number is of no use.
+        let _ = std::fs::remove_file(&temporary);
+        if linkat(CWD, nameless.as_str(), CWD, &temporary, AtFlags::SYMLINK_FOLLOW).is_err() {
+            return Ok(false);
+        }
+        std::fs::rename(&temporary, &self.target).inspect_err(|_| {
+            let _ = std::fs::remove_file(&temporary);
+        })?;
+        Ok(true)
+    }
+
+    #[cfg(not(target_os = "linux"))]
+    fn write_nameless(&self, _bytes: &[u8]) -> IoResult<bool> {
+        Ok(false)
+    }
+
+    /// Writes a temporary file beside the target and renames it.
+    fn write_temporary(&self, bytes: &[u8]) -> IoResult<()> {
+        let mut builder = tempfile::Builder::new();
+        builder.prefix(".breakshot-").suffix(".part");
+        #[cfg(unix)]
+        builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
+        let mut file = builder.tempfile_in(&self.folder)?;
+        self.fill(file.as_file_mut(), bytes)?;
+        file.persist(&self.target).map_err(|e| e.error)?;
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::fs;
+
+    /// Names of the files in a folder.
+    fn names(folder: &Path) -> Vec<String> {
+        let entries = fs::read_dir(folder).unwrap().map(|e| e.unwrap().file_name().into_string().unwrap());
+        let mut names: Vec<String> = entries.collect();
+        names.sort();
+        names
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_file_that_is_replaced_keeps_its_permissions_and_its_link() {
+        use std::os::unix::fs::PermissionsExt;
+        let folder = tempfile::tempdir().unwrap();
+        let (file, link) = (folder.path().join("out.json"), folder.path().join("link.json"));
+        write_whole(&file, b"old").unwrap();
+        fs::set_permissions(&file, Permissions::from_mode(0o640)).unwrap();
+        std::os::unix::fs::symlink("out.json", &link).unwrap();
+        write_whole(&link, b"new").unwrap();
+        assert_eq!(fs::read(&file).unwrap(), b"new");
+        assert_eq!(fs::metadata(&file).unwrap().permissions().mode() & 0o777, 0o640);
+        assert!(fs::symlink_metadata(&link).unwrap().is_symlink());
+        assert_eq!(names(folder.path()), ["link.json", "out.json"]);
+    }
+
+    #[test]
+    fn the_temporary_file_of_systems_without_nameless_files_is_removed_too() {
+        let folder = tempfile::tempdir().unwrap();
+        let new = |name: &str| NewFile {
+            target: folder.path().join(name),
+            folder: folder.path().into(),
+            permissions: None,
+        };
+        new("a").write_temporary(b"1").unwrap();
+        fs::create_dir(folder.path().join("b")).unwrap();
+        new("b").write_temporary(b"1").unwrap_err();
+        assert_eq!(names(folder.path()), ["a", "b"]);
+    }
+
+    #[test]
+    fn writers_of_one_file_leave_one_whole_file() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("out");
+        std::thread::scope(|scope| {
+            for byte in 0..8u8 {
+                let file = &file;
+                scope.spawn(move || (0..20).for_each(|_| write_whole(file, &vec![byte; 100_000]).unwrap()));
+            }
+        });
+        let bytes = fs::read(&file).unwrap();
+        assert!(bytes.len() == 100_000 && bytes.iter().all(|b| *b == bytes[0]), "a mixture");
+        assert_eq!(names(folder.path()), ["out"]);
+    }
+
+    #[cfg(target_os = "linux")]
+    #[test]
+    fn a_device_gets_the_bytes_and_stays_a_device() {
+        use std::os::unix::fs::FileTypeExt;
+        write_whole(Path::new("/dev/null"), b"1").unwrap();
+        let message = write_whole(Path::new("/dev/full"), b"1").unwrap_err().to_string();
+        assert!(message.contains("/dev/full") && message.contains("No space left"), "{message}");
+        assert!(fs::metadata("/dev/full").unwrap().file_type().is_char_device());
+    }
+
+    #[test]
+    fn a_name_with_control_characters_is_refused() {
+        let folder = tempfile::tempdir().unwrap();
+        let message = write_whole(&folder.path().join("a\nb"), b"1").unwrap_err().to_string();
+        assert!(message.contains("a\\nb") && !message.contains('\n'), "{message}");
+        assert!(names(folder.path()).is_empty());
+    }
+}
