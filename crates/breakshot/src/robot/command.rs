@@ -119,23 +119,13 @@ impl Command {
         Some(phase.at(time_s))
     }
 
-    /// A hash of the motion and the scene (eight hexadecimal digits), which the user repeats to permit the motion.
+    /// A hash of everything that the robot would do and of what it was planned for (eight hexadecimal digits), which the user
+    /// repeats to permit the motion: all of the command but its warnings.
     pub fn short_hash(&self) -> String {
-        let mut hash = FNV_OFFSET;
-        let mut feed =
-            |bytes: &[u8]| bytes.iter().for_each(|&b| hash = (hash ^ u64::from(b)).wrapping_mul(FNV_PRIME));
-        for phase in &self.phases {
-            for (k, &time_s) in phase.time_s.iter().enumerate() {
-                feed(&time_s.to_bits().to_le_bytes());
-                phase.q_rad[k].iter().for_each(|q| feed(&q.to_bits().to_le_bytes()));
-            }
-        }
-        for placed in self.scene.iter().flat_map(|scene| &scene.placed) {
-            feed(placed.object.as_bytes());
-            for value in [placed.position_m.x, placed.position_m.y, placed.yaw_rad] {
-                feed(&value.to_bits().to_le_bytes());
-            }
-        }
+        let hashed = Self { warnings: Vec::new(), ..self.clone() };
+        // A command without a text has numbers that are none; nothing is permitted by the hash of an empty text.
+        let text = serde_json::to_vec(&hashed).unwrap_or_default();
+        let hash = text.iter().fold(FNV_OFFSET, |hash, &b| (hash ^ u64::from(b)).wrapping_mul(FNV_PRIME));
         format!("{:08x}", (hash >> 32) ^ (hash & 0xffff_ffff))
     }
 }

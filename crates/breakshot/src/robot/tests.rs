@@ -94,7 +94,7 @@ fn the_velocities_are_the_slope_of_the_angles_and_all_phases_join_at_rest() {
 #[test]
 fn every_limit_is_checked_and_kept() {
     let command = ready(&strike(2.0, 0.5));
-    assert_eq!(command.checks.len(), 8, "{:?}", command.checks);
+    assert_eq!(command.checks.len(), 10, "{:?}", command.checks);
     for check in &command.checks {
         assert!(check.holds(), "{}", check.sentence());
     }
@@ -311,4 +311,104 @@ fn a_rechecked_command_has_the_same_checks_and_the_speeds_of_its_samples() {
     let [strike_m_s, else_m_s] = command.tip_speeds_m_s().expect("an arm");
     assert!((strike_m_s - 0.5).abs() < 0.005, "{strike_m_s} m/s in the strike");
     assert!(else_m_s <= SLOW_M_S * 1.01, "{else_m_s} m/s elsewhere");
+}
+
+/// The example's cell with another home pose.
+fn cell_at_home(home_rad: Vec<f64>) -> Cell {
+    let mut cell = cell();
+    cell.robot.as_mut().expect("a robot").home_rad = Some(home_rad);
+    cell
+}
+
+/// The joint angles with the striker upright at a point, its tip at this height (rad).
+fn pose_at(point: Point, height_m: f64) -> Vec<f64> {
+    let mounted = MountedArm::of_cell(&cell()).expect("an arm");
+    let upright = mounted.upright(point, height_m, 0.0);
+    let usual = mounted.home_rad.clone().expect("an Indy 7");
+    let away = |q: &Vec<f64>| q.iter().zip(&usual).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+    let branches = mounted.arm.branches(&upright);
+    branches.into_iter().min_by(|a, b| away(a).total_cmp(&away(b))).expect("in reach")
+}
+
+#[test]
+fn a_home_pose_with_the_tip_below_the_table_is_refused() {
+    let strike = strike(0.0, 0.2);
+    for height_m in [-0.026, 0.003] {
+        let cell = cell_at_home(pose_at(Point::new(-0.2, 0.1), height_m));
+        let answer = command(&cell, &strike, Some(&scene()), &Options::default()).expect("an answer");
+        let Answer::Refused(refusal) = answer else { panic!("{height_m} m: accepted") };
+        assert!(refusal.reason.contains("the tool: height of its lowest edge"), "{}", refusal.reason);
+    }
+}
+
+#[test]
+fn the_tool_goes_around_objects_in_joint_moves_too() {
+    // Home is as low as the strike, and the object lies between it and the run-up.
+    let cell = cell_at_home(pose_at(Point::new(0.12, 0.0), 0.02));
+    let scene = Scene { cell: cell.clone(), ..scene() };
+    let answer = command(&cell, &strike(0.0, 0.2), Some(&scene), &Options::default()).expect("an answer");
+    let command = match answer {
+        Answer::Ready(command) => command,
+        Answer::Refused(refusal) => {
+            assert!(refusal.reason.contains("distance from an object"), "{}", refusal.reason);
+            return;
+        }
+    };
+    let mounted = MountedArm::of_cell(&cell).expect("an arm");
+    for name in [PhaseName::Approach, PhaseName::Home] {
+        for q in &command.phase(name).expect("a phase").q_rad {
+            let (tip, height_m) = mounted.tip_on_table(q);
+            let distance_m = tip.distance(Point::ORIGIN) - 0.03 - mounted.striker.outer_radius_m();
+            assert!(
+                height_m > 0.04 || distance_m > -1e-9,
+                "{distance_m} m from the object, {height_m} m high"
+            );
+        }
+    }
+    assert!(command.checked_again().expect("a scene").iter().all(LimitCheck::holds));
+}
+
+#[test]
+fn the_hash_covers_everything_but_the_warnings() {
+    let command = ready(&strike(0.3, 0.2));
+    let hash = command.short_hash();
+    let warned = Command { warnings: vec!["something".into()], ..command.clone() };
+    assert_eq!(warned.short_hash(), hash);
+    let text = serde_json::to_string(&command).expect("JSON");
+    let read: Command = serde_json::from_str(&text).expect("a command");
+    assert_eq!(read.short_hash(), hash, "the same after it was written and read");
+    let changes: [&dyn Fn(&mut Command); 6] = [
+        &|c| c.phases[2].qd_rad_s[10][3] += 1e-9,
+        &|c| c.phases[2].qdd_rad_s2[10][3] += 1e-9,
+        &|c| c.stroke.contact_time_s += 1e-9,
+        &|c| c.robot.tool_mass_kg += 0.1,
+        &|c| c.striker = Shape::Disc { radius_m: 0.5 },
+        &|c| c.scene.as_mut().expect("a scene").cell.workspace.max_m.x += 1.0,
+    ];
+    for (k, change) in changes.iter().enumerate() {
+        let mut changed = command.clone();
+        change(&mut changed);
+        assert_ne!(changed.short_hash(), hash, "change {k}");
+    }
+}
+
+#[test]
+fn velocities_and_accelerations_that_do_not_belong_to_the_angles_are_refused() {
+    for heading_rad in [0.0, 1.0, 2.5, -1.2] {
+        for speed_m_s in [0.1, 0.5] {
+            ready(&strike(heading_rad, speed_m_s)).check().expect("its own command");
+        }
+    }
+    let command = ready(&strike(0.3, 0.2));
+    let changes: [(&str, &dyn Fn(&mut Phase)); 3] = [
+        ("qd_rad_s", &|phase| phase.qd_rad_s[40][2] += 0.04),
+        ("qdd_rad_s2", &|phase| phase.qdd_rad_s2[40][2] += 5.0),
+        ("qdd_rad_s2", &|phase| phase.qdd_rad_s2[0][1] += 20.0),
+    ];
+    for (what, change) in changes {
+        let mut changed = command.clone();
+        change(&mut changed.phases[2]);
+        let message = changed.check().expect_err("changed").to_string();
+        assert!(message.contains(what) && message.contains("strike"), "{message}");
+    }
 }

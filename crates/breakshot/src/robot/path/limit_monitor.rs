@@ -1,6 +1,7 @@
 //! How near does a path come to the arm's limits? Checks every sample and keeps the worst value of each quantity.
 
 use super::limits::{LimitCheck, LimitedQuantity, Limits};
+use super::tool_solid::ToolSolid;
 use crate::cell::Cell;
 use crate::robot::arm::joint_state::JointState;
 use crate::robot::arm::kinematics::condition_number;
@@ -9,10 +10,14 @@ use crate::robot::arm::model::serial_arm::Arm;
 use crate::robot::arm::mounted_arm::MountedArm;
 use crate::robot::arm::self_collision::SelfCollision;
 use crate::robot::phase::PhaseName;
+use crate::scene::Scene;
 use std::collections::BTreeMap;
 
 /// How far outside the workspace the tip may move (m): the run-up begins behind objects at the workspace's edge.
 const BOX_MARGIN_M: f64 = 0.15;
+
+/// Below this height (m) the tip stays in its region in every phase: higher are the walls and fixtures of few tables.
+const LOW_M: f64 = 0.1;
 
 /// The region of the tip during the straight motions, in the table frame (m).
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -29,16 +34,24 @@ pub(crate) struct PathConstraints<'a> {
     table_from_base: Frame,
     collision: SelfCollision,
     tip_box: TipBox,
+    tool: ToolSolid,
 }
 
 impl<'a> PathConstraints<'a> {
-    pub(crate) fn new(mounted: &'a MountedArm, cell: &Cell, limits: &'a Limits) -> Self {
+    /// The constraints of a cell; with a scene also its objects.
+    pub(crate) fn new(
+        mounted: &'a MountedArm,
+        cell: &Cell,
+        scene: Option<&Scene>,
+        limits: &'a Limits,
+    ) -> Self {
         let (min, max) = (cell.workspace.min_m, cell.workspace.max_m);
         Self {
             arm: &mounted.arm,
             limits,
             table_from_base: mounted.base_from_table.inverse(),
             collision: SelfCollision::of(&mounted.arm, mounted.striker.outer_radius_m()),
+            tool: ToolSolid::new(mounted, scene),
             tip_box: TipBox {
                 low: [min.x - BOX_MARGIN_M, min.y - BOX_MARGIN_M],
                 high: [max.x + BOX_MARGIN_M, max.y + BOX_MARGIN_M],
@@ -95,6 +108,10 @@ impl LimitMonitor<'_> {
             let condition = condition_number(&arm.jacobian(&state.q_rad));
             let check = at.check(LimitedQuantity::ConditionNumber, condition, limits.condition_number);
             self.keep_worst(check, || "the arm".into());
+        }
+        let is_straight = !matches!(phase, PhaseName::Approach | PhaseName::Home);
+        let tool_height_m = self.constraints.tool.at(arm, &state.q_rad).lowest_m;
+        if is_straight || tool_height_m < LOW_M {
             let check = at.check(LimitedQuantity::BoxMargin, self.box_margin_m(state), 0.0);
             self.keep_worst(check, || "the tip".into());
         }
@@ -128,12 +145,28 @@ impl LimitMonitor<'_> {
             let check = at.check(LimitedQuantity::TableClearance, height, limits.table_clearance_m);
             self.keep_worst(check, || format!("link `{}`", arm.links[k].name));
         }
+        self.record_tool(at, angles_rad);
         if let Some(closest) = collision.closest(arm, angles_rad) {
             let check = at.check(LimitedQuantity::SelfClearance, closest.gap_m, limits.self_clearance_m);
             self.keep_worst(check, || {
                 let (i, j) = closest.parts;
                 format!("`{}` and `{}`", arm.part_name(i), arm.part_name(j))
             });
+        }
+    }
+
+    /// Records the tool's height above the table and, outside the strike, its distance from objects.
+    fn record_tool(&mut self, at: SampleTime, angles_rad: &[f64]) {
+        let PathConstraints { arm, tool, .. } = self.constraints;
+        let place = tool.at(arm, angles_rad);
+        let check = at.check(LimitedQuantity::ToolHeight, place.lowest_m, tool.least_height_m);
+        self.keep_worst(check, || "the tool".into());
+        if matches!(at.phase, PhaseName::Strike | PhaseName::DrawBack) {
+            return;
+        }
+        if let Some(distance_m) = tool.object_distance_m(&place) {
+            let check = at.check(LimitedQuantity::ObjectClearance, distance_m, 0.0);
+            self.keep_worst(check, || "the tool".into());
         }
     }
 

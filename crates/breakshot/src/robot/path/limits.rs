@@ -26,6 +26,10 @@ pub enum LimitedQuantity {
     SelfClearance,
     /// Distance of the tip from the edge of its region (m).
     BoxMargin,
+    /// Height of the tool, a cylinder as wide as the striker, above the table (m).
+    ToolHeight,
+    /// Distance of the tool from objects in its way, outside the strike (m).
+    ObjectClearance,
 }
 
 /// The value of a path that is nearest to a limit.
@@ -84,7 +88,15 @@ impl Default for Limits {
 impl LimitedQuantity {
     /// Whether the limit is a lower bound.
     fn is_margin(self) -> bool {
-        matches!(self, Self::JointMargin | Self::TableClearance | Self::SelfClearance | Self::BoxMargin)
+        matches!(
+            self,
+            Self::JointMargin
+                | Self::TableClearance
+                | Self::SelfClearance
+                | Self::BoxMargin
+                | Self::ToolHeight
+                | Self::ObjectClearance
+        )
     }
 
     /// The name and the unit in messages.
@@ -97,6 +109,8 @@ impl LimitedQuantity {
             Self::ConditionNumber => ("condition number", ""),
             Self::TableClearance => ("height above the table", "m"),
             Self::SelfClearance => ("distance", "m"),
+            Self::ToolHeight => ("height of its lowest edge above the table", "m"),
+            Self::ObjectClearance => ("distance from an object", "m"),
             Self::BoxMargin => ("distance from the edge of the workspace and its margin", "m"),
         }
     }

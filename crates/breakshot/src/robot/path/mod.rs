@@ -10,3 +10,4 @@ mod recheck;
 pub(crate) mod safety;
 pub(crate) mod search;
 pub(crate) mod striker_path;
+pub(crate) mod tool_solid;

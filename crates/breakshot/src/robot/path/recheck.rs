@@ -13,11 +13,18 @@ const JOINT_TOLERANCE: f64 = 1e-6;
 /// Largest difference between a step and the integral of its velocities (rad); jerk accounts for at most 2e-6.
 const SLOPE_RAD: f64 = 1e-4;
 
+/// Largest differences between the derivatives of a file and those of its angles: jerk explains a fifth of them.
+const SPEED_RAD_S: f64 = 0.02;
+const ACCELERATION_RAD_S2: f64 = 2.0;
+/// Largest difference of the accelerations at an end and one sample before (rad/s2), from the largest jerk.
+const END_JUMP_RAD_S2: f64 = 10.0;
+
 impl Command {
     /// Checks that the samples are one continuous motion of this arm, at rest between its phases.
     ///
     /// # Errors
-    /// Missing or extra numbers, times that decrease or leave gaps, jumps, velocities that are not the slope of the angles.
+    /// Missing or extra numbers, times that decrease or leave gaps, jumps, velocities and accelerations that are not the
+    /// derivatives of the angles.
     pub fn check(&self) -> Result<()> {
         let bad =
             |what: &str, found: String, needed: &str| Err(Error::invalid("command", what, found, needed));
@@ -62,7 +69,7 @@ impl Command {
             .as_ref()
             .ok_or_else(|| Error::invalid("command", "scene", "missing", "a scene with the workspace"))?;
         let limits = Limits::default();
-        let constraints = PathConstraints::new(&mounted, &scene.cell, &limits);
+        let constraints = PathConstraints::new(&mounted, &scene.cell, Some(scene), &limits);
         let mut monitor = constraints.monitor();
         for phase in &self.phases {
             for (k, &time_s) in phase.time_s.iter().enumerate() {
@@ -91,6 +98,42 @@ impl Command {
 }
 
 impl Phase {
+    /// Derives velocities and accelerations again from the angles and compares them with those of the file.
+    fn check_derivatives(&self, joints: usize) -> Result<()> {
+        for k in 1..self.time_s.len() - 1 {
+            let steps_s = [self.time_s[k] - self.time_s[k - 1], self.time_s[k + 1] - self.time_s[k]];
+            for joint in 0..joints {
+                let [before, now, after] = [k - 1, k, k + 1].map(|k| self.q_rad[k][joint]);
+                let slopes = [(now - before) / steps_s[0], (after - now) / steps_s[1]];
+                let both_s = steps_s[0] + steps_s[1];
+                let speed_rad_s = (slopes[0] * steps_s[1] + slopes[1] * steps_s[0]) / both_s;
+                let acceleration_rad_s2 = 2.0 * (slopes[1] - slopes[0]) / both_s;
+                for (what, stated, derived, allowed) in [
+                    ("qd_rad_s", self.qd_rad_s[k][joint], speed_rad_s, SPEED_RAD_S),
+                    ("qdd_rad_s2", self.qdd_rad_s2[k][joint], acceleration_rad_s2, ACCELERATION_RAD_S2),
+                ] {
+                    if (stated - derived).abs() > allowed {
+                        let name = format!("command: {}", self.name.label());
+                        let found = format!("{stated:.4} at {:.3} s", self.time_s[k]);
+                        let needed = format!("the derivative of the angles, {derived:.4}");
+                        return Err(Error::invalid(name, what, found, needed));
+                    }
+                }
+            }
+        }
+        let last = self.time_s.len() - 1;
+        for (end, next) in [(0, 1), (last, last - 1)] {
+            let pairs = self.qdd_rad_s2[end].iter().zip(&self.qdd_rad_s2[next]);
+            let jump = pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+            if jump > END_JUMP_RAD_S2 {
+                let name = format!("command: {}", self.name.label());
+                let found = format!("{jump:.4} rad/s2 off its neighbour's at an end");
+                return Err(Error::invalid(name, "qdd_rad_s2", found, "accelerations without jumps"));
+            }
+        }
+        Ok(())
+    }
+
     /// Checks the samples of one phase.
     fn check(&self, joints: usize) -> Result<()> {
         let name = || format!("command: {}", self.name.label());
@@ -126,6 +169,7 @@ impl Phase {
                 }
             }
         }
+        self.check_derivatives(joints)?;
         for row in [&self.qd_rad_s[0], &self.qd_rad_s[count - 1]] {
             if row.iter().any(|speed| speed.abs() > JOINT_TOLERANCE) {
                 return bad("qd_rad_s", format!("{row:?} at an end"), "rest at both ends");

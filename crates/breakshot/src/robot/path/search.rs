@@ -93,7 +93,7 @@ impl MountedArm {
                 retract_m_s: cell.striker.retract_speed_m_s.min(SLOW_M_S),
             },
             mounted: self,
-            constraints: PathConstraints::new(self, cell, limits),
+            constraints: PathConstraints::new(self, cell, scene, limits),
             contact_m,
             hover_m: self.strike_height_m + HOVER_M + highest_object_m(scene),
             home,
