@@ -76,7 +76,7 @@ fn messages() -> BTreeMap<String, String> {
 async fn rosbridge_messages() -> Value {
     let bridge = bridge::Bridge::start(Some(bridge::InjectedFault::Abort)).await;
     let driver = Driver::Rosbridge(rosbridge::Address::of_host(bridge.host.clone()));
-    run(&driver, Watchdog::default()).await;
+    run(&driver, Watchdog { pace: bridge::SPEEDUP, ..Watchdog::default() }).await;
     Value::Array(bridge.messages())
 }
 
@@ -116,7 +116,7 @@ async fn failures() {
     }
     let bridge = bridge::Bridge::start(Some(bridge::InjectedFault::Silence)).await;
     let driver = Driver::Rosbridge(rosbridge::Address::of_host(bridge.host.clone()));
-    let ending = run(&driver, Watchdog::default()).await;
+    let ending = run(&driver, Watchdog { pace: bridge::SPEEDUP, ..Watchdog::default() }).await;
     let Ending::Stopped { fault, .. } = ending else { panic!("a silent rosbridge: {ending:?}") };
     let silent_s = if let Fault::LostLink { silent_s, .. } = fault { Some(silent_s) } else { None };
     let message = fault.to_string();

@@ -6,9 +6,11 @@ use crate::report::StopReport;
 use breakshot::files;
 use breakshot::robot::{Command, JointState, LogLevel, MountedArm, Recording};
 use serde::Serialize;
-use std::fs::File;
-use std::io::Write;
+use std::fs::OpenOptions;
+use std::io::{ErrorKind, Write};
 use std::path::{Path, PathBuf};
+use std::sync::mpsc::{Sender, channel};
+use std::thread::JoinHandle;
 use std::time::SystemTime;
 use tokio::time::Instant;
 
@@ -84,10 +86,52 @@ pub struct EventLog {
     started: Instant,
     mounted: MountedArm,
     recording: Recording,
-    files: Option<(File, PathBuf)>,
-    /// The first write error.
-    failure: Option<std::io::Error>,
+    file: Option<LogFile>,
     on_event: fn(&Event),
+}
+
+/// The log's file. A thread writes it, so that a slow disk does not delay the loop that monitors the arm.
+#[derive(Debug)]
+struct LogFile {
+    lines: Sender<String>,
+    writer: JoinHandle<std::io::Result<()>>,
+    path: PathBuf,
+}
+
+impl LogFile {
+    /// Creates the file; an existing one is never overwritten.
+    fn create(path: &Path) -> breakshot::Result<Self> {
+        let recording = path.with_extension("mcap");
+        let exists = |path: &Path| {
+            let needed = "a new name: the log of a strike is never overwritten";
+            breakshot::Error::invalid(path.display().to_string(), "the log", "an existing file", needed)
+        };
+        if recording.exists() {
+            return Err(exists(&recording));
+        }
+        let file = OpenOptions::new().write(true).create_new(true).open(path);
+        let mut file = file.map_err(|source| match source.kind() {
+            ErrorKind::AlreadyExists => exists(path),
+            _ => breakshot::Error::Write { path: path.into(), source },
+        })?;
+        let (lines, received) = channel::<String>();
+        let writer = std::thread::spawn(move || {
+            let mut result = Ok(());
+            // After an error, such as a full disk, the lines are still received: `finish` returns the first error.
+            for line in received {
+                result = result.and_then(|()| writeln!(file, "{line}"));
+            }
+            result.and_then(|()| file.sync_all())
+        });
+        Ok(Self { lines, writer, path: path.into() })
+    }
+
+    /// Waits until all lines are on the disk.
+    fn finish(self) -> breakshot::Result<()> {
+        drop(self.lines);
+        let result = self.writer.join().unwrap_or_else(|_| Err(std::io::Error::other("its writer panicked")));
+        result.map_err(|source| breakshot::Error::Write { path: self.path, source })
+    }
 }
 
 /// A line of the log.
@@ -104,21 +148,16 @@ impl EventLog {
     /// called with every event as it happens.
     ///
     /// # Errors
-    /// A file that cannot be created, or an arm model that cannot be built.
+    /// A file that exists already or cannot be created, or an arm model that cannot be built.
     pub fn new(command: &Command, path: Option<&Path>, on_event: fn(&Event)) -> breakshot::Result<Self> {
         let mounted = command.mounted_arm()?;
-        let open = |path: &Path| {
-            let file = File::create(path)
-                .map_err(|source| breakshot::Error::Write { path: path.to_path_buf(), source })?;
-            Ok((file, path.with_extension("mcap")))
-        };
-        let files = path.map(open).transpose()?;
+        let file = path.map(LogFile::create).transpose()?;
         let mut recording = Recording::default();
         recording.add_arm(0.0, &mounted);
         if let Some(scene) = &command.scene {
             recording.add_scene(0.0, scene, |_| None)?;
         }
-        Ok(Self { started: Instant::now(), mounted, recording, files, failure: None, on_event })
+        Ok(Self { started: Instant::now(), mounted, recording, file, on_event })
     }
 
     /// Appends an event.
@@ -128,11 +167,9 @@ impl EventLog {
         let unix = SystemTime::now().duration_since(SystemTime::UNIX_EPOCH);
         let line = Line { time_unix_s: unix.map_or(0.0, |t| t.as_secs_f64()), since_start_s, event: &event };
         let text = serde_json::to_string(&line).unwrap_or_default();
-        if let Some((file, _)) = &mut self.files {
-            // A full disk must not end a monitored motion: `finish` returns the error.
-            if let Err(error) = writeln!(file, "{text}") {
-                self.failure.get_or_insert(error);
-            }
+        if let Some(file) = &self.file {
+            // Without its writer the log is incomplete, which must not end a monitored motion: `finish` returns the error.
+            let _ = file.lines.send(text.clone());
         }
         let level = match &event {
             Event::State { q_rad, .. } => {
@@ -153,11 +190,10 @@ impl EventLog {
     ///
     /// # Errors
     /// The first event or the recording could not be written.
-    pub fn finish(mut self) -> breakshot::Result<()> {
-        let Some((_, path)) = &self.files else { return Ok(()) };
-        if let Some(source) = self.failure.take() {
-            return Err(breakshot::Error::Write { path: path.with_extension("jsonl"), source });
-        }
-        files::write_whole(path, &self.recording.finished())
+    pub fn finish(self) -> breakshot::Result<()> {
+        let Some(file) = self.file else { return Ok(()) };
+        let recording = file.path.with_extension("mcap");
+        file.finish()?;
+        files::write_whole(&recording, &self.recording.finished())
     }
 }

@@ -44,6 +44,32 @@ pub enum Fault {
         /// The deviation (rad).
         off_rad: f64,
     },
+    /// The arm is ahead of its path.
+    #[error("the arm is {ahead_s:.2} s ahead of the {motion}: the controller moves it faster than planned")]
+    Ahead {
+        /// The motion.
+        motion: String,
+        /// Time by which it is ahead (s).
+        ahead_s: f64,
+    },
+    /// A joint is faster than planned.
+    #[error("joint `{joint}` moves at {speed_rad_s:.2} rad/s; planned are at most {planned_rad_s:.2} rad/s")]
+    TooFast {
+        /// The joint.
+        joint: String,
+        /// Its mean speed over the last readings (rad/s).
+        speed_rad_s: f64,
+        /// Its largest planned speed meanwhile (rad/s).
+        planned_rad_s: f64,
+    },
+    /// The robot reports something that is no pose of this arm.
+    #[error("the robot reports the joint angles {found}; needed: {needed} finite numbers")]
+    NoPose {
+        /// The angles that it reports.
+        found: String,
+        /// The number of joints.
+        needed: usize,
+    },
     /// The motion takes too long.
     #[error("the {motion} has not ended {after_s:.1} s after it was sent; planned are {planned_s:.1} s")]
     Overdue {

@@ -30,6 +30,9 @@ pub fn objections(
     observed: Option<&Scene>,
     now_unix_s: f64,
 ) -> Vec<String> {
+    if let Err(error) = command.check() {
+        return vec![format!("the command is damaged: {error}")];
+    }
     let mut objections = path_objections(command);
     objections.extend(speed_objections(command, permission));
     objections.extend(scene_objections(command, observed, now_unix_s));
@@ -95,7 +98,26 @@ fn scene_objections(command: &Command, observed: Option<&Scene>, now_unix_s: f64
         }
     }
     objections.extend(observed.into_iter().flat_map(|observed| changes(planned, observed)));
+    objections.extend(observed.and_then(|observed| other_table(command, planned, observed)));
     objections
+}
+
+/// A sentence if the observation is of another table: another base pose, other walls or other areas to keep out of. A camera sees no
+/// walls: an observation without any says nothing about them.
+fn other_table(command: &Command, planned: &Scene, observed: &Scene) -> Option<String> {
+    let base = |scene: &Scene| scene.cell.robot.as_ref().and_then(|robot| robot.base_from_table);
+    let differs = if base(observed).is_some_and(|base| Some(base) != command.robot.base_from_table) {
+        "`base_from_table`"
+    } else if !observed.walls.is_empty() && observed.walls != planned.walls {
+        "`[[walls]]`"
+    } else if !observed.keep_out.is_empty() && observed.keep_out != planned.keep_out {
+        "`[[keep_out]]`"
+    } else if observed.cell.table != planned.cell.table {
+        "`[table]`"
+    } else {
+        return None;
+    };
+    Some(format!("{differs} of the observed scene differs from that of the command: plan again"))
 }
 
 /// One sentence for each object that moved, is missing, or is new since planning.

@@ -31,6 +31,8 @@ pub struct Watchdog {
     pub silence: Duration,
     /// How much longer than planned a motion may take.
     pub grace: Duration,
+    /// Speed of the controller's clock over ours: 1 for every real robot. A controller that simulates may be faster.
+    pub pace: f64,
 }
 
 impl Default for Watchdog {
@@ -40,6 +42,7 @@ impl Default for Watchdog {
             period: Duration::from_millis(10),
             silence: Duration::from_millis(150),
             grace: Duration::from_secs(2),
+            pace: 1.0,
         }
     }
 }

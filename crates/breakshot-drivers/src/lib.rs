@@ -22,9 +22,11 @@ mod interlock;
 mod job;
 mod motion;
 mod preflight;
+mod progress;
 mod report;
 mod robot;
 mod session;
+mod stop_on_drop;
 #[cfg(test)]
 mod tests;
 

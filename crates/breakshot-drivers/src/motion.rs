@@ -78,7 +78,12 @@ impl Motion {
 }
 
 /// The joint in which two poses differ most, and the difference (rad).
+///
+/// Poses of different lengths, and angles that are not numbers, differ without bound.
 pub(crate) fn largest_difference(one: &[f64], other: &[f64]) -> (usize, f64) {
+    if one.len() != other.len() {
+        return (0, f64::INFINITY);
+    }
     let apart = one.iter().zip(other).map(|(a, b)| (a - b).abs()).enumerate();
     apart.max_by(|a, b| a.1.total_cmp(&b.1)).unwrap_or((0, f64::INFINITY))
 }

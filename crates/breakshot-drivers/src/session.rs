@@ -6,11 +6,15 @@ use crate::interlock;
 use crate::job::Job;
 use crate::motion::{Motion, Motions, largest_difference};
 use crate::preflight::PreflightCheck;
+use crate::progress::Progress;
 use crate::report::{Ending, Report, StopReport};
 use crate::robot::arm::{ArmState, Stop};
 use crate::robot::driver::{Driver, Robot};
+use crate::stop_on_drop::{LAST_STOP, StopOnDrop};
 use std::future::Future;
+use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::pin::Pin;
+use std::sync::Arc;
 use std::time::Duration;
 use tokio::time::{Instant, MissedTickBehavior, interval, sleep, timeout, timeout_at};
 
@@ -23,25 +27,37 @@ const AT_HOME_RAD: f64 = 0.02;
 /// Time in which the arm must come to rest after a stop.
 const STANDSTILL: Duration = Duration::from_secs(1);
 
-/// Runs [`strike`] on its own runtime; Ctrl-C and SIGTERM stop the arm.
+/// Runs [`strike`] on its own runtime; Ctrl-C, SIGTERM, SIGHUP, SIGQUIT and a panic stop the arm.
 ///
 /// # Errors
 /// See [`strike`].
 pub fn carry_out(driver: &Driver, job: &Job<'_>, log: &mut EventLog) -> Result<Report, Fault> {
     // Two workers: encoding a large message must not delay the next request of the arm's state.
     let runtime = tokio::runtime::Builder::new_multi_thread().worker_threads(2).enable_all().build();
-    runtime.map_err(Fault::unreachable)?.block_on(strike(driver, job, log, interrupt_signal()))
+    let runtime = runtime.map_err(Fault::unreachable)?;
+    let run = || runtime.block_on(strike(driver, job, log, interrupt_signal()));
+    catch_unwind(AssertUnwindSafe(run)).unwrap_or_else(|panic| {
+        // The stop that the unwinding has requested needs the runtime.
+        runtime.block_on(sleep(LAST_STOP));
+        resume_unwind(panic)
+    })
 }
 
-/// Completes on Ctrl-C or SIGTERM.
+/// Completes on Ctrl-C, SIGTERM, SIGHUP (the terminal is closed) or SIGQUIT.
 async fn interrupt_signal() {
     #[cfg(unix)]
-    if let Ok(mut end) = tokio::signal::unix::signal(tokio::signal::unix::SignalKind::terminate()) {
-        tokio::select! {
-            _ = tokio::signal::ctrl_c() => {}
-            _ = end.recv() => {}
+    {
+        use tokio::signal::unix::{SignalKind, signal};
+        let kinds = [SignalKind::terminate(), SignalKind::hangup(), SignalKind::quit()];
+        if let [Ok(mut end), Ok(mut hangup), Ok(mut quit)] = kinds.map(signal) {
+            tokio::select! {
+                _ = tokio::signal::ctrl_c() => {}
+                _ = end.recv() => {}
+                _ = hangup.recv() => {}
+                _ = quit.recv() => {}
+            }
+            return;
         }
-        return;
     }
     // Without a signal handler the user could not stop the arm: an error counts as an interrupt.
     let _ = tokio::signal::ctrl_c().await;
@@ -50,8 +66,8 @@ async fn interrupt_signal() {
 /// Executes a command on a robot, or performs a dry run.
 ///
 /// The order is: preflight checks, approach, second observation of the table, strike (sent once), return home. Every fault
-/// during a motion ends in a stop; nothing is recovered, repeated or cleared. The arm is stopped when `interrupt` completes.
-/// Run the future to its end: dropping it does not stop the arm.
+/// during a motion ends in a stop; nothing is recovered, repeated or cleared. The arm is stopped when `interrupt` completes, and
+/// when the future is dropped during a motion; only a run to the end reports the stop.
 ///
 /// # Errors
 /// A robot that cannot be reached; nothing has moved then.
@@ -68,9 +84,7 @@ pub async fn strike(
         arm: job.command.arm.clone(),
         live: job.live,
     });
-    let robot = Robot::connect(driver, job.command).await?;
-    let mut session = Session { robot: &robot, job, log, interrupt: Box::pin(interrupt) };
-    let report = session.run().await;
+    let report = connected(driver, job, log, Box::pin(interrupt)).await;
     let outcome = match report.as_ref().map(|report| &report.ending) {
         Ok(Ending::Shown { .. }) => "shown",
         Ok(Ending::Struck { .. }) => "struck",
@@ -82,19 +96,57 @@ pub async fn strike(
     report
 }
 
+/// Connects to the robot and runs the session; a damaged command is refused before.
+async fn connected(
+    driver: &Driver,
+    job: &Job<'_>,
+    log: &mut EventLog,
+    mut interrupt: Pin<Box<impl Future<Output = ()>>>,
+) -> Result<Report, Fault> {
+    if let Err(error) = job.command.check() {
+        let objections = vec![format!("the command is damaged: {error}")];
+        log.note(Event::Objection { reason: objections[0].clone() });
+        let ending = Ending::Refused { objections, arm_position: "at its initial pose" };
+        return Ok(Report { checks: Vec::new(), ending });
+    }
+    let connection = Robot::connect(driver, job.command);
+    let robot = Arc::new(limited(interrupt.as_mut(), "the connection", connection).await?);
+    Session { robot, job, log, interrupt, first_look_unix_s: None }.run().await
+}
+
+/// Time limit of what precedes a motion.
+const PATIENCE: Duration = Duration::from_secs(30);
+
+/// The result of a request that moves nothing, unless the user interrupts it or it takes too long.
+async fn limited<T>(
+    interrupt: Pin<&mut impl Future<Output = ()>>,
+    what: &str,
+    request: impl Future<Output = Result<T, Fault>>,
+) -> Result<T, Fault> {
+    tokio::select! {
+        biased;
+        () = interrupt => Err(Fault::Interrupted),
+        answer = timeout(PATIENCE, request) => answer.unwrap_or_else(|_| {
+            Err(Fault::LostLink { silent_s: PATIENCE.as_secs_f64(), cause: format!("{what} takes too long") })
+        }),
+    }
+}
+
 pub(crate) struct Session<'a, I> {
-    pub(crate) robot: &'a Robot,
+    pub(crate) robot: Arc<Robot>,
     pub(crate) job: &'a Job<'a>,
     pub(crate) log: &'a mut EventLog,
     pub(crate) interrupt: Pin<Box<I>>,
+    /// When the first observation was made (s since 1970).
+    pub(crate) first_look_unix_s: Option<f64>,
 }
 
 impl<I: Future<Output = ()>> Session<'_, I> {
     pub(crate) async fn run(&mut self) -> Result<Report, Fault> {
         let command = self.job.command;
         let mut objections = self.objections();
-        let mut checks = self.robot.preflight(command).await?;
-        let state = self.robot.state().await?;
+        let mut checks = self.preflight().await?;
+        let state = self.state().await?;
         let home = command.at(0.0).map(|home| largest_difference(&home.q_rad, &state.q_rad));
         if let Some((joint, off_rad)) = home {
             let found = format!("joint `{}` is {off_rad:.4} rad away", command.joints[joint]);
@@ -130,7 +182,17 @@ impl<I: Future<Output = ()>> Session<'_, I> {
                 return self.stopped(motion, fault).await;
             }
         }
-        let objections = self.objections();
+        let mut objections = self.objections();
+        match self.preflight().await {
+            Ok(checks) => {
+                for check in checks.into_iter().filter(|check| !check.holds) {
+                    let PreflightCheck { what, found, needed, .. } = &check;
+                    objections.push(format!("{what}: {found}; needed: {needed}"));
+                    self.log.note(Event::PreflightCheck(check));
+                }
+            }
+            Err(fault) => return self.stopped(&motions.strike, fault).await,
+        }
         if !objections.is_empty() {
             return self.refused(objections, "lowered, before its run-up");
         }
@@ -147,7 +209,24 @@ impl<I: Future<Output = ()>> Session<'_, I> {
         let job = self.job;
         match (job.observe)() {
             Ok(observed) => {
-                interlock::objections(job.command, &job.permission, observed.as_ref(), (job.now_unix_s)())
+                let look_unix_s = observed.as_ref().and_then(|scene| scene.observed_unix_s);
+                let mut objections = interlock::objections(
+                    job.command,
+                    &job.permission,
+                    observed.as_ref(),
+                    (job.now_unix_s)(),
+                );
+                if let (Some(first), Some(second)) = (self.first_look_unix_s, look_unix_s)
+                    && second <= first
+                {
+                    objections.push(
+                        "the second observation of the table is not newer than the first: `breakshot look` has to run again \
+                         while the arm approaches"
+                            .into(),
+                    );
+                }
+                self.first_look_unix_s = look_unix_s;
+                objections
             }
             Err(message) => vec![format!("the table cannot be observed: {message}")],
         }
@@ -160,15 +239,29 @@ impl<I: Future<Output = ()>> Session<'_, I> {
         Ending::Refused { objections, arm_position }
     }
 
-    /// Sends a motion and monitors the arm to its end.
+    /// The robot's checks, which move nothing.
+    async fn preflight(&mut self) -> Result<Vec<PreflightCheck>, Fault> {
+        let checks = self.robot.preflight(self.job.command);
+        limited(self.interrupt.as_mut(), "the preflight", checks).await
+    }
+
+    /// Sends a motion and monitors the arm to its end; a run that is dropped meanwhile stops the arm.
     async fn execute(&mut self, motion: &Motion) -> Result<(), Fault> {
+        let dropped = StopOnDrop::new(&self.robot);
+        let result = self.send_and_monitor(motion).await;
+        dropped.release();
+        result
+    }
+
+    async fn send_and_monitor(&mut self, motion: &Motion) -> Result<(), Fault> {
         let watchdog = self.job.watchdog;
         let state = self.state().await?;
         self.check_deviation(motion, &state, ARRIVED_RAD, motion.start())?;
         let [from_rad, to_rad] = [motion.start(), motion.end()].map(<[f64]>::to_vec);
         let (name, duration_s) = (motion.name.to_owned(), motion.duration_s());
         self.log.note(Event::Sent { motion: name.clone(), duration_s, from_rad, to_rad });
-        let robot = self.robot;
+        let robot = Arc::clone(&self.robot);
+        let mut progress = Progress::new(motion, &self.job.command.joints, watchdog.pace);
         let mut sending = std::pin::pin!(timeout(watchdog.grace, robot.send(motion)));
         let (sent, mut is_accepted, mut has_moved) = (Instant::now(), false, false);
         let mut ticks = interval(watchdog.period);
@@ -187,6 +280,7 @@ impl<I: Future<Output = ()>> Session<'_, I> {
                     let state = self.state().await?;
                     let elapsed_s = sent.elapsed().as_secs_f64();
                     self.check_deviation(motion, &state, OFF_PATH_RAD, &[])?;
+                    progress.check(&state, elapsed_s)?;
                     has_moved |= state.moving || largest_difference(&state.q_rad, motion.start()).1 > AT_HOME_RAD;
                     let is_there = largest_difference(&state.q_rad, motion.end()).1 < ARRIVED_RAD && !state.moving;
                     if is_accepted && is_there && (has_moved || elapsed_s >= duration_s) {
@@ -204,17 +298,24 @@ impl<I: Future<Output = ()>> Session<'_, I> {
     /// The arm's state; a fault if the robot does not answer or reports one.
     async fn state(&mut self) -> Result<ArmState, Fault> {
         let watchdog = self.job.watchdog;
-        let asked = Instant::now();
+        let (asked, joints) = (Instant::now(), self.job.command.joints.len());
         let deadline = asked + watchdog.silence;
         let mut cause = "the robot accepts requests but does not answer".to_owned();
         loop {
+            let requested = Instant::now();
             let answer = tokio::select! {
                 biased;
                 () = self.interrupt.as_mut() => return Err(Fault::Interrupted),
                 answer = timeout_at(deadline, self.robot.state()) => answer,
             };
             match answer {
-                Ok(Ok(state)) => {
+                Ok(Ok(state))
+                    if state.q_rad.len() != joints || !state.q_rad.iter().all(|q| q.is_finite()) =>
+                {
+                    return Err(Fault::NoPose { found: format!("{:?}", state.q_rad), needed: joints });
+                }
+                Ok(Ok(mut state)) => {
+                    state.age_s += requested.elapsed().as_secs_f64();
                     let (q_rad, moving) = (state.q_rad.clone(), state.moving);
                     self.log.note(Event::State { q_rad, moving });
                     return Ok(state);

@@ -13,7 +13,9 @@ use breakshot::properties::Properties;
 use breakshot::robot::Command;
 use breakshot::scene::Scene;
 use example::{OBSERVED_UNIX_S, command, just_after, scene};
+use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
+use std::time::Duration;
 
 fn properties() -> Properties {
     let one = |mean: f64| serde_json::json!({ "mean": mean, "std": 0.01, "standard_error": 0.01, "interval_95": [mean, mean], "n": 5 });
@@ -34,7 +36,17 @@ async fn run(
 ) -> (Ending, Vec<&'static str>) {
     let mut sim = Sim::new(command, &properties());
     sim.injected = injected;
-    let robot = Robot::Sim(Box::new(sim));
+    run_on(sim, command, permission, observe).await
+}
+
+/// Runs a command on this arm.
+async fn run_on(
+    sim: Sim,
+    command: &Command,
+    permission: Permission,
+    observe: &(dyn Fn() -> Result<Option<Scene>, String> + Sync),
+) -> (Ending, Vec<&'static str>) {
+    let robot = Arc::new(Robot::Sim(Box::new(sim)));
     let job = Job {
         command,
         permission,
@@ -45,10 +57,19 @@ async fn run(
     };
     let mut log = EventLog::new(command, None, |_| ()).expect("an arm");
     let interrupt = Box::pin(std::future::pending());
-    let mut session = Session { robot: &robot, job: &job, log: &mut log, interrupt };
+    let mut session =
+        Session { robot: Arc::clone(&robot), job: &job, log: &mut log, interrupt, first_look_unix_s: None };
     let ending = session.run().await.expect("a simulation is there").ending;
-    let Robot::Sim(sim) = &robot else { unreachable!() };
-    (ending, sim.received())
+    (ending, received(&robot))
+}
+
+/// The requests that a simulated arm received.
+fn received(robot: &Robot) -> Vec<&'static str> {
+    match robot {
+        Robot::Sim(sim) => sim.received(),
+        #[cfg(feature = "network")]
+        _ => Vec::new(),
+    }
 }
 
 fn permission(command: &Command) -> Permission {
@@ -90,6 +111,7 @@ async fn an_object_that_moves_during_the_approach_prevents_the_strike() {
     let observe = || {
         let mut observed = scene();
         if observations.fetch_add(1, Ordering::Relaxed) > 0 {
+            observed.observed_unix_s = Some(OBSERVED_UNIX_S + 1.0);
             observed.placed[0].position_m = Point::new(0.0, 0.01);
         }
         Ok(Some(observed))
@@ -177,4 +199,116 @@ fn a_new_observation_replaces_the_one_in_the_command() {
         None,
         "a disc is unchanged by any rotation"
     );
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_controller_that_is_faster_than_planned_is_stopped_in_its_first_motion() {
+    let command = command(0.2);
+    for speedup in [1.25, 2.0, 10.0] {
+        let mut sim = Sim::new(&command, &properties());
+        sim.speedup = speedup;
+        let (ending, received) = run_on(sim, &command, permission(&command), NO_OBSERVATION).await;
+        let Ending::Stopped { motion, fault, .. } = ending else { panic!("{speedup}: {ending:?}") };
+        assert!(matches!(fault, Fault::Ahead { .. } | Fault::TooFast { .. }), "{speedup}: {fault:?}");
+        assert_eq!((motion.as_str(), &received[..]), ("approach", &["approach", "stop"][..]), "{speedup}");
+    }
+    // Within the tolerance, and slower.
+    for speedup in [1.02, 0.95] {
+        let mut sim = Sim::new(&command, &properties());
+        sim.speedup = speedup;
+        let (ending, _) = run_on(sim, &command, permission(&command), NO_OBSERVATION).await;
+        assert!(matches!(ending, Ending::Struck { .. }), "{speedup}: {ending:?}");
+    }
+}
+
+#[tokio::test(start_paused = true)]
+async fn an_observation_that_is_not_repeated_prevents_the_strike() {
+    let command = command(0.2);
+    let (ending, received) = run(&command, permission(&command), &|| Ok(Some(scene())), None).await;
+    let Ending::Refused { objections, .. } = ending else { panic!("{ending:?}") };
+    assert!(objections[0].contains("not newer than the first"), "{objections:?}");
+    assert_eq!(received, ["approach", "lowering"]);
+}
+
+#[test]
+fn an_observation_of_another_table_is_refused() {
+    type Change = fn(&mut Scene);
+
+    let command = command(0.2);
+    let changes: [(&str, Change); 2] = [
+        ("base_from_table", |s| {
+            let robot = s.cell.robot.as_mut().expect("a robot");
+            robot.base_from_table.as_mut().expect("a pose").position_m[0] += 0.01;
+        }),
+        ("walls", |s| {
+            let (from_m, to_m) = (Point::new(0.2, 0.2), Point::new(0.3, 0.2));
+            s.walls.push(breakshot::scene::Wall { from_m, to_m, restitution: 0.4 });
+        }),
+    ];
+    for (word, change) in changes {
+        let mut observed = scene();
+        change(&mut observed);
+        let refused = objection(&command, false, Some(&observed), just_after()).expect(word);
+        assert!(refused.contains(word), "{refused}");
+    }
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_run_that_is_dropped_during_a_motion_stops_the_arm() {
+    let command = command(0.2);
+    let robot = Arc::new(Robot::Sim(Box::new(Sim::new(&command, &properties()))));
+    let job = Job {
+        command: &command,
+        permission: permission(&command),
+        live: true,
+        observe: NO_OBSERVATION,
+        now_unix_s: just_after,
+        watchdog: Watchdog::default(),
+    };
+    let mut log = EventLog::new(&command, None, |_| ()).expect("an arm");
+    let interrupt = Box::pin(std::future::pending());
+    let mut session =
+        Session { robot: Arc::clone(&robot), job: &job, log: &mut log, interrupt, first_look_unix_s: None };
+    assert!(tokio::time::timeout(Duration::from_secs(1), session.run()).await.is_err(), "it has ended");
+    tokio::time::sleep(Duration::from_millis(10)).await;
+    assert_eq!(received(&robot), ["approach", "stop"]);
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_damaged_command_is_refused_before_the_robot_is_asked() {
+    let mut damaged = command(0.2);
+    damaged.phases[2].qd_rad_s[30][1] += 0.1;
+    let refused = objections(&damaged, &permission(&damaged), None, just_after());
+    assert!(refused[0].contains("damaged") && refused[0].contains("qd_rad_s"), "{refused:?}");
+    let job = Job {
+        command: &damaged,
+        permission: permission(&damaged),
+        live: true,
+        observe: NO_OBSERVATION,
+        now_unix_s: just_after,
+        watchdog: Watchdog::default(),
+    };
+    let mut log = EventLog::new(&damaged, None, |_| ()).expect("an arm");
+    let driver = crate::Driver::Sim(Box::new(properties()));
+    let report = crate::strike(&driver, &job, &mut log, std::future::pending()).await.expect("no network");
+    assert!(matches!(&report.ending, Ending::Refused { .. }), "{report:?}");
+}
+
+#[test]
+fn poses_of_another_length_differ_without_bound() {
+    use crate::motion::largest_difference;
+    assert!(largest_difference(&[0.0; 6], &[0.0; 5]).1.is_infinite());
+    assert!(largest_difference(&[], &[]).1.is_infinite());
+}
+
+#[test]
+fn a_log_is_never_overwritten() {
+    let (folder, command) = (tempfile::tempdir().expect("a folder"), command(0.2));
+    let path = folder.path().join("strike.jsonl");
+    EventLog::new(&command, Some(&path), |_| ()).expect("a log").finish().expect("written");
+    let again = EventLog::new(&command, Some(&path), |_| ()).expect_err("it exists").to_string();
+    assert!(again.contains("never overwritten"), "{again}");
+    std::fs::remove_file(&path).expect("a file");
+    let again = EventLog::new(&command, Some(&path), |_| ()).expect_err("its recording exists").to_string();
+    assert!(again.contains("strike.mcap"), "{again}");
 }

@@ -12,7 +12,10 @@ const PATIENT: Watchdog = Watchdog {
     period: Duration::from_millis(10),
     silence: Duration::from_secs(20),
     grace: Duration::from_mins(1),
+    pace: SPEEDUP,
 };
+/// How much faster than real time the mock runs.
+const SPEEDUP: f64 = 10.0;
 /// Short times: these tests check the order of the requests, not the reaction time.
 const BRISK: Watchdog =
     Watchdog { silence: Duration::from_millis(300), grace: Duration::from_millis(1500), ..PATIENT };
@@ -35,7 +38,7 @@ async fn run(mock: &Mock, live: bool, watchdog: Watchdog) -> Report {
 }
 
 fn accelerated(injected: Option<(InjectedFault, usize, f64)>) -> Setup {
-    Setup { speedup: 10.0, injected, ..Setup::default() }
+    Setup { speedup: SPEEDUP, injected, ..Setup::default() }
 }
 
 /// The requests that move or stop the arm, in order.
@@ -191,4 +194,26 @@ async fn an_unreachable_robot_is_an_error_with_its_address() {
     let driver = Driver::Indy(breakshot_drivers::indy::Address::of_port("127.0.0.1", 1));
     let error = strike(&driver, &job, &mut log, std::future::pending()).await.expect_err("nobody listens");
     assert!(error.to_string().contains("127.0.0.1:1"), "{error}");
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_controller_that_plays_ten_times_too_fast_is_stopped() {
+    let mock = Mock::start(accelerated(None)).await;
+    let report = run(&mock, true, Watchdog { pace: 1.0, ..PATIENT }).await;
+    let Ending::Stopped { fault, motion, .. } = report.ending else { panic!("{:?}", report.ending) };
+    assert!(matches!(fault, Fault::Ahead { .. } | Fault::TooFast { .. }), "{fault:?}");
+    assert_eq!(
+        (motion.as_str(), moves(&mock)),
+        ("approach", vec!["MoveJointTraj".into(), "StopMotion 2".into()])
+    );
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_controller_that_simulates_has_to_be_named_so() {
+    let mut mock = Mock::start(accelerated(None)).await;
+    mock.address.simulated = false;
+    let report = run(&mock, true, PATIENT).await;
+    let Ending::Refused { objections, .. } = &report.ending else { panic!("{:?}", report.ending) };
+    assert!(objections.iter().any(|o| o.contains("indy-sim:HOST")), "{objections:?}");
+    assert!(moves(&mock).is_empty(), "{:?}", moves(&mock));
 }

@@ -17,6 +17,7 @@ const PATIENT: Watchdog = Watchdog {
     period: Duration::from_millis(10),
     silence: Duration::from_secs(20),
     grace: Duration::from_mins(1),
+    pace: bridge::SPEEDUP,
 };
 
 /// Short, so that a silent link is detected quickly.

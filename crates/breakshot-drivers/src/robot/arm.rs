@@ -7,6 +7,8 @@ pub(crate) struct ArmState {
     pub(crate) q_rad: Vec<f64>,
     /// Whether a motion is under way.
     pub(crate) moving: bool,
+    /// Largest possible age of the angles (s).
+    pub(crate) age_s: f64,
 }
 
 /// The stop category.

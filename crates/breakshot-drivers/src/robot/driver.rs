@@ -34,9 +34,9 @@ impl Driver {
     /// Any other name; every name if this crate was built without the feature `network`.
     pub fn on_network(name: &str, controller: &str) -> breakshot::Result<Self> {
         let error = |needed| Error::invalid("--driver", "robot", format!("`{name}`"), needed);
-        let wrong = || error("`indy:HOST`, `indy:HOST:PORT`, `ros:HOST:PORT` or `sim`");
+        let wrong = || error("`indy:HOST`, `indy:HOST:PORT`, `indy-sim:HOST`, `ros:HOST:PORT` or `sim`");
         let (kind, host) = name.split_once(':').ok_or_else(wrong)?;
-        if cfg!(not(feature = "network")) && ["indy", "ros"].contains(&kind) {
+        if cfg!(not(feature = "network")) && ["indy", "indy-sim", "ros"].contains(&kind) {
             let needed = "a program with the drivers for robots on the network: \
                           `cargo install --path crates/breakshot-cli --features network`";
             return Err(error(needed));
@@ -47,9 +47,14 @@ impl Driver {
     #[cfg(feature = "network")]
     fn at(kind: &str, host: &str, controller: &str) -> Option<Self> {
         match (kind, host.split_once(':')) {
-            ("indy", None) if !host.is_empty() => Some(Self::Indy(indy::Address::of_host(host))),
-            ("indy", Some((host, port))) if !host.is_empty() => {
-                Some(Self::Indy(indy::Address::of_port(host, port.parse().ok()?)))
+            ("indy" | "indy-sim", name) => {
+                let (host, port) = name.map_or((host, None), |(host, port)| (host, Some(port)));
+                let address = match port {
+                    None => indy::Address::of_host(host),
+                    Some(port) => indy::Address::of_port(host, port.parse().ok()?),
+                };
+                let simulated = kind == "indy-sim";
+                (!host.is_empty()).then_some(Self::Indy(indy::Address { simulated, ..address }))
             }
             ("ros", Some(_)) => Some(Self::Rosbridge(rosbridge::Address {
                 controller: controller.into(),
@@ -68,6 +73,8 @@ impl Driver {
 impl std::fmt::Display for Driver {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
+            #[cfg(feature = "network")]
+            Self::Indy(address) if address.simulated => write!(f, "indy-sim:{}", address.host),
             #[cfg(feature = "network")]
             Self::Indy(address) => write!(f, "indy:{}", address.host),
             #[cfg(feature = "network")]

@@ -153,6 +153,11 @@ impl Rosbridge {
     }
 
     pub(crate) fn joint_angles(&self) -> Result<Vec<f64>, Fault> {
+        self.dated_joint_angles().map(|(_, q_rad)| q_rad)
+    }
+
+    /// The latest joint angles (rad), and when they arrived.
+    fn dated_joint_angles(&self) -> Result<(Instant, Vec<f64>), Fault> {
         self.linked()?;
         let (at, q_rad) = self.shared().q_rad.clone().ok_or_else(|| Fault::link("no joint states"))?;
         if at.elapsed() > OLD_STATE {
@@ -161,16 +166,16 @@ impl Rosbridge {
                 cause: "joint states are not published any more".into(),
             });
         }
-        Ok(q_rad)
+        Ok((at, q_rad))
     }
 
     pub(crate) fn state(&self) -> Result<ArmState, Fault> {
-        let q_rad = self.joint_angles()?;
+        let (at, q_rad) = self.dated_joint_angles()?;
         let shared = self.shared();
         if let Some(answer) = &shared.failure {
             return Err(Fault::Refused { request: "the goal".into(), answer: answer.clone() });
         }
-        Ok(ArmState { q_rad, moving: shared.running })
+        Ok(ArmState { q_rad, moving: shared.running, age_s: at.elapsed().as_secs_f64() })
     }
 
     pub(crate) fn send(&self, motion: &Motion) -> Result<(), Fault> {

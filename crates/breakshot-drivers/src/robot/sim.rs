@@ -33,6 +33,9 @@ pub(crate) struct Sim {
     now: Mutex<Now>,
     #[cfg(test)]
     pub(crate) injected: Option<InjectedFault>,
+    /// How much faster than planned the arm moves.
+    #[cfg(test)]
+    pub(crate) speedup: f64,
 }
 
 /// A fault that a test injects into a motion, at a time after the motion's start.
@@ -61,6 +64,8 @@ impl Sim {
             now: Mutex::new(Now { q_rad, ..Now::default() }),
             #[cfg(test)]
             injected: None,
+            #[cfg(test)]
+            speedup: 1.0,
         }
     }
 
@@ -72,15 +77,26 @@ impl Sim {
     pub(crate) fn state(&self) -> ArmState {
         let mut now = self.now();
         let Some((motion, begun)) = &now.motion else {
-            return ArmState { q_rad: now.q_rad.clone(), moving: false };
+            return ArmState { q_rad: now.q_rad.clone(), moving: false, age_s: 0.0 };
         };
-        let since_s = begun.elapsed().as_secs_f64();
+        let since_s = begun.elapsed().as_secs_f64() * self.speedup();
         let (q_rad, moving) = (motion.at(since_s).q_rad, since_s < motion.duration_s());
         if !moving {
             now.motion = None;
             now.q_rad.clone_from(&q_rad);
         }
-        ArmState { q_rad, moving }
+        ArmState { q_rad, moving, age_s: 0.0 }
+    }
+
+    #[cfg(test)]
+    fn speedup(&self) -> f64 {
+        self.speedup
+    }
+
+    #[cfg(not(test))]
+    fn speedup(&self) -> f64 {
+        let _ = self;
+        1.0
     }
 
     /// The injected fault, if it is due.

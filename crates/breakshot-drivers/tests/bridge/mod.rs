@@ -25,7 +25,8 @@ pub(crate) struct Bridge {
 }
 
 const HOME_DEG: [f64; 6] = [0.0, -15.0, -90.0, 0.0, -75.0, 0.0];
-const SPEEDUP: f64 = 10.0;
+/// How much faster than real time the arm moves.
+pub(crate) const SPEEDUP: f64 = 10.0;
 
 struct Goal {
     message: Value,

@@ -264,7 +264,8 @@ impl Mock {
         let listener = TcpListener::bind("127.0.0.1:0").await.expect("a free port");
         let port = listener.local_addr().expect("it is bound").port();
         let server = tokio::spawn(serve(Arc::clone(&controller), listener));
-        Self { controller, address: Address::of_port("127.0.0.1", port), server }
+        let address = Address { simulated: true, ..Address::of_port("127.0.0.1", port) };
+        Self { controller, address, server }
     }
 }
 

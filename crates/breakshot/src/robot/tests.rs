@@ -394,16 +394,18 @@ fn the_hash_covers_everything_but_the_warnings() {
 
 #[test]
 fn velocities_and_accelerations_that_do_not_belong_to_the_angles_are_refused() {
+    type Change = fn(&mut Phase);
+
     for heading_rad in [0.0, 1.0, 2.5, -1.2] {
         for speed_m_s in [0.1, 0.5] {
             ready(&strike(heading_rad, speed_m_s)).check().expect("its own command");
         }
     }
     let command = ready(&strike(0.3, 0.2));
-    let changes: [(&str, &dyn Fn(&mut Phase)); 3] = [
-        ("qd_rad_s", &|phase| phase.qd_rad_s[40][2] += 0.04),
-        ("qdd_rad_s2", &|phase| phase.qdd_rad_s2[40][2] += 5.0),
-        ("qdd_rad_s2", &|phase| phase.qdd_rad_s2[0][1] += 20.0),
+    let changes: [(&str, Change); 3] = [
+        ("qd_rad_s", |phase| phase.qd_rad_s[40][2] += 0.04),
+        ("qdd_rad_s2", |phase| phase.qdd_rad_s2[40][2] += 5.0),
+        ("qdd_rad_s2", |phase| phase.qdd_rad_s2[0][1] += 20.0),
     ];
     for (what, change) in changes {
         let mut changed = command.clone();

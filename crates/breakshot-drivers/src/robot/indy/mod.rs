@@ -28,17 +28,26 @@ pub struct Address {
     pub config: u16,
     /// Port of `RTDataExchange`.
     pub rtde: u16,
+    /// Whether the controller simulates its robot; a controller that does otherwise is refused.
+    pub simulated: bool,
 }
 
 impl Address {
     /// The ports of a controller in factory settings.
     pub fn of_host(host: impl Into<String>) -> Self {
-        Self { host: host.into(), control: 20_001, device: 20_002, config: 20_003, rtde: 20_004 }
+        Self {
+            host: host.into(),
+            control: 20_001,
+            device: 20_002,
+            config: 20_003,
+            rtde: 20_004,
+            simulated: false,
+        }
     }
 
     /// One port for all services.
     pub fn of_port(host: impl Into<String>, port: u16) -> Self {
-        Self { host: host.into(), control: port, device: port, config: port, rtde: port }
+        Self { host: host.into(), control: port, device: port, config: port, rtde: port, simulated: false }
     }
 }
 
@@ -55,6 +64,7 @@ pub(crate) struct Indy {
     device: DeviceClient<Channel>,
     config: ConfigClient<Channel>,
     rtde: RtDataExchangeClient<Channel>,
+    simulated: bool,
 }
 
 impl Indy {
@@ -72,6 +82,7 @@ impl Indy {
             device: DeviceClient::new(channel(address.device).await?),
             config: ConfigClient::new(channel(address.config).await?),
             rtde: RtDataExchangeClient::new(channel(address.rtde).await?),
+            simulated: address.simulated,
         })
     }
 
@@ -89,7 +100,7 @@ impl Indy {
         if !data.is_robot_connected {
             return Err(Fault::NotReady { state: "the controller has no connection to its robot".into() });
         }
-        Ok(ArmState { q_rad: radians(&data.q), moving })
+        Ok(ArmState { q_rad: radians(&data.q), moving, age_s: 0.0 })
     }
 
     /// The joint angles (rad), in any state of the controller.

@@ -25,7 +25,7 @@ impl Indy {
             answer: error.to_string(),
         })?;
         let data = self.rtde.clone().get_control_data(Empty {}).await.map_err(link)?.into_inner();
-        let mut checks = self.readiness(&data).await?;
+        let mut checks = self.readiness(command, &data).await?;
         checks.extend(self.settings(command, &mounted).await?);
         checks.extend(self.kinematics(command, mounted.arm(), &data).await?);
         checks.extend(Motions::of(command).map(|motions| longest(&motions)));
@@ -34,7 +34,7 @@ impl Indy {
     }
 
     /// Checks that the controller is able to move now.
-    async fn readiness(&self, data: &ControlData) -> Result<Vec<PreflightCheck>, Fault> {
+    async fn readiness(&self, command: &Command, data: &ControlData) -> Result<Vec<PreflightCheck>, Fault> {
         let op_state = data.op_state();
         let mut checks = vec![
             PreflightCheck::new(
@@ -49,16 +49,26 @@ impl Indy {
                 "OP_IDLE",
                 op_state == OpState::OpIdle,
             ),
-            PreflightCheck::note("the controller simulates", data.sim_mode),
+            PreflightCheck::new(
+                "the controller simulates",
+                data.sim_mode,
+                if self.simulated {
+                    "true, for `indy-sim:HOST`"
+                } else {
+                    "false; `indy-sim:HOST` names one that does"
+                },
+                data.sim_mode == self.simulated,
+            ),
         ];
         let violation = self.violation().await?;
         let holds = violation.violation_code == 0;
         let found = if holds { "none".into() } else { violation_text(&violation) };
         checks.push(PreflightCheck::new("violation", found, "none", holds));
         let servo = self.rtde.clone().get_servo_data(Empty {}).await.map_err(link)?.into_inner();
-        let all_on = !servo.servo_actives.is_empty() && servo.servo_actives.iter().all(|&on| on);
+        let joints = command.joints.len();
+        let all_on = servo.servo_actives.len() == joints && servo.servo_actives.iter().all(|&on| on);
         checks.push(PreflightCheck::new("servos on", format!("{:?}", servo.servo_actives), "all", all_on));
-        let no_brake = !servo.brake_actives.iter().any(|&on| on);
+        let no_brake = servo.brake_actives.len() == joints && !servo.brake_actives.iter().any(|&on| on);
         checks.push(PreflightCheck::new("brakes on", format!("{:?}", servo.brake_actives), "none", no_brake));
         let motion = self.rtde.clone().get_motion_data(Empty {}).await.map_err(link)?.into_inner();
         let ratio = motion.speed_ratio;
@@ -72,8 +82,7 @@ impl Indy {
     async fn settings(&self, command: &Command, mounted: &MountedArm) -> Result<Vec<PreflightCheck>, Fault> {
         let info = self.control.clone().get_control_info(Empty {}).await.map_err(link)?.into_inner();
         let device = self.device.clone().get_device_info(Empty {}).await.map_err(link)?.into_inner();
-        let (model, wanted) = (plain(&info.robot_model), plain(&command.arm));
-        let holds = !model.is_empty() && wanted.starts_with(&model);
+        let holds = is_same_model(&info.robot_model, &command.arm);
         let mut checks = vec![
             PreflightCheck::note("controller version", &info.control_version),
             PreflightCheck::note("serial number", &device.robot_serial),
@@ -240,7 +249,27 @@ fn longest(motions: &Motions) -> PreflightCheck {
     PreflightCheck::new("longest motion", format!("{longest_s:.1} s"), needed, longest_s <= most_s)
 }
 
+/// Whether the controller's model is the arm of a command. Controllers do not tell the versions of a model apart; the comparison of
+/// the kinematics does.
+fn is_same_model(reported: &str, arm: &str) -> bool {
+    let model = arm.trim_end_matches("_published").trim_end_matches("_v2");
+    !plain(model).is_empty() && plain(reported) == plain(model)
+}
+
 /// A name in lower case, letters and digits only.
 fn plain(name: &str) -> String {
     name.chars().filter(char::is_ascii_alphanumeric).collect::<String>().to_ascii_lowercase()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn models_are_compared_whole() {
+        assert!(is_same_model("Indy7", "indy7") && is_same_model("INDY-7", "indy7_v2_published"));
+        for other in ["I", "Indy", "", "Indy71", "IndyRP2"] {
+            assert!(!is_same_model(other, "indy7"), "`{other}`");
+        }
+    }
 }
