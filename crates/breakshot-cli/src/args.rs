@@ -183,6 +183,16 @@ pub(crate) struct CalibrateArgs {
     pub(crate) json: bool,
 }
 
+/// The time of an image: a number of seconds since 1970, or `now`.
+fn taken_time(text: &str) -> std::result::Result<f64, String> {
+    if text == "now" {
+        let since = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH);
+        return since.map(|since| since.as_secs_f64()).map_err(|_| "the clock is before 1970".into());
+    }
+    let number = text.parse::<f64>().ok().filter(|time_s| time_s.is_finite() && *time_s >= 0.0);
+    number.ok_or_else(|| format!("`{text}`; needed: seconds since 1970, or `now`"))
+}
+
 #[derive(Debug, Args)]
 pub(crate) struct LookArgs {
     /// The cell file.
@@ -203,6 +213,9 @@ pub(crate) struct LookArgs {
     /// An image or video of the empty table; it improves the detection of objects without markers.
     #[arg(long, value_name = "VIDEO_OR_IMAGE")]
     pub(crate) table: Option<PathBuf>,
+    /// When the image was taken (s since 1970), for a file that does not contain it; `now` for a camera's latest image.
+    #[arg(long, value_name = "TIME", value_parser = taken_time)]
+    pub(crate) taken_unix_s: Option<f64>,
     #[command(flatten)]
     pub(crate) decoder: DecoderArgs,
     /// The output file (scene, TOML).
@@ -431,6 +444,9 @@ pub(crate) struct CommandArgs {
     /// Instead of a strike: registers the table in the robot base frame from touched points and writes the pose to the cell file.
     #[arg(long, value_name = "FILE", conflicts_with_all = ["plan", "ros", "urscript", "mcap", "impulse", "impulse_map", "urdf"])]
     pub(crate) touch: Option<PathBuf>,
+    /// Writes the pose of --touch although a residual exceeds 2 mm.
+    #[arg(long, requires = "touch")]
+    pub(crate) accept_residuals: bool,
     /// Prints the result as JSON.
     #[arg(long)]
     pub(crate) json: bool,
@@ -442,7 +458,7 @@ pub(crate) struct StrikeArgs {
     #[arg(value_name = "COMMAND")]
     pub(crate) command: PathBuf,
     /// The robot: `sim`, or, in a program built with the feature `network`, `indy:HOST` (`indy:HOST:PORT` for all services on
-    /// one port) or `ros:HOST:PORT`.
+    /// one port), `indy-sim:HOST` (a controller that simulates its robot) or `ros:HOST:PORT`.
     #[arg(long, value_name = "ROBOT")]
     pub(crate) driver: Option<String>,
     /// The properties file (driver `sim` only).
@@ -463,7 +479,8 @@ pub(crate) struct StrikeArgs {
     /// Allows strikes above 0.25 m/s; no person may be in the cell.
     #[arg(long)]
     pub(crate) allow_fast: bool,
-    /// The log file (JSON lines; a recording in MCAP is written next to it); `strike-HASH.jsonl` if not given.
+    /// The log file (JSON lines; a recording in MCAP is written next to it); `strike-HASH-TIME.jsonl` if not given. A file that
+    /// exists is never overwritten.
     #[arg(long, value_name = "FILE")]
     pub(crate) log: Option<PathBuf>,
     /// Prints the report as JSON.

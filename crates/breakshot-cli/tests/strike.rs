@@ -85,12 +85,33 @@ fn a_strike_in_simulation_needs_live_and_the_hash_and_leaves_a_log() {
     look_again();
     let live =
         [&SIM[..], &["--scene", "scene.toml", "--live", "--hash", &hash, "--log", "log.jsonl"]].concat();
-    let struck = run(folder.path(), &live);
+    let struck = looking_meanwhile(folder.path(), || run(folder.path(), &live));
     assert_eq!(struck.status.code(), Some(0), "{}", text(&struck));
     assert!(text(&struck).contains("struck at 0.200 m/s"), "{}", text(&struck));
     let log = std::fs::read_to_string(folder.path().join("log.jsonl")).expect("a log");
     assert_eq!(log.matches("\"event\":\"sent\"").count(), 5, "{log}");
     assert!(folder.path().join("log.mcap").exists());
+    let again = run(folder.path(), &live);
+    assert_eq!(again.status.code(), Some(2), "{}", text(&again));
+    assert!(text(&again).contains("never overwritten"), "{}", text(&again));
+    assert_eq!(std::fs::read_to_string(folder.path().join("log.jsonl")).expect("a log"), log);
+}
+
+/// Runs a program while the scene is observed again and again.
+fn looking_meanwhile<T>(folder: &Path, program: impl FnOnce() -> T) -> T {
+    let ended = std::sync::atomic::AtomicBool::new(false);
+    std::thread::scope(|scope| {
+        scope.spawn(|| {
+            while !ended.load(std::sync::atomic::Ordering::Relaxed) {
+                let seen = scene(now_unix_s(), 0.0);
+                breakshot::files::write_whole(&folder.join("scene.toml"), seen.as_bytes()).expect("a file");
+                std::thread::sleep(std::time::Duration::from_millis(100));
+            }
+        });
+        let result = program();
+        ended.store(true, std::sync::atomic::Ordering::Relaxed);
+        result
+    })
 }
 
 #[test]
@@ -132,14 +153,24 @@ fn bad_robots_and_damaged_commands_are_reported() {
 
 #[cfg(unix)]
 #[test]
-fn ctrl_c_stops_the_arm_and_ends_with_a_failure() {
-    use std::io::{BufRead, BufReader, Read};
+fn signals_stop_the_arm_and_end_with_a_failure() {
     let folder = folder();
     let hash = hash(folder.path());
+    for signal in ["-INT", "-TERM", "-HUP", "-QUIT"] {
+        assert_stops(folder.path(), &hash, signal);
+        std::fs::remove_file(folder.path().join("log.jsonl")).expect("a log");
+        std::fs::remove_file(folder.path().join("log.mcap")).expect("a recording");
+    }
+}
+
+#[cfg(unix)]
+fn assert_stops(folder: &Path, hash: &str, signal: &str) {
+    use std::io::{BufRead, BufReader, Read};
+    std::fs::write(folder.join("scene.toml"), scene(now_unix_s(), 0.0)).expect("a file");
     let mut child = Command::new(env!("CARGO_BIN_EXE_breakshot"))
         .args(SIM)
-        .args(["--scene", "scene.toml", "--live", "--hash", &hash, "--log", "log.jsonl"])
-        .current_dir(folder.path())
+        .args(["--scene", "scene.toml", "--live", "--hash", hash, "--log", "log.jsonl"])
+        .current_dir(folder)
         .stdout(std::process::Stdio::piped())
         .stderr(std::process::Stdio::piped())
         .spawn()
@@ -150,14 +181,14 @@ fn ctrl_c_stops_the_arm_and_ends_with_a_failure() {
         line.clear();
         assert!(progress.read_line(&mut line).expect("text") > 0, "it ended before it moved");
     }
-    let sent = Command::new("kill").args(["-INT", &child.id().to_string()]).status().expect("kill");
+    let sent = Command::new("kill").args([signal, &child.id().to_string()]).status().expect("kill");
     assert!(sent.success());
     let status = child.wait().expect("it ends");
     let mut shown = String::new();
     child.stdout.take().expect("piped").read_to_string(&mut shown).expect("text");
-    assert_eq!(status.code(), Some(1), "{shown}");
+    assert_eq!(status.code(), Some(1), "{signal}: {shown}");
     assert!(shown.contains("STOPPED during the approach: stopped by the user"), "{shown}");
-    let log = std::fs::read_to_string(folder.path().join("log.jsonl")).expect("a log");
+    let log = std::fs::read_to_string(folder.join("log.jsonl")).expect("a log");
     assert_eq!(log.matches("\"event\":\"sent\"").count(), 1, "{log}");
     assert!(log.contains("\"event\":\"stopped\""), "{log}");
 }
@@ -195,4 +226,56 @@ fn a_plan_leaves_out_an_arm_of_unknown_base_pose_and_says_so() {
     let planned =
         run(folder.path(), &["plan", "scene.toml", "--properties", "properties.json", "-o", "plan.json"]);
     assert!(text(&planned).contains("no base_from_table"), "{}", text(&planned));
+}
+
+#[test]
+fn a_picture_does_not_become_new_by_being_copied() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let demo = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fixtures/demo");
+    for file in ["cell.toml", "objects.toml", "single_a_3.mp4"] {
+        std::fs::copy(demo.join(file), folder.path().join(file)).expect("a copy");
+    }
+    let look = ["look", "cell.toml", "objects.toml", "single_a_3.mp4", "--objects", "a", "-o", "scene.toml"];
+    let seen = |flags: &[&str]| {
+        let output = run(folder.path(), &[&look[..], flags].concat());
+        assert_eq!(output.status.code(), Some(0), "{}", text(&output));
+        let scene = std::fs::read_to_string(folder.path().join("scene.toml")).expect("a scene");
+        (scene, text(&output))
+    };
+    let (scene, printed) = seen(&[]);
+    let now_s = now_unix_s();
+    let dated = scene.lines().find_map(|line| line.strip_prefix("observed_unix_s = ")?.parse::<f64>().ok());
+    assert!(dated.is_none_or(|time_s| now_s - time_s > 3600.0), "the copy's date: {scene}");
+    assert!(dated.is_some() || printed.contains("--taken-unix-s"), "{printed}");
+    let (scene, _) = seen(&["--taken-unix-s", "1790000000.5"]);
+    assert!(scene.contains("observed_unix_s = 1790000000.5"), "{scene}");
+    let nan = run(folder.path(), &[&look[..], &["--taken-unix-s", "nan"]].concat());
+    assert_eq!(nan.status.code(), Some(2), "{}", text(&nan));
+}
+
+#[test]
+fn touches_with_large_residuals_are_not_written_unless_told() {
+    let folder = folder();
+    let cell_path = folder.path().join("cell.toml");
+    let before = std::fs::read_to_string(&cell_path).expect("a cell");
+    // A square whose last corner is 20 mm too high.
+    let touches: String = [
+        ("0.0, 0.0", "0.5, 0.0, 0.0"),
+        ("0.1, 0.0", "0.6, 0.0, 0.0"),
+        ("0.0, 0.1", "0.5, 0.1, 0.0"),
+        ("0.1, 0.1", "0.6, 0.1, 0.02"),
+    ]
+    .iter()
+    .fold(String::new(), |all, (table, base)| {
+        all + &format!("[[touches]]\ntable_m = [{table}]\nbase_m = [{base}]\n")
+    });
+    std::fs::write(folder.path().join("touches.toml"), touches).expect("a file");
+    let touch = ["command", "--touch", "touches.toml", "--cell", "cell.toml"];
+    let refused = run(folder.path(), &touch);
+    assert_eq!(refused.status.code(), Some(3), "{}", text(&refused));
+    assert!(text(&refused).contains("--accept-residuals"), "{}", text(&refused));
+    assert_eq!(std::fs::read_to_string(&cell_path).expect("a cell"), before);
+    let told = run(folder.path(), &[&touch[..], &["--accept-residuals"]].concat());
+    assert_eq!(told.status.code(), Some(3), "{}", text(&told));
+    assert_ne!(std::fs::read_to_string(&cell_path).expect("a cell"), before);
 }

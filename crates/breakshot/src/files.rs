@@ -56,8 +56,12 @@ pub(crate) fn text(path: &Path) -> Result<String> {
 /// # Errors
 /// Unreadable, not TOML, unknown keys, values of the wrong kind.
 pub fn read_toml<T: DeserializeOwned>(path: &Path) -> Result<T> {
-    let text = text(path)?;
-    toml::from_str(&text).map_err(|e| {
+    parsed_toml(path, &text(path)?)
+}
+
+/// The text of a TOML file as `T`.
+fn parsed_toml<T: DeserializeOwned>(path: &Path, text: &str) -> Result<T> {
+    toml::from_str(text).map_err(|e| {
         let line = e.span().map(|span| 1 + text[..span.start.min(text.len())].matches('\n').count());
         syntax_error(path, e.message(), line)
     })
@@ -118,7 +122,16 @@ pub fn write_json<T: Serialize>(path: &Path, value: &T) -> Result<()> {
 /// `CameraInfo`, or was calibrated for another image size than the cell's.
 pub fn load_cell(path: impl AsRef<Path>) -> Result<Cell> {
     let path = path.as_ref();
-    let mut cell: Cell = read_toml(path)?;
+    cell_of(path, text(path)?)
+}
+
+/// The cell of a text that is, or would be, the file at `path`.
+///
+/// # Errors
+/// See [`load_cell`].
+pub fn cell_of(path: impl AsRef<Path>, text: String) -> Result<Cell> {
+    let path = path.as_ref();
+    let mut cell: Cell = parsed_toml(path, &text)?;
     check_version(path, cell.version)?;
     cell.check(&label(path))?;
     let given_size_px = cell.camera.image_size_px;

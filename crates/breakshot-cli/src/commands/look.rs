@@ -5,7 +5,7 @@ use crate::{Outcome, console};
 use breakshot::files::{self, SceneFile};
 use breakshot::geometry::Point;
 use breakshot::scene::{Goal, Placed};
-use breakshot::{Error, Result, detect};
+use breakshot::{Error, Result, capture, detect};
 use std::path::{Path, PathBuf};
 
 /// Locates all named objects in the image and writes the scene file.
@@ -18,11 +18,19 @@ pub(crate) fn run(args: &LookArgs) -> Result<Outcome> {
     let options = detect::Options { threshold: args.threshold, table: table.as_ref(), on_frame: None };
     let (placed, warnings) = detect::placed(film, &objects.value, &args.names, &options)?;
     console::warn(&warnings);
+    // The file's date tells when it was copied: a copied picture must not pass for a new one.
+    let observed_unix_s = args.taken_unix_s.or_else(|| capture::recorded_unix_s(&args.film));
+    if observed_unix_s.is_none() {
+        console::note(&[format!(
+            "{} does not say when it was taken: a robot strikes only with --taken-unix-s",
+            args.film.display()
+        )]);
+    }
     let scene = SceneFile {
         version: 1,
         cell: from_folder_of(&args.output, &args.cell)?,
         objects: from_folder_of(&args.output, &args.objects)?,
-        observed_unix_s: taken_unix_s(&args.film),
+        observed_unix_s,
         placed: placed.into_iter().map(rounded).collect(),
         walls: Vec::new(),
         keep_out: Vec::new(),
@@ -55,13 +63,6 @@ fn print_table(placed: &[Placed]) {
         let (x, y) = (position_m.x * 1e3, position_m.y * 1e3);
         println!("{object:<10} {x:>9.2} {y:>9.2} {:>9.1}", yaw_rad.to_degrees());
     }
-}
-
-/// The modification time of the image file (s since 1970).
-fn taken_unix_s(film: &Path) -> Option<f64> {
-    let modified = std::fs::metadata(film).and_then(|m| m.modified()).ok()?;
-    let since = modified.duration_since(std::time::UNIX_EPOCH).ok()?;
-    Some(since.as_secs_f64())
 }
 
 fn toml_text(scene: &SceneFile) -> Result<String> {

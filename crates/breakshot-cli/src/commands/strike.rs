@@ -37,8 +37,8 @@ pub(crate) fn run(args: &StrikeArgs) -> Result<Outcome> {
         );
     };
     let driver = driver(args, name)?;
-    let log_path =
-        args.log.clone().unwrap_or_else(|| PathBuf::from(format!("strike-{}.jsonl", command.short_hash())));
+    let usual = || format!("strike-{}-{}.jsonl", command.short_hash(), utc(now_unix_s()));
+    let log_path = args.log.clone().unwrap_or_else(|| PathBuf::from(usual()));
     let job = Job {
         command: &command,
         permission,
@@ -73,6 +73,23 @@ fn driver(args: &StrikeArgs, name: &str) -> Result<Driver> {
 fn now_unix_s() -> f64 {
     // With a clock before 1970 every observation lies in the future, and the strike is refused.
     SystemTime::now().duration_since(SystemTime::UNIX_EPOCH).map_or(0.0, |since| since.as_secs_f64())
+}
+
+/// A time since 1970 (s) as a part of a file's name, such as `20261123T140501Z`.
+fn utc(unix_s: f64) -> String {
+    let seconds = unix_s as u64;
+    let (days, second) = (seconds / 86_400, seconds % 86_400);
+    // Years of 365.2425 days that begin on the first of March; the era begins on 0000-03-01.
+    let day = days + 719_468;
+    let (era, day) = (day / 146_097, day % 146_097);
+    let year = (day - day / 1460 + day / 36_524 - day / 146_096) / 365;
+    let day_of_year = day - (365 * year + year / 4 - year / 100);
+    let month = (5 * day_of_year + 2) / 153;
+    let day_of_month = day_of_year - (153 * month + 2) / 5 + 1;
+    let month = if month < 10 { month + 3 } else { month - 9 };
+    let year = era * 400 + year + u64::from(month <= 2);
+    let (hour, minute, second) = (second / 3600, second / 60 % 60, second % 60);
+    format!("{year:04}{month:02}{day_of_month:02}T{hour:02}{minute:02}{second:02}Z")
 }
 
 /// Prints events as they happen.
@@ -146,5 +163,23 @@ fn print_report(args: &StrikeArgs, command: &Command, report: &Report) {
 fn print_lines(reasons: &[String]) {
     for reason in reasons {
         println!("  {reason}");
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_time_in_a_name_is_utc() {
+        for (unix_s, name) in [
+            (0.0, "19700101T000000Z"),
+            (951_782_399.5, "20000228T235959Z"),
+            (951_782_400.0, "20000229T000000Z"),
+            (1_790_000_000.0, "20260921T141320Z"),
+            (4_107_542_400.0, "21000301T000000Z"),
+        ] {
+            assert_eq!(utc(unix_s), name);
+        }
     }
 }

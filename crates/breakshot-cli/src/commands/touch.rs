@@ -7,7 +7,7 @@ use breakshot::robot::{self, Arm, TouchedPoint};
 use breakshot::{Error, Result, files};
 use serde::Deserialize;
 use std::path::Path;
-use toml_edit::{Array, DocumentMut, InlineTable, TomlError};
+use toml_edit::{Array, DocumentMut, InlineTable, Item, TomlError, Value};
 
 /// The file of the touched points.
 #[derive(Deserialize)]
@@ -16,7 +16,7 @@ struct TouchFile {
     touches: Vec<TouchedPoint>,
 }
 
-/// Root mean square (mm) above which a touch or the tool is probably wrong: twice the accuracy of the tags and of a touch.
+/// Residual (mm) above which a touch or the tool is probably wrong: twice the accuracy of the tags and of a touch.
 const DOUBTFUL_MM: f64 = 2.0;
 
 /// Fits the touched points and writes `base_from_table` into the cell file.
@@ -27,12 +27,17 @@ pub(crate) fn run(touches: &Path, cell: &Cell, args: &CommandArgs) -> Result<Out
     let arm = Arm::of_cell(robot)?;
     let file: TouchFile = files::read_toml(touches)?;
     let fit = robot::base_registration(&arm, &file.touches)?;
-    let text = std::fs::read_to_string(&args.cell)
-        .map_err(|source| Error::Read { path: args.cell.clone(), source })?;
-    let changed = with_base(&text, &fit.base_from_table)
-        .map_err(|e| Error::Syntax { path: args.cell.clone(), problem: e.to_string() })?;
-    files::write_whole(&args.cell, changed.as_bytes())?;
-    files::load_cell(&args.cell)?;
+    let largest_mm = fit.residuals_mm.iter().copied().fold(0.0, f64::max);
+    let is_accepted = largest_mm <= DOUBTFUL_MM || args.accept_residuals;
+    if is_accepted {
+        let text = std::fs::read_to_string(&args.cell)
+            .map_err(|source| Error::Read { path: args.cell.clone(), source })?;
+        let changed = with_base(&text, &fit.base_from_table)
+            .map_err(|e| Error::Syntax { path: args.cell.clone(), problem: e.to_string() })?;
+        // A file that cannot be loaded is not written.
+        files::cell_of(&args.cell, changed.clone())?;
+        files::write_whole(&args.cell, changed.as_bytes())?;
+    }
     if args.json {
         console::print_json(&fit)?;
     } else {
@@ -40,16 +45,47 @@ pub(crate) fn run(touches: &Path, cell: &Cell, args: &CommandArgs) -> Result<Out
             println!("touch {}: {residual_mm:.2} mm", k + 1);
         }
         println!("root mean square {:.2} mm", fit.rms_mm);
-        println!("Wrote into {}: base_from_table = {}", args.cell.display(), inline(&fit.base_from_table));
+        let base = inline(&fit.base_from_table);
+        if is_accepted {
+            println!("Wrote into {}: base_from_table = {base}", args.cell.display());
+        } else {
+            println!(
+                "refused: a residual of {largest_mm:.2} mm; needed: at most {DOUBTFUL_MM} mm, or --accept-residuals"
+            );
+            println!("not written: base_from_table = {base}");
+        }
     }
-    Ok(Outcome::doubtful_if(fit.rms_mm > DOUBTFUL_MM))
+    Ok(Outcome::doubtful_if(largest_mm > DOUBTFUL_MM))
 }
 
 /// The cell file's text with `base_from_table` in its `[robot]` table; everything else, comments included, stays the same.
 fn with_base(text: &str, base: &Transform) -> std::result::Result<String, TomlError> {
     let mut document: DocumentMut = text.parse()?;
-    document.entry("robot").or_insert(toml_edit::table())["base_from_table"] = toml_edit::value(inline(base));
+    let written = inline(base);
+    let robot = document.entry("robot").or_insert(toml_edit::table());
+    match robot.get_mut("base_from_table") {
+        // A table of its own: each key stays where it is.
+        Some(Item::Table(table)) => {
+            for (key, value) in &written {
+                replace(table.entry(key).or_insert(Item::None), value.clone());
+            }
+        }
+        Some(item) => replace(item, written.into()),
+        None => {
+            if let Some(robot) = robot.as_table_like_mut() {
+                robot.insert("base_from_table", toml_edit::value(written));
+            }
+        }
+    }
     Ok(document.to_string())
+}
+
+/// Replaces a value; the spaces and comments around it stay.
+fn replace(item: &mut Item, mut value: Value) {
+    if let Some(old) = item.as_value() {
+        *value.decor_mut() = old.decor().clone();
+    }
+    *item = Item::Value(value);
 }
 
 /// A transform as an inline table, rounded to a micrometre and a microradian.
@@ -79,6 +115,17 @@ mod tests {
         let without = text.replace(&format!("{old}\n"), "");
         let expected = text.replace(old, new);
         assert_eq!(with_base(&without, &base).expect("TOML"), expected);
+        let commented = text.replace(old, &format!("{old}  # measured in May"));
+        assert_eq!(with_base(&commented, &base).expect("TOML"), commented.replace(old, new));
+        let table = "[robot]\narm = \"indy7\"\n[robot.base_from_table]  # the table\nposition_m = [1, 2, 3]  # touched\n# end\n";
+        let expected = "[robot]\narm = \"indy7\"\n[robot.base_from_table]  # the table\nposition_m = [0.5, 0.0, 0.03]  # touched\n\
+                        rpy_rad = [0.0, 0.0, 1.5]\n# end\n";
+        assert_eq!(with_base(table, &base).expect("TOML"), expected);
+        let dotted =
+            with_base("robot.arm = \"indy7\"\nrobot.base_from_table.position_m = [1, 2, 3] # x\n", &base)
+                .expect("TOML");
+        assert!(dotted.contains("robot.base_from_table.position_m = [0.5, 0.0, 0.03] # x"), "{dotted}");
+        assert!(dotted.parse::<DocumentMut>().is_ok(), "{dotted}");
         let bare = with_base("# a cell\n", &base).expect("TOML");
         assert!(bare.contains(&format!("[robot]\n{new}")) && bare.contains("# a cell"), "{bare}");
     }

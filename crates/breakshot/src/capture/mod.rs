@@ -21,7 +21,7 @@ pub use extrinsics::camera;
 pub use footage::Footage;
 pub use image::{Frame, GreyImage};
 pub use lens::Lens;
-pub use source::{Decoder, is_decoding};
+pub use source::{Decoder, is_decoding, recorded_unix_s};
 pub use tags::tag_sheet;
 
 #[cfg(any(test, feature = "synthetic"))]

@@ -46,6 +46,14 @@ pub enum Decoder {
 /// including its start of 0.05 s: 49 frames of 1080p, 13 of 4K.
 const FFMPEG_FROM_PX: u64 = 100_000_000;
 
+/// When a film was recorded (s since 1970), by its own header; `None` for files that do not say. A file's date tells when it was
+/// copied.
+pub fn recorded_unix_s(path: &Path) -> Option<f64> {
+    let mut file = File::open(path).ok()?;
+    let length = file.metadata().ok()?.len();
+    mp4::track::recorded_unix_s(&mut file, length)
+}
+
 /// Opens the film at `path`.
 ///
 /// `ffmpeg` decodes long H.264 films and the codings that the built-in decoder does not support, never a film that is

@@ -5,4 +5,4 @@ mod orientation;
 pub(super) mod reader;
 mod samples;
 mod timeline;
-mod track;
+pub(super) mod track;

@@ -72,6 +72,18 @@ pub(super) fn read(file: &mut File, length: u64) -> Result<Track> {
     Ok(Track { timescale, samples, edits, orientation, config, warnings })
 }
 
+/// When the film was recorded (s since 1970), from its own header; `None` if it does not say.
+pub(crate) fn recorded_unix_s(file: &mut File, length: u64) -> Option<f64> {
+    /// From 1904, the beginning of the time of these files, to 1970 (s).
+    const SINCE_1904_S: u64 = 2_082_844_800;
+    let movie = boxes::index_boxes(file, length).ok()?.movie?;
+    let mut header = Bytes::of(*b"moov", &movie).boxes().find(*b"mvhd").ok()??;
+    let (version, _) = header.version_and_flags().ok()?;
+    let created_s = if version == 1 { header.u64().ok()? } else { u64::from(header.u32().ok()?) };
+    // Recorders without a clock write zero.
+    created_s.checked_sub(SINCE_1904_S).map(|created_s| created_s as f64)
+}
+
 /// The fields of `mvhd`, `tkhd` and `mdhd`, whose first fields agree.
 struct Header {
     track: u32,
