@@ -52,6 +52,13 @@ fn write(path: &Path, bytes: &[u8]) -> IoResult<()> {
     Ok(())
 }
 
+/// The form of the names of files that are not complete.
+fn temporary_name() -> tempfile::Builder<'static, 'static> {
+    let mut builder = tempfile::Builder::new();
+    builder.prefix(".breakshot-").suffix(".part");
+    builder
+}
+
 /// A file that is about to be written.
 struct NewFile {
     target: PathBuf,
@@ -74,25 +81,17 @@ impl NewFile {
     fn write_nameless(&self, bytes: &[u8]) -> IoResult<bool> {
         use rustix::fs::{AtFlags, CWD, Mode, OFlags, linkat, open};
         use std::os::fd::AsRawFd;
-        use std::sync::atomic::{AtomicU64, Ordering};
-        static COUNT: AtomicU64 = AtomicU64::new(0);
 
         let flags = OFlags::WRONLY | OFlags::TMPFILE | OFlags::CLOEXEC;
         // The system removes what the user's mask forbids.
         let Ok(file) = open(&self.folder, flags, Mode::from_raw_mode(0o666)) else { return Ok(false) };
         let mut file = File::from(file);
         self.fill(&mut file, bytes)?;
+        // A name of its own first: a link cannot replace the target.
         let nameless = format!("/proc/self/fd/{}", file.as_raw_fd());
-        let number = COUNT.fetch_add(1, Ordering::Relaxed);
-        let temporary = self.folder.join(format!(".breakshot-{}-{number}.part", std::process::id()));
-        // A part of an earlier program with the same process number is of no use.
-        let _ = std::fs::remove_file(&temporary);
-        if linkat(CWD, nameless.as_str(), CWD, &temporary, AtFlags::SYMLINK_FOLLOW).is_err() {
-            return Ok(false);
-        }
-        std::fs::rename(&temporary, &self.target).inspect_err(|_| {
-            let _ = std::fs::remove_file(&temporary);
-        })?;
+        let link = |name: &Path| Ok(linkat(CWD, nameless.as_str(), CWD, name, AtFlags::SYMLINK_FOLLOW)?);
+        let Ok(named) = temporary_name().make_in(&self.folder, link) else { return Ok(false) };
+        named.persist(&self.target).map_err(|e| e.error)?;
         Ok(true)
     }
 
@@ -103,8 +102,7 @@ impl NewFile {
 
     /// Writes a temporary file beside the target and renames it.
     fn write_temporary(&self, bytes: &[u8]) -> IoResult<()> {
-        let mut builder = tempfile::Builder::new();
-        builder.prefix(".breakshot-").suffix(".part");
+        let mut builder = temporary_name();
         #[cfg(unix)]
         builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
         let mut file = builder.tempfile_in(&self.folder)?;
