@@ -37,8 +37,7 @@ pub(crate) fn run(args: &StrikeArgs) -> Result<Outcome> {
         );
     };
     let driver = driver(args, name)?;
-    let usual = || format!("strike-{}-{}.jsonl", command.short_hash(), utc(now_unix_s()));
-    let log_path = args.log.clone().unwrap_or_else(|| PathBuf::from(usual()));
+    let log_path = args.log.clone().unwrap_or_else(|| new_log(&command));
     let job = Job {
         command: &command,
         permission,
@@ -73,6 +72,15 @@ fn driver(args: &StrikeArgs, name: &str) -> Result<Driver> {
 fn now_unix_s() -> f64 {
     // With a clock before 1970 every observation lies in the future, and the strike is refused.
     SystemTime::now().duration_since(SystemTime::UNIX_EPOCH).map_or(0.0, |since| since.as_secs_f64())
+}
+
+/// The name of a log that does not exist: hash and time of the strike, and a number for a second one in the same second.
+fn new_log(command: &Command) -> PathBuf {
+    let name = format!("strike-{}-{}", command.short_hash(), utc(now_unix_s()));
+    let numbered = (2..).map(|number| format!("{name}-{number}"));
+    let mut names = std::iter::once(name.clone()).chain(numbered).map(|name| PathBuf::from(name + ".jsonl"));
+    let is_new = |path: &PathBuf| !path.exists() && !path.with_extension("mcap").exists();
+    names.find(is_new).unwrap_or_else(|| PathBuf::from(name + ".jsonl"))
 }
 
 /// A time since 1970 (s) as a part of a file's name, such as `20261123T140501Z`.
