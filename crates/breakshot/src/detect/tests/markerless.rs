@@ -114,8 +114,6 @@ fn an_object_as_grey_as_the_table_is_found_with_an_image_of_the_empty_table() {
 #[test]
 fn an_irregular_outline_is_found_at_any_yaw_beside_its_shadow() {
     let view = view();
-    // The shadow is as dark as the top: one silhouette, whose centroid is millimetres off, and only its border is the outline.
-    const SHADOW: Vec2 = Vec2 { x: 0.003, y: -0.004 };
     let points = [
         (0.0404, 0.0104),
         (0.0132, 0.0337),
