@@ -3,6 +3,8 @@
 //! `cargo xtask fuzz [COUNT]` opens COUNT mutated films (a million by default) and plays every seventh to its end;
 //! arithmetic is checked in this build, so that a wrapped number is a panic too.
 
+mod tables;
+
 use crate::splitmix::Draw;
 use breakshot::capture::{Decoder, Footage, is_decoding};
 use std::collections::BTreeMap;
@@ -11,8 +13,8 @@ use std::panic::{AssertUnwindSafe, catch_unwind, set_hook, take_hook};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-/// Films that are opened.
-pub(crate) const COUNT: usize = 1_000_000;
+/// Files that are read.
+const COUNT: usize = 1_000_000;
 /// One film in this number is decoded to its end.
 const PLAYED: usize = 7;
 /// No film of the corpus has more frames: more means that it does not end.
@@ -34,8 +36,21 @@ struct Outcomes {
     longest: Duration,
 }
 
+/// `cargo xtask fuzz` with the given words: of films, or of tables; a million of them or as many as asked.
+pub(crate) fn run(words: &[&str]) -> Result<(), String> {
+    let (fuzz, count): (fn(usize) -> Result<(), String>, _) = match words {
+        ["tables", count @ ..] => (tables::fuzz, count),
+        count => (films, count),
+    };
+    match count {
+        [] => fuzz(COUNT),
+        [count] => fuzz(count.parse().map_err(|_| format!("`{count}` is no number of files"))?),
+        _ => Err("needed: fuzz [tables] [COUNT]".into()),
+    }
+}
+
 /// Opens mutated films; every one that panics, hangs or allocates too much memory is kept and reported.
-pub(crate) fn fuzz(count: usize) -> Result<(), String> {
+fn films(count: usize) -> Result<(), String> {
     let corpus = corpus()?;
     // The panics of the decoder become errors and are no finds.
     let previous = take_hook();

@@ -69,6 +69,8 @@ usage: cargo xtask TASK
   validate decode CLIPS
                    decoded films against ffmpeg's, bit for bit; the same as `bench decode`
   fuzz [COUNT]     mutated films are opened, every seventh is played: no panic, no hang, no waste of memory
+  fuzz tables [COUNT]
+                   the same with mutated tables of tracks (CSV and JSON)
   bench decode CLIPS
                    decoded films against ffmpeg's, and the CPU time of both on a folder of MP4 clips
   bench build [OTHER]
@@ -108,8 +110,7 @@ fn main() -> ExitCode {
         ["validate", "cameras", lab, "--only", name, "--python", python] => {
             validate::cameras(lab.as_ref(), Some(name), Some(python))
         }
-        ["fuzz"] => fuzz::fuzz(fuzz::COUNT),
-        ["fuzz", count] => number(count, "films").and_then(fuzz::fuzz),
+        ["fuzz", rest @ ..] => fuzz::run(rest),
         ["validate", "advise"] => validate::advise(None),
         ["validate", "advise", cells] => validate::advise(Some(cells)),
         ["validate", "contact", lab] => validate::contact(lab.as_ref(), validate::CELLS),

@@ -521,8 +521,8 @@ pub(crate) struct VerifyArgs {
     /// The scene file: the poses of the objects before the strike.
     #[arg(value_name = "SCENE")]
     pub(crate) scene: PathBuf,
-    /// The film of the strike.
-    #[arg(value_name = "VIDEO")]
+    /// The film of the strike, or its tracks (`.csv` or `.json`, as `breakshot detect` writes them).
+    #[arg(value_name = "VIDEO_OR_TRACKS")]
     pub(crate) video: PathBuf,
     /// The properties file.
     #[arg(long, value_name = "FILE")]

@@ -1,10 +1,11 @@
-//! The list of strike videos from which the properties are estimated (`campaign.toml`).
+//! The list of clips from which the properties are estimated (`campaign.toml`).
 
 use crate::cell::Cell;
+use crate::columns::Columns;
 use crate::error::{Error, Result};
 use crate::object::{self, Object};
 use crate::scene::{Placed, Strike};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// All clips of one cell.
 #[derive(Clone, Debug, PartialEq)]
@@ -13,27 +14,55 @@ pub struct Campaign {
     pub cell: Cell,
     /// All kinds of objects in the clips.
     pub objects: Vec<Object>,
-    /// The videos.
+    /// The clips.
     pub clips: Vec<Clip>,
 }
 
-/// One strike video.
+/// One clip: a film of moving objects, or their tracks.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Clip {
-    /// The path of the film.
-    pub video: PathBuf,
-    /// The objects in the film, the struck one first; a second copy is `a#2`.
+    /// What identifies the clip in messages: the name of its file, with the folders that tell it from the others.
+    pub name: String,
+    /// Where the positions come from.
+    pub source: Source,
+    /// The rate at which it was taken, where the file says another or none (Hz).
+    pub frame_rate_hz: Option<f64>,
+    /// The objects in the clip, the struck one first; a second copy is `a#2`.
     pub objects: Vec<String>,
-    /// The commanded strike.
-    pub strike: Strike,
+    /// The commanded strike; `None` if the objects were set in motion otherwise.
+    pub strike: Option<Strike>,
     /// The initial pose of each object, for piles whose markers look alike.
     pub placed: Option<Vec<Placed>>,
 }
 
-impl Clip {
-    /// The name of the video file, which identifies the clip in messages.
-    pub fn name(&self) -> String {
-        self.video.file_name().unwrap_or_default().to_string_lossy().into_owned()
+/// Where the positions of a clip's objects come from.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Source {
+    /// A film in which they are detected.
+    Film(PathBuf),
+    /// A table of positions that something else measured.
+    Tracks {
+        /// The file.
+        path: PathBuf,
+        /// What its columns hold; `None` for the columns that `breakshot detect` writes.
+        columns: Option<Box<Columns>>,
+    },
+}
+
+impl Source {
+    /// The file, or the folder of pictures.
+    pub fn path(&self) -> &Path {
+        match self {
+            Self::Film(path) | Self::Tracks { path, .. } => path,
+        }
+    }
+
+    /// The key of the file in `campaign.toml`.
+    pub fn key(&self) -> &'static str {
+        match self {
+            Self::Film(_) => "video",
+            Self::Tracks { .. } => "tracks",
+        }
     }
 }
 
@@ -41,13 +70,14 @@ impl Campaign {
     /// Checks that every clip is complete and consistent.
     ///
     /// # Errors
-    /// No clips, unknown or repeated objects, an impossible strike; the error names the clip.
+    /// No clips, unknown or repeated objects, an impossible strike or frame rate, a strike in a cell without striker, a
+    /// film in one without camera; the error names the clip.
     pub fn check(&self, file: &str) -> Result<()> {
         if self.clips.is_empty() {
             return Err(Error::invalid(file, "clips", "none", "at least one [[clips]] entry"));
         }
         for clip in &self.clips {
-            let owner = format!("{file}: clip `{}`", clip.name());
+            let owner = format!("{file}: clip `{}`", clip.name);
             if clip.objects.is_empty() {
                 return Err(Error::invalid(owner, "objects", "none", "the struck object, then the others"));
             }
@@ -58,7 +88,21 @@ impl Campaign {
                     return Err(Error::invalid(owner, "objects", format!("`{name}` twice"), needed));
                 }
             }
-            clip.strike.check(&owner)?;
+            if let Some(strike) = &clip.strike {
+                strike.check(&owner)?;
+                self.cell.require_striker(&format!("{owner}: cell"))?;
+            }
+            if let Some(rate) = clip.frame_rate_hz {
+                object::positive(&owner, "frame_rate_hz", rate)?;
+            }
+            match &clip.source {
+                Source::Film(_) => self.cell.require_camera_pose(&format!("{owner}: cell"))?,
+                Source::Tracks { columns, .. } => {
+                    if let Some(columns) = columns {
+                        columns.check(&owner, &clip.objects, clip.frame_rate_hz)?;
+                    }
+                }
+            }
         }
         Ok(())
     }

@@ -6,15 +6,18 @@
 //! The loaders are generic over the path, and so are the private functions that call them. The parsers of these formats are therefore
 //! compiled in the program that calls a loader and not in the library, which would build longer (ARCHITECTURE.md, "Building").
 
+mod content;
 mod whole;
 
-use crate::campaign::{Campaign, Clip};
+use crate::campaign::{Campaign, Clip, Source};
 use crate::cell::camera_info;
 use crate::cell::{Cell, Intrinsics, RobotSpec};
+use crate::columns::Columns;
 use crate::error::{Error, Result};
 use crate::object::Object;
 use crate::properties::Properties;
 use crate::scene::{Goal, KeepOut, Placed, Scene, Strike, Wall};
+use content::Content;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use std::io::Read;
@@ -49,6 +52,24 @@ pub(crate) fn text(path: &Path) -> Result<String> {
         return Err(Error::invalid(label(path), "its size", "larger", needed));
     }
     Ok(text)
+}
+
+/// The text of a file of tracks, for [`recorded_tracks`](crate::detect::recorded_tracks); letters that are not UTF-8 are
+/// replaced.
+///
+/// # Errors
+/// Unreadable, or larger than 64 MiB.
+pub fn tracks_text(path: &Path) -> Result<String> {
+    /// About a million samples.
+    const MOST_BYTES: u64 = 64 << 20;
+    let unreadable = |source| Error::Read { path: path.into(), source };
+    let mut bytes = Vec::new();
+    let file = std::fs::File::open(path).map_err(unreadable)?;
+    file.take(MOST_BYTES + 1).read_to_end(&mut bytes).map_err(unreadable)?;
+    if bytes.len() as u64 > MOST_BYTES {
+        return Err(Error::invalid(label(path), "size", "more than 64 MiB", "tracks of one clip"));
+    }
+    Ok(String::from_utf8_lossy(&bytes).into_owned())
 }
 
 /// A TOML file as `T`.
@@ -118,8 +139,8 @@ pub fn write_json<T: Serialize>(path: &Path, value: &T) -> Result<()> {
 /// `cell.toml` with the intrinsics of its `camera_info` file and the URDF of its arm: a value that needs no further files.
 ///
 /// # Errors
-/// See [`read_toml`], [`Cell::check`] and [`load_arm`]; also a `camera_info` file that is missing, is not a ROS
-/// `CameraInfo`, or was calibrated for another image size than the cell's.
+/// See [`read_toml`], [`Cell::check`] and [`load_arm`]; also a cell without striker, and a `camera_info` file that is missing,
+/// is not a ROS `CameraInfo`, or was calibrated for another image size than the cell's.
 pub fn load_cell(path: impl AsRef<Path>) -> Result<Cell> {
     let path = path.as_ref();
     cell_of(path, text(path)?)
@@ -131,7 +152,15 @@ pub fn load_cell(path: impl AsRef<Path>) -> Result<Cell> {
 /// See [`load_cell`].
 pub fn cell_of(path: impl AsRef<Path>, text: String) -> Result<Cell> {
     let path = path.as_ref();
-    let mut cell: Cell = parsed_toml(path, &text)?;
+    let cell = any_cell_of(path, &text)?;
+    cell.require_striker(&label(path))?;
+    Ok(cell)
+}
+
+/// The cell of a text; it may have no striker.
+fn any_cell_of(path: impl AsRef<Path>, text: &str) -> Result<Cell> {
+    let path = path.as_ref();
+    let mut cell: Cell = parsed_toml(path, text)?;
     check_version(path, cell.version)?;
     cell.check(&label(path))?;
     let given_size_px = cell.camera.image_size_px;
@@ -221,6 +250,8 @@ struct CampaignFile {
     version: u32,
     cell: PathBuf,
     objects: PathBuf,
+    /// The columns of all tracks that give none of their own.
+    columns: Option<Columns>,
     #[serde(default)]
     clips: Vec<ClipEntry>,
 }
@@ -228,47 +259,126 @@ struct CampaignFile {
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct ClipEntry {
-    video: PathBuf,
+    video: Option<PathBuf>,
+    tracks: Option<PathBuf>,
+    columns: Option<Columns>,
+    frame_rate_hz: Option<f64>,
     objects: Vec<String>,
-    strike: Strike,
+    strike: Option<Strike>,
     scene: Option<PathBuf>,
 }
 
 /// `campaign.toml` with the cell, the objects and the scenes that it names.
 ///
 /// # Errors
-/// See [`read_toml`], [`Campaign::check`] and the loaders of the named files; also a video that does not exist.
+/// See [`read_toml`], [`Campaign::check`] and the loaders of the named files; also a film or tracks that do not exist, and
+/// two clips of the same content.
 pub fn load_campaign(path: impl AsRef<Path>) -> Result<Loaded<Campaign>> {
     let path = path.as_ref();
     let file: CampaignFile = read_toml(path)?;
     check_version(path, file.version)?;
-    let cell = load_cell(beside(path, &file.cell))?;
+    let cell_path = beside(path, &file.cell);
+    let cell = any_cell_of(&cell_path, &text(&cell_path)?)?;
     let objects = load_objects(beside(path, &file.objects))?;
-    let clips = file.clips.into_iter().map(|entry| load_clip(path, entry)).collect::<Result<_>>()?;
-    let campaign = Campaign { cell, objects: objects.value, clips };
+    let columns = file.columns;
+    let clips = file.clips.into_iter().map(|entry| load_clip(path, entry, columns.as_ref()));
+    let mut campaign = Campaign { cell, objects: objects.value, clips: clips.collect::<Result<_>>()? };
+    name_clips(&mut campaign.clips);
     for clip in &campaign.clips {
-        check_video_exists(path, clip)?;
+        check_exists(path, clip)?;
     }
+    check_contents_differ(path, &campaign.clips)?;
     campaign.check(&label(path))?;
     Ok(Loaded { value: campaign, notes: objects.notes })
 }
 
-fn check_video_exists(campaign: &Path, clip: &Clip) -> Result<()> {
-    if clip.video.exists() {
+fn check_exists(campaign: &Path, clip: &Clip) -> Result<()> {
+    let file = clip.source.path();
+    if file.exists() {
         return Ok(());
     }
-    let name = format!("{}: clip `{}`", label(campaign), clip.name());
-    let found = format!("missing ({})", clip.video.display());
-    Err(Error::invalid(name, "video", found, "a file that exists"))
+    let name = format!("{}: clip `{}`", label(campaign), clip.name);
+    let found = format!("missing ({})", file.display());
+    Err(Error::invalid(name, clip.source.key(), found, "a file that exists"))
 }
 
-fn load_clip(campaign: impl AsRef<Path>, entry: ClipEntry) -> Result<Clip> {
+/// An error if two clips have the same content: twice the same evidence would make the intervals too narrow.
+fn check_contents_differ(campaign: &Path, clips: &[Clip]) -> Result<()> {
+    let contents: Vec<Content> = clips.iter().map(|clip| Content::of(clip.source.path())).collect();
+    for (k, clip) in clips.iter().enumerate() {
+        for (other, content) in clips[..k].iter().zip(&contents) {
+            let read_alike = match (&clip.source, &other.source) {
+                (Source::Film(_), Source::Film(_)) => true,
+                (Source::Tracks { columns, .. }, Source::Tracks { columns: others, .. }) => columns == others,
+                _ => false,
+            };
+            let unreadable = |source| Error::Read { path: clip.source.path().into(), source };
+            if read_alike && contents[k].equals(content).map_err(unreadable)? {
+                let owner = format!("{}: clip `{}`", label(campaign), clip.name);
+                let found = format!("that of clip `{}`", other.name);
+                return Err(Error::invalid(owner, "content", found, "every clip once"));
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Names every clip by its file, and files of one name also by as many of their folders as tell them apart.
+fn name_clips(clips: &mut [Clip]) {
+    let name = |clip: &Clip, folders: usize| -> String {
+        let parts: Vec<_> = clip.source.path().iter().map(|part| part.to_string_lossy()).collect();
+        parts[parts.len().saturating_sub(folders + 1)..].join("/")
+    };
+    let deepest = clips.iter().map(|clip| clip.source.path().iter().count()).max().unwrap_or(0);
+    for k in 0..clips.len() {
+        let is_alone = |folders: &usize| {
+            let own = name(&clips[k], *folders);
+            clips.iter().enumerate().all(|(other, clip)| other == k || name(clip, *folders) != own)
+        };
+        let folders = (0..deepest).find(is_alone).unwrap_or(0);
+        clips[k].name = name(&clips[k], folders);
+    }
+}
+
+fn load_clip(campaign: impl AsRef<Path>, entry: ClipEntry, columns: Option<&Columns>) -> Result<Clip> {
     let campaign = campaign.as_ref();
+    let source = match (entry.video, entry.tracks) {
+        (Some(film), None) => {
+            if entry.columns.is_some() {
+                let owner = format!("{}: clip `{}`", label(campaign), film.display());
+                return Err(Error::invalid(
+                    owner,
+                    "columns",
+                    "given for a film",
+                    "`tracks` beside it, or no `columns`",
+                ));
+            }
+            Source::Film(beside(campaign, &film))
+        }
+        (None, Some(tracks)) => Source::Tracks {
+            columns: entry.columns.or_else(|| columns.cloned()).map(Box::new),
+            path: beside(campaign, &tracks),
+        },
+        (film, tracks) => {
+            let shown =
+                film.zip(tracks).map(|(film, _)| format!(" `{}`", film.display())).unwrap_or_default();
+            let found = if shown.is_empty() { "neither of them" } else { "both of them" };
+            let owner = format!("{}: clip{shown}", label(campaign));
+            return Err(Error::invalid(owner, "`video` or `tracks`", found, "one of them"));
+        }
+    };
     let placed = match &entry.scene {
         Some(scene) => Some(load_scene(beside(campaign, scene))?.value.placed),
         None => None,
     };
-    Ok(Clip { video: beside(campaign, &entry.video), objects: entry.objects, strike: entry.strike, placed })
+    Ok(Clip {
+        name: String::new(),
+        source,
+        frame_rate_hz: entry.frame_rate_hz,
+        objects: entry.objects,
+        strike: entry.strike,
+        placed,
+    })
 }
 
 /// What `scene.toml` holds.

@@ -50,6 +50,7 @@
 pub mod campaign;
 pub mod capture;
 pub mod cell;
+pub mod columns;
 pub mod detect;
 pub mod error;
 pub mod estimate;
@@ -61,6 +62,7 @@ pub mod physics;
 pub mod plan;
 pub mod properties;
 pub mod report;
+mod retiming;
 pub mod robot;
 pub mod scene;
 mod statistics;
@@ -71,29 +73,40 @@ pub mod verify;
 
 pub use error::{Error, Result};
 
-use campaign::{Campaign, Clip};
+use campaign::{Campaign, Clip, Source};
 use capture::{Capture, Decoder, Footage};
 use estimate::ClipTracks;
 
-/// The tracks of one clip: opens its film, determines the pose of its camera, and tracks its objects.
+/// The tracks of one clip: opens its film, determines the pose of its camera, and tracks its objects; or reads its tracks.
 ///
 /// # Errors
-/// See [`Footage::open_with`], [`Capture::of`] and [`detect::tracks`].
+/// See [`Footage::open_with`], [`Capture::of`], [`detect::tracks`] and [`detect::recorded_tracks`].
 pub fn clip_tracks(campaign: &Campaign, clip: &Clip, decoder: Decoder) -> Result<ClipTracks> {
-    let layout = match &clip.placed {
-        Some(placed) => detect::Layout::Placed(placed.clone()),
-        None => detect::Layout::AlongStrike {
-            heading_rad: clip.strike.heading_rad,
-            start_m: Some(clip.strike.start_m),
-        },
+    let tracks = match &clip.source {
+        Source::Film(path) => {
+            let footage = Footage::open_with(path, decoder)?;
+            let film = Capture::of(footage, &campaign.cell)?;
+            let options = detect::Options::default();
+            detect::tracks(film, &campaign.objects, &clip.objects, &layout(clip), &options)?
+        }
+        Source::Tracks { path, columns } => {
+            let (name, text) = (path.display().to_string(), files::tracks_text(path)?);
+            let (columns, frame_rate_hz) = (columns.as_deref(), clip.frame_rate_hz);
+            let recording = detect::Recording { name: &name, text: &text, columns, frame_rate_hz };
+            detect::recorded_tracks(&recording, &clip.objects, &campaign.cell.workspace)?
+        }
     };
-    let film = Capture::of(Footage::open_with(&clip.video, decoder)?, &campaign.cell)?;
-    let options = detect::Options::default();
-    let tracks = detect::tracks(film, &campaign.objects, &clip.objects, &layout, &options)?;
-    Ok(ClipTracks {
-        name: clip.name(),
-        objects: clip.objects.clone(),
-        strike: Some(clip.strike.clone()),
-        tracks,
-    })
+    let (objects, strike) = (clip.objects.clone(), clip.strike.clone());
+    Ok(ClipTracks { name: clip.name.clone(), objects, strike, tracks })
+}
+
+/// What is known of where the objects of a film lie.
+fn layout(clip: &Clip) -> detect::Layout {
+    match (&clip.placed, &clip.strike) {
+        (Some(placed), _) => detect::Layout::Placed(placed.clone()),
+        (None, Some(strike)) => {
+            detect::Layout::AlongStrike { heading_rad: strike.heading_rad, start_m: Some(strike.start_m) }
+        }
+        (None, None) => detect::Layout::Unknown,
+    }
 }

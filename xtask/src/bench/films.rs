@@ -163,7 +163,7 @@ pub(crate) fn lab(lab: &Path, python: &Path) -> Result<bool, String> {
     let loaded = files::load_campaign(lab.join("campaign/campaign.toml")).map_err(|e| e.to_string())?;
     let campaign = loaded.value;
     let clips: Vec<_> = campaign.clips.iter().step_by(LAB_STEP).collect();
-    let films: Vec<PathBuf> = clips.iter().map(|clip| clip.video.clone()).collect();
+    let films: Vec<PathBuf> = clips.iter().map(|clip| clip.source.path().to_path_buf()).collect();
     let mut times_s = [const { Vec::new() }; 4];
     for _ in 0..ROUNDS {
         let (before_s, started) = (own_cpu_s()? + children_cpu_s()?, Instant::now());

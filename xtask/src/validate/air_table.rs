@@ -1,20 +1,17 @@
 //! Two pucks on an air table, filmed by motion capture: do the simulator's impacts predict what was recorded?
 //!
 //! Restitution and contact friction are fitted on every second run by name, and the velocity vectors after impact of the
-//! others are predicted from those before it.  The folder's README describes the columns and the truth.
+//! others are predicted from those before it.  `breakshot estimate` reads the same tables as `tracks`.  The folder's README describes the columns and the truth.
 
+use super::Program;
 use super::row::{self, Row, median};
-use crate::process;
-use breakshot::cell::{CameraSpec, Cell};
-use breakshot::detect::{self, Track, Tracks};
-use breakshot::estimate::{self, ClipTracks, Options};
+use breakshot::files;
 use breakshot::geometry::{Point, Vec2};
-use breakshot::object::{Marker, Object, Shape};
+use breakshot::object::Shape;
 use breakshot::physics::{ImpactBody, ImpactLaw, PairImpact};
-use breakshot::synthetic::campaign;
 use nalgebra::{Matrix3, Vector3};
-use std::path::Path;
-use std::time::Instant;
+use std::fmt::Write;
+use std::path::{Path, PathBuf};
 
 /// Weighed masses: the puck that moves first, the one that rests (kg).
 pub(crate) const MASS_KG: [f64; 2] = [0.028_726_2, 0.028_185_2];
@@ -36,6 +33,9 @@ pub(crate) struct Sample {
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Recording {
     pub(crate) name: String,
+    file: PathBuf,
+    /// The letters of the pucks in the file.
+    letters: [char; 2],
     /// The puck that moves first, then the one that rests; lost samples are left out.
     pub(crate) pucks: [Vec<Sample>; 2],
 }
@@ -74,7 +74,7 @@ fn recording(file: &Path) -> Result<Recording, String> {
         return Err(format!("{}: fewer than {FEWEST_SAMPLES} samples of a puck", file.display()));
     }
     let name = file.file_stem().unwrap_or_default().to_string_lossy().into_owned();
-    let mut recording = Recording { name, pucks };
+    let mut recording = Recording { name, file: file.into(), letters: ['a', 'b'], pucks };
     // The names `a` and `b` do not specify it: the first puck is the one that moves farther just before the impact.
     let hit_s = nearest_s(&recording);
     let distance_m = |puck: &Vec<Sample>| {
@@ -84,6 +84,7 @@ fn recording(file: &Path) -> Result<Recording, String> {
     };
     if distance_m(&recording.pucks[0]) < distance_m(&recording.pucks[1]) {
         recording.pucks.swap(0, 1);
+        recording.letters.swap(0, 1);
     }
     Ok(recording)
 }
@@ -303,59 +304,50 @@ pub(crate) fn run(folder: &Path) -> Result<bool, String> {
     Ok(estimation_holds && predictions_hold)
 }
 
-/// The recordings as clips of two kinds of pucks.
-fn clips(recordings: &[Recording]) -> Vec<ClipTracks> {
-    /// What motion capture claims (m).
-    const CLAIMED_STD_M: f64 = 5e-5;
-    let track = |name: &str, puck: &[Sample]| Track {
-        object: name.into(),
-        samples: (puck.iter())
-            .map(|s| {
-                detect::Sample::new(
-                    s.time_s,
-                    Point::new(s.position.x, s.position.y),
-                    Some(s.yaw_rad),
-                    CLAIMED_STD_M,
-                )
-            })
-            .collect(),
-    };
-    (recordings.iter())
-        .map(|recording| ClipTracks {
-            name: recording.name.clone(),
-            objects: PUCKS.map(String::from).to_vec(),
-            strike: None,
-            tracks: Tracks {
-                tracks: PUCKS.iter().zip(&recording.pucks).map(|(name, puck)| track(name, puck)).collect(),
-                ..Tracks::default()
-            },
-        })
-        .collect()
-}
-
 /// The puck that moves, and the one that rests.
 const PUCKS: [&str; 2] = ["moving", "resting"];
 
-/// Estimates from the recordings: the mass ratio holds, and friction is refused.
+/// Writes a campaign of the recordings' tables for the program: pucks, and no camera, striker or strike.
+fn write_campaign(folder: &Path, recordings: &[Recording]) -> Result<PathBuf, String> {
+    let puck = |name: &str| {
+        format!(
+            "[[objects]]\nname = \"{name}\"\nshape = {{ disc = {{ radius_m = {RADIUS_M} }} }}\nheight_m = 0.01\n"
+        )
+    };
+    let mut campaign = String::from("cell = \"cell.toml\"\nobjects = \"objects.toml\"\n");
+    for recording in recordings {
+        let file = recording.file.canonicalize().map_err(|e| format!("{}: {e}", recording.file.display()))?;
+        let columns = [0, 1].map(|k| {
+            let (name, letter) = (PUCKS[k], recording.letters[k]);
+            format!("{name} = {{ x = \"c_{letter}_x\", y = \"c_{letter}_y\", yaw = \"ang_{letter}\" }}")
+        });
+        let _ = writeln!(
+            campaign,
+            "\n[[clips]]\ntracks = '{}'\nframe_rate_hz = {}\nobjects = {PUCKS:?}\ncolumns = {{ objects = {{ {} }} }}",
+            file.display(),
+            1.0 / STEP_S,
+            columns.join(", ")
+        );
+    }
+    let cell = "[workspace]\nmin_m = [-0.5, -0.5]\nmax_m = [0.5, 0.5]\n".to_owned();
+    for (name, text) in
+        [("cell.toml", cell), ("objects.toml", PUCKS.map(puck).concat()), ("campaign.toml", campaign)]
+    {
+        let path = folder.join(name);
+        std::fs::write(&path, text).map_err(|e| format!("{}: {e}", path.display()))?;
+    }
+    Ok(folder.join("campaign.toml"))
+}
+
+/// Estimates of the program from the recordings: the mass ratio holds, and friction is refused.
 fn estimated(recordings: &[Recording]) -> Result<Vec<Row>, String> {
-    let shape = Shape::Disc { radius_m: RADIUS_M };
-    let bar = Shape::Rectangle { size_m: [0.02, 0.01] };
-    let objects = PUCKS.map(|name| Object {
-        name: name.into(),
-        shape: shape.clone(),
-        height_m: 0.01,
-        marker: Some(Marker::centred(bar.clone())),
-        mass_kg: None,
-        support: None,
-    });
-    let cell =
-        Cell { camera: CameraSpec { exposure_s: Some(0.0), ..CameraSpec::default() }, ..campaign::cell() };
-    let options = Options { reference: Some(PUCKS[1].into()) };
-    let (started, before_s) = (Instant::now(), process::own_cpu_s()?);
-    let found =
-        estimate::estimation(&clips(recordings), &cell, &objects, &options).map_err(|e| e.to_string())?;
-    let (wall_s, cpu_s) = (started.elapsed().as_secs_f64(), process::own_cpu_s()? - before_s);
-    let properties = found.properties;
+    let program = Program::build()?;
+    let folder = tempfile::tempdir().map_err(|e| e.to_string())?;
+    let campaign = write_campaign(folder.path(), recordings)?;
+    let output = program.output.join("air-table.json");
+    let [campaign, properties] = [&campaign, &output].map(|path| path.to_string_lossy());
+    let run = program.run(&["estimate", &campaign, "--reference", PUCKS[1], "-o", &properties])?;
+    let properties = files::load_properties(&output).map_err(|e| e.to_string())?;
     for warning in &properties.warnings {
         println!("{warning}");
     }
@@ -367,8 +359,8 @@ fn estimated(recordings: &[Recording]) -> Result<Vec<Row>, String> {
         properties.warnings.iter().any(|w| w.starts_with(&format!("friction of `{name}` is refused")))
     };
     Ok(vec![
-        Row::plain("estimation of all runs, CPU time", cpu_s, "s"),
-        Row::plain("estimation of all runs, wall time", wall_s, "s"),
+        Row::plain("estimation of all runs, CPU time", run.cpu_s.unwrap_or(f64::NAN), "s"),
+        Row::plain("estimation of all runs, wall time", run.wall_s, "s"),
         Row::at_most("mass ratio: error", 100.0 * (ratio.mean / truth - 1.0).abs(), 1.0, "%"),
         Row::plain(
             "mass ratio: half interval",
@@ -419,7 +411,7 @@ mod tests {
                 puck.push(Sample { time_s, position: Point::new(x, 0.1), yaw_rad: 0.0 });
             }
         }
-        Recording { name: "drawn".into(), pucks }
+        Recording { name: "drawn".into(), file: PathBuf::new(), letters: ['a', 'b'], pucks }
     }
 
     #[test]

@@ -47,7 +47,7 @@ fn measured(folder: &Path) -> Result<bool, String> {
     let mut errors = Errors::default();
     let mut warnings = Vec::new();
     for clip in &campaign.clips {
-        let name = clip.video.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        let name = clip.name.clone();
         let result = breakshot::clip_tracks(&campaign, clip, Decoder::Auto).map_err(|e| e.to_string())?;
         let steps = result.tracks.tracks.iter().flat_map(|track| track.samples.windows(2));
         let interval_s = median(steps.map(|pair| pair[1].time_s - pair[0].time_s).collect());

@@ -158,7 +158,7 @@ impl Figures {
         };
         let mut struck: BTreeSet<&str> = BTreeSet::new();
         for clip in &campaign.clips {
-            let video = clip.name();
+            let video = clip.name.clone();
             struck.extend(clip.objects.first().map(|name| breakshot::object::kind(name)));
             let path = tracks.join(&video).with_extension("json");
             let found: Option<Tracks> = files::read_json(&path).ok();

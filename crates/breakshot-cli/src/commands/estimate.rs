@@ -2,7 +2,7 @@
 
 use crate::args::EstimateArgs;
 use crate::{Outcome, console};
-use breakshot::campaign::{Campaign, Clip};
+use breakshot::campaign::Campaign;
 use breakshot::capture::Decoder;
 use breakshot::cell::Cell;
 use breakshot::estimate::{self, Advice, AdviceOptions, ClipTracks, Experiment};
@@ -23,8 +23,7 @@ pub(crate) fn run(args: &EstimateArgs) -> Result<Outcome> {
     let options = estimate::Options { reference: args.reference.clone() };
     let (cell, objects) = (&campaign.cell, &campaign.objects);
     if let Some(old) = &old {
-        let names: Vec<String> = campaign.clips.iter().map(Clip::name).collect();
-        let names: Vec<&str> = names.iter().map(String::as_str).collect();
+        let names: Vec<&str> = campaign.clips.iter().map(|clip| clip.name.as_str()).collect();
         estimate::check_update(old, &names, cell, objects, &options)?;
     }
     let (clips, unread) = tracked(&campaign, args.decoder.into())?;
@@ -155,10 +154,28 @@ pub(crate) fn tracked(campaign: &Campaign, decoder: Decoder) -> Result<(Vec<Clip
 /// Writes one JSON file for each clip.
 fn write_tracks(folder: &Path, clips: &[ClipTracks]) -> Result<()> {
     std::fs::create_dir_all(folder).map_err(|source| Error::Write { path: folder.into(), source })?;
-    clips.iter().try_for_each(|clip| {
-        let path = folder.join(&clip.name).with_extension("json");
-        files::write_json(&path, &clip.tracks)
-    })
+    let names: Vec<&str> = clips.iter().map(|clip| clip.name.as_str()).collect();
+    clips
+        .iter()
+        .zip(file_names(&names))
+        .try_for_each(|(clip, name)| files::write_json(&folder.join(name), &clip.tracks))
+}
+
+/// The name of a JSON file for each clip, all different.
+///
+/// A clip's extension is left out where that is possible, and its folders are joined to its name.
+fn file_names(clips: &[&str]) -> Vec<String> {
+    let flat: Vec<String> = clips.iter().map(|clip| clip.replace(['/', '\\'], "_")).collect();
+    let stem = |name: &str| Path::new(name).with_extension("").to_string_lossy().into_owned();
+    let mut names: Vec<String> = Vec::new();
+    for name in &flat {
+        let is_alone = flat.iter().filter(|other| stem(other) == stem(name)).count() == 1;
+        let wanted = if is_alone { stem(name) } else { name.clone() };
+        let numbered = (2..).map(|number| format!("{wanted}_{number}.json"));
+        let mut candidates = std::iter::once(format!("{wanted}.json")).chain(numbered);
+        names.extend(candidates.find(|candidate| !names.contains(candidate)));
+    }
+    names
 }
 
 /// Prints the properties as tables.

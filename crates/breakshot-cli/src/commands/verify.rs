@@ -5,7 +5,7 @@ use super::simulate::{self, SimulationInputs};
 use crate::args::VerifyArgs;
 use crate::{Outcome, console};
 use breakshot::capture::{Capture, GreyImage};
-use breakshot::detect::{self, Layout, Tracks};
+use breakshot::detect::{self, Layout, Recording, Tracks};
 use breakshot::estimate::{self, ClipTracks};
 use breakshot::plan::{self, Plan};
 use breakshot::properties::Properties;
@@ -24,8 +24,7 @@ pub(crate) fn run(args: &VerifyArgs) -> Result<Outcome> {
     // A plan file adds a chapter to the page; a file with only the strike does not.
     let plan: Option<Plan> = files::read_json(&args.strike).ok();
     let trajectory = physics::trajectory(scene, properties, &strike, &plan::laws(scene)?)?;
-    let TrackedStrike { tracks, end_frames } =
-        tracked_strike(scene, args.decoder.film(&args.video, &scene.cell)?)?;
+    let TrackedStrike { tracks, end_frames } = observed_strike(args, scene)?;
     let report = verify::comparison(scene, &trajectory.final_poses, &Observed::from_tracks(&tracks))?;
     console::warn(&trajectory.notes);
     console::warn(&report.warnings);
@@ -58,7 +57,7 @@ pub(crate) fn run(args: &VerifyArgs) -> Result<Outcome> {
     if let Some(path) = &args.update {
         let clip = ClipTracks {
             name: args.video.file_name().unwrap_or_default().to_string_lossy().into_owned(),
-            objects: scene.placed.iter().map(|p| p.object.clone()).collect(),
+            objects: names(scene),
             strike: Some(strike.clone()),
             tracks: tracks.clone(),
         };
@@ -96,13 +95,28 @@ pub(crate) struct TrackedStrike {
     pub(crate) end_frames: Option<[GreyImage; 2]>,
 }
 
+/// The film after tracking, or its tracks if the file holds these.
+fn observed_strike(args: &VerifyArgs, scene: &Scene) -> Result<TrackedStrike> {
+    let extension = args.video.extension().unwrap_or_default();
+    if !["csv", "json"].iter().any(|tracks| extension.eq_ignore_ascii_case(tracks)) {
+        return tracked_strike(scene, args.decoder.film(&args.video, &scene.cell)?);
+    }
+    let (name, text) = (args.video.display().to_string(), files::tracks_text(&args.video)?);
+    let recording = Recording { name: &name, text: &text, columns: None, frame_rate_hz: None };
+    let tracks = detect::recorded_tracks(&recording, &names(scene), &scene.cell.workspace)?;
+    Ok(TrackedStrike { tracks, end_frames: None })
+}
+
+fn names(scene: &Scene) -> Vec<String> {
+    scene.placed.iter().map(|placed| placed.object.clone()).collect()
+}
+
 /// Tracks all objects of a scene in a film that starts with the objects at the poses of the scene.
 pub(crate) fn tracked_strike(scene: &Scene, mut film: Capture) -> Result<TrackedStrike> {
-    let names: Vec<String> = scene.placed.iter().map(|p| p.object.clone()).collect();
     let layout = Layout::Placed(scene.placed.clone());
     let ends = EndFrames::default();
     film.footage = ends.keeping(film.footage);
-    let tracks = detect::tracks(film, &scene.objects, &names, &layout, &detect::Options::default())?;
+    let tracks = detect::tracks(film, &scene.objects, &names(scene), &layout, &detect::Options::default())?;
     Ok(TrackedStrike { tracks, end_frames: ends.into_images() })
 }
 

@@ -17,6 +17,7 @@ pub struct Cell {
     #[serde(default = "one")]
     pub version: u32,
     /// The lens and the sensor.
+    #[serde(default)]
     pub camera: CameraSpec,
     /// AprilTags lying on the table.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
@@ -32,7 +33,8 @@ pub struct Cell {
     /// The table's edge.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub table: Option<Table>,
-    /// What strikes.
+    /// What strikes; [`Striker::none`] where nothing does, in a cell of tracks without strikes.
+    #[serde(default = "Striker::none", skip_serializing_if = "Striker::is_none")]
     pub striker: Striker,
     /// The arm that moves it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -221,6 +223,17 @@ impl Striker {
         let retract_speed_m_s = retract_speed_m_s();
         Self { shape: Shape::Disc { radius_m }, height_m: 0.1, speed_range_m_s, retract_speed_m_s }
     }
+
+    /// No striker: a point of no height that never moves. No strike can be simulated with it.
+    pub fn none() -> Self {
+        let shape = Shape::Disc { radius_m: 0.0 };
+        Self { shape, height_m: 0.0, speed_range_m_s: [0.0; 2], retract_speed_m_s: 0.0 }
+    }
+
+    /// Whether this is [`Striker::none`].
+    pub fn is_none(&self) -> bool {
+        *self == Self::none()
+    }
 }
 
 /// The arm and the pose of its base.
@@ -306,12 +319,49 @@ impl Cell {
         self.scale_px_per_m.or(self.camera.scale_px_per_m)
     }
 
-    /// An error that names the key unless every number is possible.
+    /// Whether the cell says anything about a camera; a cell of tracks needs none.
+    pub fn has_camera(&self) -> bool {
+        let pose = !self.tags.is_empty() || !self.points.is_empty() || self.scale_px_per_m().is_some();
+        pose || self.camera != CameraSpec::default()
+    }
+
+    /// An error that names the missing section unless the cell has a striker.
+    ///
+    /// # Errors
+    /// A cell without `[striker]`; `file` is the cell's name in messages.
+    pub fn require_striker(&self, file: &str) -> Result<()> {
+        if !self.striker.is_none() {
+            return Ok(());
+        }
+        let needed = "[striker] with shape, height_m and speed_range_m_s";
+        Err(Error::invalid(file, "striker", "missing", needed))
+    }
+
+    /// An error unless the cell says what is needed to find the pose of its camera.
+    ///
+    /// # Errors
+    /// No tags, no scale, and fewer than four points; `file` is the cell's name in messages.
+    pub fn require_camera_pose(&self, file: &str) -> Result<()> {
+        if self.tags.is_empty() && self.points.is_empty() && self.scale_px_per_m().is_none() {
+            let needed = "[[tags]], four or more [[points]], or scale_px_per_m";
+            return Err(Error::invalid(file, "camera pose", "no information about it", needed));
+        }
+        if self.tags.is_empty() && !self.points.is_empty() && self.points.len() < 4 {
+            let found = format!("{} [[points]]", self.points.len());
+            return Err(Error::invalid(file, "camera pose", found, "four or more [[points]]"));
+        }
+        Ok(())
+    }
+
+    /// An error that names the key unless every number is possible. A cell may have no camera and no striker.
     ///
     /// # Errors
     /// The first key of `file` (the cell's name in messages) that cannot be, with what was found and what is needed.
     pub fn check(&mut self, file: &str) -> Result<()> {
-        self.check_camera(file)?;
+        if self.has_camera() {
+            self.check_camera(file)?;
+            self.require_camera_pose(file)?;
+        }
         self.check_tags(file)?;
         let Workspace { min_m, max_m } = self.workspace;
         let ordered = min_m.is_finite() && max_m.is_finite() && min_m.x < max_m.x && min_m.y < max_m.y;
@@ -366,14 +416,6 @@ impl Cell {
             let found = format!("{width} x {height}");
             return Err(Error::invalid(file, "camera.image_size_px", found, "a picture with pixels"));
         }
-        if self.tags.is_empty() && self.points.is_empty() && self.scale_px_per_m().is_none() {
-            let needed = "[[tags]], four or more [[points]], or scale_px_per_m";
-            return Err(Error::invalid(file, "camera pose", "no information about it", needed));
-        }
-        if self.tags.is_empty() && !self.points.is_empty() && self.points.len() < 4 {
-            let found = format!("{} [[points]]", self.points.len());
-            return Err(Error::invalid(file, "camera pose", found, "four or more [[points]]"));
-        }
         Ok(())
     }
 
@@ -395,6 +437,9 @@ impl Cell {
     }
 
     fn check_striker(&mut self, file: &str) -> Result<()> {
+        if self.striker.is_none() {
+            return Ok(());
+        }
         let owner = format!("{file}: striker");
         self.striker.shape.check_and_centre(&owner)?;
         positive(&owner, "height_m", self.striker.height_m)?;

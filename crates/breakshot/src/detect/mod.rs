@@ -14,6 +14,7 @@ mod marker;
 mod markerless;
 mod motion_blur;
 mod postprocess;
+mod recorded;
 #[cfg(test)]
 mod tests;
 mod threshold;
@@ -22,6 +23,7 @@ mod track_state;
 mod tracks;
 
 pub use association::Layout;
+pub use recorded::{Recording, recorded_tracks};
 pub use tracks::{Sample, Track, Tracks};
 
 use crate::capture::{Camera, Capture, Frame, GreyImage};

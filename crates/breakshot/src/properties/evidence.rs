@@ -59,7 +59,8 @@ pub struct FilmedWith {
     /// Scale of a camera that looks straight down (px per m).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub scale_px_per_m: Option<f64>,
-    /// The striker.
+    /// The striker; none for tracks without strikes.
+    #[serde(default = "Striker::none", skip_serializing_if = "Striker::is_none")]
     pub striker: Striker,
 }
 

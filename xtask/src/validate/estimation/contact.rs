@@ -327,7 +327,7 @@ fn saved(folder: &Path, drawn: &Path, seed: u64) -> Result<Saved, String> {
     let camera: Camera = serde_json::from_str(&text).map_err(|e| e.to_string())?;
     let mut random = Pcg64Mcg::seed_from_u64(seed);
     let clips = campaign.clips.iter().map(|clip| {
-        let video = clip.name();
+        let video = clip.name.clone();
         let motion = truth.clips.get(&video).ok_or_else(|| format!("{video} has no truth"))?;
         let tracks = motion.frames.iter().map(|(object, frames)| {
             let kind = kind(object);
@@ -345,9 +345,9 @@ fn saved(folder: &Path, drawn: &Path, seed: u64) -> Result<Saved, String> {
         });
         let tracks = Tracks { version: 1, video, tracks: tracks.collect(), ..Tracks::default() };
         Ok(ClipTracks {
-            name: clip.name(),
+            name: clip.name.clone(),
             objects: clip.objects.clone(),
-            strike: Some(clip.strike.clone()),
+            strike: clip.strike.clone(),
             tracks,
         })
     });

@@ -16,11 +16,11 @@ impl Saved {
     pub(crate) fn read(folder: &Path, tracks: &Path) -> Result<Self, String> {
         let campaign = files::load_campaign(folder.join("campaign.toml")).map_err(|e| e.to_string())?.value;
         let clips = campaign.clips.iter().map(|clip| {
-            let path = tracks.join(clip.name()).with_extension("json");
+            let path = tracks.join(&clip.name).with_extension("json");
             Ok(ClipTracks {
-                name: clip.name(),
+                name: clip.name.clone(),
                 objects: clip.objects.clone(),
-                strike: Some(clip.strike.clone()),
+                strike: clip.strike.clone(),
                 tracks: files::read_json(&path).map_err(|e| e.to_string())?,
             })
         });

@@ -42,8 +42,12 @@ impl From<ExposureChi2> for ([f64; CANDIDATES], usize) {
     }
 }
 
-/// The exposure that the cell specifies, else that it is unknown up to half a frame.
+/// The exposure that the cell specifies, else that it is unknown up to half a frame; none in a cell without camera, whose
+/// tracks are positions at instants.
 pub(crate) fn specified(cell: &Cell, frame_s: f64) -> Exposure {
+    if !cell.has_camera() {
+        return Exposure::Known(0.0);
+    }
     cell.camera.exposure_s.map_or(Exposure::UpTo(LONGEST_FRAMES * frame_s), Exposure::Known)
 }
 

@@ -95,13 +95,15 @@ const MIN_REDUCTION: f64 = 0.05;
 /// The clips to film next, ranked by how much they reduce the predicted uncertainty of final positions.
 ///
 /// # Errors
-/// Properties without evidence; a pile that cannot be struck or simulated; no experiment that stays within the workspace.
+/// A cell without striker; properties without evidence; a pile that cannot be struck or simulated; no experiment that stays within the workspace.
 pub fn advice(
     properties: &Properties,
     cell: &Cell,
     objects: &[Object],
     options: &AdviceOptions,
 ) -> Result<Advice> {
+    cell.require_striker("advice: cell")?;
+
     // The earlier clips
     let setup = Setup { cell, objects };
     let evidence = properties.evidence.as_ref();
