@@ -38,14 +38,14 @@ struct Outcomes {
 
 /// `cargo xtask fuzz` with the given words: of films, or of tables; a million of them or as many as asked.
 pub(crate) fn run(words: &[&str]) -> Result<(), String> {
-    let (fuzz, count): (fn(usize) -> Result<(), String>, _) = match words {
-        ["tables", count @ ..] => (tables::fuzz, count),
-        count => (films, count),
-    };
-    match count {
-        [] => fuzz(COUNT),
-        [count] => fuzz(count.parse().map_err(|_| format!("`{count}` is no number of files"))?),
+    let parsed = |count: &[&str]| match count {
+        [] => Ok(COUNT),
+        [count] => count.parse().map_err(|_| format!("`{count}` is no number of files")),
         _ => Err("needed: fuzz [tables] [COUNT]".into()),
+    };
+    match words {
+        ["tables", count @ ..] => tables::fuzz(parsed(count)?),
+        count => films(parsed(count)?),
     }
 }
 

@@ -165,6 +165,30 @@ impl DecoderArgs {
     }
 }
 
+#[derive(Clone, Copy, Debug, Args)]
+pub(crate) struct RateArgs {
+    /// The frame rate at which the video was taken, where its file says another (slow motion); `[camera] frame_rate_hz` of the
+    /// cell if not given.
+    #[arg(long, value_name = "HZ", value_parser = positive)]
+    pub(crate) frame_rate_hz: Option<f64>,
+}
+
+fn positive(text: &str) -> std::result::Result<f64, String> {
+    let value = text.parse().ok().filter(|value: &f64| value.is_finite() && *value > 0.0);
+    value.ok_or_else(|| "needed: a positive number".into())
+}
+
+impl RateArgs {
+    /// Opens a film that was taken at this rate, or at that of the cell.
+    pub(crate) fn open(self, path: &Path, decoder: DecoderArgs, cell: &Cell) -> Result<Footage> {
+        let footage = Footage::open_with(path, decoder.into())?;
+        Ok(match self.frame_rate_hz.or(cell.camera.frame_rate_hz) {
+            Some(rate_hz) => footage.at_frame_rate(rate_hz),
+            None => footage,
+        })
+    }
+}
+
 #[derive(Debug, Args)]
 pub(crate) struct CalibrateArgs {
     /// The cell file.
@@ -254,6 +278,8 @@ pub(crate) struct DetectArgs {
     pub(crate) table: Option<PathBuf>,
     #[command(flatten)]
     pub(crate) decoder: DecoderArgs,
+    #[command(flatten)]
+    pub(crate) rate: RateArgs,
     /// Also plots distance, speed and acceleration over time (Fig. 6 of the paper; SVG).
     #[arg(long, value_name = "FILE")]
     pub(crate) plot: Option<PathBuf>,
@@ -534,6 +560,8 @@ pub(crate) struct VerifyArgs {
     pub(crate) assumptions: Assumptions,
     #[command(flatten)]
     pub(crate) decoder: DecoderArgs,
+    #[command(flatten)]
+    pub(crate) rate: RateArgs,
     /// Also adds the measurements of this film to the properties and writes them to this file.
     #[arg(long, value_name = "FILE")]
     pub(crate) update: Option<PathBuf>,

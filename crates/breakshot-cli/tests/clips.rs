@@ -184,3 +184,64 @@ fn a_strike_is_verified_from_its_tracks_as_from_its_film() {
         }
     }
 }
+
+/// The film with a time scale that makes it last four times as long, as slow motion is written.
+fn slowed(film: &str) -> Vec<u8> {
+    let mut bytes = fs::read(demo(film)).unwrap();
+    for name in [b"mvhd", b"mdhd"] {
+        let at = bytes.windows(4).position(|window| window == name).unwrap() + 16;
+        let scale = u32::from_be_bytes(bytes[at..at + 4].try_into().unwrap());
+        bytes[at..at + 4].copy_from_slice(&(scale / 4).to_be_bytes());
+    }
+    bytes
+}
+
+#[test]
+fn a_film_in_slow_motion_with_its_true_rate_gives_the_same_tracks_to_the_bit() {
+    let folder = workbench(&["single_a_3.mp4"]);
+    let folder = folder.path();
+    fs::write(folder.join("slow.mp4"), slowed("single_a_3.mp4")).unwrap();
+    let detect = |film: &str, more: &[&str]| {
+        let fixed = ["detect", "cell.toml", "objects.toml", film, "--objects", "a", "-o", "tracks.json"];
+        done(folder, &[&fixed[..], more].concat());
+        json(&folder.join("tracks.json"))["tracks"].clone()
+    };
+    let true_tracks = detect("single_a_3.mp4", &[]);
+    let slow = detect("slow.mp4", &[]);
+    let last_s =
+        |tracks: &Value| tracks[0]["samples"].as_array().unwrap().last().unwrap()["time_s"].as_f64().unwrap();
+    assert!((last_s(&slow) / last_s(&true_tracks) - 4.0).abs() < 1e-9, "the test cannot fail");
+    assert_eq!(detect("slow.mp4", &["--frame-rate-hz", "60"]), true_tracks);
+
+    // The option comes before the clip, and the clip before the cell.
+    let cell = fs::read_to_string(demo("cell.toml")).unwrap();
+    fs::write(folder.join("cell.toml"), cell.replacen("[camera]", "[camera]\nframe_rate_hz = 60.0", 1))
+        .unwrap();
+    assert_eq!(detect("slow.mp4", &[]), true_tracks);
+    fs::write(folder.join("cell.toml"), cell.replacen("[camera]", "[camera]\nframe_rate_hz = 30.0", 1))
+        .unwrap();
+    assert_eq!(detect("slow.mp4", &["--frame-rate-hz", "60"]), true_tracks);
+    let clip = clips(&["single_a_3.mp4"])[0].replace("single_a_3.mp4\"", "slow.mp4\"\nframe_rate_hz = 60");
+    write_campaign(folder, &[clip]);
+    done(folder, &["estimate", "campaign.toml", "-o", "of_slow.json", "--tracks", "."]);
+    fs::write(folder.join("cell.toml"), cell).unwrap();
+    write_campaign(folder, &clips(&["single_a_3.mp4"]));
+    done(folder, &["estimate", "campaign.toml", "-o", "of_true.json"]);
+    assert_eq!(numbers(&folder.join("of_slow.json")), numbers(&folder.join("of_true.json")));
+    let (code, said) = run(
+        folder,
+        &[
+            "detect",
+            "cell.toml",
+            "objects.toml",
+            "slow.mp4",
+            "--objects",
+            "a",
+            "--frame-rate-hz",
+            "0",
+            "-o",
+            "out.json",
+        ],
+    );
+    assert!(code == Some(2) && said.contains("a positive number"), "{said}");
+}

@@ -85,6 +85,10 @@ pub fn clip_tracks(campaign: &Campaign, clip: &Clip, decoder: Decoder) -> Result
     let tracks = match &clip.source {
         Source::Film(path) => {
             let footage = Footage::open_with(path, decoder)?;
+            let footage = match clip.frame_rate_hz {
+                Some(rate_hz) => footage.at_frame_rate(rate_hz),
+                None => footage,
+            };
             let film = Capture::of(footage, &campaign.cell)?;
             let options = detect::Options::default();
             detect::tracks(film, &campaign.objects, &clip.objects, &layout(clip), &options)?

@@ -4,7 +4,7 @@ use super::frames::{FRAME_MEMORY_BYTES, FrameBuffer};
 use super::overlay_film;
 use crate::args::DetectArgs;
 use crate::{Outcome, console};
-use breakshot::capture::{Footage, Frame};
+use breakshot::capture::{Capture, Frame};
 use breakshot::detect::{Layout, Tracks};
 use breakshot::report::{self, Overlay};
 use breakshot::{Error, Result, detect, files};
@@ -24,7 +24,7 @@ pub(crate) fn run(args: &DetectArgs) -> Result<Outcome> {
     };
 
     // The frames for the overlay are kept while the film is tracked.
-    let mut film = args.decoder.film(&args.video, &cell)?;
+    let mut film = Capture::of(args.rate.open(&args.video, args.decoder, &cell)?, &cell)?;
     let (camera, size_px) = (film.camera.clone(), film.footage.size_px());
     let buffer = FrameBuffer::default();
     if args.overlay.is_some() {
@@ -54,7 +54,7 @@ pub(crate) fn run(args: &DetectArgs) -> Result<Outcome> {
         let overlay = Overlay { camera: &camera, tracks: &tracks, objects: &objects.value };
         let frames: Box<dyn Iterator<Item = Result<Frame>>> = match buffer.into_frames() {
             Some(frames) => Box::new(frames.into_iter().map(Ok)),
-            None => Box::new(Footage::open_with(&args.video, args.decoder.into())?),
+            None => Box::new(args.rate.open(&args.video, args.decoder, &cell)?),
         };
         written.push(overlay_film::write(&overlay, overlay_film::Frames { frames, size_px }, film)?);
     }

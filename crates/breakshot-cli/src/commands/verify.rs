@@ -99,10 +99,12 @@ pub(crate) struct TrackedStrike {
 fn observed_strike(args: &VerifyArgs, scene: &Scene) -> Result<TrackedStrike> {
     let extension = args.video.extension().unwrap_or_default();
     if !["csv", "json"].iter().any(|tracks| extension.eq_ignore_ascii_case(tracks)) {
-        return tracked_strike(scene, args.decoder.film(&args.video, &scene.cell)?);
+        let film = args.rate.open(&args.video, args.decoder, &scene.cell)?;
+        return tracked_strike(scene, Capture::of(film, &scene.cell)?);
     }
     let (name, text) = (args.video.display().to_string(), files::tracks_text(&args.video)?);
-    let recording = Recording { name: &name, text: &text, columns: None, frame_rate_hz: None };
+    let recording =
+        Recording { name: &name, text: &text, columns: None, frame_rate_hz: args.rate.frame_rate_hz };
     let tracks = detect::recorded_tracks(&recording, &names(scene), &scene.cell.workspace)?;
     Ok(TrackedStrike { tracks, end_frames: None })
 }

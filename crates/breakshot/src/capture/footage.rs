@@ -1,6 +1,7 @@
 //! The frames of a film, one after the other.
 
 use super::image::Frame;
+use super::retimed::RetimedFrames;
 use super::source::{self, Decoder, RepeatedFrames};
 use crate::error::Result;
 use std::path::Path;
@@ -15,6 +16,8 @@ pub struct Footage {
     warnings: Vec<String>,
     pub(super) frames: Box<dyn Iterator<Item = Result<Frame>> + Send>,
     repeats: Option<RepeatedFrames>,
+    /// Whether the times are those of a rate that was given.
+    is_retimed: bool,
 }
 
 impl Footage {
@@ -44,6 +47,7 @@ impl Footage {
             warnings: opened.warnings,
             frames: opened.frames,
             repeats: Some(RepeatedFrames::new(opened.tick_s)),
+            is_retimed: false,
         })
     }
 
@@ -57,7 +61,21 @@ impl Footage {
             warnings: Vec::new(),
             frames: Box::new(frames.into_iter().map(Ok)),
             repeats: Some(RepeatedFrames::default()),
+            is_retimed: false,
         }
+    }
+
+    /// The same film, taken at `rate_hz` frames a second where its file says another rate.
+    ///
+    /// Regular times become multiples of the true interval, to the bit those of a file that says the true rate; irregular ones
+    /// keep their proportions. The first rate that is given counts: a film is not retimed twice.
+    #[must_use]
+    pub fn at_frame_rate(mut self, rate_hz: f64) -> Self {
+        if !self.is_retimed {
+            self.frames = Box::new(RetimedFrames::new(self.frames, rate_hz));
+            self.is_retimed = true;
+        }
+        self
     }
 
     /// The file's name, for messages.

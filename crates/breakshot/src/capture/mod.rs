@@ -12,6 +12,7 @@ mod image;
 mod lens;
 mod png_url;
 mod pose;
+mod retimed;
 mod source;
 mod tags;
 
@@ -45,7 +46,8 @@ pub struct Capture {
 const FRAMES_FOR_THE_POSE: usize = 3;
 
 impl Capture {
-    /// Calibrates the camera from a film's first frames, which stay in the film.
+    /// Calibrates the camera from a film's first frames, which stay in the film; its times are those of the cell's
+    /// `frame_rate_hz`, unless the film has been given another.
     ///
     /// ```
     /// use breakshot::capture::{Camera, Capture, Footage, Lens};
@@ -73,7 +75,11 @@ impl Capture {
     ///
     /// # Errors
     /// As [`capture`].
-    pub fn of(mut footage: Footage, cell: &Cell) -> Result<Self> {
+    pub fn of(footage: Footage, cell: &Cell) -> Result<Self> {
+        let mut footage = match cell.camera.frame_rate_hz {
+            Some(rate_hz) => footage.at_frame_rate(rate_hz),
+            None => footage,
+        };
         let first: Vec<Frame> = footage.frames.by_ref().take(FRAMES_FOR_THE_POSE).collect::<Result<_>>()?;
         let pictures: Vec<&GreyImage> = first.iter().map(|frame| &frame.image).collect();
         let camera = camera(&footage.name, &pictures, cell)?;

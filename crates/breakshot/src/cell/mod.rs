@@ -69,6 +69,9 @@ pub struct CameraSpec {
     /// How long the shutter stays open (s).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub exposure_s: Option<f64>,
+    /// The rate at which films are taken, where their files say another (Hz).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub frame_rate_hz: Option<f64>,
     /// How thick the tags are (m): their faces lie so far above the table.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub tag_thickness_m: Option<f64>,
@@ -384,9 +387,11 @@ impl Cell {
                 positive(file, what, value)?;
             }
         }
-        for (what, value) in
-            [("scale_px_per_m", self.scale_px_per_m()), ("camera.exposure_s", camera.exposure_s)]
-        {
+        for (what, value) in [
+            ("scale_px_per_m", self.scale_px_per_m()),
+            ("camera.exposure_s", camera.exposure_s),
+            ("camera.frame_rate_hz", camera.frame_rate_hz),
+        ] {
             if let Some(value) = value {
                 positive(file, what, value)?;
             }

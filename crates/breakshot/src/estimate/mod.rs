@@ -34,6 +34,7 @@ use crate::properties::Properties;
 use crate::statistics::median;
 use clip::fit::{NoiseStatistics, VarianceRatio};
 use clip::{ClipEstimate, exposure};
+use joint::frame_rate;
 use joint::properties;
 use joint::record;
 use measure::ClipMeasurements;
@@ -164,6 +165,7 @@ fn combined(
     let evidence = record::evidence(&new, clips, cell, objects)?;
     let all: Vec<&ClipMeasurements> = earlier.iter().chain(&new).collect();
     let mut properties = properties::properties(&all, objects, reference);
+    properties.warnings.splice(0..0, frame_rate::warnings(&new, clips));
     properties.evidence = Some(evidence);
     Ok(Estimation { properties, clips: fits })
 }

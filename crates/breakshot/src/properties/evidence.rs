@@ -70,6 +70,8 @@ impl FilmedWith {
         let mut camera = cell.camera.clone();
         camera.camera_info =
             camera.camera_info.and_then(|info| info.path.file_name().map(|name| PathBuf::from(name).into()));
+        // The rate has set the times of the films; others may have been taken at another.
+        camera.frame_rate_hz = None;
         Self {
             camera,
             tags: cell.tags.clone(),

@@ -3,11 +3,12 @@
 //! Repeated measurements of one quantity are averaged with a random-effects model (`random_effects`) after clips that
 //! contradict the majority have been left out (`outliers`).  The mass ratios of all pairs are adjusted so that they agree
 //! around every loop (`mass_network`).  `means` carries the covariance of the clips' noise through to that of the result,
-//! `refusal` removes what is impossible or too uncertain, `properties`
-//! assembles the result with its warnings, and `record` stores the measurements for later updates.
+//! `refusal` removes what is impossible or too uncertain, `frame_rate` examines the rate of the films, `properties` assembles the
+//! result with its warnings, and `record` stores the measurements for later updates.
 
 pub(crate) mod clip_values;
 pub(crate) mod contact_friction;
+pub(crate) mod frame_rate;
 pub(crate) mod friction;
 pub(crate) mod mass_network;
 pub(crate) mod means;

@@ -168,7 +168,9 @@ fn likely_cause(measurements: &Measurements, consensus: &BTreeMap<Quantity, Cons
         .collect();
     let close =
         |factor: f64| !ratios.is_empty() && ratios.iter().all(|r| (r / (factor * factor) - 1.0).abs() < 0.2);
-    for (factor, words) in [(2.0, "half"), (0.5, "twice")] {
+    for (factor, words) in
+        [(2.0, "half"), (0.5, "twice"), (4.0, "a quarter of"), (0.25, "four times"), (0.125, "eight times")]
+    {
         if close(factor) {
             return format!(": as if it were filmed at {words} the frame rate that its file says");
         }

@@ -1,0 +1,151 @@
+//! Do the files of the films say the rate at which these were taken?
+//!
+//! The striker does not yield: after its impact an object of restitution e is 1 + e times as fast as the striker was told to
+//! be, along the normal. Where objects come out slower or faster than any restitution allows, and a plain factor between the
+//! rates explains all of them, the films were probably taken at that rate.
+
+use crate::estimate::clip_tracks::ClipTracks;
+use crate::estimate::measure::ClipMeasurements;
+use crate::estimate::measure::quantity::Quantity;
+use crate::statistics::median;
+use std::collections::BTreeMap;
+
+/// Factors between the true rate and that of the file, the likeliest first. Of the powers of two about one fits any speed.
+const FACTORS: [f64; 14] =
+    [2.0, 4.0, 8.0, 16.0, 0.5, 0.25, 0.125, 6.0 / 5.0, 5.0 / 6.0, 5.0 / 4.0, 4.0 / 5.0, 3.0, 1.0 / 3.0, 10.0];
+/// Usual frame rates (Hz).
+const USUAL_HZ: [f64; 17] = [
+    24.0, 25.0, 30.0, 48.0, 50.0, 60.0, 90.0, 100.0, 120.0, 180.0, 200.0, 240.0, 300.0, 480.0, 500.0, 960.0,
+    1000.0,
+];
+/// Rates within this fraction are the same (59.94 and 60 Hz).
+const SAME_RATE: f64 = 0.01;
+/// A speed is impossible if it is outside the range by this much, in speeds of the striker, and by so many standard deviations.
+const MARGIN: f64 = 0.05;
+const MARGIN_STDS: f64 = 4.0;
+/// Number of clips that a warning needs.
+const CLIPS_NEEDED: usize = 2;
+
+/// The speed of an object after the striker's impact over that of the striker, in each of its clips.
+#[derive(Default)]
+struct SpeedRatios {
+    ratios: Vec<f64>,
+    stds: Vec<f64>,
+}
+
+impl SpeedRatios {
+    /// Whether a rate that is higher by this factor makes the median possible.
+    fn is_possible(&self, factor: f64) -> bool {
+        let (ratio, std) = (median(self.ratios.iter().copied()), median(self.stds.iter().copied()));
+        let (ratio, std) = (factor * ratio.unwrap_or(1.0), factor * std.unwrap_or(0.0));
+        let margin = MARGIN.max(MARGIN_STDS * std);
+        (1.0 - margin..=2.0 + margin).contains(&ratio)
+    }
+}
+
+/// A warning for each frame rate of the clips that is probably not the true one, with the likely one.
+pub(crate) fn warnings(measured: &[ClipMeasurements], clips: &[ClipTracks]) -> Vec<String> {
+    let mut groups: Vec<(f64, BTreeMap<&str, SpeedRatios>, Vec<&str>)> = Vec::new();
+    for (clip, tracks) in measured.iter().zip(clips) {
+        let Some(rate_hz) = rate_hz(tracks) else { continue };
+        let struck =
+            (0..clip.measurements.quantities.len()).filter_map(|k| match &clip.measurements.quantities[k] {
+                Quantity::StrikerRestitution(object) => {
+                    Some((object.as_str(), clip.measurements.measured(k)))
+                }
+                _ => None,
+            });
+        for (object, restitution) in struck {
+            let same = |(other_hz, ..): &(f64, _, _)| (rate_hz / other_hz - 1.0).abs() < SAME_RATE;
+            let known = groups.iter().position(same);
+            let group = known.unwrap_or_else(|| {
+                groups.push((rate_hz, BTreeMap::new(), Vec::new()));
+                groups.len() - 1
+            });
+            let (_, objects, names) = &mut groups[group];
+            let of_object = objects.entry(object).or_default();
+            of_object.ratios.push(1.0 + restitution.value);
+            of_object.stds.push(restitution.std);
+            names.push(&clip.name);
+        }
+    }
+    groups.iter().filter_map(|(rate_hz, objects, names)| warning(*rate_hz, objects, names)).collect()
+}
+
+fn warning(rate_hz: f64, objects: &BTreeMap<&str, SpeedRatios>, clips: &[&str]) -> Option<String> {
+    let impossible = objects.values().filter(|ratios| !ratios.is_possible(1.0)).count();
+    if clips.len() < CLIPS_NEEDED || 2 * impossible < objects.len() || impossible == 0 {
+        return None;
+    }
+    let factor = FACTORS.iter().find(|factor| objects.values().all(|ratios| ratios.is_possible(**factor)))?;
+    let likely_hz = usual_hz(rate_hz * factor);
+    let all = objects.values().flat_map(|ratios| &ratios.ratios);
+    let (least, most) = all.fold((f64::INFINITY, 0.0_f64), |(low, high), r| (low.min(*r), high.max(*r)));
+    let (count, first) = (clips.len(), clips[0]);
+    Some(format!(
+        "in {count} clips (`{first}` ..) struck objects are {least:.2} to {most:.2} times as fast as the striker was told to be, \
+         possible are 1 to 2 times: as if the films were taken at {likely_hz} frames/s where their files say {}; \
+         if so, write frame_rate_hz = {likely_hz} (frictions are wrong by the square of the factor), otherwise correct strike.speed_m_s",
+        usual_hz(rate_hz)
+    ))
+}
+
+/// The rate of a clip's samples (Hz).
+fn rate_hz(clip: &ClipTracks) -> Option<f64> {
+    let steps_s =
+        clip.tracks.tracks.iter().flat_map(|t| t.samples.windows(2).map(|w| w[1].time_s - w[0].time_s));
+    median(steps_s).filter(|step_s| *step_s > 0.0).map(f64::recip)
+}
+
+/// The usual rate that is meant, or the rate in three digits.
+fn usual_hz(rate_hz: f64) -> f64 {
+    let usual = USUAL_HZ.into_iter().find(|usual| (rate_hz / usual - 1.0).abs() < SAME_RATE);
+    usual.unwrap_or_else(|| {
+        let scale = 10_f64.powf(2.0 - rate_hz.log10().floor());
+        (rate_hz * scale).round() / scale
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::estimate::{Options, estimation};
+    use crate::synthetic::campaign::{CampaignSpec, SyntheticCampaign, campaign};
+
+    /// The clips as if their files said the rate of the drawn ones over `factor`.
+    fn slowed(factor: f64, mut drawn: SyntheticCampaign) -> SyntheticCampaign {
+        let samples =
+            drawn.clips.iter_mut().flat_map(|clip| &mut clip.tracks.tracks).flat_map(|t| &mut t.samples);
+        samples.for_each(|sample| sample.time_s *= factor);
+        drawn
+    }
+
+    /// The warnings about the frame rate.
+    fn warnings(drawn: &SyntheticCampaign) -> Vec<String> {
+        let found =
+            estimation(&drawn.clips, &drawn.cell, &drawn.objects, &Options::default()).expect("properties");
+        found.properties.warnings.into_iter().filter(|warning| warning.contains("frame_rate_hz")).collect()
+    }
+
+    #[test]
+    fn a_wrong_frame_rate_is_named_and_a_right_one_is_not_doubted() {
+        for seed in 1..=4 {
+            let spec = CampaignSpec { objects: 3, ..CampaignSpec::default() };
+            let drawn = campaign(&spec, seed);
+            let true_hz = super::rate_hz(&drawn.clips[0]).expect("samples");
+            assert_eq!(warnings(&drawn), Vec::<String>::new(), "seed {seed}");
+            for factor in [2.0, 4.0, 0.5] {
+                let found = warnings(&slowed(factor, drawn.clone()));
+                let named = format!("frame_rate_hz = {} ", super::usual_hz(true_hz));
+                assert!(
+                    found.len() == 1 && found[0].contains(&named),
+                    "seed {seed}, {named}, factor {factor}: {found:?}"
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn rates_are_named_as_cameras_have_them() {
+        assert_eq!([119.88, 29.97, 72.04, 1001.0].map(super::usual_hz), [120.0, 30.0, 72.0, 1000.0]);
+    }
+}
