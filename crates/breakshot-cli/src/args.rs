@@ -1,5 +1,6 @@
 //! The commands and their flags.
 
+use crate::campaign_args::CampaignArgs;
 use crate::laws::LawArgs;
 use crate::planning::{PlannerArgs, SurveyArgs};
 use breakshot::capture::{Capture, Decoder, Footage, GreyImage};
@@ -44,6 +45,9 @@ pub(crate) enum Command {
         Example: breakshot detect cell.toml objects.toml clip.mp4 --objects a,c -o tracks.csv --plot motion.svg --overlay overlay.mp4"
     )]
     Detect(DetectArgs),
+    /// Drafts the list of clips from a folder of films, to be completed.
+    #[command(after_help = "Example: breakshot campaign videos/ -o campaign.toml")]
+    Campaign(CampaignArgs),
     /// Estimates friction, restitution and mass ratios from the clips of a campaign.
     #[command(after_help = "Example: breakshot estimate campaign.toml -o properties.json\n\
         Example: breakshot estimate campaign.toml -o properties.json --figures figures/     (Figs. 7, 8, 9 and Table 1)\n\

@@ -4,6 +4,7 @@
 mod terminal;
 
 mod args;
+mod campaign_args;
 mod commands;
 mod console;
 mod laws;
@@ -62,6 +63,7 @@ fn run() -> Result<Outcome> {
         Command::Tags(args) => commands::tags::run(&args),
         Command::Calibrate(args) => commands::calibrate::run(&args),
         Command::Look(args) => commands::look::run(&args),
+        Command::Campaign(args) => commands::campaign::run(&args),
         Command::Detect(args) => commands::detect::run(&args),
         Command::Estimate(args) => commands::estimate::run(&args),
         Command::Simulate(args) => commands::simulate::run(&args),

@@ -245,3 +245,106 @@ fn a_film_in_slow_motion_with_its_true_rate_gives_the_same_tracks_to_the_bit() {
     );
     assert!(code == Some(2) && said.contains("a positive number"), "{said}");
 }
+
+#[test]
+fn a_clip_that_is_given_twice_is_an_error_that_names_both() {
+    let folder = workbench(&FILMS);
+    let folder = folder.path();
+    // A copy of a film, and the same file by another path
+    fs::copy(demo("single_a_3.mp4"), folder.join("copy.mp4")).unwrap();
+    let once = clips(&FILMS);
+    for other in ["copy.mp4", "./single_a_3.mp4"] {
+        let again = once[0].replace("single_a_3.mp4", other);
+        write_campaign(folder, &[once.as_slice(), &[again]].concat());
+        assert_refused(
+            folder,
+            &ESTIMATE,
+            &["campaign.toml", "single_a_3.mp4", other.trim_start_matches("./"), "every clip once"],
+        );
+    }
+    // The same tracks in another file, their objects with exchanged names
+    write_campaign(folder, &once);
+    done(folder, &["estimate", "campaign.toml", "-o", "of_films.json", "--tracks", "."]);
+    let tracks = fs::read_to_string(folder.join("pair_a_c_1.json")).unwrap();
+    let exchanged = tracks
+        .replace("\"object\": \"a\"", "\"object\": \"x\"")
+        .replace("\"object\": \"c\"", "\"object\": \"a\"");
+    fs::write(folder.join("exchanged.json"), exchanged.replace("\"object\": \"x\"", "\"object\": \"c\""))
+        .unwrap();
+    let again = once[2].replace("video = \"pair_a_c_1.mp4\"", "tracks = \"exchanged.json\"");
+    write_campaign(folder, &[once.as_slice(), &[again]].concat());
+    assert_refused(folder, &ESTIMATE, &["`pair_a_c_1.mp4`", "`exchanged.json`", "every clip once"]);
+}
+
+#[test]
+fn clips_of_one_name_in_two_folders_keep_their_tracks_apart() {
+    let folder = workbench(&[]);
+    let folder = folder.path();
+    for (day, film) in [("monday", "single_a_3.mp4"), ("tuesday", "single_a_5.mp4")] {
+        fs::create_dir(folder.join(day)).unwrap();
+        fs::copy(demo(film), folder.join(day).join("a.mp4")).unwrap();
+    }
+    let [mut one, mut two] = ["single_a_3.mp4", "single_a_5.mp4"].map(|film| clips(&[film])[0].clone());
+    one = one.replace("single_a_3.mp4", "monday/a.mp4");
+    two = two.replace("single_a_5.mp4", "tuesday/a.mp4");
+    write_campaign(folder, &[one, two]);
+    done(folder, &["estimate", "campaign.toml", "-o", "found.json", "--tracks", "tracks"]);
+    let mut written: Vec<_> = fs::read_dir(folder.join("tracks"))
+        .unwrap()
+        .map(|entry| entry.unwrap().file_name().into_string().unwrap())
+        .collect();
+    written.sort();
+    assert_eq!(written, ["monday_a.json", "tuesday_a.json"]);
+    let of = |name: &str| json(&folder.join("tracks").join(name))["tracks"].clone();
+    assert_ne!(of("monday_a.json"), of("tuesday_a.json"));
+    let names: Vec<Value> = json(&folder.join("found.json"))["evidence"]["clips"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|clip| clip["clip"].clone())
+        .collect();
+    assert_eq!(names, ["monday/a.mp4", "tuesday/a.mp4"]);
+}
+
+#[test]
+fn the_draft_of_a_campaign_lists_every_film_once_and_runs_when_it_is_completed() {
+    let folder = workbench(&[]);
+    let folder = folder.path();
+    fs::create_dir_all(folder.join("videos/monday")).unwrap();
+    for (film, name) in [
+        ("pair_c_e_1.mp4", "monday/c into e.mp4"),
+        ("single_a_3.mp4", "A-1.mp4"),
+        ("single_a_5.mp4", "film.mp4"),
+    ] {
+        fs::copy(demo(film), folder.join("videos").join(name)).unwrap();
+    }
+    fs::copy(demo("single_a_3.mp4"), folder.join("videos/copy of a.mp4")).unwrap();
+    fs::write(folder.join("videos/notes.txt"), "none").unwrap();
+    let draft = ["campaign", "videos", "-o", "campaign.toml"];
+    let (code, said) = run(folder, &draft);
+    assert_eq!(code, Some(3), "{said}");
+    for words in ["film.mp4: no object", "copy of a.mp4 is left out"] {
+        assert!(said.contains(words), "`{words}` is not in: {said}");
+    }
+    let text = fs::read_to_string(folder.join("campaign.toml")).unwrap();
+    for entry in [
+        "cell = \"cell.toml\"",
+        "video = \"videos/A-1.mp4\"\nobjects = [\"a\"]",
+        "video = \"videos/monday/c into e.mp4\"\nobjects = [\"c\", \"e\"]",
+        "video = \"videos/film.mp4\"\nobjects = []    # FILL IN",
+    ] {
+        assert!(text.contains(entry), "`{entry}` is not in: {text}");
+    }
+    assert!(text.matches("[[clips]]").count() == 3 && !text.contains("notes"), "{text}");
+    assert_refused(folder, &ESTIMATE, &["film.mp4", "objects"]);
+    fs::write(folder.join("campaign.toml"), text.replace("objects = []", "objects = [\"a\"]")).unwrap();
+    done(folder, &["estimate", "campaign.toml", "-o", "found.json"]);
+    assert!(json(&folder.join("found.json"))["friction"]["a"]["n"].as_f64() == Some(2.0));
+
+    // Work that was done by hand is not written over.
+    let (code, said) = run(folder, &draft);
+    assert!(code == Some(2) && said.contains("campaign.toml") && said.contains("exists"), "{said}");
+    fs::create_dir(folder.join("empty")).unwrap();
+    let (code, said) = run(folder, &["campaign", "empty", "-o", "other.toml"]);
+    assert!(code == Some(2) && said.contains("empty") && !folder.join("other.toml").exists(), "{said}");
+}

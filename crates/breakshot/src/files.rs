@@ -302,6 +302,24 @@ fn check_exists(campaign: &Path, clip: &Clip) -> Result<()> {
     Err(Error::invalid(name, clip.source.key(), found, "a file that exists"))
 }
 
+/// For each file the first one before it that has the same content.
+///
+/// # Errors
+/// A file that cannot be read.
+pub fn repeats(files: &[PathBuf]) -> Result<Vec<Option<usize>>> {
+    let contents: Vec<Content> = files.iter().map(|file| Content::of(file)).collect();
+    let earlier = |k: usize| {
+        for (other, content) in contents[..k].iter().enumerate() {
+            let unreadable = |source| Error::Read { path: files[k].clone(), source };
+            if contents[k].equals(content).map_err(unreadable)? {
+                return Ok(Some(other));
+            }
+        }
+        Ok(None)
+    };
+    (0..files.len()).map(earlier).collect()
+}
+
 /// An error if two clips have the same content: twice the same evidence would make the intervals too narrow.
 fn check_contents_differ(campaign: &Path, clips: &[Clip]) -> Result<()> {
     let contents: Vec<Content> = clips.iter().map(|clip| Content::of(clip.source.path())).collect();

@@ -71,7 +71,7 @@ fn toml_text(scene: &SceneFile) -> Result<String> {
 }
 
 /// The path of `file` relative to the folder of `output`.
-fn from_folder_of(output: &Path, file: &Path) -> Result<PathBuf> {
+pub(crate) fn from_folder_of(output: &Path, file: &Path) -> Result<PathBuf> {
     let absolute = |path: &Path| {
         std::path::absolute(path).map_err(|source| Error::Read { path: path.to_path_buf(), source })
     };

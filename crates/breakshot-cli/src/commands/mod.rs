@@ -1,6 +1,7 @@
 //! One file for each command, and what several commands have in common.
 
 pub(crate) mod calibrate;
+pub(crate) mod campaign;
 pub(crate) mod command;
 pub(crate) mod demo;
 pub(crate) mod detect;

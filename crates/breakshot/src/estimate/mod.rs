@@ -77,7 +77,7 @@ pub struct Estimation {
 /// ```
 ///
 /// # Errors
-/// No clip at all, a track of an unknown object, a reference that is not an object.
+/// No clip at all, two clips of the same motion, a track of an unknown object, a reference that is not an object.
 pub fn estimation(
     clips: &[ClipTracks],
     cell: &Cell,
@@ -135,6 +135,8 @@ fn combined(
     if clips.is_empty() {
         return Err(Error::invalid("estimate", "clips", "none", "the tracks of at least one clip"));
     }
+
+    record::check_distinct(clips)?;
 
     // First fits, and what all clips together show of noise and exposure
     let first: Vec<ClipEstimate> =

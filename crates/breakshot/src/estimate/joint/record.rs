@@ -4,12 +4,14 @@
 //! covariance, its noise statistics, and the chi-square of its frames around impacts for every candidate exposure.
 
 use crate::cell::Cell;
+use crate::detect::Track;
 use crate::error::{Error, Result};
 use crate::estimate::clip_tracks::ClipTracks;
 use crate::estimate::measure::ClipMeasurements;
 use crate::object::{self, Object, kind};
 use crate::properties::Properties;
 use crate::properties::evidence::{ClipRecord, Difference, Evidence, FilmedWith};
+use std::collections::{BTreeMap, BTreeSet};
 
 impl ClipMeasurements {
     /// The record of this clip in the evidence.
@@ -139,39 +141,68 @@ fn check_same_object(now: &Object, then: &Object) -> Result<()> {
     Ok(())
 }
 
-/// Checks that no clip has the same tracks as another one; the error names both.
+/// Checks that the evidence does not contain the tracks of a clip; the error names both.
 fn check_new(clips: &[ClipTracks], evidence: &Evidence) -> Result<()> {
-    let mut known: Vec<(&str, String)> =
-        evidence.clips.iter().map(|c| (c.clip.as_str(), c.fingerprint.clone())).collect();
     for clip in clips {
         let print = fingerprint(clip);
-        if let Some((name, _)) = known.iter().find(|(_, p)| *p == print) {
-            let found = format!("the one that is known as `{name}`");
-            let owner = format!("clip `{}`", clip.name);
-            return Err(Error::invalid(owner, "content", found, "every clip once"));
+        if let Some(known) = evidence.clips.iter().find(|known| known.fingerprint == print) {
+            return Err(given_twice(&clip.name, &known.clip));
         }
-        known.push((&clip.name, print));
     }
     Ok(())
 }
 
-/// Hash of the kinds of objects, times and positions of a clip (FNV-1a, 128 bits).
-fn fingerprint(clip: &ClipTracks) -> String {
-    const OFFSET: u128 = 0x6c62_272e_07bb_0142_62b8_2175_6295_c58d;
-    const PRIME: u128 = 0x0000_0000_0100_0000_0000_0000_0000_013b;
-    let mut hash = OFFSET;
-    let mut add = |bytes: &[u8]| {
-        for byte in bytes {
-            hash = (hash ^ u128::from(*byte)).wrapping_mul(PRIME);
-        }
-    };
-    for track in &clip.tracks.tracks {
-        add(kind(&track.object).as_bytes());
-        for sample in &track.samples {
-            for number in [sample.time_s, sample.x_m, sample.y_m] {
-                add(&number.to_bits().to_le_bytes());
+/// Checks that no two clips show the same motion; the error names both.
+///
+/// Their objects may have exchanged names: a motion is compared with those of all objects.
+///
+/// # Errors
+/// Two clips with a track of the same times and positions, in which the object moves.
+pub(crate) fn check_distinct(clips: &[ClipTracks]) -> Result<()> {
+    let mut known: BTreeMap<u128, &str> = BTreeMap::new();
+    for clip in clips {
+        let moving = clip.tracks.tracks.iter().filter(|track| has_moved(track));
+        let prints: BTreeSet<u128> = moving.map(|track| motion_hash(START, track)).collect();
+        for print in prints {
+            if let Some(other) = known.insert(print, &clip.name) {
+                return Err(given_twice(&clip.name, other));
             }
         }
     }
+    Ok(())
+}
+
+fn given_twice(clip: &str, known: &str) -> Error {
+    let found = format!("the one that is known as `{known}`");
+    Error::invalid(format!("clip `{clip}`"), "content", found, "every clip once")
+}
+
+/// Whether an object moves by more than what any noise does; one at rest may have equal tracks in several clips.
+fn has_moved(track: &Track) -> bool {
+    const MOVED_M: f64 = 0.005;
+    let Some(first) = track.samples.first() else { return false };
+    track.samples.iter().any(|sample| sample.position().distance(first.position()) > MOVED_M)
+}
+
+/// Hash of the kinds of objects, times and positions of a clip (FNV-1a, 128 bits).
+fn fingerprint(clip: &ClipTracks) -> String {
+    let tracks = clip.tracks.tracks.iter();
+    let hash =
+        tracks.fold(START, |hash, track| motion_hash(hashed(hash, kind(&track.object).as_bytes()), track));
     format!("{hash:032x}")
+}
+
+/// The hash of nothing.
+const START: u128 = 0x6c62_272e_07bb_0142_62b8_2175_6295_c58d;
+
+/// A hash continued by the times and positions of a track.
+fn motion_hash(hash: u128, track: &Track) -> u128 {
+    let numbers = track.samples.iter().flat_map(|sample| [sample.time_s, sample.x_m, sample.y_m]);
+    numbers.fold(hash, |hash, number| hashed(hash, &number.to_bits().to_le_bytes()))
+}
+
+/// A hash continued by some bytes.
+fn hashed(hash: u128, bytes: &[u8]) -> u128 {
+    const PRIME: u128 = 0x0000_0000_0100_0000_0000_0000_0000_013b;
+    bytes.iter().fold(hash, |hash, byte| (hash ^ u128::from(*byte)).wrapping_mul(PRIME))
 }
