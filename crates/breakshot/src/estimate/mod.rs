@@ -15,6 +15,8 @@ mod closest_points;
 mod design;
 mod joint;
 mod measure;
+#[cfg(test)]
+mod pushed_tests;
 
 pub use clip::result::{BodyFit, ClipFit, Impact, Measured};
 pub use clip::sliding::MotionState;

@@ -230,6 +230,9 @@ impl InitialGuess {
             model.events.push(Event { cause, members });
             times.push(time_s);
         }
+        let events = model.events.into_iter().zip(times).chain(meetings(&clear));
+        let events = sorted_by_value(events.collect(), |(_, time_s)| *time_s);
+        (model.events, times) = events.into_iter().unzip();
         Self::from_times(model, &times)
     }
 
@@ -333,6 +336,28 @@ fn partner(bodies: &[Body], k: usize, time_s: f64, moving: &[(f64, usize)]) -> O
     let pose_k = rest_pose(&bodies[k], time_s);
     let slack_m = |j: usize| NEAR_STEP * step_m(&bodies[j], time_s);
     nearest(bodies, k, pose_k, &candidates, |j| (observed_pose(&bodies[j], time_s), slack_m(j)))
+}
+
+/// The impacts of pairs of bodies that both move from the first observation on, whose impact sets none in motion: when each
+/// pair is nearest, if it is near enough, and between its observations. An impact that did not happen changes no velocity.
+fn meetings(bodies: &[Body]) -> Vec<(Event, f64)> {
+    let moving: Vec<usize> = (0..bodies.len()).filter(|&k| bodies[k].moves_at_start).collect();
+    let pairs = moving.iter().enumerate().flat_map(|(n, &k)| moving[..n].iter().map(move |&j| (j, k)));
+    let meeting = |(j, k): (usize, usize)| {
+        let times = bodies[k].observations.iter().map(|o| o.time_s);
+        let distance_m =
+            |t: f64| observed_pose(&bodies[j], t).position.distance(observed_pose(&bodies[k], t).position);
+        let distances_m: Vec<(f64, f64)> = times.map(|t| (distance_m(t), t)).collect();
+        let least = (0..distances_m.len()).min_by(|&p, &q| distances_m[p].0.total_cmp(&distances_m[q].0))?;
+        let is_between = least >= 2 && least + 2 < distances_m.len();
+        let time_s = distances_m[least].1;
+        let slack_m = |body: usize| NEAR_STEP * step_m(&bodies[body], time_s);
+        let own = observed_pose(&bodies[k], time_s);
+        let pose = |j: usize| (observed_pose(&bodies[j], time_s), slack_m(j) + slack_m(k));
+        let near = nearest(bodies, k, own, &[j], pose).is_some();
+        (is_between && near).then_some((Event { cause: Cause::Contact, members: vec![j, k] }, time_s))
+    };
+    pairs.filter_map(meeting).collect()
 }
 
 /// The distance between the observations before and after a time (m).
