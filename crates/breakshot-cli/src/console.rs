@@ -5,6 +5,7 @@ use breakshot::properties::Assumption;
 use indicatif::{ProgressBar, ProgressStyle};
 use serde::Serialize;
 use std::io::IsTerminal;
+use std::path::Path;
 
 /// A progress bar on stderr; hidden if stderr is not a terminal.
 pub(crate) fn progress(length: usize, what: &'static str) -> ProgressBar {
@@ -31,6 +32,49 @@ pub(crate) fn warn(warnings: &[String]) {
     for warning in warnings {
         eprintln!("warning: {warning}");
     }
+}
+
+/// Prints the warnings that a file contains to stderr: of many of one kind the first ones, and how many more the file has.
+pub(crate) fn warn_by_kind(warnings: &[String], file: &Path) {
+    for line in by_kind(warnings, file) {
+        eprintln!("warning: {line}");
+    }
+}
+
+/// More warnings of one kind than this are counted.
+const MOST_OF_A_KIND: usize = 3;
+
+/// The warnings by kind, in the order in which the kinds occur first.
+fn by_kind(warnings: &[String], file: &Path) -> Vec<String> {
+    let mut kinds: Vec<(String, Vec<&String>)> = Vec::new();
+    for warning in warnings {
+        let kind = kind(warning);
+        match kinds.iter_mut().find(|(known, _)| *known == kind) {
+            Some((_, same)) => same.push(warning),
+            None => kinds.push((kind, vec![warning])),
+        }
+    }
+    let mut lines = Vec::new();
+    for (_, same) in kinds {
+        let is_many = same.len() > MOST_OF_A_KIND;
+        let shown = if is_many { MOST_OF_A_KIND - 1 } else { same.len() };
+        lines.extend(same[..shown].iter().map(|warning| (*warning).clone()));
+        if is_many {
+            let more = same.len() - shown;
+            lines.push(format!("{more} more like the last one; {} contains all", file.display()));
+        }
+    }
+    lines
+}
+
+/// What warnings about different clips, objects and values have in common: the text without the name of the clip, quoted names and
+/// numbers.
+fn kind(warning: &str) -> String {
+    let clip = warning.split_once(": ").filter(|(name, _)| !name.contains(' '));
+    let text = clip.map_or(warning, |(_, text)| text);
+    // Every second part is between quotation marks.
+    let unquoted = text.split('`').step_by(2);
+    unquoted.flat_map(str::chars).filter(|c| !c.is_ascii_digit() && !"+-.".contains(*c)).collect()
 }
 
 /// Prints the assumed values of properties that no clip measured to stderr.
@@ -61,4 +105,26 @@ pub(crate) fn print_json<T: Serialize>(value: &T) -> Result<()> {
         .map_err(|e| breakshot::Error::Write { path: "stdout".into(), source: std::io::Error::other(e) })?;
     println!("{text}");
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn of_many_warnings_of_one_kind_the_first_are_printed_and_the_others_counted() {
+        let jumps = (1..=30).map(|k| format!("clip_{k}.mp4: `a` jumps by {}.5 mm at {k} s", k * 2));
+        let mut warnings: Vec<String> = jumps.collect();
+        warnings.insert(1, "friction of `b` is absent: no clip shows it slide".into());
+        let lines = by_kind(&warnings, Path::new("out.json"));
+        let expected = [
+            "clip_1.mp4: `a` jumps by 2.5 mm at 1 s",
+            "clip_2.mp4: `a` jumps by 4.5 mm at 2 s",
+            "28 more like the last one; out.json contains all",
+            "friction of `b` is absent: no clip shows it slide",
+        ];
+        assert_eq!(lines, expected);
+        let few = &warnings[..4];
+        assert_eq!(by_kind(few, Path::new("out.json")).len(), few.len());
+    }
 }

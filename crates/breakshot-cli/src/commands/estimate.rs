@@ -36,7 +36,7 @@ pub(crate) fn run(args: &EstimateArgs) -> Result<Outcome> {
     };
     let mut properties = estimation?.properties;
     properties.warnings.splice(0..0, unread);
-    console::warn(&properties.warnings);
+    console::warn_by_kind(&properties.warnings, &args.output);
     let advice = advice(args, &properties, cell, objects)?;
     if let Some(folder) = &args.figures {
         write_figures(folder, &properties, objects)?;
