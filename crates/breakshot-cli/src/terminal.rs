@@ -33,7 +33,7 @@ pub(crate) fn print(text: Arguments) {
     }
 }
 
-/// Nobody can be told of an error here.
+/// Prints to standard error. An error of standard error itself cannot be reported.
 pub(crate) fn print_error(text: Arguments) {
     let _ = std::io::stderr().lock().write_fmt(text);
 }

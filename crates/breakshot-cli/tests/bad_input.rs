@@ -2,17 +2,12 @@
 
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 
+mod common;
+
+use common::{assert_refused, breakshot, demo};
 use std::fs;
-use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
-
-fn demo(file: &str) -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fixtures/demo").join(file)
-}
-
-fn breakshot(folder: &Path, args: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_breakshot")).current_dir(folder).args(args).output().unwrap()
-}
+use std::path::Path;
+use std::process::Command;
 
 /// A folder with the cell, the objects and one film of the example.
 fn workbench() -> tempfile::TempDir {
@@ -21,23 +16,6 @@ fn workbench() -> tempfile::TempDir {
         fs::copy(demo(file), folder.path().join(file)).unwrap();
     }
     folder
-}
-
-/// Asserts that the command fails with exit code 2 and one error line that contains all `words`, and writes nothing.
-fn assert_refused(folder: &Path, args: &[&str], words: &[&str]) {
-    let output = breakshot(folder, args);
-    let message = String::from_utf8_lossy(&output.stderr).into_owned();
-    assert_eq!(output.status.code(), Some(2), "{args:?}: {message}");
-    let errors: Vec<&str> = message.lines().filter(|line| line.starts_with("error: ")).collect();
-    assert_eq!(errors.len(), 1, "expected one error line: {message}");
-    assert!(!message.contains("panicked"), "{message}");
-    for word in words {
-        assert!(errors[0].contains(word), "`{word}` is not in: {}", errors[0]);
-    }
-    assert!(
-        !folder.join("out.csv").exists() && !folder.join("out.json").exists(),
-        "an incomplete result was written"
-    );
 }
 
 fn detect<'a>(film: &'a str, names: &'a str) -> Vec<&'a str> {

@@ -2,15 +2,13 @@
 
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 
+mod common;
+
+use common::{assert_refused, breakshot, demo};
 use serde_json::Value;
 use std::fmt::Write;
 use std::fs;
-use std::path::{Path, PathBuf};
-use std::process::Command;
-
-fn demo(file: &str) -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fixtures/demo").join(file)
-}
+use std::path::Path;
 
 /// A folder with the example's cell, objects and these films.
 fn workbench(films: &[&str]) -> tempfile::TempDir {
@@ -23,8 +21,7 @@ fn workbench(films: &[&str]) -> tempfile::TempDir {
 
 /// Runs a command; its exit code and what it said.
 fn run(folder: &Path, args: &[&str]) -> (Option<i32>, String) {
-    let output =
-        Command::new(env!("CARGO_BIN_EXE_breakshot")).current_dir(folder).args(args).output().unwrap();
+    let output = breakshot(folder, args);
     (output.status.code(), String::from_utf8_lossy(&output.stderr).into_owned())
 }
 
@@ -33,16 +30,6 @@ fn done(folder: &Path, args: &[&str]) -> String {
     let (code, said) = run(folder, args);
     assert!(matches!(code, Some(0 | 3)), "{args:?} ended with {code:?}: {said}");
     said
-}
-
-/// Asserts that the command fails with exit code 2, that its error contains all `words`, and that it writes no `out.json`.
-fn assert_refused(folder: &Path, args: &[&str], words: &[&str]) {
-    let (code, said) = run(folder, args);
-    assert_eq!(code, Some(2), "{args:?}: {said}");
-    for word in words {
-        assert!(said.contains(word), "`{word}` is not in: {said}");
-    }
-    assert!(!folder.join("out.json").exists(), "an incomplete result was written");
 }
 
 const ESTIMATE: [&str; 4] = ["estimate", "campaign.toml", "-o", "out.json"];

@@ -2,20 +2,13 @@
 
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 
+mod common;
+
 use breakshot::properties::{ContactFriction, Covariance, Properties};
 use breakshot::uncertain::Estimate;
+use common::{assert_refused, breakshot, demo};
 use serde_json::{Value, json};
 use std::fs;
-use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
-
-fn demo(file: &str) -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fixtures/demo").join(file)
-}
-
-fn breakshot(folder: &Path, args: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_breakshot")).current_dir(folder).args(args).output().unwrap()
-}
 
 /// The example's pile with properties of this friction and a slow push of this speed and travel.
 fn workbench(friction: f64, speed_m_s: f64, travel_m: f64) -> tempfile::TempDir {
@@ -57,19 +50,6 @@ const SIMULATE: [&str; 8] = [
     "-o",
     "out.json",
 ];
-
-/// Asserts exit code 2, one error line that contains all words, and no output file.
-fn assert_refused(folder: &Path, args: &[&str], words: &[&str]) {
-    let output = breakshot(folder, args);
-    let message = String::from_utf8_lossy(&output.stderr).into_owned();
-    assert_eq!(output.status.code(), Some(2), "{args:?}: {message}");
-    let errors: Vec<&str> = message.lines().filter(|line| line.starts_with("error: ")).collect();
-    assert_eq!(errors.len(), 1, "expected one error line: {message}");
-    for word in words {
-        assert!(errors[0].contains(word), "`{word}` is not in: {}", errors[0]);
-    }
-    assert!(!folder.join("out.json").exists(), "an output was written");
-}
 
 #[test]
 fn a_long_slow_push_is_written_with_a_bounded_number_of_samples() {

@@ -2,23 +2,20 @@
 
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 
+mod common;
+
+use common::{assert_refused, breakshot, demo};
 use serde_json::Value;
 use std::fs;
 use std::path::Path;
-use std::process::{Command, Output};
-
-fn breakshot(folder: &Path, args: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_breakshot")).current_dir(folder).args(args).output().unwrap()
-}
 
 /// Files of the example, and the campaigns `first.toml` (one film) and `second.toml` (another one).
 fn workbench() -> tempfile::TempDir {
     let folder = tempfile::tempdir().unwrap();
-    let demo = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fixtures/demo");
     for file in ["cell.toml", "objects.toml", "single_a_3.mp4", "pair_a_c_3.mp4"] {
-        fs::copy(demo.join(file), folder.path().join(file)).unwrap();
+        fs::copy(demo(file), folder.path().join(file)).unwrap();
     }
-    let whole = fs::read_to_string(demo.join("campaign.toml")).unwrap();
+    let whole = fs::read_to_string(demo("campaign.toml")).unwrap();
     let (head, clips) = whole.split_once("[[clips]]").unwrap();
     for (name, film) in [("first.toml", "single_a_3.mp4"), ("second.toml", "pair_a_c_3.mp4")] {
         let clip = clips.split("[[clips]]").find(|clip| clip.contains(film)).unwrap();
@@ -29,18 +26,6 @@ fn workbench() -> tempfile::TempDir {
 
 fn json(folder: &Path, file: &str) -> Value {
     serde_json::from_str(&fs::read_to_string(folder.join(file)).unwrap()).unwrap()
-}
-
-fn refused(folder: &Path, args: &[&str], words: &[&str]) {
-    let output = breakshot(folder, args);
-    let message = String::from_utf8_lossy(&output.stderr).into_owned();
-    assert_eq!(output.status.code(), Some(2), "{args:?}: {message}");
-    let errors: Vec<&str> = message.lines().filter(|line| line.starts_with("error: ")).collect();
-    assert_eq!(errors.len(), 1, "expected one error line: {message}");
-    for word in words {
-        assert!(errors[0].contains(word), "`{word}` is not in: {}", errors[0]);
-    }
-    assert!(!folder.join("out.json").exists(), "an incomplete result was written");
 }
 
 #[test]
@@ -75,19 +60,19 @@ fn an_impossible_update_is_refused_before_any_film_is_read() {
     let output = breakshot(at, &["estimate", "first.toml", "-o", "old.json"]);
     assert_eq!(output.status.code(), Some(3), "{}", String::from_utf8_lossy(&output.stderr));
     let update = |campaign| ["estimate", campaign, "--update", "old.json", "-o", "out.json"];
-    refused(at, &update("first.toml"), &["single_a_3.mp4", "name"]);
+    assert_refused(at, &update("first.toml"), &["single_a_3.mp4", "name"]);
     fs::rename(at.join("single_a_3.mp4"), at.join("renamed.mp4")).unwrap();
     let first = fs::read_to_string(at.join("first.toml")).unwrap();
     fs::write(at.join("renamed.toml"), first.replace("single_a_3.mp4", "renamed.mp4")).unwrap();
-    refused(at, &update("renamed.toml"), &["renamed.mp4", "single_a_3.mp4", "content"]);
+    assert_refused(at, &update("renamed.toml"), &["renamed.mp4", "single_a_3.mp4", "content"]);
     let with_reference = [&update("second.toml")[..], &["--reference", "c"]].concat();
-    refused(at, &with_reference, &["reference", "`c`", "`a`"]);
+    assert_refused(at, &with_reference, &["reference", "`c`", "`a`"]);
 
     let change = |file: &str, (from, to): (&str, &str), words: &[&str]| {
         let text = fs::read_to_string(at.join(file)).unwrap();
         assert!(text.contains(from), "{file} has no `{from}`");
         fs::write(at.join(file), text.replacen(from, to, 1)).unwrap();
-        refused(at, &update("second.toml"), words);
+        assert_refused(at, &update("second.toml"), words);
         fs::write(at.join(file), text).unwrap();
     };
     change("objects.toml", ("height_m = 0.05", "height_m = 50.0"), &["`a`", "height_m", "50", "0.05"]);
@@ -99,7 +84,7 @@ fn an_impossible_update_is_refused_before_any_film_is_read() {
     let mut bare = json(at, "old.json");
     bare.as_object_mut().unwrap().remove("evidence");
     fs::write(at.join("old.json"), bare.to_string()).unwrap();
-    refused(at, &update("second.toml"), &["evidence", "missing", "needed"]);
+    assert_refused(at, &update("second.toml"), &["evidence", "missing", "needed"]);
 }
 
 #[test]

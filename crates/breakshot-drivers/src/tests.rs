@@ -39,6 +39,15 @@ async fn run(
     run_on(sim, command, permission, observe).await
 }
 
+/// A live run of a command.
+fn job<'a>(
+    command: &'a Command,
+    permission: Permission,
+    observe: &'a (dyn Fn() -> Result<Option<Scene>, String> + Sync),
+) -> Job<'a> {
+    Job { command, permission, live: true, observe, now_unix_s: just_after, watchdog: Watchdog::default() }
+}
+
 /// Runs a command on this arm.
 async fn run_on(
     sim: Sim,
@@ -47,14 +56,7 @@ async fn run_on(
     observe: &(dyn Fn() -> Result<Option<Scene>, String> + Sync),
 ) -> (Ending, Vec<&'static str>) {
     let robot = Arc::new(Robot::Sim(Box::new(sim)));
-    let job = Job {
-        command,
-        permission,
-        live: true,
-        observe,
-        now_unix_s: just_after,
-        watchdog: Watchdog::default(),
-    };
+    let job = job(command, permission, observe);
     let mut log = EventLog::new(command, None, |_| ()).expect("an arm");
     let interrupt = Box::pin(std::future::pending());
     let mut session =
@@ -257,14 +259,7 @@ fn an_observation_of_another_table_is_refused() {
 async fn a_run_that_is_dropped_during_a_motion_stops_the_arm() {
     let command = command(0.2);
     let robot = Arc::new(Robot::Sim(Box::new(Sim::new(&command, &properties()))));
-    let job = Job {
-        command: &command,
-        permission: permission(&command),
-        live: true,
-        observe: NO_OBSERVATION,
-        now_unix_s: just_after,
-        watchdog: Watchdog::default(),
-    };
+    let job = job(&command, permission(&command), NO_OBSERVATION);
     let mut log = EventLog::new(&command, None, |_| ()).expect("an arm");
     let interrupt = Box::pin(std::future::pending());
     let mut session =
@@ -280,14 +275,7 @@ async fn a_damaged_command_is_refused_before_the_robot_is_asked() {
     damaged.phases[2].qd_rad_s[30][1] += 0.1;
     let refused = objections(&damaged, &permission(&damaged), None, just_after());
     assert!(refused[0].contains("damaged") && refused[0].contains("qd_rad_s"), "{refused:?}");
-    let job = Job {
-        command: &damaged,
-        permission: permission(&damaged),
-        live: true,
-        observe: NO_OBSERVATION,
-        now_unix_s: just_after,
-        watchdog: Watchdog::default(),
-    };
+    let job = job(&damaged, permission(&damaged), NO_OBSERVATION);
     let mut log = EventLog::new(&damaged, None, |_| ()).expect("an arm");
     let driver = crate::Driver::Sim(Box::new(properties()));
     let report = crate::strike(&driver, &job, &mut log, std::future::pending()).await.expect("no network");

@@ -17,7 +17,7 @@ use crate::error::{Error, Result};
 use crate::object::Object;
 use crate::properties::Properties;
 use crate::scene::{Goal, KeepOut, Placed, Scene, Strike, Wall};
-use content::Content;
+use content::{Content, first_equal};
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use std::io::Read;
@@ -309,13 +309,7 @@ fn check_exists(campaign: &Path, clip: &Clip) -> Result<()> {
 pub fn repeats(files: &[PathBuf]) -> Result<Vec<Option<usize>>> {
     let contents: Vec<Content> = files.iter().map(|file| Content::of(file)).collect();
     let earlier = |k: usize| {
-        for (other, content) in contents[..k].iter().enumerate() {
-            let unreadable = |source| Error::Read { path: files[k].clone(), source };
-            if contents[k].equals(content).map_err(unreadable)? {
-                return Ok(Some(other));
-            }
-        }
-        Ok(None)
+        first_equal(&contents, k, |_| true).map_err(|source| Error::Read { path: files[k].clone(), source })
     };
     (0..files.len()).map(earlier).collect()
 }
@@ -324,24 +318,22 @@ pub fn repeats(files: &[PathBuf]) -> Result<Vec<Option<usize>>> {
 fn check_contents_differ(campaign: &Path, clips: &[Clip]) -> Result<()> {
     let contents: Vec<Content> = clips.iter().map(|clip| Content::of(clip.source.path())).collect();
     for (k, clip) in clips.iter().enumerate() {
-        for (other, content) in clips[..k].iter().zip(&contents) {
-            let read_alike = match (&clip.source, &other.source) {
-                (Source::Film(_), Source::Film(_)) => true,
-                (Source::Tracks { columns, .. }, Source::Tracks { columns: others, .. }) => columns == others,
-                _ => false,
-            };
-            let unreadable = |source| Error::Read { path: clip.source.path().into(), source };
-            if read_alike && contents[k].equals(content).map_err(unreadable)? {
-                let owner = format!("{}: clip `{}`", label(campaign), clip.name);
-                let found = format!("that of clip `{}`", other.name);
-                return Err(Error::invalid(owner, "content", found, "every clip once"));
-            }
+        let read_alike = |other: usize| match (&clip.source, &clips[other].source) {
+            (Source::Film(_), Source::Film(_)) => true,
+            (Source::Tracks { columns, .. }, Source::Tracks { columns: others, .. }) => columns == others,
+            _ => false,
+        };
+        let unreadable = |source| Error::Read { path: clip.source.path().into(), source };
+        if let Some(other) = first_equal(&contents, k, read_alike).map_err(unreadable)? {
+            let owner = format!("{}: clip `{}`", label(campaign), clip.name);
+            let found = format!("that of clip `{}`", clips[other].name);
+            return Err(Error::invalid(owner, "content", found, "every clip once"));
         }
     }
     Ok(())
 }
 
-/// Names every clip by its file, and files of one name also by as many of their folders as tell them apart.
+/// Names every clip by its file, and files of one name also by as many of their folders as distinguish them.
 fn name_clips(clips: &mut [Clip]) {
     let name = |clip: &Clip, folders: usize| -> String {
         let parts: Vec<_> = clip.source.path().iter().map(|part| part.to_string_lossy()).collect();

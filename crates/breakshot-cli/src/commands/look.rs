@@ -18,7 +18,7 @@ pub(crate) fn run(args: &LookArgs) -> Result<Outcome> {
     let options = detect::Options { threshold: args.threshold, table: table.as_ref(), on_frame: None };
     let (placed, warnings) = detect::placed(film, &objects.value, &args.names, &options)?;
     console::warn(&warnings);
-    // The file's date tells when it was copied: a copied picture must not pass for a new one.
+    // The file's date is that of its last copy: a copied picture must not pass for a new one.
     let observed_unix_s = args.taken_unix_s.or_else(|| capture::recorded_unix_s(&args.film));
     if observed_unix_s.is_none() {
         console::note(&[format!(

@@ -1,4 +1,4 @@
-//! Clips without strikes: objects that were pushed or thrown by hand tell friction, restitution and mass ratios all the same.
+//! Clips without strikes: friction, restitution and mass ratios of objects that were pushed or thrown by hand.
 
 use super::{ClipTracks, Options, estimation};
 use crate::cell::{Cell, Striker, Workspace};
@@ -124,19 +124,8 @@ fn crossing(number: usize, random: &mut Pcg64Mcg) -> ClipTracks {
         let samples = (0..24).map(|k| FRAME_S * f64::from(k)).map(|time_s| {
             let at = if time_s < hit_s { before.after(time_s) } else { after.after(time_s - hit_s) };
             let mut noise = || NOISE_M * random.random_range(-1.7..1.7);
-            Sample {
-                time_s,
-                x_m: at.position.x + noise(),
-                y_m: at.position.y + noise(),
-                yaw_rad: None,
-                vx_m_s: None,
-                vy_m_s: None,
-                yaw_rate_rad_s: None,
-                ax_m_s2: None,
-                ay_m_s2: None,
-                std_m: NOISE_M,
-                doubtful: false,
-            }
+            let error = Vec2::new(noise(), noise());
+            Sample::new(time_s, at.position + error, None, NOISE_M)
         });
         Track { object: name.into(), samples: samples.collect() }
     };

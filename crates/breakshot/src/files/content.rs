@@ -19,7 +19,7 @@ impl Content {
     }
 
     /// Whether both are the same file or folder, or files of the same bytes.
-    pub(super) fn equals(&self, other: &Self) -> Result<bool> {
+    fn equals(&self, other: &Self) -> Result<bool> {
         let (Some(one), Some(two)) = (&self.path, &other.path) else { return Ok(false) };
         match (self.length, other.length) {
             _ if one == two => Ok(true),
@@ -27,6 +27,20 @@ impl Content {
             _ => Ok(false),
         }
     }
+}
+
+/// The first of the contents before number `k` that is equal to it, of those that `comparable` admits.
+pub(super) fn first_equal(
+    contents: &[Content],
+    k: usize,
+    comparable: impl Fn(usize) -> bool,
+) -> Result<Option<usize>> {
+    for other in (0..k).filter(|other| comparable(*other)) {
+        if contents[k].equals(&contents[other])? {
+            return Ok(Some(other));
+        }
+    }
+    Ok(None)
 }
 
 /// Whether two files have the same bytes.

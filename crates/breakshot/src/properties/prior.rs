@@ -221,13 +221,10 @@ impl Properties {
     fn missing(&self, kinds: &[(String, bool)]) -> Vec<(PropertyGroup, String)> {
         let mut missing = Vec::new();
         for (k, (name, has_copies)) in kinds.iter().enumerate() {
-            let objects = [
-                (PropertyGroup::Friction, &self.friction),
-                (PropertyGroup::StrikerRestitution, &self.striker_restitution),
-                (PropertyGroup::MassRatio, &self.mass_ratio),
-            ];
-            let absent = objects.iter().filter(|(_, values)| !values.contains_key(name));
-            missing.extend(absent.map(|(group, _)| (*group, name.clone())));
+            let of_objects =
+                PropertyGroup::ALL.into_iter().filter(|group| *group != PropertyGroup::Restitution);
+            let absent = of_objects.filter(|group| !self.group(*group).contains_key(name));
+            missing.extend(absent.map(|group| (group, name.clone())));
             let others = kinds[k..].iter().filter(|(other, _)| other != name || *has_copies);
             let pairs = others.map(|(other, _)| pair_key(name, other));
             let unmeasured = pairs.filter(|pair| !self.restitution.contains_key(pair));
@@ -453,12 +450,7 @@ mod tests {
     #[test]
     fn an_object_that_was_never_filmed_has_every_property_and_the_others_keep_theirs() {
         let mut lacking = drawn(1);
-        for group in [
-            PropertyGroup::Friction,
-            PropertyGroup::StrikerRestitution,
-            PropertyGroup::Restitution,
-            PropertyGroup::MassRatio,
-        ] {
+        for group in PropertyGroup::ALL {
             group.of(&mut lacking).retain(|name, _| !name.contains('c'));
         }
         let completed = lacking.completed(&objects(), &kinds());

@@ -249,7 +249,7 @@ fn longest(motions: &Motions) -> PreflightCheck {
     PreflightCheck::new("longest motion", format!("{longest_s:.1} s"), needed, longest_s <= most_s)
 }
 
-/// Whether the controller's model is the arm of a command. Controllers do not tell the versions of a model apart; the comparison of
+/// Whether the controller's model is the arm of a command. Controllers do not report the version of a model; the comparison of
 /// the kinematics does.
 fn is_same_model(reported: &str, arm: &str) -> bool {
     let model = arm.trim_end_matches("_published").trim_end_matches("_v2");

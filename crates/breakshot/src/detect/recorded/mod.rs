@@ -218,29 +218,13 @@ impl Reader<'_> {
             },
             None => units.std_m.unwrap_or(ASSUMED_STD_M),
         };
-        track.samples.push(Sample { yaw_rad, ..sample(time_s, Point::new(x_m, y_m), std_m) });
+        track.samples.push(Sample::new(time_s, Point::new(x_m, y_m), yaw_rad, std_m));
         Ok(())
     }
 }
 
 /// Names that a message lists at most.
 const MOST_LISTED: usize = 10;
-
-fn sample(time_s: f64, position: Point, std_m: f64) -> Sample {
-    Sample {
-        time_s,
-        x_m: position.x,
-        y_m: position.y,
-        yaw_rad: None,
-        vx_m_s: None,
-        vy_m_s: None,
-        yaw_rate_rad_s: None,
-        ax_m_s2: None,
-        ay_m_s2: None,
-        std_m,
-        doubtful: false,
-    }
-}
 
 /// The angle, modulo a revolution, that is nearest to the last known one (rad).
 fn unwound_rad(last_rad: Option<f64>, angle_rad: f64) -> f64 {
@@ -295,11 +279,12 @@ fn from_json(recording: &Recording, names: &[String]) -> Result<Tracks> {
 
 /// Sets the times to those of frames at this rate.
 fn retime(tracks: &mut [Track], rate_hz: Option<f64>) {
+    let Some(rate_hz) = rate_hz else { return };
     let samples = || tracks.iter().flat_map(|track| &track.samples);
     let mut file_s = sorted_by_value(samples().map(|sample| sample.time_s).collect::<Vec<_>>(), |t| *t);
     file_s.dedup();
     let first = &file_s[..file_s.len().min(Retiming::FIRST_FRAMES)];
-    let Some(mut retiming) = rate_hz.and_then(|rate_hz| Retiming::new(rate_hz, first)) else { return };
+    let Some(mut retiming) = Retiming::new(rate_hz, first) else { return };
     let true_s: Vec<f64> = file_s.iter().map(|t| retiming.time_s(*t)).collect();
     for sample in tracks.iter_mut().flat_map(|track| &mut track.samples) {
         let frame = file_s.partition_point(|t| *t < sample.time_s);

@@ -43,9 +43,16 @@ impl SpeedRatios {
     }
 }
 
+/// The clips of one frame rate.
+struct RateGroup<'a> {
+    rate_hz: f64,
+    objects: BTreeMap<&'a str, SpeedRatios>,
+    clips: Vec<&'a str>,
+}
+
 /// A warning for each frame rate of the clips that is probably not the true one, with the likely one.
 pub(crate) fn warnings(measured: &[ClipMeasurements], clips: &[ClipTracks]) -> Vec<String> {
-    let mut groups: Vec<(f64, BTreeMap<&str, SpeedRatios>, Vec<&str>)> = Vec::new();
+    let mut groups: Vec<RateGroup> = Vec::new();
     for (clip, tracks) in measured.iter().zip(clips) {
         let Some(rate_hz) = rate_hz(tracks) else { continue };
         let struck =
@@ -56,23 +63,22 @@ pub(crate) fn warnings(measured: &[ClipMeasurements], clips: &[ClipTracks]) -> V
                 _ => None,
             });
         for (object, restitution) in struck {
-            let same = |(other_hz, ..): &(f64, _, _)| (rate_hz / other_hz - 1.0).abs() < SAME_RATE;
-            let known = groups.iter().position(same);
-            let group = known.unwrap_or_else(|| {
-                groups.push((rate_hz, BTreeMap::new(), Vec::new()));
+            let known = groups.iter().position(|group| (rate_hz / group.rate_hz - 1.0).abs() < SAME_RATE);
+            let number = known.unwrap_or_else(|| {
+                groups.push(RateGroup { rate_hz, objects: BTreeMap::new(), clips: Vec::new() });
                 groups.len() - 1
             });
-            let (_, objects, names) = &mut groups[group];
-            let of_object = objects.entry(object).or_default();
+            let group = &mut groups[number];
+            let of_object = group.objects.entry(object).or_default();
             of_object.ratios.push(1.0 + restitution.value);
             of_object.stds.push(restitution.std);
-            names.push(&clip.name);
+            group.clips.push(&clip.name);
         }
     }
-    groups.iter().filter_map(|(rate_hz, objects, names)| warning(*rate_hz, objects, names)).collect()
+    groups.iter().filter_map(warning).collect()
 }
 
-fn warning(rate_hz: f64, objects: &BTreeMap<&str, SpeedRatios>, clips: &[&str]) -> Option<String> {
+fn warning(RateGroup { rate_hz, objects, clips }: &RateGroup) -> Option<String> {
     let impossible = objects.values().filter(|ratios| !ratios.is_possible(1.0)).count();
     if clips.len() < CLIPS_NEEDED || 2 * impossible < objects.len() || impossible == 0 {
         return None;
@@ -86,7 +92,7 @@ fn warning(rate_hz: f64, objects: &BTreeMap<&str, SpeedRatios>, clips: &[&str]) 
         "in {count} clips (`{first}` ..) struck objects are {least:.2} to {most:.2} times as fast as the striker was told to be, \
          possible are 1 to 2 times: as if the films were taken at {likely_hz} frames/s where their files say {}; \
          if so, write frame_rate_hz = {likely_hz} (frictions are wrong by the square of the factor), otherwise correct strike.speed_m_s",
-        usual_hz(rate_hz)
+        usual_hz(*rate_hz)
     ))
 }
 
