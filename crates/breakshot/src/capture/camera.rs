@@ -204,6 +204,11 @@ impl Camera {
         self.projection.table_point(pixel, height_m - self.tag_thickness_m).unwrap_or(NO_POINT)
     }
 
+    /// The pixel of a point on the tags' faces.
+    pub(super) fn tag_pixel(&self, point: Point) -> Pixel {
+        self.pixel_from_table(point, self.tag_thickness_m)
+    }
+
     /// The Jacobian of [`Self::table_from_pixel`]: the derivatives of (x, y) by the pixel's x and y (m / px), row by row.
     pub fn table_per_pixel_m(&self, pixel: Pixel, height_m: f64) -> [[f64; 2]; 2] {
         let point =

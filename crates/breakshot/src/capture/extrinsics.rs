@@ -8,7 +8,7 @@ use super::tags::{self, DetectedTag};
 use crate::cell::{CameraSpec, Cell, ReferencePoint, Tag, Workspace};
 use crate::error::{Error, Result};
 use crate::geometry::{Pixel, Point};
-use crate::statistics::{sorted_by_value, upper_median};
+use crate::statistics::sorted_by_value;
 use std::f64::consts::{FRAC_PI_2, SQRT_2};
 
 /// Largest distance of a tag's corners from where the pose of the other tags predicts them (m): errors of a ruler are
@@ -550,26 +550,5 @@ fn average_corners(detected: &mut [DetectedTag], pictures: &[&GreyImage], lens: 
             }
         }
         tag.corners_px = sum.map(|p| Pixel::new(p.x / n, p.y / n));
-    }
-}
-
-impl Camera {
-    /// The shift of the tags between the pictures of the calibration and a later one (px): the median over the tags that
-    /// are still in view, `None` if none is.
-    ///
-    /// A fixed camera gives some hundredths; more than half a pixel means that it was moved.
-    pub fn shift_px(&self, later: &GreyImage) -> Option<f64> {
-        let mut all = None;
-        let shifts = self.tags.iter().filter_map(|fit| {
-            let tag = DetectedTag::from_earlier(fit.id, fit.corners_px);
-            let again = tags::redetected(later, self.lens(), &tag).or_else(|| {
-                let detected =
-                    all.get_or_insert_with(|| tags::detected(later, self.lens(), &|tags| !tags.is_empty()));
-                detected.iter().find(|tag| tag.id == fit.id).cloned()
-            })?;
-            let square = |k: usize| again.corners_px[k].distance_px(fit.corners_px[k]).powi(2);
-            Some(((0..4).map(square).sum::<f64>() / 4.0).sqrt())
-        });
-        upper_median(shifts)
     }
 }

@@ -5,6 +5,7 @@
 
 mod calibrate;
 mod camera;
+mod camera_motion;
 mod extrinsics;
 mod footage;
 mod homography;
@@ -18,6 +19,7 @@ mod tags;
 
 pub use calibrate::{Calibration, calibration};
 pub use camera::{Camera, TagFit};
+pub(crate) use camera_motion::CameraMotion;
 pub use extrinsics::camera;
 pub use footage::Footage;
 pub use image::{Frame, GreyImage};

@@ -1,6 +1,6 @@
 //! Cameras calibrated from drawn pictures, compared with the cameras that drew them.
 
-use super::{Camera, GreyImage, Lens, camera};
+use super::{Camera, CameraMotion, Frame, GreyImage, Lens, camera};
 use crate::cell::{CameraSpec, Cell, ReferencePoint, Striker, Tag, Transform, Workspace};
 use crate::geometry::{Pixel, Point, Pose};
 use crate::object::Shape;
@@ -408,23 +408,63 @@ fn a_scale_is_a_camera_straight_above_and_with_a_focal_length_it_has_heights() {
     assert!(message(&blank, &cell).contains("focal_px"));
 }
 
+/// A frame of the four tags as this camera sees them, with other noise than the calibration's.
+fn later_frame(camera: &Camera, seed: u64, time_s: f64) -> Frame {
+    let things: Vec<Thing> = four_tags().iter().map(Thing::tag).collect();
+    Frame { time_s, image: picture(&View { seed, ..view(camera) }, &things) }
+}
+
+/// Largest distance between where two cameras see points of the table and above it (px).
+fn distance_px(one: &Camera, other: &Camera) -> f64 {
+    let points = (0..9).map(|k| Point::new(f64::from(k % 3 - 1) * 0.15, f64::from(k / 3 - 1) * 0.1));
+    let pixel = |camera: &Camera, point, height_m| camera.pixel_from_table(point, height_m);
+    let distances =
+        points.flat_map(|p| [0.0, 0.05].map(|h_m| pixel(one, p, h_m).distance_px(pixel(other, p, h_m))));
+    distances.fold(0.0, f64::max)
+}
+
 #[test]
-fn the_shift_of_a_moved_camera_is_measured() {
+fn a_moving_camera_is_followed_and_a_fixed_one_stays_as_it_was_calibrated() {
     let truth = looking(0.2, 0.0);
-    let camera = found(&drawn(&truth, &four_tags()), &cell(four_tags())).expect("four tags");
-    let later =
-        picture(&View { seed: 9, ..view(&truth) }, &four_tags().iter().map(Thing::tag).collect::<Vec<_>>());
-    let still_px = camera.shift_px(&later).expect("tags in view");
-    assert!(still_px < 0.1, "{still_px} px of a camera that stood still");
-    for (x_m, expected_px) in [(0.002, 2.2), (0.03, 32.0)] {
-        let mut pushed = four_tags();
-        for tag in &mut pushed {
-            tag.center_m.x += x_m;
-        }
-        let shift_px = camera.shift_px(&drawn(&truth, &pushed)).expect("tags in view");
-        assert!((shift_px / expected_px - 1.0).abs() < 0.1, "{shift_px} px instead of {expected_px}");
+    let calibrated = found(&drawn(&truth, &four_tags()), &cell(four_tags())).expect("four tags");
+    let mut motion = CameraMotion::new(&calibrated);
+    for k in 0..4_u32 {
+        assert_eq!(motion.follow(&later_frame(&truth, 10 + u64::from(k), f64::from(k) * 0.01)), &calibrated);
     }
-    assert_eq!(camera.shift_px(&drawn(&truth, &[])), None);
+    assert_eq!(motion.warning(), None);
+    // A bump of 1 px, one of 35 px, and back again
+    for (k, (turned_px, name)) in [(1.0, "1 px"), (35.0, "35 px"), (0.0, "back")].into_iter().enumerate() {
+        let [x, y, z] = truth.position_m().expect("a pose");
+        let rpy_rad = [0.2 + turned_px / 1300.0, 0.0, 0.0];
+        let bumped = Camera::new(SIZE, lens(), Transform { position_m: [x, y, z], rpy_rad });
+        for again in 0..2 {
+            let time_s = 0.1 * (k + 1) as f64;
+            let camera = motion.follow(&later_frame(&bumped, 20 + 2 * k as u64 + again, time_s));
+            let off_px = distance_px(camera, &bumped);
+            assert!(off_px < 0.25, "{name}: {off_px} px off");
+        }
+    }
+    let back = motion.follow(&later_frame(&truth, 40, 0.5));
+    assert_eq!(back, &calibrated, "the camera is back where it was calibrated");
+    let warning = motion.warning().expect("a motion");
+    assert!(warning.contains("from 0.100 s on") && warning.contains("removed"), "{warning}");
+}
+
+#[test]
+fn tags_that_are_covered_are_no_motion_of_the_camera() {
+    let truth = looking(0.2, 0.0);
+    let calibrated = found(&drawn(&truth, &four_tags()), &cell(four_tags())).expect("four tags");
+    let mut motion = CameraMotion::new(&calibrated);
+    motion.follow(&later_frame(&truth, 10, 0.0));
+    // An arm over more and more of the table
+    for (k, width_m) in [0.2, 0.4, 0.6, 1.2].into_iter().enumerate() {
+        let mut things: Vec<Thing> = four_tags().iter().map(Thing::tag).collect();
+        let shape = Shape::Rectangle { size_m: [width_m, 1.0] };
+        things.push(Thing::flat(shape, Pose::new(-0.5, 0.0, 0.0), 0.02, 60.0));
+        let image = picture(&View { seed: 30 + k as u64, ..view(&truth) }, &things);
+        assert_eq!(motion.follow(&Frame { time_s: 0.1, image }), &calibrated, "{width_m} m covered");
+    }
+    assert_eq!(motion.warning(), None);
 }
 
 #[test]

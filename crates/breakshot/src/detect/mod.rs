@@ -26,7 +26,7 @@ pub use association::Layout;
 pub use recorded::{Recording, recorded_tracks};
 pub use tracks::{Sample, Track, Tracks};
 
-use crate::capture::{Camera, Capture, Frame, GreyImage};
+use crate::capture::{Camera, CameraMotion, Capture, Frame, GreyImage};
 use crate::error::{Error, Result};
 use crate::object::{self, Object};
 use crate::scene::Placed;
@@ -122,9 +122,6 @@ fn targets<'a>(objects: &'a [Object], names: &'a [String]) -> Result<Vec<Target<
     names.iter().map(|name| Ok(Target::new(name, object::find(objects, name, "detect")?))).collect()
 }
 
-/// Displacement of the tags between the first and the last frame from which the camera has moved (px): that of a
-/// fixed camera is some hundredths of a pixel.
-const CAMERA_MOVED_PX: f64 = 0.5;
 /// Number of frames within which all markers must become visible.
 const LATEST_START: usize = 30;
 /// Assumed interval between frames until there are two (s).
@@ -170,25 +167,18 @@ impl Clip<'_> {
         let interval_s = opening.get(1).map_or(USUAL_INTERVAL_S, |second| second.time_s - opening[0].time_s);
         let starts = self.targets.iter().cloned().zip(starts).collect();
         let mut tracker = Tracker::new(self.camera, starts, options.threshold, interval_s);
+        let mut motion = CameraMotion::new(self.camera);
         let mut done = skipped;
-        let mut last = None;
         for frame in opening.into_iter().map(Ok).chain(frames) {
             let frame = frame?;
-            tracker.track(&frame);
-            last = Some(frame);
+            tracker.track(&frame, motion.follow(&frame));
             done += 1;
             if let Some(on_frame) = options.on_frame {
                 on_frame(done);
             }
         }
-        warnings.extend(last.and_then(|frame| self.camera_motion(&frame)));
+        warnings.extend(motion.warning());
         Ok(self.postprocessed(&tracker, warnings))
-    }
-
-    /// A warning if the camera moved between the first and the last frame.
-    fn camera_motion(&self, last: &Frame) -> Option<String> {
-        let shift_px = self.camera.shift_px(&last.image).filter(|&shift_px| shift_px > CAMERA_MOVED_PX)?;
-        Some(format!("the camera moved by {shift_px:.1} px during the clip; needed: a fixed camera"))
     }
 
     fn postprocessed(&self, tracker: &Tracker, mut warnings: Vec<String>) -> Tracks {

@@ -97,13 +97,14 @@ impl<'a> Tracker<'a> {
         &self.times_s
     }
 
-    /// Adds the next frame: every object is observed in it, or not.
-    pub(super) fn track(&mut self, frame: &Frame) {
+    /// Adds the next frame: every object is observed in it, or not. `camera` is the frame's: it differs from the calibrated one
+    /// after the camera has moved.
+    pub(super) fn track(&mut self, frame: &Frame, camera: &Camera) {
         if let Some(last_s) = self.times_s.last() {
             self.interval_s = frame.time_s - last_s;
         }
         self.times_s.push(frame.time_s);
-        let view = FrameView { frame, camera: self.camera, interval_s: self.interval_s };
+        let view = FrameView { frame, camera, interval_s: self.interval_s };
 
         // Markers at their own levels
         let regions = self.regions(&frame.image);
@@ -134,7 +135,13 @@ impl<'a> Tracker<'a> {
         }
         let number = self.times_s.len() - 1;
         for (state, observation) in self.states.iter_mut().zip(observations) {
-            if let Some(observation) = observation {
+            if let Some(mut observation) = observation {
+                if !std::ptr::eq(camera, self.camera) {
+                    // The rest of the program sees the picture as the camera would have taken it from its first pose.
+                    let height_m = state.target.height_m();
+                    let position = camera.table_from_pixel(observation.blob.centroid, height_m);
+                    observation.blob.centroid = self.camera.pixel_from_table(position, height_m);
+                }
                 state.add(self.camera, number, frame.time_s, &observation);
             }
         }

@@ -328,7 +328,7 @@ fn an_object_that_left_the_image_is_not_found_inside_it() {
 }
 
 #[test]
-fn a_camera_that_moves_during_the_clip_gives_a_warning() {
+fn the_motion_of_a_camera_during_the_clip_is_removed_and_reported() {
     let view = view();
     let tags: Vec<Tag> = [(-0.2, -0.12), (0.2, -0.12), (0.2, 0.1), (-0.2, 0.1)]
         .into_iter()
@@ -351,7 +351,7 @@ fn a_camera_that_moves_during_the_clip_gives_a_warning() {
         CameraSpec { focal_px: Some([700.0; 2]), center_px: Some([319.5, 199.5]), ..CameraSpec::default() };
     let from_above = Cell::from_above(1000.0, Workspace::centred([0.4, 0.2]), Striker::rod(0.01, [0.1, 1.0]));
     let cell = Cell { camera, tags: tags.clone(), scale_px_per_m: None, ..from_above };
-    let warnings = |shift_m: f64| {
+    let found = |shift_m: f64| {
         let mut shifted = view.clone();
         let position = Transform { position_m: [0.01 + shift_m, -0.1, 0.7], rpy_rad: [0.15, 0.02, 0.05] };
         shifted.camera = Camera::new([640, 400], Lens::pinhole([640, 400], 700.0), position);
@@ -359,12 +359,25 @@ fn a_camera_that_moves_during_the_clip_gives_a_warning() {
         frames.extend(film(&shifted, &times_s(12), things).into_iter().skip(6));
         let capture = Capture::of(Footage::from_frames("drawn", frames), &cell).expect("tags");
         let names = ["a".to_string()];
-        tracks(capture, &objects, &names, &Layout::Unknown, &Options::default()).expect("a track").warnings
+        tracks(capture, &objects, &names, &Layout::Unknown, &Options::default()).expect("a track")
     };
-    assert!(warnings(0.0).is_empty(), "{:?}", warnings(0.0));
-    // 3 mm at 0.7 m are 3 px.
-    let warning = warnings(0.003).join("; ");
-    assert!(warning.contains("the camera moved by 3"), "{warning}");
+    let fixed = found(0.0);
+    assert!(fixed.warnings.is_empty(), "{:?}", fixed.warnings);
+    // 0.5, 3 and 50 mm at 0.7 m are 0.5, 3 and 50 px.
+    for shift_mm in [0.5, 3.0, 50.0] {
+        let moved = found(shift_mm / 1e3);
+        let warning = moved.warnings.join("; ");
+        let moved_px: f64 = warning
+            .strip_prefix("the camera moved by up to ")
+            .and_then(|rest| rest.split(' ').next()?.parse().ok())
+            .unwrap_or_else(|| panic!("no motion in: {warning}"));
+        assert!((moved_px - shift_mm).abs() < 0.1 + 0.02 * shift_mm, "{warning}");
+        assert!(warning.contains("from 0.100 s on") && warning.contains("removed"), "{warning}");
+        for (k, (before, after)) in fixed.tracks[0].samples.iter().zip(&moved.tracks[0].samples).enumerate() {
+            let off_mm = 1e3 * (before.x_m - after.x_m).hypot(before.y_m - after.y_m);
+            assert!(off_mm < 0.15, "{off_mm} mm off in frame {k} after a motion by {shift_mm} mm");
+        }
+    }
 }
 
 #[test]
