@@ -1,6 +1,7 @@
 //! The commands and their flags.
 
 use crate::campaign_args::CampaignArgs;
+use crate::check_args::CheckArgs;
 use crate::laws::LawArgs;
 use crate::planning::{PlannerArgs, SurveyArgs};
 use breakshot::capture::{Capture, Decoder, Footage, GreyImage};
@@ -48,6 +49,9 @@ pub(crate) enum Command {
     /// Drafts the list of clips from a folder of films, to be completed.
     #[command(after_help = "Example: breakshot campaign videos/ -o campaign.toml")]
     Campaign(CampaignArgs),
+    /// Shows what the films of a campaign contain and what does not fit, before anything is estimated (HTML).
+    #[command(after_help = "Example: breakshot check campaign.toml -o check.html")]
+    Check(CheckArgs),
     /// Estimates friction, restitution and mass ratios from the clips of a campaign.
     #[command(after_help = "Example: breakshot estimate campaign.toml -o properties.json\n\
         Example: breakshot estimate campaign.toml -o properties.json --figures figures/     (Figs. 7, 8, 9 and Table 1)\n\

@@ -99,6 +99,13 @@ pub(crate) fn note(notes: &[String]) {
     }
 }
 
+/// Prints a hint to stderr if a person reads it: another command that may help.
+pub(crate) fn hint(text: &str) {
+    if std::io::stderr().is_terminal() {
+        eprintln!("hint: {text}");
+    }
+}
+
 /// Prints a result to stdout as indented JSON.
 pub(crate) fn print_json<T: Serialize>(value: &T) -> Result<()> {
     let text = serde_json::to_string_pretty(value)

@@ -5,6 +5,7 @@ mod terminal;
 
 mod args;
 mod campaign_args;
+mod check_args;
 mod commands;
 mod console;
 mod laws;
@@ -64,6 +65,7 @@ fn run() -> Result<Outcome> {
         Command::Calibrate(args) => commands::calibrate::run(&args),
         Command::Look(args) => commands::look::run(&args),
         Command::Campaign(args) => commands::campaign::run(&args),
+        Command::Check(args) => commands::check::run(&args),
         Command::Detect(args) => commands::detect::run(&args),
         Command::Estimate(args) => commands::estimate::run(&args),
         Command::Simulate(args) => commands::simulate::run(&args),

@@ -74,8 +74,10 @@ pub mod verify;
 pub use error::{Error, Result};
 
 use campaign::{Campaign, Clip, Source};
-use capture::{Capture, Decoder, Footage};
+use capture::{Camera, Capture, Decoder, Footage, GreyImage};
+use detect::Tracks;
 use estimate::ClipTracks;
+use std::path::Path;
 
 /// The tracks of one clip: opens its film, determines the pose of its camera, and tracks its objects; or reads its tracks.
 ///
@@ -83,16 +85,7 @@ use estimate::ClipTracks;
 /// See [`Footage::open_with`], [`Capture::of`], [`detect::tracks`] and [`detect::recorded_tracks`].
 pub fn clip_tracks(campaign: &Campaign, clip: &Clip, decoder: Decoder) -> Result<ClipTracks> {
     let tracks = match &clip.source {
-        Source::Film(path) => {
-            let footage = Footage::open_with(path, decoder)?;
-            let footage = match clip.frame_rate_hz {
-                Some(rate_hz) => footage.at_frame_rate(rate_hz),
-                None => footage,
-            };
-            let film = Capture::of(footage, &campaign.cell)?;
-            let options = detect::Options::default();
-            detect::tracks(film, &campaign.objects, &clip.objects, &layout(clip), &options)?
-        }
+        Source::Film(path) => tracks_of(clip_capture(campaign, clip, path, decoder)?, campaign, clip)?,
         Source::Tracks { path, columns } => {
             let (name, text) = (path.display().to_string(), files::tracks_text(path)?);
             let (columns, frame_rate_hz) = (columns.as_deref(), clip.frame_rate_hz);
@@ -100,8 +93,48 @@ pub fn clip_tracks(campaign: &Campaign, clip: &Clip, decoder: Decoder) -> Result
             detect::recorded_tracks(&recording, &clip.objects, &campaign.cell.workspace)?
         }
     };
+    Ok(named(clip, tracks))
+}
+
+/// A clip with what its film shows.
+#[derive(Debug)]
+pub struct ViewedClip {
+    /// The first frame and the camera; `None` for a clip without a film.
+    pub first: Option<(GreyImage, Camera)>,
+    /// The tracks, or the reason why there are none.
+    pub tracks: Result<ClipTracks>,
+}
+
+/// As [`clip_tracks`], also with the first frame and the camera of the film, which are there without tracks too.
+///
+/// # Errors
+/// A film that cannot be opened, or whose camera cannot be calibrated.
+pub fn viewed_clip(campaign: &Campaign, clip: &Clip, decoder: Decoder) -> Result<ViewedClip> {
+    let Source::Film(path) = &clip.source else {
+        return Ok(ViewedClip { first: None, tracks: clip_tracks(campaign, clip, decoder) });
+    };
+    let mut capture = clip_capture(campaign, clip, path, decoder)?;
+    let first = capture.footage.first_image().map(|image| (image, capture.camera.clone()));
+    let tracks = tracks_of(capture, campaign, clip).map(|tracks| named(clip, tracks));
+    Ok(ViewedClip { first, tracks })
+}
+
+fn clip_capture(campaign: &Campaign, clip: &Clip, path: &Path, decoder: Decoder) -> Result<Capture> {
+    let footage = Footage::open_with(path, decoder)?;
+    let footage = match clip.frame_rate_hz {
+        Some(rate_hz) => footage.at_frame_rate(rate_hz),
+        None => footage,
+    };
+    Capture::of(footage, &campaign.cell)
+}
+
+fn tracks_of(capture: Capture, campaign: &Campaign, clip: &Clip) -> Result<Tracks> {
+    detect::tracks(capture, &campaign.objects, &clip.objects, &layout(clip), &detect::Options::default())
+}
+
+fn named(clip: &Clip, tracks: Tracks) -> ClipTracks {
     let (objects, strike) = (clip.objects.clone(), clip.strike.clone());
-    Ok(ClipTracks { name: clip.name.clone(), objects, strike, tracks })
+    ClipTracks { name: clip.name.clone(), objects, strike, tracks }
 }
 
 /// What is known of where the objects of a film lie.

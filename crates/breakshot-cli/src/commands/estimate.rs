@@ -9,7 +9,7 @@ use breakshot::estimate::{self, Advice, AdviceOptions, ClipTracks, Experiment};
 use breakshot::object::Object;
 use breakshot::properties::Properties;
 use breakshot::uncertain::Estimate;
-use breakshot::{Error, Result, files, report};
+use breakshot::{Error, Result, files, report, verify};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -19,6 +19,7 @@ pub(crate) fn run(args: &EstimateArgs) -> Result<Outcome> {
     let old = args.update.as_deref().map(files::load_properties).transpose()?;
     let campaign = files::load_campaign(&args.campaign)?;
     console::note(&campaign.notes);
+    console::hint("`breakshot check CAMPAIGN` shows each film with what was found on it");
     let campaign = campaign.value;
     let options = estimate::Options { reference: args.reference.clone() };
     let (cell, objects) = (&campaign.cell, &campaign.objects);
@@ -35,7 +36,8 @@ pub(crate) fn run(args: &EstimateArgs) -> Result<Outcome> {
         None => estimate::estimation(&clips, cell, objects, &options),
     };
     let mut properties = estimation?.properties;
-    properties.warnings.splice(0..0, unread);
+    let strikes = verify::strike_warnings(&clips, cell, objects, &properties);
+    properties.warnings.splice(0..0, unread.into_iter().chain(strikes));
     console::warn_by_kind(&properties.warnings, &args.output);
     let advice = advice(args, &properties, cell, objects)?;
     if let Some(folder) = &args.figures {

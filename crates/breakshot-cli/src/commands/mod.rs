@@ -2,6 +2,7 @@
 
 pub(crate) mod calibrate;
 pub(crate) mod campaign;
+pub(crate) mod check;
 pub(crate) mod command;
 pub(crate) mod demo;
 pub(crate) mod detect;

@@ -1,6 +1,6 @@
 //! The frames of a film, one after the other.
 
-use super::image::Frame;
+use super::image::{Frame, GreyImage};
 use super::retimed::RetimedFrames;
 use super::source::{self, Decoder, RepeatedFrames};
 use crate::error::Result;
@@ -123,6 +123,15 @@ impl Iterator for Footage {
 }
 
 impl Footage {
+    /// The next frame's image, which stays in the film; `None` at its end or at an error.
+    pub(crate) fn first_image(&mut self) -> Option<GreyImage> {
+        let next = self.frames.next()?;
+        let image = next.as_ref().ok().map(|frame| frame.image.clone());
+        let rest = std::mem::replace(&mut self.frames, Box::new(std::iter::empty()));
+        self.frames = Box::new(std::iter::once(next).chain(rest));
+        image
+    }
+
     /// The same film; `observe` is called with every frame when it is read.
     ///
     /// With it a second user of the frames needs no second pass through the decoder.

@@ -9,7 +9,7 @@ mod overlay;
 mod paper_figures;
 mod weighed;
 
-pub use html::{ClipMotion, FilmedStrike, Page, SimulatedStrike};
+pub use html::{CheckPage, CheckedClip, ClipMotion, FilmedStrike, Page, SimulatedStrike};
 pub use overlay::{Overlay, RgbImage};
 pub use paper_figures::{FigureFile, PaperFigures};
 
@@ -38,6 +38,14 @@ use crate::scene::Scene;
 /// ```
 pub fn html(page: &Page) -> String {
     html::html(page)
+}
+
+/// A self-contained HTML page of a campaign's clips: each film's first frame, what was found on it, the given strike, and everything that
+/// does not fit.
+///
+/// The page is well-formed XML without scripts and without references to other files.
+pub fn check_page(page: &CheckPage) -> String {
+    html::check::check(page)
 }
 
 /// Figs. 7, 8, 9 and Table 1 of the paper for these properties: drawings (SVG) and their numbers (CSV).

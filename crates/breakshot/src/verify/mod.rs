@@ -7,9 +7,13 @@
 //! far the objects were from these poses; a warning names every object for which the difference matters.
 
 mod compare;
+mod departure;
+#[cfg(test)]
+mod departure_tests;
 mod observed;
 mod report;
 
+pub use departure::strike_warnings;
 pub use observed::{Observed, ObservedPose};
 pub use report::{DistanceErrors, GoalCheck, GoalChecks, ObjectDifference, PairDifference, Report, Summary};
 

@@ -4,6 +4,7 @@
 
 #![allow(clippy::format_collect, clippy::format_push_string, reason = "a page is built once: clarity first")]
 
+pub(super) mod check;
 pub(super) mod clip_motion;
 mod content;
 mod filmed_strike;
@@ -15,6 +16,7 @@ mod tests;
 mod text;
 mod top_views;
 
+pub use check::{CheckPage, CheckedClip};
 pub use content::{ClipMotion, FilmedStrike, Page, SimulatedStrike};
 
 use super::figures::{Palette, escaped};
@@ -36,15 +38,18 @@ pub(super) fn html(page: &Page) -> String {
     let title = escaped(if page.title.is_empty() { "Breakshot report" } else { page.title });
     let lead = "Friction, restitution and mass ratios of the objects, estimated from films of strikes; the planned \
                 strike that singulates a pile; and the comparison of a filmed strike with its simulation.";
+    page_of(&title, lead, &(flow(page) + &chapters.concat()))
+}
+
+/// A page with this title, first paragraph and contents.
+fn page_of(title: &str, lead: &str, body: &str) -> String {
     format!(
         "<!DOCTYPE html>\n<html lang=\"en\" xmlns=\"http://www.w3.org/1999/xhtml\">\n<head>\n<meta charset=\"utf-8\"/>\n\
          <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\"/>\n<title>{title}</title>\n\
-         <style>\n{}</style>\n</head>\n<body>\n<main>\n<h1>{title}</h1>\n<p class=\"lead\">{lead}</p>\n{}{}\
+         <style>\n{}</style>\n</head>\n<body>\n<main>\n<h1>{title}</h1>\n<p class=\"lead\">{lead}</p>\n{body}\
          <footer>Made by breakshot {}. Lengths in mm, times in s; distances are between centres unless stated \
          otherwise.</footer>\n</main>\n</body>\n</html>\n",
         include_str!("report.css"),
-        flow(page),
-        chapters.concat(),
         env!("CARGO_PKG_VERSION"),
     )
 }

@@ -107,7 +107,7 @@ impl Overlay<'_> {
 }
 
 /// Points along an outline in the object's frame; the first point is repeated at the end.
-fn outline_points(shape: &Shape) -> Vec<Point> {
+pub(super) fn outline_points(shape: &Shape) -> Vec<Point> {
     if let Shape::Disc { radius_m } = shape {
         let step_rad = std::f64::consts::TAU / DISC_SEGMENTS as f64;
         return (0..=DISC_SEGMENTS)

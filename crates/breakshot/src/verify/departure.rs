@@ -1,0 +1,292 @@
+//! Does the struck object of a clip leave as the strike given for it makes it leave?
+//!
+//! The film shows the direction and the speed of the struck object after the striker's impact. The simulation of the given strike with
+//! the learned properties predicts both. They are compared at equal displacements of the object, so that film and strike need no
+//! common clock. A clip that differs from its prediction more than the other clips do has a wrong strike.
+
+use super::observed::{Observed, ObservedPose};
+use crate::cell::Cell;
+use crate::detect::Sample;
+use crate::estimate::ClipTracks;
+use crate::geometry::wrapped_rad;
+use crate::object::Object;
+use crate::physics::{self, Trajectory};
+use crate::properties::Properties;
+use crate::scene::{Goal, Placed, Scene, Strike};
+use crate::statistics::{STD_OVER_MEDIAN_ABSOLUTE, median};
+
+/// Displacements of the struck object between which its speed is compared (m): from clear of the striker...
+const FROM_M: f64 = 0.003;
+/// ... to not yet slowed down much, unless it meets another object before.
+const TO_M: f64 = 0.06;
+/// The part of its whole way that an object slides at more than 70 % of its first speed: there friction matters little.
+const FASTER_HALF: f64 = 0.5;
+/// A shorter way gives no direction (m).
+const SHORTEST_WAY_M: f64 = 0.01;
+/// Displacement of another object from which the struck one may have met it (m).
+const MET_M: f64 = 1e-3;
+/// Step of time in which the simulated motion is searched for a displacement (s).
+const STEP_S: f64 = 1e-3;
+/// Differences below these are not reported: robots and rulers are that accurate (rad; of the speed as a fraction).
+const LEAST_TURN_RAD: f64 = 0.026;
+const LEAST_SPEED_ERROR: f64 = 0.05;
+/// A clip is reported if it differs by this many standard deviations of the clips.
+const STDS: f64 = 6.0;
+
+/// What the film and the strike given for it say about the struck object.
+enum Comparison {
+    /// It leaves.
+    Departure {
+        /// Direction of its displacement in the film less the predicted one (rad, counter-clockwise).
+        turn_rad: f64,
+        /// Standard deviation of that direction by the noise of the positions (rad).
+        turn_std_rad: f64,
+        /// Its speed in the film over the predicted one, if it moves far enough.
+        speed_ratio: Option<f64>,
+    },
+    /// The given strike does not move it, or not so far.
+    Missed,
+    /// The given strike cannot be simulated, for this reason.
+    Impossible(String),
+}
+
+/// A warning for each clip whose struck object leaves otherwise than the given strike makes it leave.
+pub fn strike_warnings(
+    clips: &[ClipTracks],
+    cell: &Cell,
+    objects: &[Object],
+    properties: &Properties,
+) -> Vec<String> {
+    let mut scene = Scene {
+        cell: cell.clone(),
+        objects: objects.to_vec(),
+        observed_unix_s: None,
+        placed: Vec::new(),
+        walls: Vec::new(),
+        keep_out: Vec::new(),
+        goal: Goal::default(),
+    };
+    let compared: Vec<(&ClipTracks, &Strike, Comparison)> = clips
+        .iter()
+        .filter_map(|clip| {
+            let strike = clip.strike.as_ref()?;
+            Some((clip, strike, comparison(clip, strike, &mut scene, properties)?))
+        })
+        .collect();
+    let turns = Spread::of(compared.iter().filter_map(|(_, _, comparison)| match comparison {
+        Comparison::Departure { turn_rad, .. } => Some(*turn_rad),
+        _ => None,
+    }));
+    let speeds = Spread::of(compared.iter().filter_map(|(_, _, comparison)| match comparison {
+        Comparison::Departure { speed_ratio, .. } => speed_ratio.map(f64::ln),
+        _ => None,
+    }));
+    let mut warnings = Vec::new();
+    if turns.n > 1 && turns.median.abs() > LEAST_TURN_RAD {
+        warnings.push(format!(
+            "in {} clips the struck objects leave {} of where the given strikes send them (median): strike.heading_rad or the robot's \
+             table frame is rotated",
+            turns.n,
+            degrees(turns.median)
+        ));
+    }
+    let single = compared.iter().filter_map(|(clip, strike, comparison)| {
+        let object = &clip.objects[0];
+        comparison.finding(strike, object, &turns, &speeds).map(|text| format!("{}: {text}", clip.name))
+    });
+    warnings.extend(single);
+    warnings
+}
+
+impl Comparison {
+    /// What is wrong with the given strike.
+    fn finding(&self, strike: &Strike, object: &str, turns: &Spread, speeds: &Spread) -> Option<String> {
+        match self {
+            Self::Departure { turn_rad, turn_std_rad, speed_ratio } => {
+                let turn_off_rad = turn_rad - turns.median;
+                if turn_off_rad.abs() > turns.tolerance(LEAST_TURN_RAD).max(STDS * turn_std_rad) {
+                    // The speed of an object that was hit elsewhere differs too, and is not reported.
+                    let aside = degrees(turn_off_rad);
+                    return Some(format!(
+                        "`{object}` leaves {aside} of where the given strike sends it: check strike.start_m and strike.heading_rad"
+                    ));
+                }
+                let speed_off = (*speed_ratio)?.ln() - speeds.median;
+                (speed_off.abs() > speeds.tolerance(LEAST_SPEED_ERROR)).then(|| {
+                    let (ratio, given) = (speed_off.exp(), strike.speed_m_s);
+                    let fits = ratio * given;
+                    format!(
+                        "`{object}` leaves {ratio:.2} times as fast as the given strike makes it: strike.speed_m_s is {given:.3}, and {fits:.3} would fit"
+                    )
+                })
+            }
+            Self::Missed => Some(format!(
+                "`{object}` moves, but the given strike does not move it so far: check strike.start_m, heading_rad and travel_m"
+            )),
+            Self::Impossible(reason) => Some(format!("the given strike cannot happen: {reason}")),
+        }
+    }
+}
+
+/// An angle for people, with its side.
+fn degrees(angle_rad: f64) -> String {
+    let side = if angle_rad > 0.0 { "left" } else { "right" };
+    format!("{:.1} degrees to the {side}", angle_rad.abs().to_degrees())
+}
+
+/// The median of one number over the clips, and their spread about it.
+struct Spread {
+    n: usize,
+    median: f64,
+    std: f64,
+}
+
+impl Spread {
+    fn of(values: impl Iterator<Item = f64>) -> Self {
+        let values: Vec<f64> = values.collect();
+        let middle = median(values.iter().copied()).unwrap_or(0.0);
+        let deviation = median(values.iter().map(|v| (v - middle).abs())).unwrap_or(0.0);
+        Self { n: values.len(), median: middle, std: STD_OVER_MEDIAN_ABSOLUTE * deviation }
+    }
+
+    /// Largest difference from the median that is not reported.
+    fn tolerance(&self, least: f64) -> f64 {
+        least.max(STDS * self.std)
+    }
+}
+
+/// The comparison of a clip; `None` if the film does not show its struck object leave.
+fn comparison(
+    clip: &ClipTracks,
+    strike: &Strike,
+    scene: &mut Scene,
+    properties: &Properties,
+) -> Option<Comparison> {
+    let seen = departure(clip)?;
+    scene.placed = seen.placed;
+    let trajectory = match physics::trajectory(scene, properties, strike, &physics::Options::default()) {
+        Ok(trajectory) => trajectory,
+        Err(error) => return Some(Comparison::Impossible(error.to_string())),
+    };
+    let struck = &scene.placed[0];
+    let reached: Vec<Reached> =
+        seen.way.iter().filter_map(|step| reached(&trajectory, struck, step)).collect();
+    if 2 * reached.len() < seen.way.len() {
+        return Some(Comparison::Missed);
+    }
+    // Single wrong positions do not change the medians.
+    let pairs = (0..reached.len()).flat_map(|k| (0..k).map(move |j| (j, k)));
+    let ratios = pairs.filter_map(|(j, k)| reached[j].speed_ratio(&reached[k]));
+    let furthest_m = seen.way.iter().map(|step| step.way_m).fold(0.0, f64::max);
+    Some(Comparison::Departure {
+        turn_rad: median(reached.iter().map(|r| r.turn_rad))?,
+        turn_std_rad: median(seen.way.iter().map(|step| step.std_m))? / furthest_m,
+        speed_ratio: median(ratios),
+    })
+}
+
+/// A position of the film that the simulated object reaches too.
+struct Reached {
+    way_m: f64,
+    film_s: f64,
+    simulated_s: f64,
+    /// Direction of the displacement in the film less the simulated one (rad).
+    turn_rad: f64,
+}
+
+impl Reached {
+    /// The speed in the film over the simulated one between two positions, if they are far enough apart.
+    fn speed_ratio(&self, later: &Self) -> Option<f64> {
+        let (film_s, simulated_s) = (later.film_s - self.film_s, later.simulated_s - self.simulated_s);
+        let is_far = later.way_m - self.way_m > SHORTEST_WAY_M / 2.0;
+        (is_far && film_s > 0.0 && simulated_s > 0.0).then_some(simulated_s / film_s)
+    }
+}
+
+fn reached(trajectory: &Trajectory, object: &Placed, step: &Step) -> Option<Reached> {
+    let simulated_s = time_at(trajectory, object, step.way_m)?;
+    let way = trajectory.pose(&object.object, simulated_s)?.position - object.position_m;
+    Some(Reached {
+        way_m: step.way_m,
+        film_s: step.time_s,
+        simulated_s,
+        turn_rad: wrapped_rad(step.heading_rad - way.heading_rad()),
+    })
+}
+
+/// How the film shows the struck object leave.
+struct SeenDeparture {
+    /// The poses of all objects before the strike, the struck one's first.
+    placed: Vec<Placed>,
+    /// The struck object's first positions clear of the striker.
+    way: Vec<Step>,
+}
+
+/// A displacement of the struck object from where it lay.
+struct Step {
+    time_s: f64,
+    way_m: f64,
+    heading_rad: f64,
+    /// Standard deviation of the position (m).
+    std_m: f64,
+}
+
+fn departure(clip: &ClipTracks) -> Option<SeenDeparture> {
+    let before = Observed::from_tracks(&clip.tracks).before;
+    let placed = clip.objects.iter().map(|name| {
+        let ObservedPose { position, yaw_rad } = *before.get(name)?;
+        Some(Placed { object: name.clone(), position_m: position, yaw_rad: yaw_rad.unwrap_or(0.0) })
+    });
+    let placed: Vec<Placed> = placed.collect::<Option<_>>()?;
+    let steps = |from: &Placed| -> Option<Vec<Step>> {
+        let track = clip.tracks.tracks.iter().find(|track| track.object == from.object)?;
+        let clear = track.samples.iter().filter(|sample| !sample.doubtful);
+        Some(clear.map(|sample| Step::new(sample, from)).collect())
+    };
+
+    // Until another object moves
+    let mut met_s = f64::INFINITY;
+    for other in &placed[1..] {
+        let first = steps(other)?.into_iter().find(|step| step.way_m > MET_M);
+        met_s = met_s.min(first.map_or(f64::INFINITY, |step| step.time_s));
+    }
+    let mut way = steps(&placed[0])?;
+    let whole_m = way.iter().map(|step| step.way_m).fold(0.0, f64::max);
+    let to_m = TO_M.min(FASTER_HALF * whole_m);
+    let end = way.iter().position(|step| step.way_m > to_m || step.time_s >= met_s).unwrap_or(way.len());
+    way.truncate(end);
+    way.retain(|step| step.way_m > FROM_M);
+    let furthest_m = way.iter().map(|step| step.way_m).fold(0.0, f64::max);
+    (furthest_m > SHORTEST_WAY_M).then_some(SeenDeparture { placed, way })
+}
+
+impl Step {
+    fn new(sample: &Sample, from: &Placed) -> Self {
+        let way = sample.position() - from.position_m;
+        Self {
+            time_s: sample.time_s,
+            way_m: way.length(),
+            heading_rad: way.heading_rad(),
+            std_m: sample.std_m,
+        }
+    }
+}
+
+/// When the simulated object is displaced so far (s after the striker starts).
+fn time_at(trajectory: &Trajectory, object: &Placed, displacement_m: f64) -> Option<f64> {
+    let way_m = |time_s: f64| {
+        let pose = trajectory.pose(&object.object, time_s)?;
+        Some((pose.position - object.position_m).length())
+    };
+    let steps = (trajectory.duration_s / STEP_S).ceil() as usize;
+    let mut before_m = 0.0;
+    for k in 1..=steps {
+        let (time_s, now_m) = (k as f64 * STEP_S, way_m(k as f64 * STEP_S)?);
+        if now_m >= displacement_m {
+            let fraction = (displacement_m - before_m) / (now_m - before_m);
+            return Some(time_s - STEP_S + fraction * STEP_S);
+        }
+        before_m = now_m;
+    }
+    None
+}
