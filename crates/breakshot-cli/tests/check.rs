@@ -6,6 +6,7 @@ mod common;
 
 use common::{assert_refused, breakshot, demo};
 use serde_json::Value;
+use std::fmt::Write;
 use std::fs;
 use std::path::Path;
 
@@ -29,7 +30,7 @@ fn folder(change: impl Fn(&str, String) -> String) -> tempfile::TempDir {
     let mut campaign = "cell = \"cell.toml\"\nobjects = \"objects.toml\"\n".to_owned();
     for clip in text.split("[[clips]]").skip(1) {
         if let Some(film) = FILMS.iter().find(|film| clip.contains(*film)) {
-            campaign += &format!("[[clips]]{}\n", change(film, clip.to_owned()));
+            writeln!(campaign, "[[clips]]{}", change(film, clip.to_owned())).unwrap();
         }
     }
     fs::write(folder.path().join("campaign.toml"), campaign).unwrap();

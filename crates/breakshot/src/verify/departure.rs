@@ -19,10 +19,10 @@ use crate::statistics::{STD_OVER_MEDIAN_ABSOLUTE, median};
 const FROM_M: f64 = 0.003;
 /// ... to not yet slowed down much, unless it meets another object before.
 const TO_M: f64 = 0.06;
-/// The part of its whole way that an object slides at more than 70 % of its first speed: there friction matters little.
+/// The part of its whole displacement that an object slides at more than 70 % of its first speed: there friction matters little.
 const FASTER_HALF: f64 = 0.5;
-/// A shorter way gives no direction (m).
-const SHORTEST_WAY_M: f64 = 0.01;
+/// A shorter displacement gives no direction (m).
+const SHORTEST_DISPLACEMENT_M: f64 = 0.01;
 /// Displacement of another object from which the struck one may have met it (m).
 const MET_M: f64 = 1e-3;
 /// Step of time in which the simulated motion is searched for a displacement (s).
@@ -170,24 +170,24 @@ fn comparison(
     };
     let struck = &scene.placed[0];
     let reached: Vec<Reached> =
-        seen.way.iter().filter_map(|step| reached(&trajectory, struck, step)).collect();
-    if 2 * reached.len() < seen.way.len() {
+        seen.steps.iter().filter_map(|step| reached(&trajectory, struck, step)).collect();
+    if 2 * reached.len() < seen.steps.len() {
         return Some(Comparison::Missed);
     }
     // Single wrong positions do not change the medians.
     let pairs = (0..reached.len()).flat_map(|k| (0..k).map(move |j| (j, k)));
     let ratios = pairs.filter_map(|(j, k)| reached[j].speed_ratio(&reached[k]));
-    let furthest_m = seen.way.iter().map(|step| step.way_m).fold(0.0, f64::max);
+    let furthest_m = seen.steps.iter().map(|step| step.displacement_m).fold(0.0, f64::max);
     Some(Comparison::Departure {
         turn_rad: median(reached.iter().map(|r| r.turn_rad))?,
-        turn_std_rad: median(seen.way.iter().map(|step| step.std_m))? / furthest_m,
+        turn_std_rad: median(seen.steps.iter().map(|step| step.std_m))? / furthest_m,
         speed_ratio: median(ratios),
     })
 }
 
 /// A position of the film that the simulated object reaches too.
 struct Reached {
-    way_m: f64,
+    displacement_m: f64,
     film_s: f64,
     simulated_s: f64,
     /// Direction of the displacement in the film less the simulated one (rad).
@@ -198,19 +198,19 @@ impl Reached {
     /// The speed in the film over the simulated one between two positions, if they are far enough apart.
     fn speed_ratio(&self, later: &Self) -> Option<f64> {
         let (film_s, simulated_s) = (later.film_s - self.film_s, later.simulated_s - self.simulated_s);
-        let is_far = later.way_m - self.way_m > SHORTEST_WAY_M / 2.0;
+        let is_far = later.displacement_m - self.displacement_m > SHORTEST_DISPLACEMENT_M / 2.0;
         (is_far && film_s > 0.0 && simulated_s > 0.0).then_some(simulated_s / film_s)
     }
 }
 
 fn reached(trajectory: &Trajectory, object: &Placed, step: &Step) -> Option<Reached> {
-    let simulated_s = time_at(trajectory, object, step.way_m)?;
-    let way = trajectory.pose(&object.object, simulated_s)?.position - object.position_m;
+    let simulated_s = time_at(trajectory, object, step.displacement_m)?;
+    let displacement = trajectory.pose(&object.object, simulated_s)?.position - object.position_m;
     Some(Reached {
-        way_m: step.way_m,
+        displacement_m: step.displacement_m,
         film_s: step.time_s,
         simulated_s,
-        turn_rad: wrapped_rad(step.heading_rad - way.heading_rad()),
+        turn_rad: wrapped_rad(step.heading_rad - displacement.heading_rad()),
     })
 }
 
@@ -219,13 +219,13 @@ struct SeenDeparture {
     /// The poses of all objects before the strike, the struck one's first.
     placed: Vec<Placed>,
     /// The struck object's first positions clear of the striker.
-    way: Vec<Step>,
+    steps: Vec<Step>,
 }
 
 /// A displacement of the struck object from where it lay.
 struct Step {
     time_s: f64,
-    way_m: f64,
+    displacement_m: f64,
     heading_rad: f64,
     /// Standard deviation of the position (m).
     std_m: f64,
@@ -247,26 +247,29 @@ fn departure(clip: &ClipTracks) -> Option<SeenDeparture> {
     // Until another object moves
     let mut met_s = f64::INFINITY;
     for other in &placed[1..] {
-        let first = steps(other)?.into_iter().find(|step| step.way_m > MET_M);
+        let first = steps(other)?.into_iter().find(|step| step.displacement_m > MET_M);
         met_s = met_s.min(first.map_or(f64::INFINITY, |step| step.time_s));
     }
-    let mut way = steps(&placed[0])?;
-    let whole_m = way.iter().map(|step| step.way_m).fold(0.0, f64::max);
+    let mut moving = steps(&placed[0])?;
+    let whole_m = moving.iter().map(|step| step.displacement_m).fold(0.0, f64::max);
     let to_m = TO_M.min(FASTER_HALF * whole_m);
-    let end = way.iter().position(|step| step.way_m > to_m || step.time_s >= met_s).unwrap_or(way.len());
-    way.truncate(end);
-    way.retain(|step| step.way_m > FROM_M);
-    let furthest_m = way.iter().map(|step| step.way_m).fold(0.0, f64::max);
-    (furthest_m > SHORTEST_WAY_M).then_some(SeenDeparture { placed, way })
+    let end = moving
+        .iter()
+        .position(|step| step.displacement_m > to_m || step.time_s >= met_s)
+        .unwrap_or(moving.len());
+    moving.truncate(end);
+    moving.retain(|step| step.displacement_m > FROM_M);
+    let furthest_m = moving.iter().map(|step| step.displacement_m).fold(0.0, f64::max);
+    (furthest_m > SHORTEST_DISPLACEMENT_M).then_some(SeenDeparture { placed, steps: moving })
 }
 
 impl Step {
     fn new(sample: &Sample, from: &Placed) -> Self {
-        let way = sample.position() - from.position_m;
+        let displacement = sample.position() - from.position_m;
         Self {
             time_s: sample.time_s,
-            way_m: way.length(),
-            heading_rad: way.heading_rad(),
+            displacement_m: displacement.length(),
+            heading_rad: displacement.heading_rad(),
             std_m: sample.std_m,
         }
     }
@@ -274,14 +277,14 @@ impl Step {
 
 /// When the simulated object is displaced so far (s after the striker starts).
 fn time_at(trajectory: &Trajectory, object: &Placed, displacement_m: f64) -> Option<f64> {
-    let way_m = |time_s: f64| {
+    let displacement_at = |time_s: f64| {
         let pose = trajectory.pose(&object.object, time_s)?;
         Some((pose.position - object.position_m).length())
     };
     let steps = (trajectory.duration_s / STEP_S).ceil() as usize;
     let mut before_m = 0.0;
     for k in 1..=steps {
-        let (time_s, now_m) = (k as f64 * STEP_S, way_m(k as f64 * STEP_S)?);
+        let (time_s, now_m) = (k as f64 * STEP_S, displacement_at(k as f64 * STEP_S)?);
         if now_m >= displacement_m {
             let fraction = (displacement_m - before_m) / (now_m - before_m);
             return Some(time_s - STEP_S + fraction * STEP_S);

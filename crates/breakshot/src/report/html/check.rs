@@ -69,8 +69,8 @@ pub(in crate::report) fn check(page: &CheckPage) -> String {
     page_of(&format!("Check of {campaign}"), lead, &body)
 }
 
-const LEGEND: &str = "<p>Drawn onto each frame: the outlines of the objects where they were found, and dashed where they come to rest; the way of each; \
-     in black and white the striker at the given start and its given way.</p>\n";
+const LEGEND: &str = "<p>Drawn onto each frame: the outlines of the objects where they were found, and dashed where they come to rest; the path of each; \
+     in black and white the striker at the given start and its given travel.</p>\n";
 
 impl<'a> CheckPage<'a> {
     fn warnings_of(&self, clip: &CheckedClip<'a>) -> impl Iterator<Item = &'a str> {
@@ -145,8 +145,8 @@ impl Drawing<'_, '_> {
     fn draw_object(&self, svg: &mut String, track: &Track, class: &str) {
         let Ok(object) = object::find(self.page.objects, &track.object, "check") else { return };
         let height_m = object.height_m;
-        let way: Vec<Point> = track.samples.iter().map(Sample::position).collect();
-        self.draw_line(svg, &way, height_m, &format!("filmed-way {class}"));
+        let path: Vec<Point> = track.samples.iter().map(Sample::position).collect();
+        self.draw_line(svg, &path, height_m, &format!("filmed-path {class}"));
         let outline = |sample: &Sample| {
             let is_known = sample.yaw_rad.is_some() || matches!(object.shape, Shape::Disc { .. });
             let pose = Pose { position: sample.position(), yaw_rad: sample.yaw_rad.unwrap_or(0.0) };
@@ -173,7 +173,7 @@ impl Drawing<'_, '_> {
         }
     }
 
-    /// The striker at its start, and its way to the end of its travel.
+    /// The striker at its start, and its path to the end of its travel.
     fn draw_strike(&self, svg: &mut String, strike: &Strike, shape: &Shape) {
         let along = Vec2::from_heading(strike.heading_rad);
         let end = strike.start_m + along * strike.travel_m;
