@@ -48,6 +48,9 @@ usage: cargo xtask TASK
                    `breakshot estimate --tracks` wrote)
   validate subsets LAB TRACKS [COUNT]
                    few clips: COUNT random halves and thirds of the campaign (default 500), from the films' saved tracks
+  validate mistakes LAB TRACKS
+                   what users get wrong, one mistake at a time: is it named, and what does it change (TRACKS is what
+                   `breakshot estimate --tracks` wrote; two minutes)
   validate robot [SHARED] [--part arms|impulse|paths|wire]
                    the arm beside pinocchio and MuJoCo, the drivers beside a mock controller, the vendor's client and roslibpy
                    (`cargo run --release -p xtask --`; paths takes the last learned properties)
@@ -119,6 +122,7 @@ fn main() -> ExitCode {
         }
         ["validate", "cells", rest @ ..] => cells(rest),
         ["validate", "tracks", lab, tracks] => validate::tracks(lab.as_ref(), tracks.as_ref()),
+        ["validate", "mistakes", lab, tracks] => validate::mistakes(lab.as_ref(), tracks.as_ref()),
         ["validate", "subsets", lab, tracks] => {
             validate::subsets(lab.as_ref(), tracks.as_ref(), validate::SUBSETS)
         }

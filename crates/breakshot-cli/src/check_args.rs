@@ -1,6 +1,6 @@
 //! The flags of `breakshot check`.
 
-use crate::args::DecoderArgs;
+use crate::decoder_args::DecoderArgs;
 use clap::Args;
 use std::path::PathBuf;
 

@@ -8,6 +8,7 @@ mod campaign_args;
 mod check_args;
 mod commands;
 mod console;
+mod decoder_args;
 mod laws;
 mod outcome;
 mod planning;

@@ -137,6 +137,11 @@ pub(crate) fn subsets(lab: &Path, tracks: &Path, count: u64) -> Result<(), Strin
     )?)
 }
 
+/// What users get wrong, one mistake at a time.
+pub(crate) fn mistakes(lab: &Path, tracks: &Path) -> Result<(), String> {
+    require(estimation::mistakes::validate(&saved::Saved::read(&lab.join("campaign"), tracks)?)?)
+}
+
 /// What is measured against recorded collisions.
 pub(crate) fn recorded(shared: &Path) -> Result<(), String> {
     let all_hold = air_table::run(&shared.join("real/air_table"))?;

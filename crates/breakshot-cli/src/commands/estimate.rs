@@ -54,6 +54,7 @@ pub(crate) fn run(args: &EstimateArgs) -> Result<Outcome> {
         console::print_json(&Printed { properties: &properties, advice: advice.as_ref() })?;
     } else {
         print_tables(&properties);
+        println!("{}", readiness(&properties, objects));
         println!("Wrote {}", args.output.display());
         if let Some(advice) = &advice {
             print_advice(advice);
@@ -180,6 +181,35 @@ fn file_names(clips: &[&str]) -> Vec<String> {
     names
 }
 
+/// Missing values that are named one by one; further ones are counted.
+const MOST_NAMED: usize = 4;
+
+/// One sentence about what can be planned with these properties, and what is assumed for it.
+fn readiness(properties: &Properties, objects: &[Object]) -> String {
+    let names: Vec<&str> = objects.iter().map(|object| object.name.as_str()).collect();
+    let mut missing = Vec::new();
+    for (k, name) in names.iter().enumerate() {
+        let of_object = [
+            ("friction", properties.friction(name)),
+            ("restitution against the striker", properties.striker_restitution(name)),
+            ("mass", properties.mass_ratio(name)),
+        ];
+        missing.extend(
+            of_object.iter().filter(|(_, v)| v.is_err()).map(|(what, _)| format!("{what} of `{name}`")),
+        );
+        let others = names[..k].iter().filter(|other| properties.restitution(other, name).is_err());
+        missing.extend(others.map(|other| format!("restitution of `{other}/{name}`")));
+    }
+    let piles = format!("`breakshot plan` can plan for piles of {}", names.join(", "));
+    if missing.is_empty() {
+        return format!("{piles}: all that it needs is measured.");
+    }
+    let more = missing.len().saturating_sub(MOST_NAMED);
+    missing.truncate(MOST_NAMED);
+    let and_more = if more > 0 { format!(" and {more} more") } else { String::new() };
+    format!("{piles}; assumed until a clip measures them: {}{and_more}.", missing.join(", "))
+}
+
 /// Prints the properties as tables.
 pub(crate) fn print_tables(properties: &Properties) {
     let reference = format!("mass / mass of {}", properties.reference);
@@ -203,5 +233,43 @@ fn print_table(title: &str, values: &BTreeMap<String, Estimate>) {
         let std = e.std.map_or("-".into(), |s| format!("{s:.4}"));
         let interval = format!("{:.4} .. {:.4}", e.interval_95[0], e.interval_95[1]);
         println!("  {name:<18} {:>8.4} {std:>8} {interval:>19} {:>4}", e.mean, e.n);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use breakshot::object::Shape;
+
+    fn object(name: &str) -> Object {
+        let shape = Shape::Disc { radius_m: 0.03 };
+        Object { name: name.into(), shape, height_m: 0.03, marker: None, mass_kg: None, support: None }
+    }
+
+    #[test]
+    fn what_is_assumed_for_a_plan_is_named() {
+        let mut properties = Properties::default();
+        let objects = ["a", "b", "c"].map(object);
+        for name in ["a", "b", "c"] {
+            properties.friction.insert(name.into(), Estimate::exact(0.2));
+            properties.mass_ratio.insert(name.into(), Estimate::exact(1.0));
+            properties.striker_restitution.insert(name.into(), Estimate::exact(0.5));
+        }
+        for pair in ["a/b", "a/c", "b/c"] {
+            properties.restitution.insert(pair.into(), Estimate::exact(0.5));
+        }
+        let said = readiness(&properties, &objects);
+        assert_eq!(said, "`breakshot plan` can plan for piles of a, b, c: all that it needs is measured.");
+        properties.restitution.remove("b/c");
+        properties.friction.remove("b");
+        let said = readiness(&properties, &objects);
+        assert!(
+            said.ends_with("assumed until a clip measures them: friction of `b`, restitution of `b/c`."),
+            "{said}"
+        );
+        properties.restitution.clear();
+        properties.mass_ratio.clear();
+        let said = readiness(&properties, &objects);
+        assert!(said.ends_with(" and 3 more."), "{said}");
     }
 }

@@ -10,7 +10,7 @@ use crate::detect::Sample;
 use crate::estimate::ClipTracks;
 use crate::geometry::wrapped_rad;
 use crate::object::Object;
-use crate::physics::{self, Trajectory};
+use crate::physics::{self, Trajectory, World};
 use crate::properties::Properties;
 use crate::scene::{Goal, Placed, Scene, Strike};
 use crate::statistics::{STD_OVER_MEDIAN_ABSOLUTE, median};
@@ -164,7 +164,10 @@ fn comparison(
 ) -> Option<Comparison> {
     let seen = departure(clip)?;
     scene.placed = seen.placed;
-    let trajectory = match physics::trajectory(scene, properties, strike, &physics::Options::default()) {
+    let options = physics::Options::default();
+    // A pile that cannot be simulated says nothing about the strike.
+    World::new(scene, properties, &options).ok()?;
+    let trajectory = match physics::trajectory(scene, properties, strike, &options) {
         Ok(trajectory) => trajectory,
         Err(error) => return Some(Comparison::Impossible(error.to_string())),
     };

@@ -6,6 +6,7 @@ pub(crate) mod altered;
 pub(crate) mod bound;
 pub(crate) mod campaigns;
 pub(crate) mod contact;
+pub(crate) mod mistakes;
 pub(crate) mod properties;
 pub(crate) mod saved;
 pub(crate) mod subsets;
