@@ -13,7 +13,7 @@ use syn::visit::{self, Visit};
 
 /// The stages in the order of the data flow, and of each the output types that other stages may use.
 const STAGES: [(&str, &[&str]); 7] = [
-    ("capture", &["Capture", "Footage", "Camera", "CameraMotion", "Frame", "GreyImage"]),
+    ("capture", &["Capture", "Footage", "Camera", "CameraMotion", "CAMERA_MOVED", "Frame", "GreyImage"]),
     ("detect", &["Tracks", "Track", "Sample"]),
     ("estimate", &["Estimation", "ClipFit", "BodyFit", "Impact", "Measured", "ClipTracks", "ClipValue"]),
     ("physics", &["*"]),

@@ -70,12 +70,14 @@ fn warnings(campaign: &Campaign, views: &[Result<ViewedClip>]) -> Vec<String> {
             Ok(Err(error)) | Err(error) => warnings.push(named(clip, error)),
         }
     }
+    for clip in &clips {
+        warnings.extend(clip.tracks.warnings.iter().map(|warning| format!("{}: {warning}", clip.name)));
+    }
     let (cell, objects) = (&campaign.cell, &campaign.objects);
     match estimate::estimation(&clips, cell, objects, &estimate::Options::default()) {
         Ok(estimation) => {
-            let properties = estimation.properties;
-            warnings.extend(verify::strike_warnings(&clips, cell, objects, &properties));
-            warnings.extend(properties.warnings);
+            warnings.extend(verify::campaign_warnings(&clips, &estimation, cell, objects));
+            warnings.extend(estimation.properties.warnings);
         }
         Err(error) => warnings.push(error.to_string()),
     }

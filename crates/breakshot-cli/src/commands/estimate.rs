@@ -35,9 +35,10 @@ pub(crate) fn run(args: &EstimateArgs) -> Result<Outcome> {
         Some(old) => estimate::updated(old, &clips, cell, objects, &options),
         None => estimate::estimation(&clips, cell, objects, &options),
     };
-    let mut properties = estimation?.properties;
-    let strikes = verify::strike_warnings(&clips, cell, objects, &properties);
-    properties.warnings.splice(0..0, unread.into_iter().chain(strikes));
+    let estimation = estimation?;
+    let unfitting = verify::campaign_warnings(&clips, &estimation, cell, objects);
+    let mut properties = estimation.properties;
+    properties.warnings.splice(0..0, unread.into_iter().chain(camera_motions(&clips)).chain(unfitting));
     console::warn_by_kind(&properties.warnings, &args.output);
     let advice = advice(args, &properties, cell, objects)?;
     if let Some(folder) = &args.figures {
@@ -62,6 +63,12 @@ pub(crate) fn run(args: &EstimateArgs) -> Result<Outcome> {
         }
     }
     Ok(Outcome::doubtful_if(!properties.warnings.is_empty()))
+}
+
+/// A warning for each clip whose camera moved.
+fn camera_motions(clips: &[ClipTracks]) -> Vec<String> {
+    let moved = |clip: &ClipTracks| Some(format!("{}: {}", clip.name, clip.tracks.camera_warning()?));
+    clips.iter().filter_map(moved).collect()
 }
 
 /// The output of `--json`.

@@ -19,7 +19,7 @@ mod tags;
 
 pub use calibrate::{Calibration, calibration};
 pub use camera::{Camera, TagFit};
-pub(crate) use camera_motion::CameraMotion;
+pub(crate) use camera_motion::{CAMERA_MOVED, CameraMotion};
 pub use extrinsics::camera;
 pub use footage::Footage;
 pub use image::{Frame, GreyImage};

@@ -1,5 +1,6 @@
 //! Where was every object, frame by frame?
 
+use crate::capture::CAMERA_MOVED;
 use crate::geometry::Point;
 use serde::{Deserialize, Serialize};
 
@@ -55,6 +56,13 @@ pub struct Sample {
     /// border of the image.
     #[serde(default)]
     pub doubtful: bool,
+}
+
+impl Tracks {
+    /// The warning that the camera moved during the clip, if it did.
+    pub fn camera_warning(&self) -> Option<&str> {
+        self.warnings.iter().map(String::as_str).find(|warning| warning.starts_with(CAMERA_MOVED))
+    }
 }
 
 impl Sample {

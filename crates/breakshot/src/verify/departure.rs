@@ -51,7 +51,7 @@ enum Comparison {
 }
 
 /// A warning for each clip whose struck object leaves otherwise than the given strike makes it leave.
-pub fn strike_warnings(
+pub(super) fn warnings(
     clips: &[ClipTracks],
     cell: &Cell,
     objects: &[Object],

@@ -1,8 +1,9 @@
 //! Drawn campaigns with wrong strikes.
 
-use super::strike_warnings;
+use super::campaign_warnings;
 use crate::estimate::{ClipTracks, Options, estimation};
 use crate::geometry::Vec2;
+use crate::object::Shape;
 use crate::scene::Strike;
 use crate::synthetic::campaign::{CampaignSpec, SyntheticCampaign, campaign};
 
@@ -21,7 +22,7 @@ const RUN_UP_M: f64 = 0.06;
 
 fn warnings(drawn: &SyntheticCampaign, clips: &[ClipTracks]) -> Vec<String> {
     let estimation = estimation(clips, &drawn.cell, &drawn.objects, &Options::default()).expect("clips");
-    strike_warnings(clips, &drawn.cell, &drawn.objects, &estimation.properties)
+    campaign_warnings(clips, &estimation, &drawn.cell, &drawn.objects)
 }
 
 /// The clips with one strike changed.
@@ -75,4 +76,35 @@ fn a_rotated_frame_is_named_once() {
     }
     let found = warnings(&drawn, &clips);
     assert!(found[0].contains("strike.heading_rad or the robot's table frame"), "{found:?}");
+}
+
+#[test]
+fn outlines_that_do_not_touch_at_the_impacts_are_named() {
+    let drawn = drawn(3);
+    let with = |change: &dyn Fn(&mut ClipTracks), objects: &[crate::object::Object]| {
+        let mut clips = drawn.clips.clone();
+        clips.iter_mut().for_each(change);
+        let found = estimation(&clips, &drawn.cell, objects, &Options::default()).expect("clips");
+        campaign_warnings(&clips, &found, &drawn.cell, objects)
+    };
+    // All lengths 3 % too large, strikes included: a sheet of tags that was printed too small
+    let larger = with(
+        &|clip| {
+            for sample in clip.tracks.tracks.iter_mut().flat_map(|track| &mut track.samples) {
+                (sample.x_m, sample.y_m) = (1.03 * sample.x_m, 1.03 * sample.y_m);
+            }
+        },
+        &drawn.objects,
+    );
+    assert!(larger.iter().any(|w| w.contains("too large") && w.contains("size_m")), "{larger:?}");
+    // One object told 6 % too small
+    let mut objects = drawn.objects.clone();
+    if let Shape::Disc { radius_m } = &mut objects[1].shape {
+        *radius_m *= 0.94;
+    }
+    let name = &objects[1].name;
+    let smaller = with(&|_| {}, &objects);
+    let expected = format!("the outline of `{name}` does not fit its impacts");
+    assert!(smaller.iter().any(|w| w.contains(&expected) && w.contains("larger")), "{smaller:?}");
+    assert_eq!(smaller.iter().filter(|w| w.contains("outline")).count(), 1, "{smaller:?}");
 }

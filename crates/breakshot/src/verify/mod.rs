@@ -12,13 +12,16 @@ mod departure;
 mod departure_tests;
 mod observed;
 mod report;
+mod sizes;
 
-pub use departure::strike_warnings;
 pub use observed::{Observed, ObservedPose};
 pub use report::{DistanceErrors, GoalCheck, GoalChecks, ObjectDifference, PairDifference, Report, Summary};
 
+use crate::cell::Cell;
 use crate::error::Result;
+use crate::estimate::{ClipTracks, Estimation};
 use crate::geometry::Pose;
+use crate::object::Object;
 use crate::scene::Scene;
 use std::collections::BTreeMap;
 
@@ -47,4 +50,19 @@ use std::collections::BTreeMap;
 /// An object of the scene without a predicted pose or without a track.
 pub fn comparison(scene: &Scene, predicted: &BTreeMap<String, Pose>, observed: &Observed) -> Result<Report> {
     compare::report(scene, predicted, observed)
+}
+
+/// Warnings about a campaign whose files do not fit its films: given strikes that send the struck objects elsewhere, or not so fast, and
+/// outlines that do not touch when the objects meet. A line about one clip begins with its name.
+///
+/// `estimation` is that of the clips.
+pub fn campaign_warnings(
+    clips: &[ClipTracks],
+    estimation: &Estimation,
+    cell: &Cell,
+    objects: &[Object],
+) -> Vec<String> {
+    let mut warnings = sizes::warnings(&estimation.clips, objects);
+    warnings.extend(departure::warnings(clips, cell, objects, &estimation.properties));
+    warnings
 }

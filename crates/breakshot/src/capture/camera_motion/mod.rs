@@ -13,6 +13,8 @@ use super::tags::{self, DetectedTag};
 use crate::geometry::{Pixel, Point};
 use patch::Patch;
 
+/// How the warning of a moved camera begins.
+pub(crate) const CAMERA_MOVED: &str = "the camera moved";
 /// Shift of a tag's patch from which the tags are detected again (px): compression and noise shift it by some hundredths.
 const PATCH_MOVED_PX: f64 = 0.08;
 /// Root mean square displacement of a tag's corners from which it has moved (px): compression and shadows displace them by up to
@@ -111,7 +113,7 @@ impl<'a> CameraMotion<'a> {
         let moved = self.since_s.map(|since_s| {
             let largest_px = self.largest_px;
             format!(
-                "the camera moved by up to {largest_px:.1} px from {since_s:.3} s on: its motion is measured from the tags and removed"
+                "{CAMERA_MOVED} by up to {largest_px:.1} px from {since_s:.3} s on: its motion is measured from the tags and removed"
             )
         });
         let unmeasured = (self.unmeasured > 0).then(|| {

@@ -31,9 +31,12 @@ type Answer = Result<Properties>;
 /// The answer for these clips, with all that `breakshot check` compares.
 fn answer(campaign: &Campaign, clips: &[ClipTracks]) -> Answer {
     let (cell, objects) = (&campaign.cell, &campaign.objects);
-    let mut properties = estimate::estimation(clips, cell, objects, &Options::default())?.properties;
-    let strikes = verify::strike_warnings(clips, cell, objects, &properties);
-    properties.warnings.splice(0..0, strikes);
+    let estimation = estimate::estimation(clips, cell, objects, &Options::default())?;
+    let moved = |clip: &ClipTracks| Some(format!("{}: {}", clip.name, clip.tracks.camera_warning()?));
+    let mut warnings: Vec<String> = clips.iter().filter_map(moved).collect();
+    warnings.extend(verify::campaign_warnings(clips, &estimation, cell, objects));
+    let mut properties = estimation.properties;
+    properties.warnings.splice(0..0, warnings);
     Ok(properties)
 }
 

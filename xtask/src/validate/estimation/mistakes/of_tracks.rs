@@ -171,7 +171,7 @@ fn measures() -> Vec<Made> {
         let mistake = Mistake {
             kind: "scale of the table",
             size: format!("x {factor}"),
-            named_by: &["scale", "strike.", "size"],
+            named_by: &["lengths on the table"],
         };
         all.push(of_samples(
             mistake,
@@ -188,7 +188,7 @@ fn measures() -> Vec<Made> {
         let mistake = Mistake {
             kind: "radius of one object",
             size: format!("x {factor}"),
-            named_by: &["size", "outline", "`c`"],
+            named_by: &["outline of `c`", "outlines"],
         };
         let resize = move |campaign: &mut Campaign, _: &mut Vec<ClipTracks>| {
             for object in campaign.objects.iter_mut().filter(|object| object.name == "c") {

@@ -1,0 +1,99 @@
+//! Do the outlines touch when the objects meet?
+//!
+//! At an impact the outlines of two objects touch. Where they are apart or overlap in most impacts, the sizes of the objects or the
+//! scale of the table are wrong; which of them, the objects of the impacts show.
+
+use crate::estimate::ClipFit;
+use crate::object::{self, Object, kind};
+use crate::statistics::median;
+use std::collections::BTreeMap;
+use std::f64::consts::PI;
+
+/// Fewest impacts of an object that show its size.
+const FEWEST: usize = 3;
+/// Sweeps over the objects, after which the errors of their radii change no more.
+const SWEEPS: usize = 30;
+/// An error of all lengths is reported from here on (as a fraction): rulers are better.
+const LEAST_SCALE_ERROR: f64 = 0.01;
+/// An error of one object's outline is reported from here on (as a fraction, and m).
+const LEAST_SIZE_ERROR: f64 = 0.03;
+const LEAST_SIZE_ERROR_M: f64 = 5e-4;
+
+/// The gap between the outlines of two objects at an impact (m).
+struct Gap<'a> {
+    kinds: [&'a str; 2],
+    gap_m: f64,
+}
+
+/// A warning if lengths on the table do not fit the objects, and one for each object whose outline does not fit its impacts.
+pub(super) fn warnings(fits: &[ClipFit], objects: &[Object]) -> Vec<String> {
+    let gaps: Vec<Gap> = fits
+        .iter()
+        .flat_map(|fit| &fit.impacts)
+        .filter_map(|impact| {
+            let a = impact.a.as_deref().filter(|a| object::find(objects, a, "impact").is_ok())?;
+            let kinds = [kind(a), kind(&impact.b)];
+            // A gap of exactly zero is assumed, not measured.
+            (impact.gap_m != 0.0).then_some(Gap { kinds, gap_m: impact.gap_m })
+        })
+        .collect();
+    let errors_m = radius_errors_m(&gaps);
+    let relative: BTreeMap<&str, f64> = errors_m
+        .iter()
+        .filter_map(|(&name, error_m)| {
+            let area_m2 = object::find(objects, name, "impact").ok()?.shape.area_m2();
+            Some((name, error_m / (area_m2 / PI).sqrt()))
+        })
+        .collect();
+    let Some(scale) = median(relative.values().copied()) else { return Vec::new() };
+    let alike = relative
+        .values()
+        .filter(|error| (*error - scale).abs() < LEAST_SCALE_ERROR.max(scale.abs() / 2.0))
+        .count();
+    let is_scale = relative.len() > 1 && scale.abs() > LEAST_SCALE_ERROR && 3 * alike >= 2 * relative.len();
+    let common = if is_scale { scale } else { 0.0 };
+    let mut warnings = Vec::new();
+    if is_scale {
+        let (percent, n) = (100.0 * scale.abs(), gaps.len());
+        let (position, size) = if scale > 0.0 { ("apart", "large") } else { ("overlapping", "small") };
+        warnings.push(format!(
+            "in {n} impacts the outlines of the objects are {position} when they meet, as if lengths on the table were {percent:.1} % too \
+             {size}: check size_m and center_m of the tags, or the sizes of all objects"
+        ));
+    }
+    for (name, error) in relative {
+        let error_m = errors_m[name];
+        if (error - common).abs() > LEAST_SIZE_ERROR && error_m.abs() > LEAST_SIZE_ERROR_M {
+            let (mm, larger) = (1e3 * error_m.abs(), if error_m > 0.0 { "larger" } else { "smaller" });
+            warnings.push(format!(
+                "the outline of `{name}` does not fit its impacts: it should be {mm:.1} mm {larger} on each side; check its size in objects.toml"
+            ));
+        }
+    }
+    warnings
+}
+
+/// By how much the radius of each kind is too small (m): the gaps are the sums of two of them, and medians leave single wrong
+/// impacts out.
+fn radius_errors_m<'a>(gaps: &[Gap<'a>]) -> BTreeMap<&'a str, f64> {
+    let mut count: BTreeMap<&str, usize> = BTreeMap::new();
+    for name in gaps.iter().flat_map(|gap| gap.kinds) {
+        *count.entry(name).or_default() += 1;
+    }
+    let mut errors_m: BTreeMap<&str, f64> =
+        count.into_iter().filter(|(_, n)| *n >= FEWEST).map(|(name, _)| (name, 0.0)).collect();
+    for _ in 0..SWEEPS {
+        let names: Vec<&str> = errors_m.keys().copied().collect();
+        for name in names {
+            let own = gaps.iter().filter_map(|gap| match gap.kinds {
+                [a, b] if a == name && b == name => Some(gap.gap_m / 2.0),
+                [a, b] if a == name => Some(gap.gap_m - errors_m.get(b)?),
+                [a, b] if b == name => Some(gap.gap_m - errors_m.get(a)?),
+                _ => None,
+            });
+            let error_m = median(own).unwrap_or(0.0);
+            errors_m.insert(name, error_m);
+        }
+    }
+    errors_m
+}
