@@ -109,6 +109,9 @@ pub enum Error {
         /// Which clip or which value is needed.
         needed: String,
     },
+    /// Work that the caller stopped before its end.
+    #[error("stopped before the end")]
+    Stopped,
 }
 
 impl Error {

@@ -93,7 +93,15 @@ fn parsed_toml<T: DeserializeOwned>(path: &Path, text: &str) -> Result<T> {
 /// # Errors
 /// Unreadable, not JSON, unknown keys, values of the wrong kind.
 pub fn read_json<T: DeserializeOwned>(path: &Path) -> Result<T> {
-    serde_json::from_str(&text(path)?).map_err(|e| {
+    json_of(path, &text(path)?)
+}
+
+/// The JSON text that is, or would be, the file at `path`, as `T`.
+///
+/// # Errors
+/// As [`read_json`].
+pub fn json_of<T: DeserializeOwned>(path: &Path, text: &str) -> Result<T> {
+    serde_json::from_str(text).map_err(|e| {
         let message = e.to_string();
         let cut = message.find(" at line ").unwrap_or(message.len());
         syntax_error(path, &message[..cut], Some(e.line()))
@@ -125,15 +133,22 @@ fn nearest_hint(key: &str, known: &[&str]) -> String {
     }
 }
 
+/// A value as indented JSON: the text of the files that [`write_json`] writes.
+///
+/// # Errors
+/// A map whose keys are not text, which no output has.
+pub fn json_text<T: Serialize>(value: &T) -> serde_json::Result<String> {
+    serde_json::to_string_pretty(value).map(|text| text + "\n")
+}
+
 /// Writes a value as indented JSON, whole or not at all.
 ///
 /// # Errors
 /// The folder is missing or not writable.
 pub fn write_json<T: Serialize>(path: &Path, value: &T) -> Result<()> {
-    let mut bytes = serde_json::to_vec_pretty(value)
+    let text = json_text(value)
         .map_err(|e| Error::Write { path: path.into(), source: std::io::Error::other(e) })?;
-    bytes.push(b'\n');
-    write_whole(path, &bytes)
+    write_whole(path, text.as_bytes())
 }
 
 /// `cell.toml` with the intrinsics of its `camera_info` file and the URDF of its arm: a value that needs no further files.

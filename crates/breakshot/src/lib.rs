@@ -77,15 +77,31 @@ use campaign::{Campaign, Clip, Source};
 use capture::{Camera, Capture, Decoder, Footage, GreyImage};
 use detect::Tracks;
 use estimate::ClipTracks;
-use std::path::Path;
+use rayon::prelude::*;
 
 /// The tracks of one clip: opens its film, determines the pose of its camera, and tracks its objects; or reads its tracks.
 ///
 /// # Errors
 /// See [`Footage::open_with`], [`Capture::of`], [`detect::tracks`] and [`detect::recorded_tracks`].
 pub fn clip_tracks(campaign: &Campaign, clip: &Clip, decoder: Decoder) -> Result<ClipTracks> {
+    clip_tracks_until(campaign, clip, decoder, || false)
+}
+
+/// As [`clip_tracks`]; ends with [`Error::Stopped`] at the first frame at which `stopped` holds.
+///
+/// # Errors
+/// As [`clip_tracks`].
+pub fn clip_tracks_until(
+    campaign: &Campaign,
+    clip: &Clip,
+    decoder: Decoder,
+    stopped: impl Fn() -> bool + Send + 'static,
+) -> Result<ClipTracks> {
     let tracks = match &clip.source {
-        Source::Film(path) => tracks_of(clip_capture(campaign, clip, path, decoder)?, campaign, clip)?,
+        Source::Film(path) => {
+            let footage = Footage::open_with(path, decoder)?.until(stopped);
+            tracks_of(clip_capture(campaign, clip, footage)?, campaign, clip)?
+        }
         Source::Tracks { path, columns } => {
             let (name, text) = (path.display().to_string(), files::tracks_text(path)?);
             let (columns, frame_rate_hz) = (columns.as_deref(), clip.frame_rate_hz);
@@ -113,14 +129,13 @@ pub fn viewed_clip(campaign: &Campaign, clip: &Clip, decoder: Decoder) -> Result
     let Source::Film(path) = &clip.source else {
         return Ok(ViewedClip { first: None, tracks: clip_tracks(campaign, clip, decoder) });
     };
-    let mut capture = clip_capture(campaign, clip, path, decoder)?;
+    let mut capture = clip_capture(campaign, clip, Footage::open_with(path, decoder)?)?;
     let first = capture.footage.first_image().map(|image| (image, capture.camera.clone()));
     let tracks = tracks_of(capture, campaign, clip).map(|tracks| named(clip, tracks));
     Ok(ViewedClip { first, tracks })
 }
 
-fn clip_capture(campaign: &Campaign, clip: &Clip, path: &Path, decoder: Decoder) -> Result<Capture> {
-    let footage = Footage::open_with(path, decoder)?;
+fn clip_capture(campaign: &Campaign, clip: &Clip, footage: Footage) -> Result<Capture> {
     let footage = match clip.frame_rate_hz {
         Some(rate_hz) => footage.at_frame_rate(rate_hz),
         None => footage,
@@ -135,6 +150,31 @@ fn tracks_of(capture: Capture, campaign: &Campaign, clip: &Clip) -> Result<Track
 fn named(clip: &Clip, tracks: Tracks) -> ClipTracks {
     let (objects, strike) = (clip.objects.clone(), clip.strike.clone());
     ClipTracks { name: clip.name.clone(), objects, strike, tracks }
+}
+
+/// The tracks of all clips that can be read, and a warning for each of the others; clips are tracked in parallel.
+///
+/// # Errors
+/// No clip can be read: the error of the last one. [`Error::Stopped`] where `tracks` was stopped.
+pub fn campaign_tracks(
+    campaign: &Campaign,
+    tracks: impl Fn(&Clip) -> Result<ClipTracks> + Sync + Send,
+) -> Result<(Vec<ClipTracks>, Vec<String>)> {
+    let results: Vec<Result<ClipTracks>> = campaign.clips.par_iter().map(tracks).collect();
+    let (mut clips, mut errors) = (Vec::new(), Vec::new());
+    for result in results {
+        match result {
+            Ok(tracks) => clips.push(tracks),
+            Err(Error::Stopped) => return Err(Error::Stopped),
+            Err(error) => errors.push(error),
+        }
+    }
+    if clips.is_empty()
+        && let Some(last) = errors.pop()
+    {
+        return Err(last);
+    }
+    Ok((clips, errors.iter().map(|e| format!("left out: {e}")).collect()))
 }
 
 /// What is known of where the objects of a film lie.

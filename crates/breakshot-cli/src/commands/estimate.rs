@@ -10,7 +10,6 @@ use breakshot::object::Object;
 use breakshot::properties::Properties;
 use breakshot::uncertain::Estimate;
 use breakshot::{Error, Result, files, report, verify};
-use rayon::prelude::*;
 use std::collections::BTreeMap;
 use std::path::Path;
 
@@ -136,29 +135,13 @@ fn print_advice(advice: &Advice) {
 /// Clips are processed in parallel; each is decoded frame by frame.
 pub(crate) fn tracked(campaign: &Campaign, decoder: Decoder) -> Result<(Vec<ClipTracks>, Vec<String>)> {
     let bar = console::progress(campaign.clips.len(), "clips");
-    let results: Vec<Result<ClipTracks>> = campaign
-        .clips
-        .par_iter()
-        .map(|clip| {
-            let tracks = breakshot::clip_tracks(campaign, clip, decoder);
-            bar.inc(1);
-            tracks
-        })
-        .collect();
+    let tracked = breakshot::campaign_tracks(campaign, |clip| {
+        let tracks = breakshot::clip_tracks(campaign, clip, decoder);
+        bar.inc(1);
+        tracks
+    });
     bar.finish_and_clear();
-    let (mut clips, mut errors) = (Vec::new(), Vec::new());
-    for result in results {
-        match result {
-            Ok(tracks) => clips.push(tracks),
-            Err(error) => errors.push(error),
-        }
-    }
-    if clips.is_empty()
-        && let Some(first) = errors.pop()
-    {
-        return Err(first);
-    }
-    Ok((clips, errors.iter().map(|e| format!("left out: {e}")).collect()))
+    tracked
 }
 
 /// Writes one JSON file for each clip.

@@ -4,11 +4,10 @@ use super::simulate::{self, SimulationInputs};
 use crate::args::PlanArgs;
 use crate::planning::SurveyArgs;
 use crate::{Outcome, console};
-use breakshot::plan::{self, Aim, EvaluatedStrike, GridSize, Plan};
+use breakshot::plan::{self, Aim, GridSize, Plan, Survey};
 use breakshot::properties::Properties;
 use breakshot::scene::{Scene, Strike};
 use breakshot::{Result, files, report};
-use serde::Serialize;
 
 /// Plans the strike and writes the plan.
 pub(crate) fn run(args: &PlanArgs) -> Result<Outcome> {
@@ -51,16 +50,6 @@ pub(crate) fn run(args: &PlanArgs) -> Result<Outcome> {
     Ok(outcome.and(Outcome::doubtful_if(plan.outcome != plan::Outcome::Found)))
 }
 
-/// The file of `--survey`.
-#[derive(Serialize)]
-struct Survey {
-    version: u32,
-    /// Scenarios in which each strike was simulated.
-    samples: usize,
-    seed: u64,
-    strikes: Vec<EvaluatedStrike>,
-}
-
 fn survey(
     scene: &Scene,
     properties: &Properties,
@@ -69,9 +58,9 @@ fn survey(
 ) -> Result<Survey> {
     let size = GridSize { strikes: args.survey_strikes as usize, samples: args.survey_samples as usize };
     let evaluating = console::activity("evaluating strikes from all directions");
-    let strikes = plan::evaluate_grid(scene, properties, options, size)?;
+    let survey = plan::survey(scene, properties, options, size)?;
     evaluating.finish_and_clear();
-    Ok(Survey { version: 1, samples: size.samples, seed: options.seed, strikes })
+    Ok(survey)
 }
 
 /// The strikes after the first, if each does exactly what is expected of it.

@@ -3,7 +3,7 @@
 use super::image::{Frame, GreyImage};
 use super::retimed::RetimedFrames;
 use super::source::{self, Decoder, RepeatedFrames};
-use crate::error::Result;
+use crate::error::{Error, Result};
 use std::path::Path;
 
 /// A video or a folder of pictures, read frame by frame: memory does not grow with its length.
@@ -75,6 +75,15 @@ impl Footage {
             self.frames = Box::new(RetimedFrames::new(self.frames, rate_hz));
             self.is_retimed = true;
         }
+        self
+    }
+
+    /// The same film; it ends with [`Error::Stopped`] at the first frame at which `stopped` holds.
+    #[must_use]
+    pub fn until(mut self, stopped: impl Fn() -> bool + Send + 'static) -> Self {
+        let frames = std::mem::replace(&mut self.frames, Box::new(std::iter::empty()));
+        self.frames =
+            Box::new(frames.map(move |frame| if stopped() { Err(Error::Stopped) } else { frame }));
         self
     }
 

@@ -16,6 +16,7 @@ mod arm;
 mod feasibility;
 mod options;
 mod paper;
+mod possible_worlds;
 mod result;
 mod robust;
 mod sequence;
@@ -30,12 +31,13 @@ use crate::scene::Scene;
 use crate::scene::singulation::Singulation;
 pub use arm::laws;
 pub use options::{Aim, ExecutionNoise, Method, Options, Proposals};
+pub use possible_worlds::{PossibleWorld, PossibleWorlds, drawn_properties};
 pub use result::{
     Contact, Failure, Iteration, Outcome, Plan, Prediction, Robustness, RunnerUp, Sensitivity, Source,
 };
 pub use sequence::{Sequence, drawn, expected, sequence};
 use std::collections::BTreeMap;
-pub use survey::{EvaluatedStrike, GridSize, evaluate_grid};
+pub use survey::{EvaluatedStrike, GridSize, Survey, evaluate_grid, survey};
 
 /// Plans the strike that singulates the pile.
 ///

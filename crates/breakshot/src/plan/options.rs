@@ -31,6 +31,16 @@ pub struct Options<'a> {
     pub noise: ExecutionNoise,
     /// Seed of all random draws; used by `Robust`.
     pub seed: u64,
+    /// Whether the caller wants no answer any more: from then on nothing is simulated, and the plan ends with
+    /// [`Error::Stopped`]; used by `Robust` and surveys.
+    pub stopped: Option<&'a (dyn Fn() -> bool + Sync)>,
+}
+
+impl Options<'_> {
+    /// Whether the caller wants no answer any more.
+    pub(crate) fn is_stopped(&self) -> bool {
+        self.stopped.is_some_and(|stopped| stopped())
+    }
 }
 
 /// Errors of the observed poses and of the executed strike: standard deviations.

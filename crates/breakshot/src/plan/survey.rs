@@ -5,7 +5,7 @@ use super::options::{Aim, Options};
 use super::robust::evaluate::{Evaluation, expected_singulated, success_probability};
 use super::robust::scenarios::{Draws, Nominal, Scenario};
 use super::robust::strike_grid::{StrikeCandidate, StrikeGrid};
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::properties::Properties;
 use crate::scene::{Scene, Strike};
 use serde::{Deserialize, Serialize};
@@ -17,6 +17,34 @@ pub struct GridSize {
     pub strikes: usize,
     /// Number of scenarios.
     pub samples: usize,
+}
+
+/// The evaluated strikes of a scene, and how they were evaluated (`breakshot plan --survey`).
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
+pub struct Survey {
+    /// The file format's version.
+    pub version: u32,
+    /// Scenarios in which each strike was simulated.
+    pub samples: usize,
+    /// Seed of all random draws.
+    pub seed: u64,
+    /// The strikes, in the order of the grid.
+    pub strikes: Vec<EvaluatedStrike>,
+}
+
+/// The survey of a scene: [`evaluate_grid`] with its settings.
+///
+/// # Errors
+/// A scene that cannot be simulated.
+pub fn survey(
+    scene: &Scene,
+    properties: &Properties,
+    options: &Options,
+    size: GridSize,
+) -> Result<Survey> {
+    let strikes = evaluate_grid(scene, properties, options, size)?;
+    Ok(Survey { version: 1, samples: size.samples, seed: options.seed, strikes })
 }
 
 /// A strike of the grid and its evaluation.
@@ -48,7 +76,7 @@ pub fn evaluate_grid(
     options.noise.check()?;
     let arm = CellArm::of(scene, options)?;
     let nominal = Nominal::new(scene, properties, options.noise, &laws_with(arm.as_ref()))?;
-    let evaluation = Evaluation::new(scene)?;
+    let evaluation = Evaluation::new(scene, options)?;
     let all = StrikeGrid::new(scene, arm.as_ref())?.feasible(options, usize::MAX)?.strikes;
     let count = size.strikes.min(all.len());
     let chosen = (0..count).map(|k| &all[k * all.len() / count]);
@@ -63,5 +91,6 @@ pub fn evaluate_grid(
             expected_singulated: expected_singulated(&margins),
         }
     };
-    Ok(chosen.map(evaluated).collect())
+    let strikes = chosen.map(evaluated).collect();
+    if options.is_stopped() { Err(Error::Stopped) } else { Ok(strikes) }
 }

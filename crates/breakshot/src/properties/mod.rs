@@ -223,6 +223,20 @@ impl Properties {
         self.covariance.remove(&group.covariance_name(name));
     }
 
+    /// The same means without uncertainty.
+    pub(crate) fn exact(mut self) -> Self {
+        let groups =
+            [&mut self.friction, &mut self.striker_restitution, &mut self.restitution, &mut self.mass_ratio];
+        let (contacts, tangential) = (&mut self.contact_friction, &mut self.tangential_restitution);
+        let of_contacts =
+            [&mut contacts.objects, &mut contacts.striker, &mut tangential.objects, &mut tangential.striker];
+        let of_objects = groups.into_iter().flat_map(BTreeMap::values_mut);
+        for estimate in of_objects.chain(of_contacts.into_iter().flatten()) {
+            *estimate = Estimate::exact(estimate.mean);
+        }
+        self
+    }
+
     /// The values alone, which are cheap to copy.
     pub(crate) fn values(&self) -> Self {
         Self {

@@ -58,20 +58,21 @@ pub(crate) struct Evaluated {
 
 /// How clearly poses fulfil the goal.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct GoalMargin {
+pub struct GoalMargin {
     /// The slack of the tightest condition (m); negative if it does not hold.
     pub margin_m: f64,
     /// The condition with the least slack.
-    pub tightest: Condition,
+    pub(crate) tightest: Condition,
     /// Number of objects that are far enough from all others and inside the permitted areas.
     pub singulated: usize,
 }
 
 impl GoalMargin {
     /// A simulation that did not finish, or a strike that could not start.
-    pub(crate) const FAILED: Self = Self { margin_m: -1.0, tightest: Condition::Nothing, singulated: 0 };
+    pub const FAILED: Self = Self { margin_m: -1.0, tightest: Condition::Nothing, singulated: 0 };
 
-    pub(crate) fn fulfilled(&self) -> bool {
+    /// Whether every required condition holds.
+    pub fn fulfilled(&self) -> bool {
         self.margin_m >= 0.0
     }
 
@@ -96,7 +97,7 @@ impl From<Pose> for Placement {
 }
 
 /// The goal of a scene, prepared for many evaluations: shapes, areas and grasps are looked up once.
-pub(crate) struct GoalEvaluator<'a> {
+pub struct GoalEvaluator<'a> {
     scene: &'a Scene,
     shapes: Vec<&'a Shape>,
     table: Option<Outline>,
@@ -114,7 +115,7 @@ impl<'a> GoalEvaluator<'a> {
     ///
     /// # Errors
     /// A placed object without an entry among the scene's objects.
-    pub(crate) fn new(scene: &'a Scene) -> Result<Self> {
+    pub fn new(scene: &'a Scene) -> Result<Self> {
         Self::of_objects(scene, scene.placed.iter().map(|p| p.object.as_str()))
     }
 
@@ -167,7 +168,7 @@ impl<'a> GoalEvaluator<'a> {
     }
 
     /// The margin of final poses, in the evaluator's order; `fallen` marks objects that fell off the table (empty: none).
-    pub(crate) fn margin(&self, poses: &[Pose], fallen: &[bool]) -> GoalMargin {
+    pub fn margin(&self, poses: &[Pose], fallen: &[bool]) -> GoalMargin {
         let mut margin = GoalMargin { margin_m: f64::INFINITY, tightest: Condition::Nothing, singulated: 0 };
         let mut alone = vec![true; poses.len()];
         let outlines: Vec<_> = if self.needs_outlines() {

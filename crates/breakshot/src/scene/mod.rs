@@ -4,6 +4,8 @@ pub(crate) mod goal_margin;
 pub mod gripper;
 pub mod singulation;
 
+pub use goal_margin::{GoalEvaluator, GoalMargin};
+
 use crate::cell::Cell;
 use crate::error::{Error, Result};
 use crate::geometry::{Point, Pose};

@@ -9,7 +9,7 @@ use crate::physics::impact::compliant::{self, Compliance, Ending};
 use crate::physics::impact::island::{Contact, Island, Member};
 use crate::physics::impact::routh::{ContactPoint, Impact, state_after_impulse};
 use crate::physics::options::MultipleImpact;
-use crate::physics::output::recorder::ImpactRecord;
+use crate::physics::output::recorder::{ImpactRecord, striker_work_j};
 use crate::physics::pair_coefficients::Coefficients;
 use crate::physics::rotation::length;
 use crate::physics::sliding::body::{Body, STRIKER};
@@ -123,10 +123,10 @@ impl Rollout<'_> {
             after[1].position += contact_point.normal_ab * (shift * bodies[1].inverse_mass);
         }
         self.impacts += 1;
+        let (before, impulse) = (states, on_b);
+        let record = ImpactRecord { time_s, bodies: *pair, contact_point, impulse, before, after: &after };
+        self.striker_work_j += record.striker_work_j();
         if let Some(recorder) = &mut self.recorder {
-            let (before, impulse) = (states, on_b);
-            let record =
-                ImpactRecord { time_s, bodies: *pair, contact_point, impulse, before, after: &after };
             recorder.impact(self.world, &record);
         }
         if impact.approach < SUSTAINED_CONTACT_M_S {
@@ -177,7 +177,12 @@ impl Rollout<'_> {
     /// Separates and releases the members of the island; returns whether a body of the pair changed.
     fn release_island(&mut self, pair: [usize; 2], time_s: f64) -> bool {
         let is_jammed = self.memory.island.separate(PENETRATION_TOLERANCE_M) > JAMMED_PENETRATION_M;
-        self.impacts += self.memory.island.contacts.iter().filter(|c| c.impulse.normal > 0.0).count();
+        for contact in self.memory.island.contacts.iter().filter(|c| c.impulse.normal > 0.0) {
+            let members = contact.members.map(|i| &self.memory.island.members[i]);
+            let (bodies, before) = (members.map(|m| m.body), members.map(|m| m.before.velocity));
+            self.striker_work_j += striker_work_j(bodies, before, contact.impulse_on_b());
+            self.impacts += 1;
+        }
         if let Some(recorder) = &mut self.recorder {
             recorder.island(self.world, time_s, &self.memory.island);
         }

@@ -77,6 +77,7 @@ impl Rollout<'_> {
             poses: self.world.body_of.iter().map(|&b| motions[b].end).collect(),
             duration_s: motions.iter().map(|m| m.stop_s).fold(0.0, f64::max),
             impacts: self.impacts,
+            striker_work_j: self.striker_work_j,
             fallen: self.world.body_of.iter().map(|&b| self.memory.fallen[b]).collect(),
             complete,
         }

@@ -49,6 +49,8 @@ pub(crate) struct Rollout<'a> {
     pub(super) recorder: Option<&'a mut Recorder>,
     /// Number of impacts so far.
     pub(super) impacts: usize,
+    /// Work of the striker so far (J).
+    pub(super) striker_work_j: f64,
     pub(super) phase: Phase,
     schedule: StrikerSchedule,
 }
@@ -76,7 +78,7 @@ impl<'a> Rollout<'a> {
         if let Some(recorder) = &mut recorder {
             recorder.start(&memory.motions);
         }
-        Self { world, memory, recorder, impacts: 0, phase: Phase::Forward, schedule }
+        Self { world, memory, recorder, impacts: 0, striker_work_j: 0.0, phase: Phase::Forward, schedule }
     }
 
     fn moving(&self, body: usize) -> MovingBody<'_> {

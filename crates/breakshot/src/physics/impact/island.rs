@@ -103,6 +103,12 @@ impl Contact {
         }
     }
 
+    /// The impulse on the second body (N s).
+    pub(crate) fn impulse_on_b(&self) -> Vec2 {
+        let n = self.point.normal_ab;
+        n * self.impulse.normal + n.perpendicular() * self.impulse.tangent
+    }
+
     /// Approach speed and slip at the present velocities of the members (m/s).
     pub(super) fn present_speeds(&self, members: &[Member]) -> [f64; 2] {
         let [a, b] = self.members.map(|i| &members[i].after);

@@ -11,6 +11,8 @@ pub struct Outcome {
     pub duration_s: f64,
     /// Number of impacts.
     pub impacts: usize,
+    /// Work of the striker on the objects (J, or per mass of the reference object if that was not weighed).
+    pub striker_work_j: f64,
     /// Whether each object has fallen off the table, in the same order; its pose is then the one at the edge.
     pub fallen: Vec<bool>,
     /// Whether everything came to rest within the bound of steps; if not, the poses are those at the last step.

@@ -29,6 +29,22 @@ pub(crate) struct ImpactRecord<'a> {
     pub(crate) after: &'a [State; 2],
 }
 
+impl ImpactRecord<'_> {
+    /// Work of the striker on the other body (J); zero for two objects.
+    pub(crate) fn striker_work_j(&self) -> f64 {
+        striker_work_j(self.bodies, self.before.map(|state| state.velocity), self.impulse)
+    }
+}
+
+/// Work of a striker of prescribed velocity in an impact of two bodies with these velocities before it (J), from the impulse on the second one.
+pub(crate) fn striker_work_j(bodies: [usize; 2], before: [Vec2; 2], impulse: Vec2) -> f64 {
+    match bodies {
+        [STRIKER, _] => impulse.dot(before[0]),
+        [_, STRIKER] => -impulse.dot(before[1]),
+        _ => 0.0,
+    }
+}
+
 /// An event of one body that is no impact.
 pub(crate) struct SingleBodyEvent<'a> {
     pub(crate) time_s: f64,
@@ -62,19 +78,17 @@ impl Recorder {
 
     /// Records an impact of two bodies alone.
     pub(crate) fn impact(&mut self, world: &World, impact: &ImpactRecord) {
-        let work_j = striker_work_j(impact);
-        let mut loss_j = work_j;
+        let mut loss_j = impact.striker_work_j();
         for (&index, (before, after)) in impact.bodies.iter().zip(impact.before.iter().zip(impact.after)) {
             if index != STRIKER {
                 let body = &world.bodies[index];
                 loss_j += kinetic_energy_j(body, before) - kinetic_energy_j(body, after);
             }
         }
-        self.push_impact(world, impact, work_j, loss_j);
+        self.push_impact(world, impact, loss_j);
     }
 
-    fn push_impact(&mut self, world: &World, impact: &ImpactRecord, work_j: f64, loss_j: f64) {
-        self.energy.striker_work_j += work_j;
+    fn push_impact(&mut self, world: &World, impact: &ImpactRecord, loss_j: f64) {
         self.energy.impact_loss_j += loss_j;
         let &ImpactRecord { time_s, bodies, before, .. } = impact;
         self.smallest_hit =
@@ -105,19 +119,18 @@ impl Recorder {
 
     /// Records each contact of an island as an impact, with the velocities before and after all of them.
     pub(crate) fn island(&mut self, world: &World, time_s: f64, island: &Island) {
-        for contact in &island.contacts {
-            if contact.impulse.normal <= 0.0 {
-                continue;
-            }
+        for contact in island.contacts.iter().filter(|contact| contact.impulse.normal > 0.0) {
             let members = contact.members.map(|i| &island.members[i]);
-            let (bodies, before, after) =
-                (members.map(|m| m.body), members.map(|m| m.before), members.map(|m| m.after));
-            let n = contact.point.normal_ab;
-            let impulse = n * contact.impulse.normal + n.perpendicular() * contact.impulse.tangent;
-            let contact_point = &contact.point;
-            let impact =
-                ImpactRecord { time_s, bodies, contact_point, impulse, before: &before, after: &after };
-            self.push_impact(world, &impact, striker_work_j(&impact), contact.loss_j);
+            let (before, after) = (members.map(|m| m.before), members.map(|m| m.after));
+            let impact = ImpactRecord {
+                time_s,
+                bodies: members.map(|m| m.body),
+                contact_point: &contact.point,
+                impulse: contact.impulse_on_b(),
+                before: &before,
+                after: &after,
+            };
+            self.push_impact(world, &impact, contact.loss_j);
         }
     }
 
@@ -171,7 +184,7 @@ impl Recorder {
             final_poses: world.by_name(&outcome.poses),
             duration_s: outcome.duration_s,
             events: self.events,
-            energy: self.energy,
+            energy: Energy { striker_work_j: outcome.striker_work_j, ..self.energy },
             motions,
             closest_near_miss: closest.map(|c| c.named(world)),
             notes,
@@ -212,17 +225,6 @@ fn event(world: &World, impact: &ImpactRecord, loss_j: f64) -> Event {
         yaw_rates_after_rad_s: impact.after.iter().map(|s| s.yaw_rate_rad_s).collect(),
         loss_j,
     }
-}
-
-/// Work of a striker of prescribed velocity by an impulse on the second body (J).
-fn striker_work_j(impact: &ImpactRecord) -> f64 {
-    let mut work_j = 0.0;
-    for ((body, state), sign) in impact.bodies.iter().zip(impact.before).zip([1.0, -1.0]) {
-        if *body == STRIKER {
-            work_j += sign * impact.impulse.dot(state.velocity);
-        }
-    }
-    work_j
 }
 
 /// Kinetic energy of a body (J); zero for a fixed one.

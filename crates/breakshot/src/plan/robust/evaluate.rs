@@ -4,6 +4,7 @@ use super::scenarios::Scenario;
 use super::strike_grid::StrikeCandidate;
 use crate::error::Result;
 use crate::physics::Simulator;
+use crate::plan::options::Options;
 use crate::scene::goal_margin::{GoalEvaluator, GoalMargin};
 use crate::scene::{Scene, Strike};
 use crate::statistics::sorted_by_value;
@@ -22,11 +23,12 @@ const TIE_WEIGHT: f64 = 0.01;
 pub(crate) struct Evaluation<'a> {
     goal: GoalEvaluator<'a>,
     rollouts: AtomicUsize,
+    options: &'a Options<'a>,
 }
 
 impl<'a> Evaluation<'a> {
-    pub(crate) fn new(scene: &'a Scene) -> Result<Self> {
-        Ok(Self { goal: GoalEvaluator::new(scene)?, rollouts: AtomicUsize::new(0) })
+    pub(crate) fn new(scene: &'a Scene, options: &'a Options<'a>) -> Result<Self> {
+        Ok(Self { goal: GoalEvaluator::new(scene)?, rollouts: AtomicUsize::new(0), options })
     }
 
     /// Number of simulated strikes so far.
@@ -43,6 +45,9 @@ impl<'a> Evaluation<'a> {
     }
 
     fn margin(&self, simulator: &mut Simulator, scenario: &Scenario, strike: &Strike) -> GoalMargin {
+        if self.options.is_stopped() {
+            return GoalMargin::FAILED;
+        }
         // In a scenario the striker may start inside an object: the strike has failed then.
         simulator.run(&scenario.world, &scenario.executed(strike)).map_or(GoalMargin::FAILED, |outcome| {
             self.rollouts.fetch_add(1, Ordering::Relaxed);

@@ -13,7 +13,7 @@ pub(crate) mod strike_grid;
 use super::arm::{CellArm, laws_with};
 use super::options::{Aim, Options};
 use super::result::{Contact, Iteration, Outcome, Plan, Prediction, Robustness, RunnerUp};
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::geometry::{Pose, wrapped_rad};
 use crate::physics::{GRAVITY_M_S2, Simulator};
 use crate::properties::Properties;
@@ -115,7 +115,7 @@ pub(crate) fn robust(
     }
 
     // Search
-    let evaluation = Evaluation::new(&scene)?;
+    let evaluation = Evaluation::new(&scene, options)?;
     let drawn = |seed: u64, count: usize| nominal.scenarios(Draws { seed, count, fixed: None });
     let scenarios: Vec<Scenario> =
         drawn(options.seed, budget.samples())?.into_iter().map(Scenario::with_coarse_pushes).collect();
@@ -155,6 +155,9 @@ pub(crate) fn robust(
         seed: options.seed,
     };
     robustness.rollouts = evaluation.rollouts();
+    if options.is_stopped() {
+        return Err(Error::Stopped);
+    }
     finish(&mut plan, &nominal, &best, robustness)?;
     Ok(plan)
 }

@@ -51,7 +51,7 @@ impl Scenario {
 
 /// What the scenarios vary: the observed scene, the estimated properties, and the errors of both and of the execution.
 pub(crate) struct Nominal<'a> {
-    pub scene: &'a Scene,
+    pub scene: Cow<'a, Scene>,
     /// With assumed values where no clip measured one.
     pub properties: Cow<'a, Properties>,
     pub noise: ExecutionNoise,
@@ -80,7 +80,7 @@ impl<'a> Nominal<'a> {
     ) -> Result<Self> {
         let properties = properties.completed_for(scene)?;
         let world = World::new(scene, &properties, laws)?;
-        Ok(Self { scene, properties, noise, world })
+        Ok(Self { scene: Cow::Borrowed(scene), properties, noise, world })
     }
 
     /// Samples of the uncertain state, the same ones for the same seed.
@@ -88,25 +88,29 @@ impl<'a> Nominal<'a> {
     /// # Errors
     /// A drawn scene that cannot be simulated.
     pub(crate) fn scenarios(&self, draws: Draws) -> Result<Vec<Scenario>> {
-        let (factor, values) = (CovarianceRoot::of(&self.properties), self.properties.values());
+        let distribution = Distribution::of(&self.properties);
         let draw = |k: usize| {
-            let rng = Pcg64Mcg::seed_from_u64(
-                draws.seed.wrapping_mul(0x9E37_79B9_7F4A_7C15).wrapping_add(k as u64),
-            );
-            let mut sampler = Sampler { rng, fixed: draws.fixed };
-            let properties = sampler.properties(&values, &factor);
-            let scene = sampler.scene(self.scene, &self.noise);
-            let (speed, heading) = (sampler.normal(Source::Strike), sampler.normal(Source::Strike));
-            let poses: Vec<Pose> = scene.placed.iter().map(Placed::pose).collect();
-            let multiple_impact = sampler.multiple_impact();
-            let sample = Perturbation { poses: &poses, properties: &properties, multiple_impact };
-            Ok(Scenario {
-                world: self.world.perturbed(&sample)?,
-                speed_factor: (1.0 + self.noise.speed * speed).max(LEAST_SPEED_FACTOR),
-                heading_error_rad: self.noise.heading_rad * heading,
-            })
+            self.scenario(&distribution, Sampler::new(draws.seed, k as u64, draws.fixed))
         };
         (0..draws.count).into_par_iter().map(draw).collect()
+    }
+
+    /// One sample.
+    ///
+    /// # Errors
+    /// A drawn scene that cannot be simulated.
+    pub(crate) fn scenario(&self, distribution: &Distribution, mut sampler: Sampler) -> Result<Scenario> {
+        let properties = sampler.properties(distribution);
+        let scene = sampler.scene(&self.scene, &self.noise);
+        let (speed, heading) = (sampler.normal(Source::Strike), sampler.normal(Source::Strike));
+        let poses: Vec<Pose> = scene.placed.iter().map(Placed::pose).collect();
+        let multiple_impact = sampler.multiple_impact();
+        let sample = Perturbation { poses: &poses, properties: &properties, multiple_impact };
+        Ok(Scenario {
+            world: self.world.perturbed(&sample)?,
+            speed_factor: (1.0 + self.noise.speed * speed).max(LEAST_SPEED_FACTOR),
+            heading_error_rad: self.noise.heading_rad * heading,
+        })
     }
 }
 
@@ -118,13 +122,19 @@ const CONTACT_TIMES_S: [f64; 2] = [5e-5, 2e-3];
 const LEAST_FRICTION_FACTOR: f64 = 0.2;
 
 /// Random numbers of one sample.
-struct Sampler {
+pub(crate) struct Sampler {
     rng: Pcg64Mcg,
     /// The source whose quantities are not varied.
     fixed: Option<Source>,
 }
 
 impl Sampler {
+    /// The random numbers of sample number `k` of a seed.
+    pub(crate) fn new(seed: u64, k: u64, fixed: Option<Source>) -> Self {
+        let rng = Pcg64Mcg::seed_from_u64(seed.wrapping_mul(0x9E37_79B9_7F4A_7C15).wrapping_add(k));
+        Self { rng, fixed }
+    }
+
     /// A standard normal number, zero for the fixed source; the stream advances in either case.
     fn normal(&mut self, source: Source) -> f64 {
         let drawn: f64 = self.rng.sample(StandardNormal);
@@ -153,10 +163,10 @@ impl Sampler {
     }
 
     /// Properties drawn from their covariance, with the variation from strike to strike.
-    fn properties(&mut self, properties: &Properties, factor: &CovarianceRoot) -> Properties {
-        let z: Vec<f64> = (0..factor.names.len()).map(|_| self.rng.sample(StandardNormal)).collect();
-        let shifts = factor.shifts(&z);
-        let mut drawn = properties.clone();
+    pub(crate) fn properties(&mut self, Distribution { values, root }: &Distribution) -> Properties {
+        let z: Vec<f64> = (0..root.names.len()).map(|_| self.rng.sample(StandardNormal)).collect();
+        let shifts = root.shifts(&z);
+        let mut drawn = values.clone();
         for (name, estimate) in &mut drawn.friction {
             let shift = shifts.get(PropertyGroup::Friction.covariance_name(name).as_str());
             let value = self.drawn(Source::Friction, estimate, shift);
@@ -237,14 +247,26 @@ impl Sampler {
     }
 }
 
+/// The distribution of the properties: their means and uncertainties, prepared for many draws.
+pub(crate) struct Distribution {
+    values: Properties,
+    root: CovarianceRoot,
+}
+
+impl Distribution {
+    pub(crate) fn of(properties: &Properties) -> Self {
+        Self { values: properties.values(), root: CovarianceRoot::of(properties) }
+    }
+}
+
 /// A square root of the properties' covariance: it maps standard normal numbers to errors with that covariance.
-struct CovarianceRoot<'a> {
-    names: &'a [String],
+struct CovarianceRoot {
+    names: Vec<String>,
     root: DMatrix<f64>,
 }
 
-impl<'a> CovarianceRoot<'a> {
-    fn of(properties: &'a Properties) -> Self {
+impl CovarianceRoot {
+    fn of(properties: &Properties) -> Self {
         let covariance = &properties.covariance;
         let n = covariance.names.len();
         let matrix = DMatrix::from_fn(n, n, |i, k| {
@@ -260,11 +282,11 @@ impl<'a> CovarianceRoot<'a> {
             let roots = eigen.eigenvalues.map(|value| value.max(0.0).sqrt());
             eigen.eigenvectors * DMatrix::from_diagonal(&roots)
         };
-        Self { names: &covariance.names, root }
+        Self { names: covariance.names.clone(), root }
     }
 
     /// The error of each quantity, by name.
-    fn shifts(&self, z: &[f64]) -> BTreeMap<&'a str, f64> {
+    fn shifts(&self, z: &[f64]) -> BTreeMap<&str, f64> {
         let shift = |row: usize| (0..z.len()).map(|k| self.root[(row, k)] * z[k]).sum();
         map_of(self.names.iter().enumerate().map(|(row, name)| (name.as_str(), shift(row))))
     }

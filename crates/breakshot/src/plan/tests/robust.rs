@@ -1,6 +1,7 @@
 //! Properties of robust plans.
 
 use super::{paper_options, properties, scene};
+use crate::error::Error;
 use crate::geometry::Point;
 use crate::physics::{self, Simulator, World};
 use crate::plan::robust::evaluate::{Evaluation, success_probability};
@@ -105,10 +106,22 @@ fn the_same_seed_gives_the_same_bytes_on_any_number_of_threads() {
 }
 
 #[test]
+fn a_stopped_plan_and_a_stopped_survey_end_with_an_error() {
+    let asked = std::sync::atomic::AtomicUsize::new(0);
+    let stopped = || asked.fetch_add(1, std::sync::atomic::Ordering::Relaxed) >= 100;
+    let options = Options { stopped: Some(&stopped), ..Options::default() };
+    let planned = plan(&pair(), &varying(), &options);
+    assert!(matches!(planned, Err(Error::Stopped)), "{planned:?}");
+    let surveyed = evaluate_grid(&pair(), &varying(), &options, GridSize { strikes: 60, samples: 12 });
+    assert!(matches!(surveyed, Err(Error::Stopped)), "{surveyed:?}");
+}
+
+#[test]
 fn larger_noise_lowers_the_success_probability_of_a_strike() {
     let scene = scene(&[("a", 0.0, 0.0, 0.0), ("c", 0.078, 0.002, 0.0), ("e", 0.02, 0.075, 0.0)]);
     let strike = planned(&scene, &varying(), &Options::default()).strike.expect("a strike");
-    let evaluation = Evaluation::new(&scene).expect("known objects");
+    let options = Options::default();
+    let evaluation = Evaluation::new(&scene, &options).expect("known objects");
     let works = |noise: ExecutionNoise| {
         let varying = varying();
         let nominal = Nominal::new(&scene, &varying, noise, &physics::Options::default()).expect("a world");
@@ -123,12 +136,12 @@ fn larger_noise_lowers_the_success_probability_of_a_strike() {
 #[test]
 fn without_uncertainty_all_scenarios_are_equal() {
     let scene = pair();
-    let evaluation = Evaluation::new(&scene).expect("known objects");
     let noise = ExecutionNoise { position_m: 0.0, yaw_rad: 0.0, speed: 0.0, heading_rad: 0.0 };
     let mut exact = properties();
     exact.contact_friction.objects = Some(Estimate::exact(0.1));
     exact.contact_friction.striker = Some(Estimate::exact(0.1));
     let options = Options { noise, ..Options::default() };
+    let evaluation = Evaluation::new(&scene, &options).expect("known objects");
     let nominal = Nominal::new(&scene, &exact, noise, &physics::Options::default()).expect("a world");
     let draws = Draws { seed: 5, count: 5, fixed: Some(Source::Contacts) };
     let scenarios = nominal.scenarios(draws).expect("scenarios");
