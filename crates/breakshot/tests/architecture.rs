@@ -33,8 +33,13 @@ const LONGEST_FILE_LINES: usize = 600;
 const LONGEST_FUNCTION_LINES: usize = 80;
 const MOST_FILES_IN_A_FOLDER: usize = 12;
 /// The crates of the workspace, by the folder of their sources.
-const CRATES: [&str; 4] =
-    ["crates/breakshot/src", "crates/breakshot-cli/src", "crates/breakshot-drivers/src", "xtask/src"];
+const CRATES: [&str; 5] = [
+    "crates/breakshot/src",
+    "crates/breakshot-cli/src",
+    "crates/breakshot-drivers/src",
+    "crates/breakshot-py/src",
+    "xtask/src",
+];
 
 fn workspace() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../..").canonicalize().unwrap()
