@@ -4,7 +4,7 @@
 //! itself; its fields are made when the first of them is read.
 
 use crate::arguments::{Arg, fields_of, json_of, reconstructed};
-use crate::error::raised;
+use crate::error::{invalid, raised};
 use breakshot::{files, robot};
 use breakshot::{Error as LibraryError, Result};
 use pyo3::exceptions::PyAttributeError;
@@ -102,7 +102,9 @@ macro_rules! class {
             #[pyo3(signature = (**fields))]
             fn replace(&self, py: Python, fields: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
                 let text = reconstructed(py, &self.to_json()?, fields)?;
-                <$value>::from_text(&text).map(Self::from)
+                let value = Self::from(<$value>::from_text(&text)?);
+                check_taken(value.fields(py)?, fields, stringify!($name))?;
+                Ok(value)
             }
 
             fn __getattr__(&self, py: Python, name: &str) -> PyResult<Py<PyAny>> {
@@ -230,7 +232,7 @@ class! {
             const MOST_SAMPLES: usize = 100_000;
             if n > MOST_SAMPLES {
                 let needed = format!("at most {MOST_SAMPLES}");
-                return Err(crate::error::invalid("sample", "n", n, &needed));
+                return Err(invalid("sample", "n", n, &needed));
             }
             let drawn = breakshot::plan::drawn_properties(&self.value, n, seed);
             Ok(drawn.into_iter().map(Self::from).collect())
@@ -263,7 +265,7 @@ class! {
             let pose = self.value.pose(object, time_s).filter(|_| time_s.is_finite());
             let pose = pose.ok_or_else(|| {
                 let found = format!("`{object}` at {time_s} s");
-                crate::error::invalid("pose", "the object", found, "an object of the trajectory, at a time that is a number")
+                invalid("pose", "the object", found, "an object of the trajectory, at a time that is a number")
             })?;
             Ok((pose.position.x, pose.position.y, pose.yaw_rad))
         }
@@ -323,6 +325,18 @@ class! {
     Refusal(robot::Refusal),
     checked = Ok,
     {}
+}
+
+/// An error for the first given field that the value does not have.
+fn check_taken(value: &Bound<'_, PyAny>, given: Option<&Bound<'_, PyDict>>, class: &str) -> PyResult<()> {
+    for (field, content) in given.into_iter().flatten() {
+        if !content.is_none() && !value.contains(&field)? {
+            let known: Vec<String> = value.try_iter()?.map(|name| name?.extract()).collect::<PyResult<_>>()?;
+            let needed = format!("one of {}", known.join(", "));
+            return Err(invalid(class, "the field", format!("`{field}`"), &needed));
+        }
+    }
+    Ok(())
 }
 
 /// The strike of a strike or of a plan.
