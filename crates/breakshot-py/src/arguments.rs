@@ -46,11 +46,7 @@ pub(crate) fn fields_of(py: Python, text: &str) -> PyResult<Py<PyAny>> {
 }
 
 /// JSON text with some of its fields replaced.
-pub(crate) fn reconstructed(
-    py: Python,
-    text: &str,
-    fields: Option<&Bound<'_, PyDict>>,
-) -> PyResult<String> {
+pub(crate) fn reconstructed(py: Python, text: &str, fields: Option<&Bound<'_, PyDict>>) -> PyResult<String> {
     helpers(py)?.call_method1("replaced", (text, fields))?.extract()
 }
 

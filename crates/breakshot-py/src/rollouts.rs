@@ -1,7 +1,7 @@
 //! Many strikes into arrays, on several threads.
 
 use crate::error::{internal, invalid, raised};
-use crate::work::{MOST_THREADS, SIGNAL_PERIOD, Stop, pool};
+use crate::work::{MOST_THREADS, SIGNAL_PERIOD, Stop, check_signals, pool};
 use crate::world::World;
 use breakshot::geometry::Point;
 use breakshot::physics::{Outcome, Simulator};
@@ -131,7 +131,7 @@ impl<'a> Outputs<'a> {
         for (to, fell) in fallen.iter_mut().zip(&outcome.fallen) {
             *to = *fell;
         }
-        self.impacts[row] = outcome.impacts as i64;
+        self.impacts[row] = i64::try_from(outcome.impacts).unwrap_or(i64::MAX);
         self.energy[row] = outcome.striker_work_j;
         self.duration_s[row] = outcome.duration_s;
         self.complete[row] = outcome.complete;
@@ -232,7 +232,9 @@ fn broadcast<'a, T>(array: &'a ArrayViewD<'a, T>, shape: &[usize]) -> PyResult<A
 fn writable<'py, T: numpy::Element>(
     array: &Bound<'py, PyArray1<T>>,
 ) -> PyResult<numpy::PyReadwriteArray1<'py, T>> {
-    array.try_readwrite().map_err(|error| invalid("rollout", "out", error, "writable arrays that nothing else uses"))
+    array
+        .try_readwrite()
+        .map_err(|error| invalid("rollout", "out", error, "writable arrays that nothing else uses"))
 }
 
 fn check_lengths(shape: &[usize], outputs: &Outputs) -> PyResult<()> {
@@ -251,7 +253,7 @@ fn on_this_thread(rows: &Rows, mut outputs: Outputs) -> PyResult<()> {
     for row in 0..outputs.rows() {
         outputs.write(row, rows.outcome(&mut simulator, row).as_ref());
         if looked.elapsed() > SIGNAL_PERIOD {
-            Python::attach(|py| py.check_signals())?;
+            check_signals()?;
             looked = Instant::now();
         }
     }
@@ -277,7 +279,7 @@ fn on_threads(pool: &ThreadPool, rows: &Rows, outputs: Outputs) -> PyResult<()> 
             });
         });
         while !done.is_within(SIGNAL_PERIOD) {
-            Python::attach(|py| py.check_signals()).inspect_err(|_| stop.set())?;
+            check_signals().inspect_err(|_| stop.set())?;
         }
         Ok(())
     })

@@ -3,8 +3,8 @@
 use crate::arguments::{Arg, warn};
 use crate::error::{invalid, raised};
 use crate::values::{
-    Cell, Command, Held, Object, Plan, Properties, Refusal, Report, Scene, Strike, Survey, Tracks, Trajectory,
-    strike_of,
+    Cell, Command, Held, Object, Plan, Properties, Refusal, Report, Scene, Strike, Survey, Tracks,
+    Trajectory, strike_of,
 };
 use crate::work::{Stop, run};
 use breakshot::capture::{Capture, Decoder, Footage};
@@ -12,7 +12,9 @@ use breakshot::detect::Layout;
 use breakshot::plan::{Aim, ExecutionNoise, GridSize, Method, Options};
 use breakshot::robot::Answer;
 use breakshot::verify::Observed;
-use breakshot::{Result, cell, detect, estimate as estimation, files, object, physics, properties, robot, scene};
+use breakshot::{
+    Result, cell, detect, estimate as estimation, files, object, physics, properties, robot, scene,
+};
 use pyo3::prelude::*;
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -66,7 +68,12 @@ pub(crate) fn track(
     frame_rate_hz: Option<f64>,
 ) -> PyResult<Tracks> {
     if frame_rate_hz.is_some_and(|rate| !(rate.is_finite() && rate > 0.0)) {
-        return Err(invalid("track", "frame_rate_hz", frame_rate_hz.unwrap_or_default(), "a positive number"));
+        return Err(invalid(
+            "track",
+            "frame_rate_hz",
+            frame_rate_hz.unwrap_or_default(),
+            "a positive number",
+        ));
     }
     let layout = match (scene, strike_heading_rad) {
         (Some(scene), _) => Layout::Placed(scene.0.placed.clone()),

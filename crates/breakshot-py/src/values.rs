@@ -5,8 +5,8 @@
 
 use crate::arguments::{Arg, fields_of, json_of, reconstructed};
 use crate::error::{invalid, raised};
-use breakshot::{files, robot};
 use breakshot::{Error as LibraryError, Result};
+use breakshot::{files, robot};
 use pyo3::exceptions::PyAttributeError;
 use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
@@ -331,7 +331,8 @@ class! {
 fn check_taken(value: &Bound<'_, PyAny>, given: Option<&Bound<'_, PyDict>>, class: &str) -> PyResult<()> {
     for (field, content) in given.into_iter().flatten() {
         if !content.is_none() && !value.contains(&field)? {
-            let known: Vec<String> = value.try_iter()?.map(|name| name?.extract()).collect::<PyResult<_>>()?;
+            let known: Vec<String> =
+                value.try_iter()?.map(|name| name?.extract()).collect::<PyResult<_>>()?;
             let needed = format!("one of {}", known.join(", "));
             return Err(invalid(class, "the field", format!("`{field}`"), &needed));
         }

@@ -67,6 +67,15 @@ fn abandon(_: Python) {
     *THREADS.lock().unwrap_or_else(PoisonError::into_inner) = None;
 }
 
+/// Runs the signal handlers of Python from a thread that does not hold the interpreter's lock.
+///
+/// # Errors
+/// What a handler raises: `KeyboardInterrupt`.
+#[allow(clippy::redundant_closure_for_method_calls, reason = "the method is for one lifetime only")]
+pub(crate) fn check_signals() -> PyResult<()> {
+    Python::attach(|py| py.check_signals())
+}
+
 /// The result of `work`, which runs in the module's threads while other Python threads go on.
 ///
 /// # Errors

@@ -10,7 +10,7 @@ use breakshot::plan::{ExecutionNoise, PossibleWorld, PossibleWorlds};
 use breakshot::scene::{GoalEvaluator, GoalMargin};
 use breakshot::{properties, scene};
 use numpy::ndarray::{ArrayD, Axis};
-use numpy::{IntoPyArray, PyArrayDyn, PyArrayMethods, PyReadonlyArrayDyn, PyUntypedArrayMethods};
+use numpy::{IntoPyArray, PyArrayDyn, PyArrayMethods, PyReadonlyArrayDyn};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
 use std::borrow::Cow;
@@ -140,8 +140,7 @@ impl World {
         fallen: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<(Bound<'py, PyArrayDyn<f64>>, Bound<'py, PyArrayDyn<i64>>)> {
         let objects = self.objects();
-        let poses = array::<f64>(py, poses, "float64")?;
-        let shape = poses.shape().to_vec();
+        let (poses, shape) = shaped(poses)?;
         let needed = format!("(..., {objects}, 3)");
         let [rows @ .., count, 3] = &shape[..] else {
             return Err(invalid("goal", "the shape of poses", format!("{shape:?}"), &needed));
@@ -149,25 +148,28 @@ impl World {
         if *count != objects {
             return Err(invalid("goal", "the shape of poses", format!("{shape:?}"), &needed));
         }
-        let fallen = fallen.map(|fallen| array::<bool>(py, fallen, "bool")).transpose()?;
-        if let Some(fallen) = &fallen
-            && fallen.shape() != &shape[..shape.len() - 1]
+        let fallen = fallen.map(shaped).transpose()?;
+        if let Some((_, fallen)) = &fallen
+            && fallen[..] != shape[..shape.len() - 1]
         {
-            let found = format!("{:?}", fallen.shape());
-            return Err(invalid("goal", "the shape of fallen", found, "that of poses without its last axis"));
+            let needed = "that of poses without its last axis";
+            return Err(invalid("goal", "the shape of fallen", format!("{fallen:?}"), needed));
         }
+        let poses = numbers::<f64>(&poses, "float64")?;
+        let fallen = fallen.map(|(fallen, _)| numbers::<bool>(&fallen, "bool")).transpose()?;
         let evaluator = GoalEvaluator::new(&self.source.scene).map_err(raised)?;
         let (mut margins, mut singulated) = (Vec::new(), Vec::new());
         let fallen = fallen.as_ref().map(PyReadonlyArrayDyn::as_array);
-        let mut all_fallen = fallen.iter().flat_map(|fallen| fallen.lanes(Axis(rows.len()))).map(|lane| lane.to_vec());
+        let mut all_fallen =
+            fallen.iter().flat_map(|fallen| fallen.lanes(Axis(rows.len()))).map(|lane| lane.to_vec());
         let all: Vec<f64> = poses.as_array().iter().copied().collect();
         for row in all.chunks_exact((3 * objects).max(1)) {
             let fallen = all_fallen.next().unwrap_or_default();
             let poses: Vec<Pose> = row.chunks_exact(3).map(|p| Pose::new(p[0], p[1], p[2])).collect();
-            let numbers = row.iter().all(|number| number.is_finite());
-            let margin = if numbers { evaluator.margin(&poses, &fallen) } else { GoalMargin::FAILED };
+            let finite = row.iter().all(|number| number.is_finite());
+            let margin = if finite { evaluator.margin(&poses, &fallen) } else { GoalMargin::FAILED };
             margins.push(margin.margin_m);
-            singulated.push(margin.singulated as i64);
+            singulated.push(i64::try_from(margin.singulated).unwrap_or(i64::MAX));
         }
         let margins = ArrayD::from_shape_vec(rows, margins).map_err(crate::error::internal)?;
         let singulated = ArrayD::from_shape_vec(rows, singulated).map_err(crate::error::internal)?;
@@ -256,13 +258,19 @@ impl World {
     }
 }
 
-/// Whatever NumPy makes an array of this type of.
-pub(crate) fn array<'py, T: numpy::Element>(
-    py: Python<'py>,
-    object: &Bound<'py, PyAny>,
+/// An array of an argument, and its shape; the numbers are not converted yet.
+fn shaped<'py>(object: &Bound<'py, PyAny>) -> PyResult<(Bound<'py, PyAny>, Vec<usize>)> {
+    let array = object.py().import("numpy")?.call_method1("asarray", (object,))?;
+    let shape = array.getattr("shape")?.extract()?;
+    Ok((array, shape))
+}
+
+/// The numbers of an array as numbers of this type.
+fn numbers<'py, T: numpy::Element>(
+    array: &Bound<'py, PyAny>,
     dtype: &str,
 ) -> PyResult<PyReadonlyArrayDyn<'py, T>> {
-    let array = py.import("numpy")?.call_method1("require", (object, dtype, "A"))?;
+    let array = array.py().import("numpy")?.call_method1("require", (array, dtype, "A"))?;
     let array = array.cast_into::<PyArrayDyn<T>>()?;
     array.try_readonly().map_err(crate::error::internal)
 }

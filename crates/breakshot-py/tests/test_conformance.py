@@ -105,7 +105,7 @@ def test_errors(program, results, tmp_path, file, old, new):
     for name in ("cell.toml", "objects.toml", "pile.scene.toml"):
         text = (DEMO / name).read_text()
         (tmp_path / name).write_text(text.replace(old, new, 1) if name == file else text)
-    arguments = ["plan", "pile.scene.toml", "--properties", results / "properties.json"]
+    arguments = ["plan", "pile.scene.toml", "--properties", results / "properties.json", "-o", "plan.json"]
     done = subprocess.run([program, *arguments], cwd=tmp_path, capture_output=True, text=True)
     with pytest.raises(breakshot.Error) as raised:
         breakshot.load_scene(tmp_path / "pile.scene.toml")

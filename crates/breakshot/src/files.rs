@@ -146,8 +146,8 @@ pub fn json_text<T: Serialize>(value: &T) -> serde_json::Result<String> {
 /// # Errors
 /// The folder is missing or not writable.
 pub fn write_json<T: Serialize>(path: &Path, value: &T) -> Result<()> {
-    let text = json_text(value)
-        .map_err(|e| Error::Write { path: path.into(), source: std::io::Error::other(e) })?;
+    let text =
+        json_text(value).map_err(|e| Error::Write { path: path.into(), source: std::io::Error::other(e) })?;
     write_whole(path, text.as_bytes())
 }
 

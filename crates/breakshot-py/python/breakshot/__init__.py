@@ -30,6 +30,8 @@ whose text names the file, object or argument, what was found and what is needed
 `breakshot.gym` has Gymnasium environments (``pip install breakshot[gym]``).
 """
 
+from typing import Any as _Any
+
 from ._breakshot import (
     Cell,
     Command,
@@ -60,7 +62,6 @@ from ._breakshot import (
     verify,
 )
 from ._record import Record
-from ._simulator import Rollouts, Simulator
 
 __all__ = [
     "Cell",
@@ -95,4 +96,18 @@ __all__ = [
     "verify",
 ]
 
-Record.__module__ = Rollouts.__module__ = Simulator.__module__ = "breakshot"
+Record.__module__ = "breakshot"
+
+
+def __getattr__(name: str) -> _Any:
+    """Imports NumPy when rollouts are first asked for: `import breakshot` alone takes some milliseconds."""
+    if name in ("Rollouts", "Simulator"):
+        from . import _simulator
+
+        globals().update(Rollouts=_simulator.Rollouts, Simulator=_simulator.Simulator)
+        return globals()[name]
+    raise AttributeError(f"module `breakshot` has no attribute `{name}`")
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})

@@ -32,7 +32,37 @@ from . import survey as survey
 from . import track as track
 from . import verify as verify
 
-__all__: list[str]
+__all__ = [
+    "Cell",
+    "Command",
+    "Error",
+    "MOST_ROWS",
+    "Object",
+    "Plan",
+    "Properties",
+    "Refusal",
+    "Report",
+    "Scene",
+    "Strike",
+    "Survey",
+    "Tracks",
+    "Trajectory",
+    "World",
+    "__version__",
+    "command",
+    "estimate",
+    "load_cell",
+    "load_objects",
+    "load_properties",
+    "load_scene",
+    "load_strike",
+    "plan",
+    "rollout",
+    "simulate",
+    "survey",
+    "track",
+    "verify",
+]
 __version__: str
 MOST_ROWS: Final[int]
 

@@ -6,8 +6,6 @@ import json
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-import numpy as np
-
 _LONGEST_TEXT = 60
 
 
@@ -90,7 +88,7 @@ def _size(value: object) -> str:
 def _plain(value: Any) -> Any:
     if isinstance(value, Mapping):
         return dict(value)
-    if isinstance(value, (np.ndarray, np.generic)):
+    if hasattr(value, "tolist"):  # arrays and numbers of NumPy
         return value.tolist()
     if hasattr(value, "to_json"):
         return json.loads(value.to_json())

@@ -94,15 +94,24 @@ def _strike_numbers(strikes: Any) -> npt.NDArray[np.float64]:
     if isinstance(strikes, (list, tuple)) and any(isinstance(strike, _breakshot.Strike) for strike in strikes):
         strikes = [_numbers(strike) if isinstance(strike, _breakshot.Strike) else strike for strike in strikes]
     try:
-        numbers = np.require(strikes, np.float64, "A")
+        array = np.asarray(strikes)
     except (TypeError, ValueError) as error:
         raise _breakshot.Error(f"rollout: strikes is no array of numbers ({error}); needed: an array (..., 5)") from None
-    if numbers.ndim == 0 or numbers.shape[-1] != 5:
+    if array.ndim == 0 or array.shape[-1] != 5:
         raise _breakshot.Error(
-            f"rollout: the shape of strikes is {numbers.shape}; needed: (..., 5): start x (m), start y (m), heading (rad), "
+            f"rollout: the shape of strikes is {array.shape}; needed: (..., 5): start x (m), start y (m), heading (rad), "
             "speed (m/s), travel (m)"
         )
-    return numbers
+    _check_size(array.shape[:-1])
+    try:
+        return np.require(array, np.float64, "A")
+    except (TypeError, ValueError) as error:
+        raise _breakshot.Error(f"rollout: strikes is no array of numbers ({error}); needed: an array (..., 5)") from None
+
+
+def _check_size(shape: tuple[int, ...]) -> None:
+    if np.prod(shape, dtype=float) > _breakshot.MOST_ROWS:
+        raise _breakshot.Error(f"rollout: the shape is {shape}; needed: at most {_breakshot.MOST_ROWS} rows in one call")
 
 
 def _numbers(strike: Any) -> list[float]:
@@ -117,8 +126,7 @@ def _row_shape(world_of: npt.NDArray[np.int64], numbers: npt.NDArray[np.float64]
             f"rollout: the shape of worlds is {world_of.shape} and that of strikes {numbers.shape}; needed: shapes that can be "
             "broadcast, such as worlds (w,) and strikes (n, 1, 5)"
         ) from None
-    if np.prod(shape, dtype=float) > _breakshot.MOST_ROWS:
-        raise _breakshot.Error(f"rollout: the shape is {shape}; needed: at most {_breakshot.MOST_ROWS} rows in one call")
+    _check_size(shape)
     return shape
 
 
@@ -143,3 +151,6 @@ def _outputs(shape: tuple[int, ...], objects: int, out: Rollouts | None) -> Roll
                 f"rollout: out.{name} is {found}; needed: a writable, contiguous array of {np.dtype(kind)} of shape {size}"
             )
     return out
+
+
+Rollouts.__module__ = Simulator.__module__ = "breakshot"

@@ -82,8 +82,7 @@ impl Footage {
     #[must_use]
     pub fn until(mut self, stopped: impl Fn() -> bool + Send + 'static) -> Self {
         let frames = std::mem::replace(&mut self.frames, Box::new(std::iter::empty()));
-        self.frames =
-            Box::new(frames.map(move |frame| if stopped() { Err(Error::Stopped) } else { frame }));
+        self.frames = Box::new(frames.map(move |frame| if stopped() { Err(Error::Stopped) } else { frame }));
         self
     }
 

@@ -37,12 +37,7 @@ pub struct Survey {
 ///
 /// # Errors
 /// A scene that cannot be simulated.
-pub fn survey(
-    scene: &Scene,
-    properties: &Properties,
-    options: &Options,
-    size: GridSize,
-) -> Result<Survey> {
+pub fn survey(scene: &Scene, properties: &Properties, options: &Options, size: GridSize) -> Result<Survey> {
     let strikes = evaluate_grid(scene, properties, options, size)?;
     Ok(Survey { version: 1, samples: size.samples, seed: options.seed, strikes })
 }

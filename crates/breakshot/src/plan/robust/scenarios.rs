@@ -89,9 +89,7 @@ impl<'a> Nominal<'a> {
     /// A drawn scene that cannot be simulated.
     pub(crate) fn scenarios(&self, draws: Draws) -> Result<Vec<Scenario>> {
         let distribution = Distribution::of(&self.properties);
-        let draw = |k: usize| {
-            self.scenario(&distribution, Sampler::new(draws.seed, k as u64, draws.fixed))
-        };
+        let draw = |k: usize| self.scenario(&distribution, Sampler::new(draws.seed, k as u64, draws.fixed));
         (0..draws.count).into_par_iter().map(draw).collect()
     }
 
