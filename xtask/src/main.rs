@@ -8,6 +8,7 @@ mod check;
 mod example;
 mod fuzz;
 mod process;
+mod python;
 mod speed;
 #[path = "../../crates/breakshot/tests/splitmix/mod.rs"]
 mod splitmix;
@@ -88,6 +89,8 @@ usage: cargo xtask TASK
                    piles simulated per CPU second beside rapier2d and MuJoCo; growth with the number of objects
                    (DIR is ../shared/reference/scenes if not given; without PYTHON a venv with MuJoCo is made)
   proto            the Rust code of the Indy's messages is generated again from crates/breakshot-drivers/proto/indy.proto
+  python [PYTHON]  the Python package: its wheel is built, installed with NumPy alone and tested, its types are checked (PYTHON is an
+                   interpreter, python3 if not given)
   deny             licences and sources of all dependencies (installs cargo-deny)
 ";
 
@@ -153,6 +156,8 @@ fn main() -> ExitCode {
         }
         ["bench", "plan", lab, properties] => bench::plan::bench(lab.as_ref(), properties.as_ref()),
         ["bench", "physics", flags @ ..] => bench_physics(flags),
+        ["python"] => python::python("python3"),
+        ["python", interpreter] => python::python(interpreter),
         ["deny"] => check::deny(),
         _ => {
             eprint!("{USAGE}");

@@ -20,14 +20,27 @@ pub(crate) fn given_or(given: Option<&str>, name: &str, packages: &[&str]) -> Re
 /// # Errors
 /// No `python3`, or a package that cannot be installed.
 pub(crate) fn python(name: &str, packages: &[&str]) -> Result<PathBuf, String> {
-    let folder = target().join("python").join(name);
+    python_of("python3", name, packages)
+}
+
+/// As [`python`], of a given interpreter.
+///
+/// # Errors
+/// As [`python`].
+pub(crate) fn python_of(interpreter: &str, name: &str, packages: &[&str]) -> Result<PathBuf, String> {
+    let own = if interpreter == "python3" {
+        name.to_owned()
+    } else {
+        format!("{name}-{}", interpreter.replace('/', "_"))
+    };
+    let folder = target().join("python").join(own);
     let python = folder.join("bin/python");
     let complete = folder.join("complete");
     let wanted = packages.join("\n");
     if std::fs::read_to_string(&complete).is_ok_and(|made| made == wanted) {
         return Ok(python);
     }
-    succeed(Command::new("python3").args(["-m", "venv"]).arg(&folder))?;
+    succeed(Command::new(interpreter).args(["-m", "venv"]).arg(&folder))?;
     succeed(Command::new(&python).args(["-m", "pip", "install", "--quiet"]).args(packages))?;
     std::fs::write(&complete, wanted).map_err(|e| format!("{}: {e}", complete.display()))?;
     Ok(python)

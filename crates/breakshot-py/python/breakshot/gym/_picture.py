@@ -65,7 +65,8 @@ def _outline_m(shape: Any) -> Points:
         angles = np.linspace(0.0, 2.0 * np.pi, 64, endpoint=False)
         return float(shape["disc"]["radius_m"]) * np.stack([np.cos(angles), np.sin(angles)], axis=1)
     if "rectangle" in shape:
-        return np.array([[-0.5, -0.5], [0.5, -0.5], [0.5, 0.5], [-0.5, 0.5]]) * np.array(shape["rectangle"]["size_m"])
+        half_x_m, half_y_m = 0.5 * np.array(shape["rectangle"]["size_m"])
+        return np.array([[-half_x_m, -half_y_m], [half_x_m, -half_y_m], [half_x_m, half_y_m], [-half_x_m, half_y_m]])
     return np.array(shape["polygon"]["points_m"], dtype=np.float64)
 
 
