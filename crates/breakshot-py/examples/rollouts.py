@@ -3,7 +3,7 @@
     python rollouts.py                      a pile of four discs
     python rollouts.py S4g.txt              the piles of a file, as the Rust example `scenes` reads it
 
-Prints rollouts a second on one thread and on two, and checks that both give the same bits.  Each strike has an offset of its own of up
+Prints rollouts a second on one thread and on two, of CPU time and of the clock, and checks that both give the same bits.  Each strike has an offset of its own of up
 to a micrometre, as in `cargo run --release --example scenes -- S4g.txt --repeat 2500`, which prints the rate of Rust.
 """
 
@@ -105,14 +105,16 @@ def main() -> None:
     simulator = breakshot.Simulator()
     rates, bits = [], set()
     for threads in (1, 2):
-        best_s = np.inf
+        best_s = best_cpu_s = np.inf
         for _ in range(3):
-            start = time.perf_counter()
+            start_s, start_cpu_s = time.perf_counter(), time.process_time()
             rollouts = simulator.rollout(worlds, numbers, threads=threads)
-            best_s = min(best_s, time.perf_counter() - start)
-        rates.append(rollouts.impacts.size / best_s)
+            best_s = min(best_s, time.perf_counter() - start_s)
+            best_cpu_s = min(best_cpu_s, time.process_time() - start_cpu_s)
+        count = rollouts.impacts.size
+        rates.append(count / best_s)
         bits.add(rollouts.poses.tobytes())
-        print(f"threads={threads} rollouts={rollouts.impacts.size} rollouts_per_s={rates[-1]:.0f} impacts={rollouts.impacts.mean():.2f}")
+        print(f"threads={threads} rollouts_per_cpu_s={count / best_cpu_s:.0f} rollouts_per_s={rates[-1]:.0f}")
     assert len(bits) == 1, "the number of threads changed the result"
     print(f"two threads over one: {rates[1] / rates[0]:.2f}")
 

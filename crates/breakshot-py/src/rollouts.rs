@@ -22,6 +22,8 @@ const MOST_ROWS_A_JOB: usize = 256;
 const JOBS_A_THREAD: usize = 64;
 /// Fewer rows are not worth waking threads for.
 const LEAST_ROWS_FOR_THREADS: usize = 4;
+/// The most axes of an array of NumPy.
+const MOST_AXES: usize = 64;
 /// The most rows of one call; more are further calls.
 pub(crate) const MOST_ROWS: usize = 100_000_000;
 
@@ -40,19 +42,19 @@ struct Rows<'a> {
 impl Rows<'_> {
     /// Simulates one row; `None` where the strike cannot start in its world.
     fn outcome(&self, simulator: &mut Simulator, row: usize) -> Option<Outcome> {
-        let mut index = vec![0; self.shape.len() + 1];
+        // The position of the row, and of a number of its strike, along each axis
+        let axes = self.shape.len();
+        let mut index = [0; MOST_AXES + 1];
         let mut rest = row;
-        for (axis, length) in self.shape.iter().enumerate().rev() {
-            index[axis] = rest % length;
+        for (position, length) in index.iter_mut().zip(&self.shape).rev() {
+            *position = rest % length;
             rest /= length;
         }
-        let world = self.worlds[usize::try_from(self.world_of[&index[..self.shape.len()]]).ok()?];
-        let number = |k: usize| {
-            let mut index = index.clone();
-            index[self.shape.len()] = k;
-            self.strikes[&index[..]]
-        };
-        let strike = strike(std::array::from_fn(number));
+        let world = self.worlds[usize::try_from(self.world_of[&index[..axes]]).ok()?];
+        let strike = strike(std::array::from_fn(|number| {
+            index[axes] = number;
+            self.strikes[&index[..=axes]]
+        }));
         world.outcome(simulator, &strike, [self.seed, row as u64])
     }
 }
@@ -166,6 +168,9 @@ pub(crate) fn rollout<'py>(
     if threads.is_some_and(|threads| !(1..=MOST_THREADS).contains(&threads)) {
         let needed = format!("from 1 to {MOST_THREADS}, or None");
         return Err(invalid("rollout", "threads", threads.unwrap_or_default(), &needed));
+    }
+    if shape.len() > MOST_AXES {
+        return Err(invalid("rollout", "the number of axes", shape.len(), &format!("at most {MOST_AXES}")));
     }
     let (world_of, strikes) = (world_of.as_array(), strikes.as_array());
     check_strikes(&strikes)?;

@@ -19,13 +19,15 @@ use pyo3::prelude::*;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-/// The cell of a `cell.toml`, with the files that it names.
+/// The cell of a `cell.toml`, with the files that it names: camera, tags, workspace, table, striker and arm.
+///
+/// Lengths are in metres in the table frame; its origin is where the tags put it.
 #[pyfunction]
 pub(crate) fn load_cell(path: PathBuf) -> PyResult<Cell> {
     files::load_cell(path).map(Cell::from).map_err(raised)
 }
 
-/// The kinds of objects of an `objects.toml`.
+/// The kinds of objects of an `objects.toml`: outlines (m), heights (m), markers, masses (kg) if they were weighed.
 #[pyfunction]
 pub(crate) fn load_objects(py: Python, path: PathBuf) -> PyResult<Vec<Object>> {
     let loaded = files::load_objects(path).map_err(raised)?;
@@ -34,6 +36,8 @@ pub(crate) fn load_objects(py: Python, path: PathBuf) -> PyResult<Vec<Object>> {
 }
 
 /// The scene of a `scene.toml`, with the cell and the objects that it names.
+///
+/// `placed` has the centroid (m) and the yaw (rad, counter-clockwise) of each object in the table frame, `goal` what counts as singulated.
 #[pyfunction]
 pub(crate) fn load_scene(py: Python, path: PathBuf) -> PyResult<Scene> {
     let loaded = files::load_scene(path).map_err(raised)?;
@@ -41,19 +45,23 @@ pub(crate) fn load_scene(py: Python, path: PathBuf) -> PyResult<Scene> {
     Ok(loaded.value.into())
 }
 
-/// The properties of a `properties.json`.
+/// The properties of a `properties.json`: means, standard deviations and 95 % intervals, without units; masses over that of `reference`.
 #[pyfunction]
 pub(crate) fn load_properties(path: PathBuf) -> PyResult<Properties> {
     files::load_properties(path).map(Properties::from).map_err(raised)
 }
 
-/// The strike of a `strike.json` or a `plan.json`.
+/// The strike of a `strike.json` or a `plan.json`: start (m), heading (rad), speed (m/s) and travel (m) in the table frame.
 #[pyfunction]
 pub(crate) fn load_strike(path: PathBuf) -> PyResult<Strike> {
     files::load_strike(path).map(Strike::from).map_err(raised)
 }
 
-/// The tracks of the objects `names` in a film.
+/// The tracks of the objects `names` in a film: their centroids (m) and yaws (rad) over time (s) in the table frame.
+///
+/// `objects` are the kinds, `names` those in the film, such as `["a", "c", "c#2"]`.  Where markers look alike, `scene` says where the
+/// objects lay, or `strike_heading_rad` in which order they lie along the strike.  `frame_rate_hz` is the rate at which a film was taken
+/// whose file says another.  `Tracks.to_numpy` gives arrays.
 #[pyfunction]
 #[pyo3(signature = (film, cell, objects, names, *, scene = None, strike_heading_rad = None, frame_rate_hz = None))]
 #[allow(clippy::too_many_arguments, reason = "keyword arguments of Python")]
@@ -95,6 +103,9 @@ pub(crate) fn track(
 }
 
 /// The properties of the objects of a `campaign.toml`, from its films and tracks.
+///
+/// `reference` is the object whose mass is the unit, by default the alphabetically first one.  `update` are earlier properties, to which
+/// the clips of the campaign are added.  What no clip supports is absent and listed in `warnings`, as is a film that cannot be read.
 #[pyfunction]
 #[pyo3(signature = (campaign, *, reference = None, update = None))]
 pub(crate) fn estimate(
@@ -136,7 +147,10 @@ fn estimated(
     Ok((properties, notes))
 }
 
-/// What a strike does to a pile, with the properties at their means.
+/// What a strike does to a pile, with the properties at their means: final poses `(x_m, y_m, yaw_rad)` in the table frame, events,
+/// motions as polynomials of time (s), and energies (J, or per mass of the reference object if no object was weighed).
+///
+/// `strike` may be a plan.  Many strikes are simulated faster by `Simulator.rollout`.
 #[pyfunction]
 pub(crate) fn simulate(
     py: Python,
@@ -168,7 +182,14 @@ pub(crate) fn noise(
     }
 }
 
-/// The strike that singulates a pile.
+/// The strike that singulates a pile, by the goal of the scene.
+///
+/// `method="robust"` finds the strike with the largest success probability over all that is uncertain, `"paper"` that of the paper with
+/// the properties at their means.  `any_arm` plans also what the arm of the cell cannot execute.  `proposals` are strikes that are
+/// evaluated as well: mappings with `object`, `heading_rad`, `offset_m`, `speed_m_s` and `follow_through_m`.  The noise of observed
+/// positions (m) and yaws (rad), and of the executed speed (a fraction) and heading (rad), are standard deviations.
+///
+/// That no strike works is an answer: `outcome` is `"found"`, `"best_effort"` or `"unreachable"`, `reason` says why.
 #[pyfunction]
 #[pyo3(signature = (scene, properties, *, method = "robust", seed = 1, any_arm = false, proposals = Vec::new(),
     position_std_m = None, yaw_std_rad = None, speed_std = None, heading_std_rad = None))]
@@ -210,7 +231,9 @@ impl Held for Aim {
     }
 }
 
-/// Strikes on every object from all directions with their success probabilities.
+/// Strikes on every object from all directions with their success probabilities: a map of the pile, and data to learn from.
+///
+/// At most `strikes` strikes of the planner's grid are each simulated in the same `samples` scenarios; the noise is that of `plan`.
 #[pyfunction]
 #[pyo3(signature = (scene, properties, *, strikes = 1000, samples = 100, seed = 1, any_arm = false,
     position_std_m = None, yaw_std_rad = None, speed_std = None, heading_std_rad = None))]
@@ -245,7 +268,9 @@ pub(crate) fn survey(
     surveyed.map(Survey::from).map_err(raised)
 }
 
-/// A filmed strike beside its simulation.
+/// A filmed strike beside its simulation: poses, distances of all pairs (m), errors, and whether the goal was reached.
+///
+/// `tracks` are those of a film that starts with the objects where the scene has them, and ends with them at rest.
 #[pyfunction]
 pub(crate) fn verify(
     py: Python,
@@ -265,7 +290,9 @@ pub(crate) fn verify(
     compared.map(Report::from).map_err(raised)
 }
 
-/// The joint path of a strike, or the reason why the arm cannot carry it out.
+/// The joint path of a strike (rad, rad/s over time in s), or the reason why the arm of the cell cannot carry it out.
+///
+/// A plan brings its scene; with a scene the run-up avoids the objects.  Nothing moves: `breakshot strike` executes a command.
 #[pyfunction]
 #[pyo3(signature = (cell, strike, scene = None))]
 pub(crate) fn command(

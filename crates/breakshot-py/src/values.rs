@@ -223,7 +223,7 @@ class! {
         Ok(properties)
     },
     {
-        /// Possible properties: `n` draws from the uncertainty of the means and the variation from strike to strike.
+        /// Drawn properties: `n` draws from the uncertainty of the means and the variation from strike to strike.
         ///
         /// Each draw is exact: its values have no uncertainty of their own.  Draw `k` depends on `(seed, k)` alone.
         #[pyo3(signature = (n, seed = 0))]

@@ -6,7 +6,7 @@ use crate::stages::noise;
 use crate::values::{Properties, Scene};
 use breakshot::geometry::Pose;
 use breakshot::physics::{self, AfterStrike};
-use breakshot::plan::{ExecutionNoise, PossibleWorld, PossibleWorlds};
+use breakshot::plan::{ExecutionNoise, Scenario, Scenarios};
 use breakshot::scene::{GoalEvaluator, GoalMargin};
 use breakshot::{properties, scene};
 use numpy::ndarray::{ArrayD, Axis};
@@ -22,23 +22,23 @@ pub(crate) struct Source {
     properties: Arc<properties::Properties>,
     noise: ExecutionNoise,
     lift: bool,
-    worlds: PossibleWorlds,
+    scenarios: Scenarios,
 }
 
-/// Which of the possible worlds a row of a rollout is simulated in.
+/// Which of the scenarios a row of a rollout is simulated in.
 enum Choice {
     /// The properties at their means, the objects where they were seen, every strike as commanded.
     Mean,
     /// Another one for every row.
     EachRow,
     /// One draw of this seed, for all rows.
-    Drawn { seed: u64, number: u64, world: Box<PossibleWorld> },
+    Drawn { seed: u64, number: u64, scenario: Box<Scenario> },
 }
 
 /// A scene and its properties, checked once and ready to be struck many times.
 ///
-/// `World(scene, properties)` has the properties at their means.  With `uncertain=True` every row of a rollout is another possible
-/// world: friction, restitution, masses and contacts from their uncertainty, poses and the executed strike with the noise given.
+/// `World(scene, properties)` has the properties at their means.  With `uncertain=True` every row of a rollout is another
+/// scenario: friction, restitution, masses and contacts from their uncertainty, poses and the executed strike with the noise given.
 #[pyclass(frozen, module = "breakshot")]
 pub(crate) struct World {
     source: Arc<Source>,
@@ -72,14 +72,14 @@ impl World {
         };
         let noise = noise(position_std_m, yaw_std_rad, speed_std, heading_std_rad);
         let (scene, properties) = (scene.0, properties.0);
-        let worlds = py.detach(|| {
+        let scenarios = py.detach(|| {
             let mut laws = breakshot::plan::laws(&scene)?;
             if lift {
                 laws.after_strike = AfterStrike::Lift;
             }
-            PossibleWorlds::new(&scene, &properties, noise, &laws)
+            Scenarios::new(&scene, &properties, noise, &laws)
         });
-        let source = Source { scene, properties, noise, lift, worlds: worlds.map_err(raised)? };
+        let source = Source { scene, properties, noise, lift, scenarios: scenarios.map_err(raised)? };
         let choice = if uncertain { Choice::EachRow } else { Choice::Mean };
         Ok(Self { source: Arc::new(source), choice })
     }
@@ -87,7 +87,7 @@ impl World {
     /// The names of the objects, in the order of the scene's placed objects and of the columns of a rollout.
     #[getter]
     fn names<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
-        PyTuple::new(py, self.source.worlds.mean().names())
+        PyTuple::new(py, self.source.scenarios.mean().names())
     }
 
     /// The scene.
@@ -102,13 +102,13 @@ impl World {
         self.source.properties.clone().into()
     }
 
-    /// Whether every row of a rollout is another possible world.
+    /// Whether every row of a rollout is another scenario.
     #[getter]
     fn uncertain(&self) -> bool {
         matches!(self.choice, Choice::EachRow)
     }
 
-    /// Possible worlds: `n` draws, each with its own error of execution.
+    /// Scenarios: `n` draws, each with its own error of execution.
     ///
     /// Draw `k` depends on `(seed, k)` alone; it is the world of row `k` of a rollout with this seed in an uncertain world.
     #[pyo3(signature = (n, seed = 0))]
@@ -177,7 +177,7 @@ impl World {
     }
 
     fn __repr__(&self) -> String {
-        let names = self.source.worlds.mean().names().join(", ");
+        let names = self.source.scenarios.mean().names().join(", ");
         match &self.choice {
             Choice::Mean => format!("World({names})"),
             Choice::EachRow => format!("World({names}; uncertain)"),
@@ -229,13 +229,13 @@ impl World {
 
 impl World {
     fn drawn(source: Arc<Source>, seed: u64, number: u64) -> PyResult<Self> {
-        let world = Box::new(source.worlds.draw(seed, number).map_err(raised)?);
-        Ok(Self { source, choice: Choice::Drawn { seed, number, world } })
+        let scenario = Box::new(source.scenarios.draw(seed, number).map_err(raised)?);
+        Ok(Self { source, choice: Choice::Drawn { seed, number, scenario } })
     }
 
     /// The number of objects.
     pub(crate) fn objects(&self) -> usize {
-        self.source.worlds.mean().names().len()
+        self.source.scenarios.mean().names().len()
     }
 
     /// Simulates row `row` of a rollout; `None` where the strike cannot start in this world.
@@ -247,11 +247,11 @@ impl World {
     ) -> Option<physics::Outcome> {
         let drawn;
         let (world, strike) = match &self.choice {
-            Choice::Mean => (self.source.worlds.mean(), Cow::Borrowed(strike)),
-            Choice::Drawn { world, .. } => (world.world(), Cow::Owned(world.executed(strike))),
+            Choice::Mean => (self.source.scenarios.mean(), Cow::Borrowed(strike)),
+            Choice::Drawn { scenario, .. } => (&scenario.world, Cow::Owned(scenario.executed(strike))),
             Choice::EachRow => {
-                drawn = self.source.worlds.draw(seed, row).ok()?;
-                (drawn.world(), Cow::Owned(drawn.executed(strike)))
+                drawn = self.source.scenarios.draw(seed, row).ok()?;
+                (&drawn.world, Cow::Owned(drawn.executed(strike)))
             }
         };
         simulator.run(world, &strike).ok()

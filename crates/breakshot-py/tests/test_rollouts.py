@@ -134,7 +134,8 @@ def test_wrong_arguments_are_named(world):
     for arguments, message in [
         ((world, [[1.0, 2.0]]), r"the shape of strikes is \(1, 2\)"),
         ((world, [STRIKE, [*STRIKE[:3], np.nan, 0.1]]), r"strikes\[1\]: speed_m_s is NaN"),
-        ((world, "strike"), "strikes is no array"),
+        ((world, "strike"), r"the shape of strikes is \(\)"),
+        ((world, ["strike"] * 5), "strikes is no array of numbers"),
         (([], STRIKE), "worlds is empty"),
         ((3, STRIKE), "worlds is int"),
         (([world] * 3, np.tile(STRIKE, (2, 1))), "can be broadcast"),

@@ -18,7 +18,7 @@ fields.  Where a function takes a value it also takes a mapping with its fields.
 
 Many strikes are simulated at once, into NumPy arrays::
 
-    world = breakshot.World(scene, properties, uncertain=True)      # every row is another possible world
+    world = breakshot.World(scene, properties, uncertain=True)      # every row is another scenario
     strikes = numpy.array([[-0.3, 0.0, 0.0, 0.5, 0.2]] * 1000)      # start x, start y (m), heading (rad), speed (m/s), travel (m)
     rollouts = breakshot.Simulator().rollout(world, strikes, seed=1)
     margin_m, singulated = world.goal(rollouts.poses, rollouts.fallen)

@@ -13,10 +13,10 @@
 
 mod approach;
 mod arm;
+mod drawn_scenarios;
 mod feasibility;
 mod options;
 mod paper;
-mod possible_worlds;
 mod result;
 mod robust;
 mod sequence;
@@ -30,11 +30,12 @@ use crate::properties::Properties;
 use crate::scene::Scene;
 use crate::scene::singulation::Singulation;
 pub use arm::laws;
+pub use drawn_scenarios::{Scenarios, drawn_properties};
 pub use options::{Aim, ExecutionNoise, Method, Options, Proposals};
-pub use possible_worlds::{PossibleWorld, PossibleWorlds, drawn_properties};
 pub use result::{
     Contact, Failure, Iteration, Outcome, Plan, Prediction, Robustness, RunnerUp, Sensitivity, Source,
 };
+pub use robust::scenarios::Scenario;
 pub use sequence::{Sequence, drawn, expected, sequence};
 use std::collections::BTreeMap;
 pub use survey::{EvaluatedStrike, GridSize, Survey, evaluate_grid, survey};

@@ -6,7 +6,7 @@
 - ``breakshot/SingulateDiscrete-v0``: one strike of the planner's grid,
 - ``breakshot/Strikes-v0``: up to three strikes, observed in between.
 
-Every episode has another pile, drawn from the seed, in another possible world: friction, restitution, masses and contacts are drawn
+Every episode has another pile, drawn from the seed, in another scenario: friction, restitution, masses and contacts are drawn
 from the uncertainty of learned properties, poses and strikes have the noise of observation and execution.  The scene and properties
 are those of the example in the repository, or the ones given::
 

@@ -34,7 +34,7 @@ def _spaces(game: Game) -> tuple[spaces.Space[Observation], spaces.Space[Any]]:
 
 
 class SingulateEnv(gymnasium.Env[Observation, Any]):
-    """One strike on a random pile in a possible world; see `breakshot.gym`."""
+    """One strike on a random pile in a scenario; see `breakshot.gym`."""
 
     metadata: dict[str, Any] = {"render_modes": ["rgb_array"], "render_fps": 1}  # noqa: RUF012
     _strikes = 1
@@ -83,13 +83,13 @@ class SingulateEnv(gymnasium.Env[Observation, Any]):
 
 
 class SingulateDiscreteEnv(SingulateEnv):
-    """One strike of the planner's grid on a random pile in a possible world; see `breakshot.gym`."""
+    """One strike of the planner's grid on a random pile in a scenario; see `breakshot.gym`."""
 
     _discrete = True
 
 
 class StrikesEnv(SingulateEnv):
-    """Up to three strikes on a random pile in a possible world; see `breakshot.gym`."""
+    """Up to three strikes on a random pile in a scenario; see `breakshot.gym`."""
 
     _strikes = 3
 

@@ -55,7 +55,7 @@ class Game:
 
 @dataclass
 class Episode:
-    """One pile in one possible world."""
+    """One pile in one scenario."""
 
     scene: breakshot.Scene
     """What is observed."""

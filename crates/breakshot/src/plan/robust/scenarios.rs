@@ -26,7 +26,8 @@ use std::borrow::Cow;
 use std::collections::BTreeMap;
 
 /// A sampled world, and the error with which the arm executes a strike in it.
-pub(crate) struct Scenario {
+pub struct Scenario {
+    /// The world.
     pub world: World,
     speed_factor: f64,
     heading_error_rad: f64,
@@ -40,7 +41,7 @@ impl Scenario {
     }
 
     /// The strike as executed where this one is commanded.
-    pub(crate) fn executed(&self, strike: &Strike) -> Strike {
+    pub fn executed(&self, strike: &Strike) -> Strike {
         Strike {
             heading_rad: strike.heading_rad + self.heading_error_rad,
             speed_m_s: strike.speed_m_s * self.speed_factor,

@@ -1,23 +1,20 @@
-//! Which worlds are possible?  Single draws of everything that is uncertain about a scene, for rollouts beside those of the planner.
+//! What might the true state be?  Scenarios of everything that is uncertain about a scene, one by one, for rollouts beside those of the planner.
 
 use super::options::ExecutionNoise;
 use super::robust::scenarios::{Distribution, Nominal, Sampler, Scenario};
 use crate::error::Result;
 use crate::physics::{self, World};
 use crate::properties::Properties;
-use crate::scene::{Scene, Strike};
+use crate::scene::Scene;
 use std::borrow::Cow;
 
-/// The worlds that are possible for a scene: the distribution from which robust plans and surveys draw their scenarios.
-pub struct PossibleWorlds {
+/// The scenarios of a scene: the distribution from which robust plans and surveys draw.
+pub struct Scenarios {
     nominal: Nominal<'static>,
     distribution: Distribution,
 }
 
-/// One possible world, and the error with which the arm executes a strike in it.
-pub struct PossibleWorld(Scenario);
-
-impl PossibleWorlds {
+impl Scenarios {
     /// The distribution about a scene and properties; what no clip measured is drawn from its prior.
     ///
     /// # Errors
@@ -45,24 +42,12 @@ impl PossibleWorlds {
     ///
     /// # Errors
     /// A drawn scene that cannot be simulated.
-    pub fn draw(&self, seed: u64, k: u64) -> Result<PossibleWorld> {
-        self.nominal.scenario(&self.distribution, Sampler::new(seed, k, None)).map(PossibleWorld)
+    pub fn draw(&self, seed: u64, k: u64) -> Result<Scenario> {
+        self.nominal.scenario(&self.distribution, Sampler::new(seed, k, None))
     }
 }
 
-impl PossibleWorld {
-    /// The world.
-    pub fn world(&self) -> &World {
-        &self.0.world
-    }
-
-    /// The strike as it is executed where this one is commanded.
-    pub fn executed(&self, strike: &Strike) -> Strike {
-        self.0.executed(strike)
-    }
-}
-
-/// `count` draws of the measured properties: values that are possible at one strike, each exact.  Draw `k` depends on the seed and
+/// `count` draws of the measured properties: values of a single strike, each exact.  Draw `k` depends on the seed and
 /// `k` alone.
 pub fn drawn_properties(properties: &Properties, count: usize, seed: u64) -> Vec<Properties> {
     let distribution = Distribution::of(properties);
@@ -75,6 +60,7 @@ mod tests {
     use super::*;
     use crate::physics::Simulator;
     use crate::plan::tests::{properties, scene};
+    use crate::scene::Strike;
     use crate::uncertain::Estimate;
 
     fn uncertain() -> Properties {
@@ -88,17 +74,17 @@ mod tests {
     #[test]
     fn a_draw_depends_on_the_seed_and_its_number_alone() {
         let scene = scene(&[("a", 0.0, 0.0, 0.0), ("c", 0.09, 0.0, 0.0)]);
-        let worlds = || {
+        let scenarios = || {
             let laws = physics::Options::default();
-            PossibleWorlds::new(&scene, &uncertain(), ExecutionNoise::default(), &laws).expect("worlds")
+            Scenarios::new(&scene, &uncertain(), ExecutionNoise::default(), &laws).expect("scenarios")
         };
         let start_m = crate::geometry::Point::new(-0.2, 0.01);
         let strike = Strike { start_m, speed_m_s: 0.5, travel_m: 0.2, ..Strike::default() };
-        let hash = |worlds: &PossibleWorlds, seed: u64, k: u64| {
-            let drawn = worlds.draw(seed, k).expect("a world");
-            Simulator::new().run(drawn.world(), &drawn.executed(&strike)).expect("a strike").bit_hash()
+        let hash = |scenarios: &Scenarios, seed: u64, k: u64| {
+            let drawn = scenarios.draw(seed, k).expect("a scenario");
+            Simulator::new().run(&drawn.world, &drawn.executed(&strike)).expect("a strike").bit_hash()
         };
-        let (one, other) = (worlds(), worlds());
+        let (one, other) = (scenarios(), scenarios());
         assert_ne!(hash(&one, 1, 0), hash(&one, 1, 7));
         assert_eq!(hash(&one, 1, 7), hash(&other, 1, 7));
         assert_ne!(hash(&other, 1, 7), hash(&other, 2, 7));
