@@ -1,7 +1,7 @@
 //! Arguments from Python, and parts of values for Python.
 
 use crate::error::internal;
-use crate::values::Held;
+use crate::held::Held;
 use breakshot::detect::{Sample, Tracks};
 use breakshot::files;
 use numpy::PyArray1;

@@ -6,6 +6,7 @@
 
 mod arguments;
 mod error;
+mod held;
 mod rollouts;
 mod stages;
 mod values;

@@ -2,9 +2,10 @@
 
 use crate::arguments::{Arg, warn};
 use crate::error::{invalid, raised};
+use crate::held::Held;
 use crate::values::{
-    Cell, Command, Held, Object, Plan, Properties, Refusal, Report, Scene, Strike, Survey, Tracks,
-    Trajectory, strike_of,
+    Cell, Command, Object, Plan, Properties, Refusal, Report, Scene, Strike, Survey, Tracks, Trajectory,
+    strike_of,
 };
 use crate::work::{Stop, run};
 use breakshot::capture::{Capture, Decoder, Footage};
