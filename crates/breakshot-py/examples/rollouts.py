@@ -3,8 +3,9 @@
     python rollouts.py                      a pile of four discs
     python rollouts.py S4g.txt              the piles of a file, as the Rust example `scenes` reads it
 
-Prints rollouts a second on one thread and on two, of CPU time and of the clock, and checks that both give the same bits.  Each strike has an offset of its own of up
-to a micrometre, as in `cargo run --release --example scenes -- S4g.txt --repeat 2500`, which prints the rate of Rust.
+Prints rollouts a second on one thread and on two, of CPU time and of the clock, and checks that both give the same bits.  Each
+strike has an offset of its own of up to a micrometre, as in
+`cargo run --release --example scenes -- S4g.txt --repeat 2500`, which prints the rate of Rust.
 """
 
 from __future__ import annotations
@@ -49,12 +50,9 @@ def world(striker: list[float], discs: list[list[float]]) -> breakshot.World:
             "striker": {"shape": {"disc": {"radius_m": striker[0]}}, "height_m": 0.1, "speed_range_m_s": [0.01, 10.0]},
         },
         "objects": [
-            {"name": name, "shape": {"disc": {"radius_m": disc[7]}}, "height_m": 0.03}
-            for name, disc in zip(names, discs, strict=True)
+            {"name": name, "shape": {"disc": {"radius_m": disc[7]}}, "height_m": 0.03} for name, disc in zip(names, discs, strict=True)
         ],
-        "placed": [
-            {"object": name, "position_m": disc[4:6], "yaw_rad": disc[6]} for name, disc in zip(names, discs, strict=True)
-        ],
+        "placed": [{"object": name, "position_m": disc[4:6], "yaw_rad": disc[6]} for name, disc in zip(names, discs, strict=True)],
         "walls": [],
         "keep_out": [],
         "goal": {},

@@ -6,17 +6,26 @@
 use crate::arguments::{Arg, fields_of, json_of, reconstructed};
 use crate::error::{invalid, raised};
 use crate::held::Held;
-use breakshot::robot;
 use breakshot::{Error as LibraryError, Result};
+use breakshot::{files, robot};
 use pyo3::exceptions::PyAttributeError;
 use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
 use pyo3::types::{PyDict, PyTuple};
 use std::sync::Arc;
 
+/// Checks the cell, and reads the URDF of its arm again, which JSON only names.
+fn checked_cell(mut cell: breakshot::cell::Cell, name: &str) -> Result<breakshot::cell::Cell> {
+    cell.check(name)?;
+    if let Some(robot) = &mut cell.robot {
+        files::load_arm(robot)?;
+    }
+    Ok(cell)
+}
+
 /// Checks every object, which moves the origins of polygons to their centroids, and the rest of the scene.
 fn checked_scene(mut scene: breakshot::scene::Scene) -> Result<breakshot::scene::Scene> {
-    scene.cell.check("Scene: cell")?;
+    scene.cell = checked_cell(scene.cell, "Scene: cell")?;
     for object in &mut scene.objects {
         object.check()?;
     }
@@ -137,10 +146,7 @@ macro_rules! class {
 class! {
     /// A robot cell: camera, tags, workspace, table, striker and arm (`cell.toml`).
     Cell(breakshot::cell::Cell),
-    checked = |mut cell| {
-        cell.check("Cell")?;
-        Ok(cell)
-    },
+    checked = |cell| checked_cell(cell, "Cell"),
     {}
 }
 

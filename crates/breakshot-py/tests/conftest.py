@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 from pathlib import Path
 
@@ -17,7 +18,9 @@ def estimate(mean: float, error: float = 0.0) -> dict[str, object]:
     return {"mean": mean, "std": 0.0, "standard_error": error, "interval_95": [mean - 2 * error, mean + 2 * error], "n": 9}
 
 
-def discs(radii_m: list[float], positions_m: list[tuple[float, float]], error: float = 0.01) -> tuple[breakshot.Scene, breakshot.Properties]:
+def discs(
+    radii_m: list[float], positions_m: list[tuple[float, float]], error: float = 0.01
+) -> tuple[breakshot.Scene, breakshot.Properties]:
     """Discs on a table, and their properties with this standard error."""
     names = "abcdefgh"[: len(radii_m)]
     cell = {
@@ -29,9 +32,9 @@ def discs(radii_m: list[float], positions_m: list[tuple[float, float]], error: f
     }
     scene = {
         "cell": cell,
-        "objects": [{"name": n, "shape": {"disc": {"radius_m": r}}, "height_m": 0.03} for n, r in zip(names, radii_m)],
+        "objects": [{"name": n, "shape": {"disc": {"radius_m": r}}, "height_m": 0.03} for n, r in zip(names, radii_m, strict=True)],
         "observed_unix_s": None,
-        "placed": [{"object": n, "position_m": p, "yaw_rad": 0.0} for n, p in zip(names, positions_m)],
+        "placed": [{"object": n, "position_m": p, "yaw_rad": 0.0} for n, p in zip(names, positions_m, strict=True)],
         "walls": [],
         "keep_out": [],
         "goal": {},
@@ -47,13 +50,11 @@ def discs(radii_m: list[float], positions_m: list[tuple[float, float]], error: f
         "pair_mass_ratio": {},
         "contact_friction": {"objects": estimate(0.1), "striker": estimate(0.1)},
     }
-    return breakshot_value(breakshot.Scene, scene), breakshot_value(breakshot.Properties, properties)
+    return value(breakshot.Scene, scene), value(breakshot.Properties, properties)
 
 
-def breakshot_value(kind, fields):
+def value(kind, fields):
     """A value of nested dictionaries and lists."""
-    import json
-
     return kind.from_json(json.dumps(fields))
 
 

@@ -14,6 +14,7 @@ from conftest import DEMO
 
 import breakshot
 
+ARM = "offset_wrist.urdf"
 STUB = Path(breakshot.__file__).with_name("__init__.pyi").read_text()
 
 
@@ -66,7 +67,7 @@ def test_the_stub_declares_the_fields_of_each_value(values):
         body = STUB.split(f"class _{name}Fields(_Value):\n")[1].split("\n\n")[0]
         declared = set(re.findall(r"def (\w+)\(self\)", body))
         fields = {field for field in dir(value) if not field.startswith("_") and not hasattr(type(value), field)}
-        optional = {"evidence", "scale_px_per_m", "table", "robot", "points", "arm", "object", "mass_kg", "urdf", "robot"}
+        optional = {"evidence", "scale_px_per_m", "table", "robot", "points", "arm", "object", "mass_kg", "urdf"}
         assert declared - fields <= {"marker"}, f"{name} has no {declared - fields}"
         assert fields - declared <= optional | {"striker", "scene"} | set(dir(breakshot.Record)), f"{name}: {fields - declared}"
 
@@ -86,7 +87,7 @@ def test_replace_gives_another_value(demo_scene):
     with pytest.raises(AttributeError, match="`replace`"):
         demo_scene.placed[0].yaw_rad = 1.0
     with pytest.raises(AttributeError, match="no field `position`"):
-        demo_scene.placed[0].position
+        _ = demo_scene.placed[0].position
 
 
 def test_values_are_checked(demo_scene):
@@ -121,3 +122,12 @@ def test_help_is_a_tour():
     assert len(breakshot.__doc__.splitlines()) > 20
     for name in breakshot.__all__:
         assert name == "__version__" or inspect.getdoc(getattr(breakshot, name)), name
+
+
+def test_the_arm_of_a_pickled_cell_is_read_again(demo_scene):
+    urdf = DEMO.parents[1] / "crates/breakshot/tests/data/arms" / ARM
+    base = {"position_m": [0.5, 0.0, 0.0], "rpy_rad": [0.0, 0.0, 1.5708]}
+    cell = demo_scene.cell.replace(robot={"arm": str(urdf), "base_from_table": base})
+    assert pickle.loads(pickle.dumps(cell)) == cell
+    with pytest.raises(breakshot.Error, match="nowhere.urdf: cannot be read"):
+        demo_scene.cell.replace(robot={"arm": "nowhere.urdf", "base_from_table": base})

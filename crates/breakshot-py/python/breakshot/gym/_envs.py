@@ -36,7 +36,7 @@ def _spaces(game: Game) -> tuple[spaces.Space[Observation], spaces.Space[Any]]:
 class SingulateEnv(gymnasium.Env[Observation, Any]):
     """One strike on a random pile in a scenario; see `breakshot.gym`."""
 
-    metadata: dict[str, Any] = {"render_modes": ["rgb_array"], "render_fps": 1}  # noqa: RUF012
+    metadata: dict[str, Any] = {"render_modes": ["rgb_array"], "render_fps": 1}
     _strikes = 1
     _discrete = False
 
@@ -60,9 +60,7 @@ class SingulateEnv(gymnasium.Env[Observation, Any]):
         self.observation_space, self.action_space = _spaces(self._game)
         self._episode: Episode | None = None
 
-    def reset(
-        self, *, seed: int | None = None, options: dict[str, Any] | None = None
-    ) -> tuple[Observation, dict[str, Any]]:
+    def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Observation, dict[str, Any]]:
         """A new pile in a new world."""
         super().reset(seed=seed, options=options)
         self._episode = begun(self._game, self.np_random)
@@ -100,7 +98,7 @@ class SingulateVectorEnv(VectorEnv[Observation, Any, npt.NDArray[Any]]):
     A pile that is done is replaced in the same step: ``infos["final_obs"]`` and ``infos["final_info"]`` are those of the old one.
     """
 
-    metadata: dict[str, Any] = {  # noqa: RUF012
+    metadata: dict[str, Any] = {
         "render_modes": ["rgb_array"],
         "render_fps": 1,
         "autoreset_mode": AutoresetMode.SAME_STEP,
@@ -143,9 +141,7 @@ class SingulateVectorEnv(VectorEnv[Observation, Any, npt.NDArray[Any]]):
         self._episodes = [begun(self._game, rng) for rng in self._rngs]
         return self._observations(), {}
 
-    def step(
-        self, actions: Any
-    ) -> tuple[Observation, npt.NDArray[Any], npt.NDArray[Any], npt.NDArray[Any], dict[str, Any]]:
+    def step(self, actions: Any) -> tuple[Observation, npt.NDArray[Any], npt.NDArray[Any], npt.NDArray[Any], dict[str, Any]]:
         """Strikes every pile."""
         if not self._episodes:
             raise breakshot.Error("gym: step before reset; needed: a call of reset first")
