@@ -6,8 +6,7 @@ use crate::world::World;
 use breakshot::geometry::Point;
 use breakshot::physics::{Outcome, Simulator};
 use breakshot::scene::Strike;
-use numpy::ndarray::{ArrayViewD, IxDyn};
-use numpy::{PyArray1, PyArrayMethods, PyReadonlyArrayDyn};
+use numpy::{PyArray1, PyArrayMethods, PyReadonlyArrayDyn, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 use rayon::ThreadPool;
 use rayon::prelude::*;
@@ -20,10 +19,10 @@ const STRIKE_NUMBERS: usize = 5;
 const MOST_ROWS_A_JOB: usize = 256;
 /// Jobs of a thread: so many that all threads end at about the same time.
 const JOBS_A_THREAD: usize = 64;
+/// Rows after which a thread that simulates alone looks at the clock; the slowest take some ten milliseconds each.
+const ROWS_A_LOOK: usize = 8;
 /// Fewer rows are not worth waking threads for.
 const LEAST_ROWS_FOR_THREADS: usize = 4;
-/// The most axes of an array of NumPy.
-const MOST_AXES: usize = 64;
 /// The most rows of one call; more are further calls.
 pub(crate) const MOST_ROWS: usize = 100_000_000;
 
@@ -33,28 +32,52 @@ struct Rows<'a> {
     shape: Vec<usize>,
     worlds: Vec<&'a World>,
     /// Index of the world of each row.
-    world_of: ArrayViewD<'a, i64>,
-    /// Numbers of the strike of each row.
-    strikes: ArrayViewD<'a, f64>,
+    world_of: Operand<'a, i64>,
+    /// Five numbers for each strike.
+    strikes: Operand<'a, f64>,
     seed: u64,
+}
+
+/// An array that is broadcast to the shape of the rows.
+struct Operand<'a, T> {
+    numbers: &'a [T],
+    /// How many entries later the next one along each axis of the rows is; zero where the same one is used again.
+    steps: Vec<usize>,
+}
+
+impl<'a, T> Operand<'a, T> {
+    /// A contiguous array of this shape for rows of another one.
+    fn new(numbers: &'a [T], own: &[usize], shape: &[usize]) -> PyResult<Self> {
+        let fits = own.len() <= shape.len();
+        let mut steps = vec![0; shape.len()];
+        let mut entries = 1;
+        for ((step, length), axis) in steps.iter_mut().zip(shape).rev().zip(own.iter().rev()) {
+            if axis == length {
+                *step = entries;
+            } else if *axis != 1 {
+                return Err(internal("an array that does not fit the rows of the rollout"));
+            }
+            entries *= axis;
+        }
+        if fits {
+            Ok(Self { numbers, steps })
+        } else {
+            Err(internal("an array of more axes than the rows have"))
+        }
+    }
 }
 
 impl Rows<'_> {
     /// Simulates one row; `None` where the strike cannot start in its world.
     fn outcome(&self, simulator: &mut Simulator, row: usize) -> Option<Outcome> {
-        // The position of the row, and of a number of its strike, along each axis
-        let axes = self.shape.len();
-        let mut index = [0; MOST_AXES + 1];
-        let mut rest = row;
-        for (position, length) in index.iter_mut().zip(&self.shape).rev() {
-            *position = rest % length;
+        let (mut world, mut first, mut rest) = (0, 0, row);
+        for (axis, length) in self.shape.iter().enumerate().rev() {
+            world += rest % length * self.world_of.steps[axis];
+            first += rest % length * self.strikes.steps[axis];
             rest /= length;
         }
-        let world = self.worlds[usize::try_from(self.world_of[&index[..axes]]).ok()?];
-        let strike = strike(std::array::from_fn(|number| {
-            index[axes] = number;
-            self.strikes[&index[..=axes]]
-        }));
+        let world = self.worlds[usize::try_from(self.world_of.numbers[world]).ok()?];
+        let strike = strike(std::array::from_fn(|k| self.strikes.numbers[STRIKE_NUMBERS * first + k]));
         world.outcome(simulator, &strike, [self.seed, row as u64])
     }
 }
@@ -152,7 +175,8 @@ type Arrays<'py> = (
 
 /// Simulates every row of a shape into arrays of one axis.
 ///
-/// `world_of` holds an index of `worlds` for every row, `strikes` five numbers on its last axis; both are broadcast to the shape.
+/// `world_of` holds an index of `worlds` for every row, `strikes` five numbers on its last axis; both are contiguous, and broadcast to
+/// the shape.
 #[pyfunction]
 #[allow(clippy::too_many_arguments, reason = "the arrays of a rollout")]
 pub(crate) fn rollout<'py>(
@@ -169,19 +193,20 @@ pub(crate) fn rollout<'py>(
         let needed = format!("from 1 to {MOST_THREADS}, or None");
         return Err(invalid("rollout", "threads", threads.unwrap_or_default(), &needed));
     }
-    if shape.len() > MOST_AXES {
-        return Err(invalid("rollout", "the number of axes", shape.len(), &format!("at most {MOST_AXES}")));
-    }
-    let (world_of, strikes) = (world_of.as_array(), strikes.as_array());
-    check_strikes(&strikes)?;
+    let strike_shape = strikes.shape().to_vec();
+    let Some((&STRIKE_NUMBERS, strike_shape)) = strike_shape.split_last() else {
+        return Err(internal("strikes of another number of numbers than five"));
+    };
+    let numbers = strikes.as_slice().map_err(internal)?;
+    check_strikes(numbers)?;
     let rows = Rows {
         worlds: worlds.iter().map(Bound::get).collect(),
-        world_of: broadcast(&world_of, &shape)?,
-        strikes: broadcast(&strikes, &[&shape[..], &[STRIKE_NUMBERS]].concat())?,
+        world_of: Operand::new(world_of.as_slice().map_err(internal)?, world_of.shape(), &shape)?,
+        strikes: Operand::new(numbers, strike_shape, &shape)?,
         seed,
         shape,
     };
-    if rows.world_of.iter().any(|&k| usize::try_from(k).map_or(true, |k| k >= rows.worlds.len())) {
+    if rows.world_of.numbers.iter().any(|&k| usize::try_from(k).map_or(true, |k| k >= rows.worlds.len())) {
         return Err(internal("an index of a world that is not there"));
     }
     let (poses, fallen, impacts, energy, duration_s, complete) = &outputs;
@@ -207,30 +232,15 @@ pub(crate) fn rollout<'py>(
 }
 
 /// An error that names the first strike that no striker can carry out.
-fn check_strikes(strikes: &ArrayViewD<f64>) -> PyResult<()> {
-    let needed = "(..., 5): start x (m), start y (m), heading (rad), speed (m/s), travel (m)";
-    if strikes.shape().last() != Some(&STRIKE_NUMBERS) {
-        return Err(invalid("strikes", "the shape", format!("{:?}", strikes.shape()), needed));
-    }
-    if strikes.len() / STRIKE_NUMBERS > MOST_ROWS {
-        return Err(too_many(strikes.len() / STRIKE_NUMBERS));
-    }
-    for (k, numbers) in strikes.rows().into_iter().enumerate() {
-        strike(std::array::from_fn(|i| numbers[i])).check(&format!("strikes[{k}]")).map_err(raised)?;
+fn check_strikes(numbers: &[f64]) -> PyResult<()> {
+    for (k, numbers) in numbers.chunks_exact(STRIKE_NUMBERS).enumerate() {
+        let strike = strike(std::array::from_fn(|i| numbers[i]));
+        // The name of the strike is made for an error alone.
+        if strike.check("strikes").is_err() {
+            strike.check(&format!("strikes[{k}]")).map_err(raised)?;
+        }
     }
     Ok(())
-}
-
-fn too_many(rows: usize) -> PyErr {
-    invalid("rollout", "the number of strikes", rows, &format!("at most {MOST_ROWS} in one call"))
-}
-
-/// A view of this shape.
-fn broadcast<'a, T>(array: &'a ArrayViewD<'a, T>, shape: &[usize]) -> PyResult<ArrayViewD<'a, T>> {
-    array.broadcast(IxDyn(shape)).ok_or_else(|| {
-        let found = format!("{:?}", array.shape());
-        invalid("rollout", "the shape of worlds or strikes", found, &format!("one that fits {shape:?}"))
-    })
 }
 
 /// The array for writing.
@@ -257,7 +267,7 @@ fn on_this_thread(rows: &Rows, mut outputs: Outputs) -> PyResult<()> {
     let (mut simulator, mut looked) = (Simulator::new(), Instant::now());
     for row in 0..outputs.rows() {
         outputs.write(row, rows.outcome(&mut simulator, row).as_ref());
-        if looked.elapsed() > SIGNAL_PERIOD {
+        if row % ROWS_A_LOOK == 0 && looked.elapsed() > SIGNAL_PERIOD {
             check_signals()?;
             looked = Instant::now();
         }

@@ -104,7 +104,7 @@ def _strike_numbers(strikes: Any) -> npt.NDArray[np.float64]:
         )
     _check_size(array.shape[:-1])
     try:
-        return np.require(array, np.float64, "A")
+        return np.require(array, np.float64, ["A", "C"])
     except (TypeError, ValueError) as error:
         raise _breakshot.Error(f"rollout: strikes is no array of numbers ({error}); needed: an array (..., 5)") from None
 
