@@ -59,8 +59,8 @@ class Simulator:
             Error: A strike that no striker can carry out, arrays of a wrong shape or kind.
         """
         distinct, world_of = _distinct(worlds)
-        numbers = _strike_numbers(strikes)
-        shape = _row_shape(world_of, numbers)
+        numbers, strike_shape = _strike_numbers(strikes)
+        shape = _row_shape(world_of.shape, strike_shape)
         rollouts = _outputs(shape, max(len(world.names) for world in distinct), out)
         seed, threads = int(seed), None if threads is None else int(threads)
         if not 0 <= seed < 2**64:
@@ -87,10 +87,13 @@ def _distinct(worlds: Any) -> tuple[list[Any], npt.NDArray[np.int64]]:
     return [array.flat[k] for k in first], world_of.reshape(array.shape)
 
 
-def _strike_numbers(strikes: Any) -> npt.NDArray[np.float64]:
-    """The five numbers of each strike on the last axis."""
+def _strike_numbers(strikes: Any) -> tuple[npt.NDArray[np.float64], tuple[int, ...]]:
+    """The five numbers of each strike on the last axis, and the shape of the strikes.
+
+    An axis along which one strike is repeated without a copy has one entry.
+    """
     if isinstance(strikes, _breakshot.Strike):
-        return np.array(_numbers(strikes))
+        return np.array(_numbers(strikes)), ()
     if isinstance(strikes, (list, tuple)) and any(isinstance(strike, _breakshot.Strike) for strike in strikes):
         strikes = [_numbers(strike) if isinstance(strike, _breakshot.Strike) else strike for strike in strikes]
     try:
@@ -102,9 +105,11 @@ def _strike_numbers(strikes: Any) -> npt.NDArray[np.float64]:
             f"rollout: the shape of strikes is {array.shape}; needed: (..., 5): start x (m), start y (m), heading (rad), "
             "speed (m/s), travel (m)"
         )
-    _check_size(array.shape[:-1])
+    shape = array.shape[:-1]
+    _check_size(shape)
+    once = array[tuple(slice(0, 1) if stride == 0 else slice(None) for stride in array.strides[:-1])]
     try:
-        return np.require(array, np.float64, ["A", "C"])
+        return np.require(once, np.float64, ["A", "C"]), shape
     except (TypeError, ValueError) as error:
         raise _breakshot.Error(f"rollout: strikes is no array of numbers ({error}); needed: an array (..., 5)") from None
 
@@ -118,13 +123,13 @@ def _numbers(strike: Any) -> list[float]:
     return [*strike.start_m, *(getattr(strike, field) for field in _STRIKE_FIELDS)]
 
 
-def _row_shape(world_of: npt.NDArray[np.int64], numbers: npt.NDArray[np.float64]) -> tuple[int, ...]:
+def _row_shape(worlds: tuple[int, ...], strikes: tuple[int, ...]) -> tuple[int, ...]:
     try:
-        shape = np.broadcast_shapes(world_of.shape, numbers.shape[:-1])
+        shape = np.broadcast_shapes(worlds, strikes)
     except ValueError:
         raise _breakshot.Error(
-            f"rollout: the shape of worlds is {world_of.shape} and that of strikes {numbers.shape}; needed: shapes that can be "
-            "broadcast, such as worlds (w,) and strikes (n, 1, 5)"
+            f"rollout: the shape of worlds is {worlds} and that of strikes {strikes}; needed: shapes that can be "
+            "broadcast, such as (w,) and (n, 1) for strikes of shape (n, 1, 5)"
         ) from None
     _check_size(shape)
     return shape
