@@ -16,6 +16,7 @@ mod arm;
 mod drawn_scenarios;
 mod feasibility;
 mod options;
+mod outlook;
 mod paper;
 mod result;
 mod robust;
@@ -31,7 +32,8 @@ use crate::scene::Scene;
 use crate::scene::singulation::Singulation;
 pub use arm::laws;
 pub use drawn_scenarios::{Scenarios, drawn_properties};
-pub use options::{Aim, ExecutionNoise, Method, Options, Proposals};
+pub use options::{Aim, ExecutionNoise, Method, Options, Progress, Proposals};
+pub use outlook::{Outlook, Possibilities, aimed};
 pub use result::{
     Contact, Failure, Iteration, Outcome, Plan, Prediction, Robustness, RunnerUp, Sensitivity, Source,
 };

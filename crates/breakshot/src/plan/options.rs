@@ -18,6 +18,10 @@ pub enum Method {
 /// A function from a scene to strikes that are evaluated in addition to the grid, such as a learned model.
 pub type Proposals<'a> = dyn Fn(&Scene) -> Vec<Aim> + Sync + 'a;
 
+/// A function that is told which part of a search is done (0 to 1); if it answers false, the search ends with
+/// [`Error::Cancelled`].
+pub type Progress<'a> = dyn Fn(f64) -> bool + Sync + 'a;
+
 /// How to plan.
 #[derive(Clone, Copy, Default)]
 pub struct Options<'a> {
@@ -34,12 +38,22 @@ pub struct Options<'a> {
     /// Whether the caller wants no answer any more: from then on nothing is simulated, and the plan ends with
     /// [`Error::Stopped`]; used by `Robust` and surveys.
     pub stopped: Option<&'a (dyn Fn() -> bool + Sync)>,
+    /// Follows the search and may end it; used by `Robust`. It does not change the plan.
+    pub progress: Option<&'a Progress<'a>>,
 }
 
 impl Options<'_> {
     /// Whether the caller wants no answer any more.
     pub(crate) fn is_stopped(&self) -> bool {
         self.stopped.is_some_and(|stopped| stopped())
+    }
+
+    /// Tells which part of the search is done.
+    ///
+    /// # Errors
+    /// The search is to end.
+    pub(crate) fn report(&self, done: f64) -> Result<()> {
+        if self.progress.is_none_or(|progress| progress(done)) { Ok(()) } else { Err(Error::Cancelled) }
     }
 }
 

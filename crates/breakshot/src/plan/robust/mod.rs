@@ -6,7 +6,7 @@
 //! a smooth score of the goal's margin, which has a slope where no sample succeeds.
 
 pub(crate) mod evaluate;
-mod explain;
+pub(crate) mod explain;
 pub(crate) mod scenarios;
 pub(crate) mod strike_grid;
 
@@ -91,6 +91,14 @@ const SHOWN_SAMPLES: usize = 60;
 const LEAST_PROBABILITY: f64 = 0.5;
 /// Offset of the seeds of fresh scenarios from that of the search.
 const FRESH_STREAM: u64 = 0x5EED_F4E5;
+/// Parts of the search that are done after successive halving, after the refinement, and after the comparison of the finalists.
+const DONE: [f64; 3] = [0.45, 0.75, 0.9];
+
+/// The seed of the scenarios in which the winner is evaluated; they took no part in the choice.
+pub(crate) fn final_seed(seed: u64) -> u64 {
+    seed.wrapping_add(FRESH_STREAM.wrapping_mul(2))
+}
+
 /// Factor by which the variation narrows from one generation to the next.
 const NARROWING: f64 = 0.6;
 
@@ -121,7 +129,9 @@ pub(crate) fn robust(
         drawn(options.seed, budget.samples())?.into_iter().map(Scenario::with_coarse_pushes).collect();
     let arm = arm.as_ref();
     let search = Search { grid: &grid, evaluation: &evaluation, scenarios: &scenarios, budget, arm };
-    let finalists = match search.finalists(search.halved(strikes)) {
+    options.report(0.0)?;
+    let halved = search.halved(strikes, |part| options.report(DONE[0] * part))?;
+    let finalists = match search.finalists(halved) {
         Ok(finalists) => finalists,
         Err(refusal) => {
             plan.reason = format!("the arm can execute no strike within its reach: {refusal}");
@@ -129,10 +139,12 @@ pub(crate) fn robust(
         }
     };
     let refined = search.refined(finalists, options.seed);
+    options.report(DONE[1])?;
 
     // Comparison, and evaluation of the winner in scenarios that did not take part in the choice
-    let [comparison_seed, final_seed] = [1, 2].map(|k| options.seed.wrapping_add(k * FRESH_STREAM));
+    let (comparison_seed, final_seed) = (options.seed.wrapping_add(FRESH_STREAM), final_seed(options.seed));
     let mut ranked = evaluation.ranked(refined, &drawn(comparison_seed, budget.fresh)?);
+    options.report(DONE[2])?;
     let fresh = drawn(final_seed, budget.fresh)?;
     let runner_up = ranked.get(1).map(|candidate| RunnerUp {
         strike: candidate.strike.clone(),
@@ -179,18 +191,26 @@ struct Halved {
 
 impl Search<'_> {
     /// Successive halving: each round evaluates the better strikes of the last one in more scenarios.
-    fn halved(&self, mut strikes: Vec<StrikeCandidate>) -> Halved {
+    ///
+    /// # Errors
+    /// Those of `report`, which gets the part of the rounds that are done.
+    fn halved(
+        &self,
+        mut strikes: Vec<StrikeCandidate>,
+        report: impl Fn(f64) -> Result<()>,
+    ) -> Result<Halved> {
         let mut evaluated = 0;
         let mut eliminated: Vec<StrikeCandidate> = Vec::new();
-        for round in self.budget.rounds {
+        for (k, round) in self.budget.rounds.into_iter().enumerate() {
             let tail = strikes.split_off(round.strikes.min(strikes.len()));
             eliminated.splice(0..0, tail);
             let samples = round.samples.min(self.scenarios.len());
             self.evaluation.add_scores(&mut strikes, &self.scenarios[evaluated..samples]);
             evaluated = samples;
             strikes = sorted_by_value(strikes, |candidate| -candidate.score);
+            report((k + 1) as f64 / self.budget.rounds.len() as f64)?;
         }
-        Halved { last_round: strikes, eliminated }
+        Ok(Halved { last_round: strikes, eliminated })
     }
 
     /// The best strikes that the arm can execute, without variants of better ones; eliminated strikes only if the arm can execute none
@@ -306,7 +326,7 @@ fn distinct(strikes: Vec<StrikeCandidate>, count: usize) -> Vec<StrikeCandidate>
 }
 
 /// The final poses of each object in these scenarios.
-fn final_poses(strike: &Strike, scenarios: &[Scenario]) -> BTreeMap<String, Vec<Pose>> {
+pub(crate) fn final_poses(strike: &Strike, scenarios: &[Scenario]) -> BTreeMap<String, Vec<Pose>> {
     let mut simulator = Simulator::new();
     let mut found: BTreeMap<String, Vec<Pose>> = BTreeMap::new();
     for scenario in scenarios {

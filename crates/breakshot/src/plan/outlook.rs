@@ -1,0 +1,152 @@
+//! Where may everything come to rest after this one strike, and how probably is the pile singulated?
+//!
+//! A plan evaluates its winner in fresh scenarios ([`Method::Robust`](super::Method::Robust)). [`Possibilities`] holds the same scenarios of
+//! a pile, drawn once, so that any strike can be evaluated in them within milliseconds, and a planned one gives the numbers of its plan.
+
+use super::arm::{CellArm, laws_with};
+use super::options::{Aim, Options};
+use super::result::Failure;
+use super::robust::evaluate::{Evaluation, expected_singulated, standard_error, success_probability};
+use super::robust::explain::failures;
+use super::robust::scenarios::{Draws, Nominal, Scenario};
+use super::robust::strike_grid::StrikeGrid;
+use super::robust::{Budget, final_poses, final_seed};
+use crate::error::Result;
+use crate::geometry::Pose;
+use crate::properties::Properties;
+use crate::scene::{Scene, Strike};
+use serde::Serialize;
+use std::collections::BTreeMap;
+
+/// The scenarios in which a robust plan evaluates its strike.
+pub struct Possibilities {
+    scene: Scene,
+    scenarios: Vec<Scenario>,
+}
+
+/// The outcome of one strike in several scenarios.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
+pub struct Outlook {
+    /// Fraction of the scenarios in which the strike fulfils the goal.
+    pub success_probability: f64,
+    /// Standard error of that fraction.
+    pub standard_error: f64,
+    /// Number of scenarios.
+    pub samples: usize,
+    /// Mean number of singulated objects.
+    pub expected_singulated: f64,
+    /// The violated conditions, the most frequent first.
+    pub failures: Vec<Failure>,
+    /// Final poses of each object in the first scenarios.
+    #[serde(rename = "cloud")]
+    pub final_poses: BTreeMap<String, Vec<Pose>>,
+}
+
+impl Possibilities {
+    /// Draws the scenarios; the same seed gives those of a plan with that seed.
+    ///
+    /// # Errors
+    /// A scene that cannot be simulated.
+    pub fn new(scene: &Scene, properties: &Properties, options: &Options) -> Result<Self> {
+        options.noise.check()?;
+        let arm = CellArm::of(scene, options)?;
+        let nominal = Nominal::new(scene, properties, options.noise, &laws_with(arm.as_ref()))?;
+        let seed = final_seed(options.seed);
+        let scenarios = nominal.scenarios(Draws { seed, count: Budget::FULL.fresh, fixed: None })?;
+        Ok(Self { scene: scene.clone(), scenarios })
+    }
+
+    /// The number of scenarios.
+    pub fn count(&self) -> usize {
+        self.scenarios.len()
+    }
+
+    /// The outcome of a strike in the first `samples` scenarios, one at least; the final poses are those of the first `shown`.
+    ///
+    /// # Errors
+    /// An impossible strike.
+    pub fn outlook(&self, strike: &Strike, samples: usize, shown: usize) -> Result<Outlook> {
+        strike.check("strike")?;
+        let scenarios = &self.scenarios[..samples.clamp(1, self.scenarios.len())];
+        let margins = Evaluation::new(&self.scene)?.margins(strike, scenarios);
+        let success_probability = success_probability(&margins);
+        Ok(Outlook {
+            success_probability,
+            standard_error: standard_error(success_probability, margins.len()),
+            samples: margins.len(),
+            expected_singulated: expected_singulated(&margins),
+            failures: failures(&self.scene, &margins),
+            final_poses: final_poses(strike, &scenarios[..shown.min(scenarios.len())]),
+        })
+    }
+}
+
+/// The strike of an aim, with the longest free lead-in, or a phrase for what is in its way.
+///
+/// # Errors
+/// A scene that is not valid.
+pub fn aimed(scene: &Scene, aim: &Aim) -> Result<std::result::Result<Strike, String>> {
+    scene.check("scene")?;
+    Ok(StrikeGrid::new(scene, None)?.strike(aim))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::error::Error;
+    use crate::plan::plan;
+    use crate::plan::tests::{properties, scene};
+    use std::sync::Mutex;
+
+    fn pile() -> Scene {
+        scene(&[("a", 0.0, 0.0, 0.0), ("c", 0.076, 0.0, 0.3), ("e", 0.03, 0.07, 0.0)])
+    }
+
+    #[test]
+    fn the_outlook_of_a_planned_strike_has_the_numbers_of_its_plan() {
+        let (scene, properties) = (pile(), properties());
+        for seed in [0, 7] {
+            let options = Options { seed, ..Options::default() };
+            let plan = plan(&scene, &properties, &options).unwrap();
+            let (strike, robustness) = plan.strike.zip(plan.robustness).unwrap();
+            let possibilities = Possibilities::new(&scene, &properties, &options).unwrap();
+            let outlook = possibilities.outlook(&strike, possibilities.count(), 60).unwrap();
+            assert_eq!(outlook.success_probability, robustness.success_probability);
+            assert_eq!(outlook.standard_error, robustness.standard_error);
+            assert_eq!(outlook.expected_singulated, robustness.expected_singulated);
+            assert_eq!(outlook.samples, robustness.samples);
+            assert_eq!(outlook.failures, robustness.failures);
+            assert_eq!(outlook.final_poses, robustness.final_poses);
+            let aim = Aim {
+                object: strike.object.clone().unwrap(),
+                heading_rad: strike.heading_rad,
+                offset_m: 0.0,
+                speed_m_s: 0.3,
+                follow_through_m: 0.01,
+            };
+            let central = aimed(&scene, &aim).unwrap().unwrap();
+            assert_eq!((central.object, central.speed_m_s), (strike.object, 0.3));
+        }
+    }
+
+    #[test]
+    fn a_search_tells_its_progress_and_ends_when_told_to() {
+        let (scene, properties) = (pile(), properties());
+        let told = Mutex::new(Vec::new());
+        let progress = |done: f64| {
+            told.lock().unwrap().push(done);
+            true
+        };
+        let quiet = plan(&scene, &properties, &Options::default()).unwrap();
+        let options = Options { progress: Some(&progress), ..Options::default() };
+        assert_eq!(plan(&scene, &properties, &options).unwrap(), quiet);
+        let told = told.into_inner().unwrap();
+        assert!(
+            told.len() > 5 && told.is_sorted() && told.iter().all(|d| (0.0..1.0).contains(d)),
+            "{told:?}"
+        );
+        let options = Options { progress: Some(&|done| done < 0.5), ..Options::default() };
+        assert!(matches!(plan(&scene, &properties, &options), Err(Error::Cancelled)));
+    }
+}
