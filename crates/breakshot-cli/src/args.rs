@@ -5,6 +5,7 @@ use crate::check_args::CheckArgs;
 use crate::decoder_args::DecoderArgs;
 use crate::laws::LawArgs;
 use crate::planning::{PlannerArgs, SurveyArgs};
+use crate::studio_args::StudioArgs;
 use breakshot::Result;
 use breakshot::capture::Footage;
 use breakshot::cell::Cell;
@@ -101,6 +102,9 @@ pub(crate) enum Command {
         Example: breakshot verify scene.toml strike.mp4 --properties properties.json --strike plan.json -o report/\n\
         Example: breakshot verify scene.toml strike.mp4 --properties properties.json --strike plan.json -o report/ --update newer.json")]
     Verify(VerifyArgs),
+    /// Serves a page for the browser of this machine: piles, strikes and plans of a folder, to look at and to drag.
+    #[command(after_help = "Example: breakshot studio breakshot-demo")]
+    Studio(StudioArgs),
 }
 
 #[derive(Debug, Args)]

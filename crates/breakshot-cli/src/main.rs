@@ -12,6 +12,7 @@ mod decoder_args;
 mod laws;
 mod outcome;
 mod planning;
+mod studio_args;
 
 pub(crate) use outcome::Outcome;
 
@@ -76,5 +77,6 @@ fn run() -> Result<Outcome> {
         Command::Strike(args) => commands::strike::run(&args),
         Command::Export(args) => commands::export::run(&args),
         Command::Verify(args) => commands::verify::run(&args),
+        Command::Studio(args) => commands::studio::run(&args),
     }
 }

@@ -16,6 +16,7 @@ pub(crate) mod plan;
 pub(crate) mod run;
 pub(crate) mod simulate;
 pub(crate) mod strike;
+pub(crate) mod studio;
 pub(crate) mod tags;
 mod touch;
 pub(crate) mod verify;

@@ -10,7 +10,7 @@ use super::robust::evaluate::{Evaluation, expected_singulated, standard_error, s
 use super::robust::explain::failures;
 use super::robust::scenarios::{Draws, Nominal, Scenario};
 use super::robust::strike_grid::StrikeGrid;
-use super::robust::{Budget, final_poses, final_seed};
+use super::robust::{Budget, SHOWN_SAMPLES, final_poses, final_seed};
 use crate::error::Result;
 use crate::geometry::Pose;
 use crate::properties::Properties;
@@ -44,32 +44,32 @@ pub struct Outlook {
 }
 
 impl Possibilities {
-    /// Draws the scenarios; the same seed gives those of a plan with that seed.
+    /// The number of scenarios in which a plan evaluates its strike.
+    pub const OF_A_PLAN: usize = Budget::FULL.fresh;
+    /// The number of scenarios whose final poses are part of a plan.
+    pub const SHOWN: usize = SHOWN_SAMPLES;
+
+    /// Draws `count` scenarios; with the seed of a plan they are the first ones of that plan.
     ///
     /// # Errors
     /// A scene that cannot be simulated.
-    pub fn new(scene: &Scene, properties: &Properties, options: &Options) -> Result<Self> {
+    pub fn new(scene: &Scene, properties: &Properties, options: &Options, count: usize) -> Result<Self> {
         options.noise.check()?;
         let arm = CellArm::of(scene, options)?;
         let nominal = Nominal::new(scene, properties, options.noise, &laws_with(arm.as_ref()))?;
         let seed = final_seed(options.seed);
-        let scenarios = nominal.scenarios(Draws { seed, count: Budget::FULL.fresh, fixed: None })?;
+        let scenarios = nominal.scenarios(Draws { seed, count: count.max(1), fixed: None })?;
         Ok(Self { scene: scene.clone(), scenarios })
     }
 
-    /// The number of scenarios.
-    pub fn count(&self) -> usize {
-        self.scenarios.len()
-    }
-
-    /// The outcome of a strike in the first `samples` scenarios, one at least; the final poses are those of the first `shown`.
+    /// The outcome of a strike in the scenarios; the final poses are those of the first [`Possibilities::SHOWN`].
     ///
     /// # Errors
     /// An impossible strike.
-    pub fn outlook(&self, strike: &Strike, samples: usize, shown: usize) -> Result<Outlook> {
+    pub fn outlook(&self, strike: &Strike) -> Result<Outlook> {
         strike.check("strike")?;
-        let scenarios = &self.scenarios[..samples.clamp(1, self.scenarios.len())];
-        let margins = Evaluation::new(&self.scene)?.margins(strike, scenarios);
+        let shown = &self.scenarios[..Self::SHOWN.min(self.scenarios.len())];
+        let margins = Evaluation::new(&self.scene)?.margins(strike, &self.scenarios);
         let success_probability = success_probability(&margins);
         Ok(Outlook {
             success_probability,
@@ -77,7 +77,7 @@ impl Possibilities {
             samples: margins.len(),
             expected_singulated: expected_singulated(&margins),
             failures: failures(&self.scene, &margins),
-            final_poses: final_poses(strike, &scenarios[..shown.min(scenarios.len())]),
+            final_poses: final_poses(strike, shown),
         })
     }
 }
@@ -110,8 +110,10 @@ mod tests {
             let options = Options { seed, ..Options::default() };
             let plan = plan(&scene, &properties, &options).unwrap();
             let (strike, robustness) = plan.strike.zip(plan.robustness).unwrap();
-            let possibilities = Possibilities::new(&scene, &properties, &options).unwrap();
-            let outlook = possibilities.outlook(&strike, possibilities.count(), 60).unwrap();
+            let drawn = |count| Possibilities::new(&scene, &properties, &options, count).unwrap();
+            let outlook = drawn(Possibilities::OF_A_PLAN).outlook(&strike).unwrap();
+            let first = drawn(60).outlook(&strike).unwrap();
+            assert_eq!((first.samples, &first.final_poses), (60, &outlook.final_poses));
             assert_eq!(outlook.success_probability, robustness.success_probability);
             assert_eq!(outlook.standard_error, robustness.standard_error);
             assert_eq!(outlook.expected_singulated, robustness.expected_singulated);

@@ -86,7 +86,7 @@ impl Budget {
 }
 
 /// Scenarios whose final poses are part of the plan.
-const SHOWN_SAMPLES: usize = 60;
+pub(crate) const SHOWN_SAMPLES: usize = 60;
 /// Least success probability of a strike that counts as found; below it is the best effort.
 const LEAST_PROBABILITY: f64 = 0.5;
 /// Offset of the seeds of fresh scenarios from that of the search.

@@ -1,0 +1,40 @@
+//! The files of the page, part of the program.
+
+use crate::http::response::Response;
+
+macro_rules! assets {
+    ($($file:literal: $kind:literal),* $(,)?) => {
+        [$((concat!("/", $file), $kind, include_bytes!(concat!("../assets/", $file)).as_slice())),*]
+    };
+}
+
+const HTML: &str = "text/html; charset=utf-8";
+const INDEX: &[u8] = include_bytes!("../assets/index.html");
+
+/// Path, media type and content of each file.
+const FILES: [(&str, &str, &[u8]); 15] = assets![
+    "studio.css": "text/css; charset=utf-8",
+    "icon.svg": "image/svg+xml",
+    "app.js": "text/javascript; charset=utf-8",
+    "server.js": "text/javascript; charset=utf-8",
+    "elements.js": "text/javascript; charset=utf-8",
+    "keys.js": "text/javascript; charset=utf-8",
+    "table.js": "text/javascript; charset=utf-8",
+    "motion.js": "text/javascript; charset=utf-8",
+    "pile/view.js": "text/javascript; charset=utf-8",
+    "pile/page.js": "text/javascript; charset=utf-8",
+    "pile/drag.js": "text/javascript; charset=utf-8",
+    "pile/strike.js": "text/javascript; charset=utf-8",
+    "pile/player.js": "text/javascript; charset=utf-8",
+    "pile/plan.js": "text/javascript; charset=utf-8",
+    "pile/goal.js": "text/javascript; charset=utf-8",
+];
+
+/// The file at this path; none if the page has no such file.
+pub(crate) fn page(path: &str) -> Option<Response> {
+    if path == "/" {
+        return Some(Response::new(HTML, INDEX.to_vec()));
+    }
+    let (_, kind, content) = FILES.iter().find(|(known, ..)| *known == path)?;
+    Some(Response::new(kind, content.to_vec()))
+}

@@ -1,0 +1,68 @@
+//! `breakshot studio`: the browser interface, from this machine to this machine.
+//!
+//! A page from 127.0.0.1 shows the files of one folder and runs the library on them. What it shows and writes is what the commands show and
+//! write; it contains no physics. Nothing in it can move an arm: it links no driver.
+//!
+//! | module | question |
+//! |---|---|
+//! | `http` | who may ask, and how much? |
+//! | `project` | which files of the folder are there, and which are not of the folder? |
+//! | `pile` | what does a strike do to this pile? where may an object be put? which strike is planned? |
+//! | `jobs` | what takes longer, how far is it, is it to end? |
+//! | `studio` | which question goes where? |
+//! | `assets` | the page itself |
+
+mod assets;
+mod http;
+mod jobs;
+mod pile;
+mod project;
+mod studio;
+
+use breakshot::{Error, Result};
+use http::gate::Gate;
+use std::net::{Ipv4Addr, SocketAddr, TcpListener};
+use std::path::Path;
+use std::sync::Arc;
+
+/// The server of the page, bound to a port of this machine.
+pub struct Server {
+    listener: TcpListener,
+    address: SocketAddr,
+    gate: Arc<Gate>,
+    studio: Arc<studio::Studio>,
+}
+
+impl Server {
+    /// Binds to a port of 127.0.0.1, a free one for port 0.
+    ///
+    /// # Errors
+    /// A folder that does not exist, a port that is in use.
+    pub fn bind(folder: &Path, port: u16) -> Result<Self> {
+        let studio = Arc::new(studio::Studio::open(folder)?);
+        let unusable = |source| Error::Write { path: format!("127.0.0.1:{port}").into(), source };
+        let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, port)).map_err(unusable)?;
+        let address = listener.local_addr().map_err(unusable)?;
+        let gate = Arc::new(Gate::new(address.port()).map_err(unusable)?);
+        Ok(Self { listener, address, gate, studio })
+    }
+
+    /// The address at which it listens.
+    pub fn address(&self) -> SocketAddr {
+        self.address
+    }
+
+    /// The link that opens the page, once. The token is behind `#`: browsers do not send that part to any server.
+    pub fn link(&self) -> String {
+        format!("http://{}/#{}", self.address, self.gate.token().unwrap_or_default())
+    }
+
+    /// Answers until the program ends.
+    ///
+    /// # Errors
+    /// A system that starts no threads.
+    pub fn serve(&self) -> Result<()> {
+        let failed = |source| Error::Write { path: self.address.to_string().into(), source };
+        http::server::serve(&self.listener, &self.gate, &self.studio).map_err(failed)
+    }
+}

@@ -1,0 +1,173 @@
+//! Writes a pile into its scene file, or into a new one; comments and everything else in the file stay.
+
+use super::request::{Cache, PileRequest};
+use crate::project::Project;
+use breakshot::scene::{Goal, Placed};
+use breakshot::{Error, Result, files};
+use serde::Deserialize;
+use toml_edit::{Array, ArrayOfTables, DocumentMut, Item, Table, Value, value};
+
+/// A pile to be written.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct SaveRequest {
+    pile: PileRequest,
+    /// The file to write; that of the pile if not given.
+    output: Option<String>,
+}
+
+/// Writes the poses and the goal of the pile.
+///
+/// # Errors
+/// A pile that is not valid, a file that is not of the project or cannot be written.
+pub(crate) fn save(project: &Project, cache: &Cache, request: &SaveRequest) -> Result<String> {
+    let scene = cache.pile(project, &request.pile)?;
+    let source = project.file(&request.pile.scene)?;
+    let name = request.output.as_ref().unwrap_or(&request.pile.scene);
+    let output = project.new_file(name)?;
+    if output.parent() != source.parent() {
+        return Err(Error::invalid(
+            name,
+            "the folder",
+            "another one",
+            "the folder of the scene that is shown",
+        ));
+    }
+    let unreadable = |source| Error::Read { path: project_path(name), source };
+    let text = std::fs::read_to_string(&source).map_err(unreadable)?;
+    let syntax = |e: toml_edit::TomlError| Error::Syntax { path: source.clone(), problem: e.to_string() };
+    let mut document: DocumentMut = text.parse().map_err(syntax)?;
+    set_placed(&mut document, &scene.placed);
+    set_goal(&mut document, &scene.goal);
+    files::write_whole(&output, document.to_string().as_bytes())?;
+    Ok(name.clone())
+}
+
+fn project_path(name: &str) -> std::path::PathBuf {
+    name.into()
+}
+
+/// A pair of numbers.
+fn pair(numbers: [f64; 2]) -> Value {
+    Value::Array(Array::from_iter(numbers))
+}
+
+/// Sets a number; one that is equal stays as it is written.
+fn set(table: &mut Table, key: &str, new: Value) {
+    let same = |old: &Value| numbers(old) == numbers(&new) && old.type_name() == new.type_name();
+    match table.get_mut(key).and_then(Item::as_value_mut) {
+        Some(old) if same(old) => {}
+        Some(old) => {
+            let decor = old.decor().clone();
+            *old = new;
+            *old.decor_mut() = decor;
+        }
+        None => {
+            table.insert(key, Item::Value(new));
+        }
+    }
+}
+
+/// The numbers and words of a value, to compare it.
+fn numbers(value: &Value) -> Vec<String> {
+    match value {
+        Value::Array(array) => array.iter().flat_map(numbers).collect(),
+        Value::Float(number) => vec![number.value().to_string()],
+        #[allow(clippy::cast_precision_loss, reason = "lengths in metres")]
+        Value::Integer(number) => vec![(*number.value() as f64).to_string()],
+        Value::Boolean(word) => vec![word.value().to_string()],
+        other => vec![other.to_string().trim().to_owned()],
+    }
+}
+
+/// The placed objects: those that are in the file keep their place and comments, others follow.
+fn set_placed(document: &mut DocumentMut, placed: &[Placed]) {
+    let old = document.get("placed").and_then(Item::as_array_of_tables).cloned().unwrap_or_default();
+    let name_of = |table: &Table| table.get("object").and_then(Item::as_str).map(str::to_owned);
+    let mut tables = ArrayOfTables::new();
+    let mut left: Vec<&Placed> = placed.iter().collect();
+    for table in &old {
+        let Some(k) = left.iter().position(|p| name_of(table).as_deref() == Some(p.object.as_str())) else {
+            continue;
+        };
+        let mut table = table.clone();
+        fill(&mut table, left.remove(k));
+        tables.push(table);
+    }
+    for placed in left {
+        let mut table = Table::new();
+        table.insert("object", value(placed.object.as_str()));
+        fill(&mut table, placed);
+        tables.push(table);
+    }
+    if tables.is_empty() {
+        document.remove("placed");
+    } else {
+        document.insert("placed", Item::ArrayOfTables(tables));
+    }
+}
+
+fn fill(table: &mut Table, placed: &Placed) {
+    set(table, "position_m", pair([placed.position_m.x, placed.position_m.y]));
+    if placed.yaw_rad != 0.0 || table.contains_key("yaw_rad") {
+        set(table, "yaw_rad", placed.yaw_rad.into());
+    }
+}
+
+/// The distances of the goal; its other keys stay.
+fn set_goal(document: &mut DocumentMut, goal: &Goal) {
+    let given = document.get("goal").is_some();
+    if !given && *goal == Goal::default() {
+        return;
+    }
+    if !given {
+        document.insert("goal", Item::Table(Table::new()));
+    }
+    let Some(table) = document.get_mut("goal").and_then(Item::as_table_mut) else { return };
+    let standard = Goal::default();
+    let mut put = |key: &str, new: Value, is_standard: bool| {
+        if !is_standard || table.contains_key(key) {
+            set(table, key, new);
+        }
+    };
+    put("min_distance_m", goal.min_distance_m.into(), goal.min_distance_m == standard.min_distance_m);
+    put("mean_distance_m", pair(goal.mean_distance_m), goal.mean_distance_m == standard.mean_distance_m);
+    put("min_gap_m", goal.min_gap_m.into(), goal.min_gap_m == standard.min_gap_m);
+    put("inside_workspace", goal.inside_workspace.into(), goal.inside_workspace == standard.inside_workspace);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use breakshot::geometry::Point;
+
+    const TEXT: &str = "# A pile.\ncell = \"cell.toml\" # above\n\n[[placed]] # the first\nobject = \"a\"\n\
+        position_m = [0.1, 0] # measured\n\n[[placed]]\nobject = \"b\"\nposition_m = [0.2, 0.0]\nyaw_rad = 1.5\n\n\
+        [goal]\nmin_distance_m = 0.09 # Eq. 36\n";
+
+    fn placed(object: &str, x: f64, y: f64, yaw_rad: f64) -> Placed {
+        Placed { object: object.into(), position_m: Point::new(x, y), yaw_rad }
+    }
+
+    #[test]
+    fn an_unchanged_pile_leaves_the_file_as_it_is() {
+        let mut document: DocumentMut = TEXT.parse().unwrap();
+        set_placed(&mut document, &[placed("a", 0.1, 0.0, 0.0), placed("b", 0.2, 0.0, 1.5)]);
+        set_goal(&mut document, &Goal::default());
+        assert_eq!(document.to_string(), TEXT);
+    }
+
+    #[test]
+    fn comments_stay_where_poses_change() {
+        let mut document: DocumentMut = TEXT.parse().unwrap();
+        set_placed(&mut document, &[placed("a", 0.15, -0.02, 0.5), placed("a#2", 0.3, 0.0, 0.0)]);
+        set_goal(&mut document, &Goal { min_distance_m: 0.1, ..Goal::default() });
+        let text = document.to_string();
+        for part in
+            ["# A pile.", "# above", "# the first", "[0.15, -0.02] # measured", "\"a#2\"", "0.1 # Eq. 36"]
+        {
+            assert!(text.contains(part), "{part}: {text}");
+        }
+        assert!(!text.contains("\"b\"") && !text.contains("mean_distance_m"), "{text}");
+    }
+}
