@@ -1,0 +1,84 @@
+/** Questions to the server. */
+
+/** An answer that says why not. */
+export class Refused extends Error {
+  constructor(status, reason) {
+    super(reason);
+    this.status = status;
+  }
+}
+
+async function answered(response) {
+  const value = await response.json();
+  if (!response.ok) throw new Refused(response.status, value.error ?? response.statusText);
+  return value;
+}
+
+/** Reads something; `fields` become the query. */
+export async function read(path, fields = {}) {
+  const query = new URLSearchParams(fields).toString();
+  return answered(await fetch(query ? `${path}?${query}` : path));
+}
+
+/** Asks for something to be computed or done. */
+export async function ask(path, question) {
+  const headers = { "Content-Type": "application/json" };
+  return answered(await fetch(path, { method: "POST", headers, body: JSON.stringify(question) }));
+}
+
+/**
+ * Asks one question after the other. Of the questions that come up while one is on its way only the newest is asked, and an answer to an
+ * older question than the newest is shown only if it is not out of date for good.
+ */
+export class Newest {
+  #ask;
+  #show;
+  #failed;
+  #waiting = null;
+  #isAsking = false;
+  #generation = 0;
+
+  constructor(ask, show, failed) {
+    this.#ask = ask;
+    this.#show = show;
+    this.#failed = failed;
+  }
+
+  /** The answer to this question is wanted, and to none before it. */
+  want(question) {
+    this.#waiting = { question };
+    if (!this.#isAsking) this.#work();
+  }
+
+  /** No answer is wanted any more. */
+  drop() {
+    this.#waiting = null;
+    this.#generation += 1;
+  }
+
+  async #work() {
+    this.#isAsking = true;
+    while (this.#waiting) {
+      const { question } = this.#waiting;
+      const generation = this.#generation;
+      this.#waiting = null;
+      try {
+        const answer = await this.#ask(question);
+        if (generation === this.#generation) this.#show(answer, question);
+      } catch (error) {
+        if (generation === this.#generation && !this.#waiting) this.#failed(error, question);
+      }
+    }
+    this.#isAsking = false;
+  }
+}
+
+/** Follows a job until its end; `tell` gets each event. */
+export function follow(number, tell) {
+  const events = new EventSource(`/api/jobs/${number}/events`);
+  events.onmessage = ({ data }) => {
+    const event = JSON.parse(data);
+    if (event.state !== "running") events.close();
+    tell(event);
+  };
+}

@@ -1,0 +1,184 @@
+/** The table from above, to scale: what lies there, the strike, and where everything may come to rest. */
+
+import { along, degrees, svg } from "/elements.js";
+
+/** Room around the workspace, as a part of its longer side. */
+const MARGIN = 0.035;
+/** Room below the table for the scale (px). */
+const FOOT_PX = 26;
+const SCALES_M = [0.001, 0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1, 2];
+const LAYERS = ["ground", "cloud", "paths", "expected", "objects", "strike", "names"];
+
+/** The kind of an object: `a` for its second copy `a#2`. */
+export const kindOf = (name) => name.split("#")[0];
+
+/** The largest distance of an outline from its centre (m). */
+export function radius(shape) {
+  if (shape.disc) return shape.disc.radius_m;
+  return Math.max(...corners(shape).map(([x, y]) => Math.hypot(x, y)));
+}
+
+function corners(shape) {
+  if (shape.polygon) return shape.polygon.points_m;
+  const [x, y] = shape.rectangle.size_m.map((side) => side / 2);
+  return [[-x, -y], [x, -y], [x, y], [-x, y]];
+}
+
+export class Table {
+  #layers = {};
+  #scale = 1;
+  #low = [0, 0];
+  #high = [1, 1];
+
+  constructor(element) {
+    this.element = element;
+    this.scene = null;
+    for (const name of LAYERS) this.#layers[name] = svg("g", { class: `layer-${name}` });
+    element.replaceChildren(...LAYERS.map((name) => this.#layers[name]));
+  }
+
+  /** The group of the drawing with this name. */
+  layer(name) {
+    return this.#layers[name];
+  }
+
+  /** The scale of the drawing (px/m). */
+  get scale() {
+    return this.#scale;
+  }
+
+  /** The place of a point of the table in the drawing (px). */
+  px([x, y]) {
+    return [(x - this.#low[0]) * this.#scale, (this.#high[1] - y) * this.#scale];
+  }
+
+  /** The point of the table under a pointer (m). */
+  point(event) {
+    const box = this.element.getBoundingClientRect();
+    const ratio = this.element.viewBox.baseVal.width / box.width;
+    return [
+      this.#low[0] + ((event.clientX - box.left) * ratio) / this.#scale,
+      this.#high[1] - ((event.clientY - box.top) * ratio) / this.#scale,
+    ];
+  }
+
+  /** Shows the table of a scene, as wide as there is room. */
+  show(scene) {
+    this.scene = scene;
+    const { min_m, max_m } = scene.cell.workspace;
+    const outline = scene.cell.table?.outline_m ?? [];
+    const all = [min_m, max_m, ...outline, ...scene.walls.flatMap((wall) => [wall.from_m, wall.to_m])];
+    const room = MARGIN * Math.max(max_m[0] - min_m[0], max_m[1] - min_m[1]);
+    this.#low = [0, 1].map((k) => Math.min(...all.map((p) => p[k])) - room);
+    this.#high = [0, 1].map((k) => Math.max(...all.map((p) => p[k])) + room);
+    const width = Math.max(320, Math.round(this.element.clientWidth));
+    this.#scale = width / (this.#high[0] - this.#low[0]);
+    const height = (this.#high[1] - this.#low[1]) * this.#scale + FOOT_PX;
+    this.element.setAttribute("viewBox", `0 0 ${width} ${height.toFixed(1)}`);
+    this.#drawGround(scene, width, height);
+  }
+
+  /** The class that sets an object's colour: by the rank of its kind, as in the report. */
+  colour(name) {
+    const kinds = [...new Set(this.scene.objects.map((object) => object.name))].sort();
+    const rank = kinds.indexOf(kindOf(name));
+    return rank < 0 ? "grey" : `c${rank % 8}`;
+  }
+
+  /** The outline of an object's kind. */
+  shape(name) {
+    return this.scene.objects.find((object) => object.name === kindOf(name))?.shape;
+  }
+
+  /** An outline about its centre, as the `d` of a path. */
+  outline(shape) {
+    if (shape.disc) {
+      const r = (shape.disc.radius_m * this.#scale).toFixed(2);
+      return `M${r} 0A${r} ${r} 0 1 0 -${r} 0A${r} ${r} 0 1 0 ${r} 0Z`;
+    }
+    const points = corners(shape).map(([x, y]) => `${(x * this.#scale).toFixed(2)} ${(-y * this.#scale).toFixed(2)}`);
+    return `M${points.join("L")}Z`;
+  }
+
+  /** The `transform` that puts an outline at a pose. */
+  placed([x, y, yaw]) {
+    const [px, py] = this.px([x, y]);
+    return `translate(${px.toFixed(2)} ${py.toFixed(2)}) rotate(${(-degrees(yaw)).toFixed(3)})`;
+  }
+
+  /** A line through points, as the `d` of a path. */
+  line(points) {
+    return points.map((point, k) => (k ? "L" : "M") + this.px(point).map((v) => v.toFixed(2)).join(" ")).join("");
+  }
+
+  /** Shows possible final poses: a faint outline for each world. */
+  showCloud(cloud) {
+    const group = this.#layers.cloud;
+    const count = Object.values(cloud ?? {}).reduce((sum, poses) => sum + poses.length, 0);
+    while (group.childElementCount > count) group.lastChild.remove();
+    while (group.childElementCount < count) group.append(svg("path"));
+    let k = 0;
+    for (const [name, poses] of Object.entries(cloud ?? {})) {
+      const d = this.outline(this.shape(name));
+      for (const one of poses) {
+        const path = group.children[k++];
+        path.setAttribute("class", `possible ${this.colour(name)}`);
+        path.setAttribute("d", d);
+        path.setAttribute("transform", this.placed(one));
+      }
+    }
+  }
+
+  /** Shows the nominal paths of the centres and the final poses. */
+  showExpected(paths, final) {
+    const drawnPaths = Object.entries(paths).map(([name, points]) =>
+      svg("path", { class: `path ${this.colour(name)}`, d: this.line(points) }));
+    this.#layers.paths.replaceChildren(...drawnPaths);
+    const outlines = Object.entries(final).map(([name, one]) =>
+      svg("path", { class: `expected ${this.colour(name)}`, d: this.outline(this.shape(name)), transform: this.placed(one) }));
+    this.#layers.expected.replaceChildren(...outlines);
+  }
+
+  #drawGround(scene, width, height) {
+    const { min_m, max_m } = scene.cell.workspace;
+    const box = [min_m, [max_m[0], min_m[1]], max_m, [min_m[0], max_m[1]]];
+    const parts = [svg("path", { class: "workspace", d: `${this.line(box)}Z` })];
+    if (scene.cell.table) parts.unshift(svg("path", { class: "table", d: `${this.line(scene.cell.table.outline_m)}Z` }));
+    const grid = this.#grid(min_m, max_m);
+    const [x, y] = this.px([min_m[0], max_m[1]]);
+    const walls = scene.walls.map((wall) => svg("path", { class: "wall", d: this.line([wall.from_m, wall.to_m]) }));
+    const areas = scene.keep_out.flatMap((area) => {
+      const middle = [0, 1].map((k) => area.points_m.reduce((sum, p) => sum + p[k], 0) / area.points_m.length);
+      const [mx, my] = this.px(middle);
+      return [
+        svg("path", { class: "keep-out", d: `${this.line(area.points_m)}Z` }),
+        svg("text", { class: "small", x: mx, y: my + 4, "text-anchor": "middle" }, "keep out"),
+      ];
+    });
+    const words = svg("text", { class: "small muted", x: x + 8, y: y + 16 }, "workspace");
+    this.#layers.ground.replaceChildren(...parts, grid, ...areas, ...walls, words, this.#scaleBar(width, height));
+  }
+
+  /** Lines at every tenth of a metre. */
+  #grid([left, low], [right, high]) {
+    const lines = [];
+    for (let x = Math.ceil(left * 10); x <= right * 10; x += 1) lines.push(this.line([[x / 10, low], [x / 10, high]]));
+    for (let y = Math.ceil(low * 10); y <= high * 10; y += 1) lines.push(this.line([[left, y / 10], [right, y / 10]]));
+    return svg("path", { class: "grid fine", d: lines.join("") });
+  }
+
+  #scaleBar(width, height) {
+    const length = SCALES_M.findLast((metres) => metres * this.#scale <= 160) ?? SCALES_M[0];
+    const [left, right, y] = [this.px([this.scene.cell.workspace.min_m[0], 0])[0], length * this.#scale, height - 12];
+    const end = left + right;
+    return svg("g", {},
+      svg("path", { class: "scale", d: `M${left} ${y - 4}V${y + 4}M${left} ${y}H${end}M${end} ${y - 4}V${y + 4}` }),
+      svg("text", { class: "small", x: end + 7, y: y + 4 }, `${Math.round(length * 1e3)} mm`));
+  }
+}
+
+/** An arrow head at the end of a line (px). */
+export function arrowHead([x, y], heading, length = 12) {
+  const wing = (side) => along([x, y], Math.PI - heading + side * 0.42, length);
+  return `M${x} ${y}L${wing(1).join(" ")}L${wing(-1).join(" ")}Z`;
+}

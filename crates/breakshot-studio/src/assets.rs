@@ -11,8 +11,11 @@ macro_rules! assets {
 const HTML: &str = "text/html; charset=utf-8";
 const INDEX: &[u8] = include_bytes!("../assets/index.html");
 
+/// Palette and drawing style of `report.html`: the page has the same.
+const REPORT_STYLE: &[u8] = include_bytes!("../../breakshot/src/report/html/report.css");
+
 /// Path, media type and content of each file.
-const FILES: [(&str, &str, &[u8]); 15] = assets![
+const FILES: [(&str, &str, &[u8]); 16] = assets![
     "studio.css": "text/css; charset=utf-8",
     "icon.svg": "image/svg+xml",
     "app.js": "text/javascript; charset=utf-8",
@@ -22,11 +25,12 @@ const FILES: [(&str, &str, &[u8]); 15] = assets![
     "table.js": "text/javascript; charset=utf-8",
     "motion.js": "text/javascript; charset=utf-8",
     "pile/view.js": "text/javascript; charset=utf-8",
-    "pile/page.js": "text/javascript; charset=utf-8",
+    "pile/objects.js": "text/javascript; charset=utf-8",
     "pile/drag.js": "text/javascript; charset=utf-8",
     "pile/strike.js": "text/javascript; charset=utf-8",
     "pile/player.js": "text/javascript; charset=utf-8",
     "pile/plan.js": "text/javascript; charset=utf-8",
+    "pile/forecast.js": "text/javascript; charset=utf-8",
     "pile/goal.js": "text/javascript; charset=utf-8",
 ];
 
@@ -34,6 +38,9 @@ const FILES: [(&str, &str, &[u8]); 15] = assets![
 pub(crate) fn page(path: &str) -> Option<Response> {
     if path == "/" {
         return Some(Response::new(HTML, INDEX.to_vec()));
+    }
+    if path == "/report.css" {
+        return Some(Response::new("text/css; charset=utf-8", REPORT_STYLE.to_vec()));
     }
     let (_, kind, content) = FILES.iter().find(|(known, ..)| *known == path)?;
     Some(Response::new(kind, content.to_vec()))

@@ -48,6 +48,7 @@ impl Studio {
             (Method::Post, ["api", "aim"]) => asked(request, |r| forecast::aimed(project, cache, r)),
             (Method::Post, ["api", "settle"]) => asked(request, |r| settle::settled(project, cache, r)),
             (Method::Post, ["api", "save"]) => asked(request, |r| save::save(project, cache, r)),
+            (Method::Post, ["api", "strike"]) => asked(request, |r| save::save_strike(project, r)),
             (Method::Post, ["api", "plan"]) => asked(request, |r: &PlanRequest| Ok(self.start_plan(r))),
             (Method::Post, ["api", "jobs", number, "cancel"]) => match number.parse() {
                 Ok(number) if self.jobs.cancel(number) => Response::json(&true).into(),

@@ -2,7 +2,7 @@
 
 use super::request::{Cache, PileRequest};
 use crate::project::Project;
-use breakshot::scene::{Goal, Placed};
+use breakshot::scene::{Goal, Placed, Strike};
 use breakshot::{Error, Result, files};
 use serde::Deserialize;
 use toml_edit::{Array, ArrayOfTables, DocumentMut, Item, Table, Value, value};
@@ -41,6 +41,33 @@ pub(crate) fn save(project: &Project, cache: &Cache, request: &SaveRequest) -> R
     set_goal(&mut document, &scene.goal);
     files::write_whole(&output, document.to_string().as_bytes())?;
     Ok(name.clone())
+}
+
+/// A strike to be written.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct SaveStrikeRequest {
+    strike: Strike,
+    output: String,
+}
+
+/// Writes a file with only the strike, for `breakshot simulate` and `breakshot command`.
+///
+/// # Errors
+/// An impossible strike, a file that is not of the project or cannot be written.
+pub(crate) fn save_strike(project: &Project, request: &SaveStrikeRequest) -> Result<String> {
+    request.strike.check("the strike")?;
+    let output = project.new_file(&request.output)?;
+    if output.extension().is_none_or(|extension| extension != "json") {
+        return Err(Error::invalid(
+            &request.output,
+            "the name",
+            "not one of JSON",
+            "a name that ends with .json",
+        ));
+    }
+    files::write_json(&output, &request.strike)?;
+    Ok(request.output.clone())
 }
 
 fn project_path(name: &str) -> std::path::PathBuf {
