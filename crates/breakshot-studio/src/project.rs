@@ -1,6 +1,6 @@
 //! The folder of the project: which files it holds, and that no name leads out of it.
 
-use breakshot::{Error, Result};
+use breakshot::{Error, Result, files};
 use std::path::{Component, Path, PathBuf};
 
 /// The folder that the studio was started for.
@@ -97,6 +97,18 @@ impl Project {
             }
         }
         self.file(&parts.join("/"))
+    }
+
+    /// The files that a cell names, all of the project.
+    ///
+    /// # Errors
+    /// A cell that is not TOML, or that names another file.
+    pub(crate) fn check_cell(&self, cell: &Path) -> Result<Vec<PathBuf>> {
+        let table: toml::Table = files::read_toml(cell)?;
+        let named = |section: &str, key: &str| table.get(section)?.get(key)?.as_str().map(PathBuf::from);
+        let arm = named("robot", "arm").filter(|arm| arm.extension().is_some());
+        let names = named("camera", "camera_info").into_iter().chain(arm);
+        names.map(|name| self.named_in(cell, &name)).collect()
     }
 
     /// The name of a file of the project, with `/` between folders.

@@ -1,5 +1,8 @@
 //! Which question goes where?
 
+use crate::films::clips::{self, Campaigns};
+use crate::films::frames::Films;
+use crate::films::motion;
 use crate::http::request::{Method, Request};
 use crate::http::response::{Answer, Response};
 use crate::jobs::Jobs;
@@ -8,6 +11,7 @@ use crate::pile::planning::{self, PlanRequest};
 use crate::pile::request::Cache;
 use crate::pile::{save, settle};
 use crate::project::Project;
+use breakshot::campaign::{Campaign, Source};
 use breakshot::{Result, files};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
@@ -19,6 +23,8 @@ pub(crate) struct Studio {
     project: Arc<Project>,
     cache: Arc<Cache>,
     clouds: Clouds,
+    campaigns: Campaigns,
+    films: Films,
     jobs: Jobs,
 }
 
@@ -27,35 +33,98 @@ impl Studio {
     /// A folder that does not exist.
     pub(crate) fn open(folder: &Path) -> Result<Self> {
         let project = Arc::new(Project::open(folder)?);
-        Ok(Self { project, cache: Arc::default(), clouds: Clouds::default(), jobs: Jobs::default() })
+        Ok(Self {
+            project,
+            cache: Arc::default(),
+            clouds: Clouds::default(),
+            campaigns: Campaigns::default(),
+            films: Films::default(),
+            jobs: Jobs::default(),
+        })
     }
 
     /// The answer to a request that may be asked.
     pub(crate) fn answer(&self, request: &Request) -> Answer {
         let parts: Vec<&str> = request.path.trim_start_matches('/').split('/').collect();
-        let (project, cache) = (&*self.project, &*self.cache);
         match (request.method, &parts[..]) {
-            (Method::Get, ["api", "project"]) => Response::json(&project.contents()).into(),
-            (Method::Get, ["api", "scene"]) => reply(self.scene(request)),
-            (Method::Get, ["api", "strike"]) => reply(self.strike(request)),
-            (Method::Get, ["api", "plan"]) => reply(self.plan(request)),
             (Method::Get, ["api", "jobs", number, "events"]) => {
                 let events = number.parse().ok().and_then(|number| self.jobs.events(number));
                 events.map_or_else(unknown, Answer::Events)
             }
-            (Method::Post, ["api", "motion"]) => asked(request, |r| forecast::motion(project, cache, r)),
-            (Method::Post, ["api", "cloud"]) => asked(request, |r| self.clouds.outlook(project, cache, r)),
-            (Method::Post, ["api", "aim"]) => asked(request, |r| forecast::aimed(project, cache, r)),
-            (Method::Post, ["api", "settle"]) => asked(request, |r| settle::settled(project, cache, r)),
-            (Method::Post, ["api", "save"]) => asked(request, |r| save::save(project, cache, r)),
-            (Method::Post, ["api", "strike"]) => asked(request, |r| save::save_strike(project, r)),
-            (Method::Post, ["api", "plan"]) => asked(request, |r: &PlanRequest| Ok(self.start_plan(r))),
+            (Method::Get, ["api", what]) => self.shown(what, request),
             (Method::Post, ["api", "jobs", number, "cancel"]) => match number.parse() {
                 Ok(number) if self.jobs.cancel(number) => Response::json(&true).into(),
                 _ => unknown(),
             },
+            (Method::Post, ["api", what]) => self.done(what, request),
             _ => unknown(),
         }
+    }
+
+    /// What the project holds: nothing is changed.
+    fn shown(&self, what: &str, request: &Request) -> Answer {
+        match what {
+            "project" => Response::json(&self.project.contents()).into(),
+            "scene" => reply(self.scene(request)),
+            "strike" => reply(self.strike(request)),
+            "plan" => reply(self.plan(request)),
+            "clips" => reply(self.campaign(request).map(|campaign| clips::listed(&self.project, &campaign))),
+            "clip" => reply(self.clip(request)),
+            "frame" => self.frame(request).unwrap_or_else(|error| reply(Err::<(), _>(error))),
+            _ => unknown(),
+        }
+    }
+
+    /// What is computed, or written.
+    fn done(&self, what: &str, request: &Request) -> Answer {
+        let (project, cache) = (&*self.project, &*self.cache);
+        match what {
+            "motion" => asked(request, |r| forecast::motion(project, cache, r)),
+            "cloud" => asked(request, |r| self.clouds.outlook(project, cache, r)),
+            "aim" => asked(request, |r| forecast::aimed(project, cache, r)),
+            "settle" => asked(request, |r| settle::settled(project, cache, r)),
+            "save" => asked(request, |r| save::save(project, cache, r)),
+            "strike" => asked(request, |r| save::save_strike(project, r)),
+            "plan" => asked(request, |r: &PlanRequest| Ok(self.start_plan(r))),
+            "track" => asked(request, |r: &TrackRequest| self.start_tracking(r)),
+            _ => unknown(),
+        }
+    }
+
+    fn campaign(&self, request: &Request) -> Result<Arc<Campaign>> {
+        self.campaigns.open(&self.project, request.field("campaign").unwrap_or_default())
+    }
+
+    /// What was found in a clip.
+    fn clip(&self, request: &Request) -> Result<Option<motion::Motion>> {
+        let campaign = self.campaign(request)?;
+        let clip = clips::clip(&campaign, request.field("clip").unwrap_or_default())?;
+        motion::motion(&self.project, &campaign, clip)
+    }
+
+    /// A frame of a film; its time is in a header.
+    fn frame(&self, request: &Request) -> Result<Answer> {
+        let campaign = self.campaign(request)?;
+        let clip = clips::clip(&campaign, request.field("clip").unwrap_or_default())?;
+        let (Source::Film(path), Some(Ok(number))) = (&clip.source, request.field("frame").map(str::parse))
+        else {
+            return Ok(unknown());
+        };
+        let rate_hz = clip.frame_rate_hz.or(campaign.cell.camera.frame_rate_hz);
+        let Some(picture) = self.films.picture(path, rate_hz, number)? else { return Ok(unknown()) };
+        Ok(Response::new("image/png", picture.png.clone())
+            .with("Frame-Time", picture.time_s.to_string())
+            .into())
+    }
+
+    /// The number of the job; none if too many are running.
+    fn start_tracking(&self, request: &TrackRequest) -> Result<Option<u64>> {
+        let campaign = self.campaigns.open(&self.project, &request.campaign)?;
+        clips::clip(&campaign, &request.clip)?;
+        let (project, number) = (self.project.clone(), request.clip.clone());
+        Ok(self
+            .jobs
+            .start(move |job| motion::track(&project, &campaign, clips::clip(&campaign, &number)?, job)))
     }
 
     fn scene(&self, request: &Request) -> Result<serde_json::Value> {
@@ -76,6 +145,15 @@ impl Studio {
         let (project, cache, request) = (self.project.clone(), self.cache.clone(), request.clone());
         self.jobs.start(move |job| planning::planned(&project, &cache, &request, job))
     }
+}
+
+/// A clip to be tracked.
+#[derive(serde::Deserialize)]
+#[serde(deny_unknown_fields)]
+struct TrackRequest {
+    campaign: String,
+    /// Its number in the campaign.
+    clip: String,
 }
 
 fn unknown() -> Answer {

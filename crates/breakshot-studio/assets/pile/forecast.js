@@ -6,7 +6,7 @@ const BAR = { width: 240, height: 14 };
 /** Half of the interval that contains the probability in 95 of 100 cases, in standard errors. */
 const HALF_95 = 1.96;
 
-const percent = (part) => `${fixed(part * 100)} %`;
+const percent = (part) => `${fixed(part * 100)}\u00a0%`;
 
 /** Shows the nominal motion or the cloud, whichever is given. */
 export function showForecast({ motion, outlook }) {
@@ -24,16 +24,16 @@ export function showProblem(reason) {
 
 function showVerdict({ min_distance_m, mean_distance_m, violations }) {
   const isFulfilled = violations.length === 0;
-  const distances = min_distance_m == null ? "" : ` Least distance ${mm(min_distance_m)} mm, mean ${mm(mean_distance_m)} mm.`;
+  const distances = min_distance_m == null ? "" : ` Centres at least ${mm(min_distance_m)} mm apart, ${mm(mean_distance_m)} mm on average.`;
   byId("verdict").replaceChildren(
     html("strong", { class: isFulfilled ? "yes" : "no" }, isFulfilled ? "\u2713 Nominal motion reaches the goal." : "\u2717 Nominal motion misses the goal"),
-    isFulfilled ? "" : `: ${violations[0]}.`, distances);
+    isFulfilled ? distances : `: ${violations[0]}.`);
 }
 
 function showProbability(outlook) {
   const probability = outlook?.success_probability;
   byId("probability").textContent = outlook ? percent(probability) : "\u2013";
-  byId("probability-words").textContent = outlook ? `success in ${outlook.samples} worlds, \u00b1 ${fixed(HALF_95 * 100 * outlook.standard_error)} %` : "";
+  byId("probability-words").textContent = outlook ? `success in ${outlook.samples} worlds, \u00b1\u00a0${fixed(HALF_95 * 100 * outlook.standard_error)}\u00a0%` : "";
   const bar = byId("probability-bar");
   bar.setAttribute("viewBox", `0 0 ${BAR.width} ${BAR.height}`);
   bar.setAttribute("aria-label", outlook ? `Success probability ${percent(probability)}` : "No success probability");

@@ -27,6 +27,7 @@ export class Pile {
   selected = null;
   #goal = null;
   #motion = null;
+  #outlook = null;
   #isDirty = false;
   #rest = 0;
   #message;
@@ -83,8 +84,7 @@ export class Pile {
     this.placed = scene.placed;
     this.#goal = scene.goal;
     this.scene = scene;
-    this.selected = null;
-    this.#isDirty = false;
+    [this.selected, this.#motion, this.#outlook, this.#isDirty] = [null, null, null, false];
     this.goal.show(scene.goal);
     this.list.showKinds(scene.objects);
     this.#drawAll();
@@ -266,6 +266,7 @@ export class Pile {
     this.list.draw();
     this.handles.draw();
     if (this.#motion) this.#showMotion(this.#motion);
+    if (this.#outlook) this.#showCloud(this.#outlook);
   }
 
   #showMotion(motion) {
@@ -280,12 +281,13 @@ export class Pile {
   }
 
   #showCloud(outlook) {
+    this.#outlook = outlook;
     this.table.showCloud(outlook?.cloud);
     showForecast({ outlook });
   }
 
   #failed(error) {
-    this.#motion = null;
+    [this.#motion, this.#outlook] = [null, null];
     this.cloud.drop();
     this.table.showExpected({}, {});
     this.table.showCloud(null);

@@ -75,7 +75,7 @@ impl Gate {
         }
         *token = None;
         let cookie = format!("{}={}; HttpOnly; SameSite=Strict; Path=/", self.cookie_name(), self.key);
-        Response::json(&serde_json::json!({ "open": true })).with_cookie(cookie)
+        Response::json(&serde_json::json!({ "open": true })).with("Set-Cookie", cookie)
     }
 
     /// Whether the request shows the cookie.

@@ -24,14 +24,14 @@ impl From<Response> for Answer {
 pub(crate) struct Response {
     pub(crate) status: u16,
     kind: &'static str,
-    /// The cookie to be set.
-    cookie: Option<String>,
+    /// A header of its own: a cookie to be set, the time of a frame.
+    extra: Option<(&'static str, String)>,
     pub(crate) body: Vec<u8>,
 }
 
 impl Response {
     pub(crate) fn new(kind: &'static str, body: Vec<u8>) -> Self {
-        Self { status: 200, kind, cookie: None, body }
+        Self { status: 200, kind, extra: None, body }
     }
 
     /// A value as JSON.
@@ -48,15 +48,15 @@ impl Response {
         Self { status, ..Self::new("application/json", body) }
     }
 
-    pub(crate) fn with_cookie(self, cookie: String) -> Self {
-        Self { cookie: Some(cookie), ..self }
+    pub(crate) fn with(self, name: &'static str, value: String) -> Self {
+        Self { extra: Some((name, value)), ..self }
     }
 
     /// Writes the answer; `is_last` announces the end of the connection.
     pub(crate) fn write(&self, to: &mut impl Write, is_last: bool) -> Result<()> {
         let mut head = head(self.status, self.kind);
-        if let Some(cookie) = &self.cookie {
-            head.push_str(&format!("Set-Cookie: {cookie}\r\n"));
+        if let Some((name, value)) = &self.extra {
+            head.push_str(&format!("{name}: {value}\r\n"));
         }
         head.push_str(&format!("Content-Length: {}\r\n", self.body.len()));
         head.push_str(if is_last { "Connection: close\r\n\r\n" } else { "\r\n" });

@@ -70,14 +70,8 @@ fn named_files(project: &Project, scene: &Path) -> Result<Vec<PathBuf>> {
     let file: files::SceneFile = files::read_toml(scene)?;
     let cell = project.named_in(scene, &file.cell)?;
     let objects = project.named_in(scene, &file.objects)?;
-    let table: toml::Table = files::read_toml(&cell)?;
-    let named = |section: &str, key: &str| table.get(section)?.get(key)?.as_str().map(PathBuf::from);
-    let arm = named("robot", "arm").filter(|arm| arm.extension().is_some());
-    let mut found = vec![cell.clone(), objects];
-    for path in named("camera", "camera_info").into_iter().chain(arm) {
-        found.push(project.named_in(&cell, &path)?);
-    }
-    Ok(found)
+    let of_cell = project.check_cell(&cell)?;
+    Ok([vec![cell, objects], of_cell].concat())
 }
 
 impl Cache {

@@ -14,9 +14,9 @@ const SNAP_M: f64 = 0.006;
 /// A gap that counts as a contact (m).
 const CONTACT_M: f64 = 1e-6;
 /// Times that an object slides along what it touches while it is dragged.
-const MOST_SLIDES: usize = 6;
-/// Steps of a motion until its contact, and of a bisection.
-const MOST_STEPS: usize = 60;
+const MOST_SLIDES: usize = 10;
+/// Halvings of a path: a metre to less than a nanometre.
+const BISECTIONS: usize = 32;
 /// Step of the difference that gives the direction of a contact (m).
 const DIFFERENCE_M: f64 = 1e-6;
 
@@ -109,70 +109,60 @@ impl Around {
         self.slid(self.turned(from, to.yaw_rad), to.position)
     }
 
-    /// Turns the object until it would overlap something.
-    fn turned(&self, from: Pose, yaw_rad: f64) -> Pose {
-        let (mut free, mut blocked) = (0.0, 1.0);
-        let at = |part: f64| Pose { yaw_rad: from.yaw_rad + part * (yaw_rad - from.yaw_rad), ..from };
+    /// The last free pose between a free one and another; `at` gives the poses between (0 to 1).
+    fn last_free(&self, at: impl Fn(f64) -> Pose) -> Pose {
         if self.gap_m(at(1.0)) >= 0.0 {
             return at(1.0);
         }
-        for _ in 0..MOST_STEPS {
+        let (mut free, mut blocked) = (0.0, 1.0);
+        for _ in 0..BISECTIONS {
             let middle = f64::midpoint(free, blocked);
             if self.gap_m(at(middle)) >= 0.0 { free = middle } else { blocked = middle }
         }
         at(free)
     }
 
-    /// Moves the object towards a point; at a contact it slides along what it touches.
+    /// Turns the object until it would overlap something.
+    fn turned(&self, from: Pose, yaw_rad: f64) -> Pose {
+        self.last_free(|part| Pose { yaw_rad: from.yaw_rad + part * (yaw_rad - from.yaw_rad), ..from })
+    }
+
+    /// Moves the object along a path until a contact.
+    fn advanced(&self, from: Pose, path: Vec2) -> Pose {
+        self.last_free(|part| Pose { position: from.position + path * part, ..from })
+    }
+
+    /// Moves the object towards a point; at a contact it slides along what it touches, and then towards the point again.
     fn slid(&self, from: Pose, to: Point) -> Pose {
-        let mut pose = from;
-        let mut wanted = to - from.position;
+        let mut pose = self.advanced(from, to - from.position);
         for _ in 0..MOST_SLIDES {
-            pose = self.advanced(pose, wanted);
-            let rest = to - pose.position;
             let Some(away) = self.away(pose) else { break };
             let along = away.perpendicular();
-            wanted = along * rest.dot(along);
-            if rest.dot(away) > 0.0 || wanted.length() < CONTACT_M {
+            let sideways = along * (to - pose.position).dot(along);
+            if sideways.length() < CONTACT_M {
                 break;
             }
+            let lifted = self.advanced(pose, away * CONTACT_M);
+            let beside = self.advanced(lifted, sideways);
+            pose = self.advanced(beside, to - beside.position);
         }
         pose
     }
 
-    /// Moves the object along a path until a contact. The gap is a lower bound of the free path, so that nothing is stepped over.
-    fn advanced(&self, from: Pose, path: Vec2) -> Pose {
-        let (length_m, Some(along)) = (path.length(), path.direction()) else { return from };
-        let at = |m: f64| Pose { position: from.position + along * m, ..from };
-        let mut gone_m = 0.0;
-        for _ in 0..MOST_STEPS {
-            let gap_m = self.gap_m(at(gone_m));
-            let step_m = gap_m - 0.5 * CONTACT_M;
-            if step_m <= 0.0 {
-                // At a contact: leaving it is possible, entering it is not.
-                let next_m = (gone_m + CONTACT_M).min(length_m);
-                if self.gap_m(at(next_m)) <= gap_m {
-                    break;
-                }
-                gone_m = next_m;
-                continue;
-            }
-            gone_m = (gone_m + step_m).min(length_m);
-            if gone_m >= length_m {
-                break;
-            }
-        }
-        at(gone_m)
-    }
-
-    /// Closes the smallest gap if it is small, and then a second one along the first contact.
+    /// Closes the smallest gap if it is small.
     fn snapped(&self, pose: Pose) -> Pose {
         let gap_m = self.gap_m(pose);
         if !(CONTACT_M..SNAP_M).contains(&gap_m) {
             return pose;
         }
         let Some(away) = self.away(pose) else { return pose };
-        self.advanced(pose, -(away * SNAP_M))
+        // A path that passes a corner ends in no contact.
+        let path = -(away * SNAP_M);
+        if self.gap_m(Pose { position: pose.position + path, ..pose }) >= 0.0 {
+            pose
+        } else {
+            self.advanced(pose, path)
+        }
     }
 
     fn touched(&self, pose: Pose) -> Vec<String> {

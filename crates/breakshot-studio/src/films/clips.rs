@@ -1,0 +1,111 @@
+//! The clips of a campaign, and the tracks that a command wrote of them.
+
+use crate::project::Project;
+use breakshot::campaign::{Campaign, Clip, Source};
+use breakshot::detect::Tracks;
+use breakshot::{Error, Result, files};
+use serde::Serialize;
+use std::path::{Path, PathBuf};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::SystemTime;
+
+/// The folder of the project into which tracks are written (`breakshot estimate --tracks tracks`).
+pub(crate) const TRACKS_FOLDER: &str = "tracks";
+
+/// The last campaign that was read, until its file changes.
+#[derive(Default)]
+pub(crate) struct Campaigns(Mutex<Option<Known>>);
+
+struct Known {
+    path: PathBuf,
+    changed: Option<SystemTime>,
+    campaign: Arc<Campaign>,
+}
+
+/// A clip as it is listed.
+#[derive(Serialize)]
+pub(crate) struct Listed {
+    name: String,
+    objects: Vec<String>,
+    /// Whether it is a film; otherwise its tracks were measured elsewhere.
+    is_film: bool,
+    /// Whether it has been tracked.
+    is_tracked: bool,
+}
+
+impl Campaigns {
+    /// The campaign of a file.
+    ///
+    /// # Errors
+    /// A file that is not of the project, or that names one that is not; a campaign that is not valid.
+    pub(crate) fn open(&self, project: &Project, name: &str) -> Result<Arc<Campaign>> {
+        let path = project.file(name)?;
+        let changed = path.metadata().and_then(|file| file.modified()).ok();
+        let mut known = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(known) = &*known
+            && known.path == path
+            && known.changed == changed
+        {
+            return Ok(known.campaign.clone());
+        }
+        check_files(project, &path)?;
+        let campaign = Arc::new(files::load_campaign(&path)?.value);
+        *known = Some(Known { path, changed, campaign: campaign.clone() });
+        Ok(campaign)
+    }
+}
+
+/// Checks that a campaign names files of the project alone.
+fn check_files(project: &Project, campaign: &Path) -> Result<()> {
+    let table: toml::Table = files::read_toml(campaign)?;
+    let clips = table.get("clips").and_then(toml::Value::as_array).into_iter().flatten();
+    let of_clips = clips.flat_map(|clip| ["video", "tracks", "scene"].map(|key| clip.get(key)));
+    let named = ["cell", "objects"].map(|key| table.get(key)).into_iter().chain(of_clips);
+    for name in named.flatten().filter_map(toml::Value::as_str) {
+        project.named_in(campaign, Path::new(name))?;
+    }
+    if let Some(cell) = table.get("cell").and_then(toml::Value::as_str) {
+        let cell = project.named_in(campaign, Path::new(cell))?;
+        project.check_cell(&cell)?;
+    }
+    Ok(())
+}
+
+/// The clip of this number.
+///
+/// # Errors
+/// There is none.
+pub(crate) fn clip<'a>(campaign: &'a Campaign, number: &str) -> Result<&'a Clip> {
+    let found = number.parse().ok().and_then(|k: usize| campaign.clips.get(k));
+    let needed = format!("a number from 0 to {}", campaign.clips.len().saturating_sub(1));
+    found.ok_or_else(|| Error::invalid("the campaign", "clip", number.escape_debug(), needed))
+}
+
+/// The clips of a campaign.
+pub(crate) fn listed(project: &Project, campaign: &Campaign) -> Vec<Listed> {
+    let list = |clip: &Clip| Listed {
+        name: clip.name.clone(),
+        objects: clip.objects.clone(),
+        is_film: matches!(clip.source, Source::Film(_)),
+        is_tracked: tracks_file(project, clip).is_some_and(|file| file.is_file()),
+    };
+    campaign.clips.iter().map(list).collect()
+}
+
+/// The file of a clip's tracks, as `breakshot estimate --tracks` names it.
+pub(crate) fn tracks_file(project: &Project, clip: &Clip) -> Option<PathBuf> {
+    let flat = clip.name.replace(['/', '\\'], "_");
+    let stem = Path::new(&flat).with_extension("");
+    project.new_file(&format!("{TRACKS_FOLDER}/{}.json", stem.to_string_lossy())).ok()
+}
+
+/// The tracks that were written of a clip; none if it has not been tracked.
+///
+/// # Errors
+/// A file that does not hold tracks.
+pub(crate) fn tracks(project: &Project, clip: &Clip) -> Result<Option<Tracks>> {
+    match tracks_file(project, clip).filter(|file| file.is_file()) {
+        Some(file) => files::read_json(&file).map(Some),
+        None => Ok(None),
+    }
+}

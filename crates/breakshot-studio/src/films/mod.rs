@@ -1,0 +1,5 @@
+//! What do the films of a campaign show, and what was found in them?
+
+pub(crate) mod clips;
+pub(crate) mod frames;
+pub(crate) mod motion;

@@ -1,0 +1,170 @@
+//! What was found in a film: outlines in the picture, distances and speeds over time, impacts.
+
+use super::clips::{tracks, tracks_file};
+use crate::jobs::Job;
+use crate::project::Project;
+use breakshot::campaign::{Campaign, Clip, Source};
+use breakshot::capture::{Camera, Capture, Decoder, Footage};
+use breakshot::detect::{Sample, Tracks};
+use breakshot::estimate::{self, ClipTracks};
+use breakshot::geometry::{Pixel, Point, Pose, Vec2};
+use breakshot::object::{self, Shape};
+use breakshot::{Error, Result, files};
+use serde::Serialize;
+use std::f64::consts::TAU;
+
+/// Points of a disc's outline, and of each side of a polygon: the lens bends them.
+const DISC_POINTS: u32 = 48;
+const SIDE_POINTS: u32 = 6;
+
+/// What is known of a clip's motion.
+#[derive(Serialize)]
+pub(crate) struct Motion {
+    objects: Vec<Tracked>,
+    impacts: Vec<Impact>,
+    /// What is doubtful, in words.
+    warnings: Vec<String>,
+}
+
+/// One object through a film.
+#[derive(Serialize)]
+struct Tracked {
+    name: String,
+    samples: Vec<Shown>,
+}
+
+/// An object at one instant.
+#[derive(Serialize)]
+struct Shown {
+    time_s: f64,
+    /// Distance from its first position (m).
+    distance_m: f64,
+    speed_m_s: Option<f64>,
+    is_doubtful: bool,
+    center_px: Option<Pixel>,
+    /// Its outline in the picture; empty where its yaw is unknown and matters.
+    outline_px: Vec<Pixel>,
+}
+
+#[derive(Serialize)]
+struct Impact {
+    time_s: f64,
+    std_s: f64,
+    /// The body that hits, if it is known.
+    a: Option<String>,
+    b: String,
+    point_px: Option<Pixel>,
+    restitution: Option<f64>,
+}
+
+/// The motion of a clip that has been tracked; none of another.
+///
+/// # Errors
+/// Tracks that cannot be read, a film whose camera cannot be calibrated.
+pub(crate) fn motion(project: &Project, campaign: &Campaign, clip: &Clip) -> Result<Option<Motion>> {
+    let Some(tracks) = tracks(project, clip)? else { return Ok(None) };
+    let camera = match &clip.source {
+        Source::Film(path) => Some(Capture::of(Footage::open(path)?, &campaign.cell)?.camera),
+        Source::Tracks { .. } => None,
+    };
+    let (impacts, mut warnings) = impacts(campaign, clip, &tracks, camera.as_ref());
+    warnings.splice(0..0, tracks.warnings.iter().cloned());
+    let objects = tracks.tracks.iter().map(|track| {
+        let first = track.samples.first().map(Sample::position);
+        let shown = |sample: &Sample| shown(campaign, camera.as_ref(), &track.object, first, sample);
+        Tracked { name: track.object.clone(), samples: track.samples.iter().map(shown).collect() }
+    });
+    Ok(Some(Motion { objects: objects.collect(), impacts, warnings }))
+}
+
+fn shown(
+    campaign: &Campaign,
+    camera: Option<&Camera>,
+    name: &str,
+    first: Option<Point>,
+    sample: &Sample,
+) -> Shown {
+    let object = object::find(&campaign.objects, name, "the clip").ok();
+    let seen = camera.zip(object);
+    let pixel = |point: Point| seen.map(|(camera, object)| camera.pixel_from_table(point, object.height_m));
+    let pose = Pose { position: sample.position(), yaw_rad: sample.yaw_rad.unwrap_or(0.0) };
+    let has_outline = |shape: &Shape| sample.yaw_rad.is_some() || matches!(shape, Shape::Disc { .. });
+    let outline = object.filter(|object| has_outline(&object.shape)).map(|object| border(&object.shape));
+    let on_table = outline.unwrap_or_default().into_iter().map(|point| pose.table_from_body(point));
+    Shown {
+        time_s: sample.time_s,
+        distance_m: first.map_or(0.0, |first| first.distance(sample.position())),
+        speed_m_s: sample.vx_m_s.zip(sample.vy_m_s).map(|(x, y)| x.hypot(y)),
+        is_doubtful: sample.doubtful,
+        center_px: pixel(sample.position()),
+        outline_px: on_table.filter_map(pixel).collect(),
+    }
+}
+
+/// Points along an outline in the object's frame.
+fn border(shape: &Shape) -> Vec<Point> {
+    if let Shape::Disc { radius_m } = shape {
+        let at =
+            |k| Point::ORIGIN + Vec2::from_heading(TAU * f64::from(k) / f64::from(DISC_POINTS)) * *radius_m;
+        return (0..DISC_POINTS).map(at).collect();
+    }
+    let corners = shape.corners();
+    let side = |k: usize| {
+        let (from, to) = (corners[k], corners[(k + 1) % corners.len()]);
+        (0..SIDE_POINTS).map(move |i| from + (to - from) * (f64::from(i) / f64::from(SIDE_POINTS)))
+    };
+    (0..corners.len()).flat_map(side).collect()
+}
+
+/// The impacts of the motion fit, and its remarks; a clip that cannot be fitted has none.
+fn impacts(
+    campaign: &Campaign,
+    clip: &Clip,
+    tracks: &Tracks,
+    camera: Option<&Camera>,
+) -> (Vec<Impact>, Vec<String>) {
+    let (objects, strike) = (clip.objects.clone(), clip.strike.clone());
+    let clip = ClipTracks { name: clip.name.clone(), objects, strike, tracks: tracks.clone() };
+    let options = estimate::Options::default();
+    let fitted = estimate::estimation(&[clip], &campaign.cell, &campaign.objects, &options);
+    let Some(fit) = fitted.ok().and_then(|estimation| estimation.clips.into_iter().next()) else {
+        return (Vec::new(), vec!["the motion of this clip cannot be fitted: no impacts are shown".into()]);
+    };
+    let height_m = |name: &str| object::find(&campaign.objects, name, "the clip").map_or(0.0, |o| o.height_m);
+    let shown = |impact: &estimate::Impact| Impact {
+        time_s: impact.time.value,
+        std_s: impact.time.std,
+        point_px: camera.map(|camera| camera.pixel_from_table(impact.point, height_m(&impact.b))),
+        a: impact.a.clone(),
+        b: impact.b.clone(),
+        restitution: impact.restitution.map(|e| e.value),
+    };
+    (fit.impacts.iter().map(shown).collect(), fit.remarks)
+}
+
+/// Tracks a clip and writes its tracks.
+///
+/// # Errors
+/// A film that cannot be tracked, a folder that cannot be written.
+pub(crate) fn track(
+    project: &Project,
+    campaign: &Campaign,
+    clip: &Clip,
+    job: &Job,
+) -> Result<serde_json::Value> {
+    let unnamed =
+        || Error::invalid(&clip.name, "its name", "not that of a file", "a name without special characters");
+    let file = tracks_file(project, clip).ok_or_else(unnamed)?;
+    if !job.goes_on(0.0) {
+        return Err(Error::Cancelled);
+    }
+    let tracked = breakshot::clip_tracks(campaign, clip, Decoder::Auto)?;
+    if !job.goes_on(1.0) {
+        return Err(Error::Cancelled);
+    }
+    if let Some(folder) = file.parent() {
+        std::fs::create_dir_all(folder).map_err(|source| Error::Write { path: folder.into(), source })?;
+    }
+    files::write_json(&file, &tracked.tracks)?;
+    Ok(serde_json::json!({ "file": project.name(&file) }))
+}
