@@ -1,14 +1,20 @@
 /** Opens the page: the link's token becomes a cookie, then the view starts. */
 
-import { byId } from "/elements.js";
-import { startKeys } from "/keys.js";
+import { byId, html } from "/elements.js";
+import { Films } from "/films/view.js";
+import { addKeys, startKeys } from "/keys.js";
+import { Learned } from "/learned.js";
 import { Pile } from "/pile/view.js";
 import { ask, read } from "/server.js";
+
+const TOKEN = /^[0-9a-f]{64}$/;
+/** Name and title of each view, in the order of the work. */
+const VIEWS = [["films", "Films"], ["learned", "Properties"], ["pile", "Pile"]];
 
 /** Exchanges the token behind `#` for a cookie; it leaves the address at once. */
 async function open() {
   const token = location.hash.slice(1);
-  if (!token) return;
+  if (!TOKEN.test(token)) return;
   history.replaceState(null, "", "/");
   await ask("/session", { token }).catch(() => null);
 }
@@ -29,6 +35,41 @@ const message = {
   },
 };
 
+/** Shows one view. */
+function show(view) {
+  document.body.dataset.view = view;
+  for (const [name] of VIEWS) {
+    byId(name).hidden = name !== view;
+    const link = document.querySelector(`nav [href="#${name}"]`);
+    if (name === view) link.setAttribute("aria-current", "page");
+    else link.removeAttribute("aria-current");
+  }
+  message.clear();
+}
+
+/** The views that this project has something for, and the way from one to another. */
+function startViews(contents) {
+  const pile = new Pile(message);
+  const films = new Films(message);
+  const learned = new Learned(message, (clip, where) => {
+    location.hash = "films";
+    films.openAt(clip, where).catch(message.error);
+  });
+  const views = { films, learned, pile };
+  byId("views").replaceChildren(...VIEWS.map(([name, title]) => html("a", { href: `#${name}` }, title)));
+  const started = new Set();
+  const go = () => {
+    const view = views[location.hash.slice(1)] ? location.hash.slice(1) : "pile";
+    show(view);
+    if (started.has(view)) return;
+    started.add(view);
+    views[view].start(contents).catch(message.error);
+  };
+  addEventListener("hashchange", go);
+  addKeys({ title: "Views" }, VIEWS.map(([name, title], k) => [[`Alt+${k + 1}`], title, () => { location.hash = name; }]));
+  go();
+}
+
 async function start() {
   await open();
   const contents = await read("/api/project").catch(() => null);
@@ -37,11 +78,8 @@ async function start() {
     return;
   }
   byId("project").textContent = contents.name;
-  byId("pile").hidden = false;
   startKeys();
-  const pile = new Pile(message);
-  await pile.start(contents).catch(message.error);
-  if (!contents.scenes.length) message.tell("This folder holds no scene. `breakshot init` writes a template, `breakshot look` one from a picture.");
+  startViews(contents);
 }
 
 start();

@@ -13,18 +13,21 @@ const nameOf = (event) =>
   (event.shiftKey && event.key.length > 1 ? "Shift+" : "") + (event.key === " " ? "Space" : event.key);
 
 /**
- * Adds keys: a list of `[names, words, act]`. `isFor` says for which focus they count; without it they count everywhere but in fields.
- * `act` gets the key's name.
+ * Adds keys: a list of `[names, words, act]`; `act` gets the key's name. `view` is the view in which they count, all without it. `isFor` says
+ * for which focus they count; without it they count everywhere but in fields.
  */
-export function addKeys(title, keys, isFor = null) {
-  groups.push({ title, keys, isFor });
+export function addKeys({ title, view = null, isFor = null }, keys) {
+  groups.push({ title, view, isFor, keys });
 }
+
+const isShown = ({ view }) => view === null || document.body.dataset.view === view;
 
 /** The key that this event asks for; keys of what has the focus come first. */
 function wanted(event) {
   const name = nameOf(event);
   const fits = ({ isFor }) => (isFor ? isFor(event.target) : !isWriting(event.target) || name.startsWith("Ctrl+"));
-  const ordered = [...groups.filter((group) => group.isFor), ...groups.filter((group) => !group.isFor)];
+  const here = groups.filter(isShown);
+  const ordered = [...here.filter((group) => group.isFor), ...here.filter((group) => !group.isFor)];
   for (const group of ordered.filter(fits)) {
     const key = group.keys.find(([names]) => names.includes(name));
     if (key) return () => key[2](name, event);
@@ -38,7 +41,7 @@ function shown(name) {
 }
 
 function list() {
-  return groups.map(({ title, keys }) =>
+  return groups.filter(isShown).map(({ title, keys }) =>
     html("section", {}, html("h3", {}, title), html("dl", {}, ...keys.flatMap(([names, words]) => [
       html("dt", {}, ...names.filter((name) => !name.startsWith("Shift+")).flatMap((name, k) => (k ? [" ", ...shown(name)] : shown(name)))),
       html("dd", {}, words),
@@ -54,7 +57,7 @@ export function showKeys() {
 
 /** Listens to the keyboard. */
 export function startKeys() {
-  addKeys("Everywhere", [[["?"], "this list", showKeys]]);
+  addKeys({ title: "Everywhere" }, [[["?"], "this list", showKeys]]);
   byId("help").addEventListener("click", showKeys);
   document.addEventListener("keydown", (event) => {
     if (document.querySelector("dialog[open]")) return;

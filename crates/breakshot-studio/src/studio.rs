@@ -1,7 +1,7 @@
 //! Which question goes where?
 
 use crate::films::clips::{self, Campaigns};
-use crate::films::frames::Films;
+use crate::films::frames::{self, Films};
 use crate::films::motion;
 use crate::http::request::{Method, Request};
 use crate::http::response::{Answer, Response};
@@ -12,7 +12,7 @@ use crate::pile::request::Cache;
 use crate::pile::{save, settle};
 use crate::project::Project;
 use breakshot::campaign::{Campaign, Source};
-use breakshot::{Result, files};
+use breakshot::{Result, estimate, files};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use std::path::Path;
@@ -70,6 +70,8 @@ impl Studio {
             "plan" => reply(self.plan(request)),
             "clips" => reply(self.campaign(request).map(|campaign| clips::listed(&self.project, &campaign))),
             "clip" => reply(self.clip(request)),
+            "film" => reply(self.film(request)),
+            "properties" => reply(self.properties(request)),
             "frame" => self.frame(request).unwrap_or_else(|error| reply(Err::<(), _>(error))),
             _ => unknown(),
         }
@@ -100,6 +102,28 @@ impl Studio {
         let campaign = self.campaign(request)?;
         let clip = clips::clip(&campaign, request.field("clip").unwrap_or_default())?;
         motion::motion(&self.project, &campaign, clip)
+    }
+
+    /// The film of a clip; none for one whose positions were measured elsewhere.
+    fn film(&self, request: &Request) -> Result<Option<frames::Film>> {
+        let campaign = self.campaign(request)?;
+        let clip = clips::clip(&campaign, request.field("clip").unwrap_or_default())?;
+        match &clip.source {
+            Source::Film(path) => frames::film(path).map(Some),
+            Source::Tracks { .. } => Ok(None),
+        }
+    }
+
+    /// Properties as they are in their file, and the values of the single clips.
+    fn properties(&self, request: &Request) -> Result<serde_json::Value> {
+        let file = self.project.file(request.field("file").unwrap_or_default())?;
+        let mut properties = files::load_properties(file)?;
+        let values = estimate::clip_values(&properties)?;
+        // The evidence behind the values is long, and not shown.
+        properties.evidence = None;
+        let shown = |v: &estimate::ClipValue| serde_json::json!({ "clip": v.clip, "group": v.group, "name": v.name, "value": v.value, "std": v.std });
+        let clips: Vec<_> = values.iter().map(shown).collect();
+        Ok(serde_json::json!({ "properties": properties, "clips": clips }))
     }
 
     /// A frame of a film; its time is in a header.

@@ -114,13 +114,13 @@ export class Objects {
       ArrowUp: (pose, m) => shift(pose, 0, m), ArrowDown: (pose, m) => shift(pose, 0, -m),
     };
     const isObject = (target) => Boolean(target.dataset?.object);
-    addKeys("An object with the focus (Tab goes from one to the next)", [
+    addKeys({ title: "An object with the focus (Tab goes from one to the next)", view: "pile", isFor: isObject }, [
       [Object.keys(arrows).flatMap((key) => [key, `Shift+${key}`]), "move it by 1 mm, with Shift by 10 mm",
         (key) => this.#step(key, arrows[key.replace("Shift+", "")])],
       [["[", "{"], "turn it to the left by 1\u00b0, with Shift by 15\u00b0", (key) => this.#step(key, ([x, y, yaw], m, rad) => [x, y, wrapped(yaw + rad)])],
       [["]", "}"], "turn it to the right", (key) => this.#step(key, ([x, y, yaw], m, rad) => [x, y, wrapped(yaw - rad)])],
       [["a"], "aim the strike at its centre", () => this.#pile.aimAt(document.activeElement.dataset.object)],
       [["Delete", "Backspace"], "take it off the table", () => this.#pile.remove(document.activeElement.dataset.object)],
-    ], isObject);
+    ]);
   }
 }

@@ -29,7 +29,7 @@ export class Planner {
     byId("cancel").addEventListener("click", () => this.cancel());
     byId("show-plan").addEventListener("click", () => this.#show(this.#plan?.strike));
     byId("show-runner-up").addEventListener("click", () => this.#show(this.#plan?.robustness?.runner_up?.strike));
-    addKeys("The plan", [
+    addKeys({ title: "The plan", view: "pile" }, [
       [["p"], "plan the strike", () => this.start()],
       [["Escape"], "cancel the plan", () => this.cancel()],
       [["1"], "show the planned strike", () => this.#show(this.#plan?.strike)],

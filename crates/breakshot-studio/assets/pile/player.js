@@ -147,7 +147,7 @@ export class Player {
   }
 
   #addKeys() {
-    addKeys("The motion", [
+    addKeys({ title: "The motion", view: "pile" }, [
       [["Space"], "play or pause", () => this.toggle()],
       [["ArrowLeft"], "one step back", () => this.step(-STEP_S)],
       [["ArrowRight"], "one step forth", () => this.step(STEP_S)],

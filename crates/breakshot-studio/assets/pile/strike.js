@@ -199,7 +199,7 @@ export class StrikeHandles {
     };
     const aside = (strike, side) => ({ start_m: along(strike.start_m, strike.heading_rad + Math.PI / 2, side) });
     const longer = (strike, by) => ({ travel_m: strike.travel_m + by });
-    addKeys("The strike", [
+    addKeys({ title: "The strike", view: "pile" }, [
       [["+", "="], "faster by 0.01 m/s", (key) => this.#change(key, (strike) => faster(strike, 0.01))],
       [["-"], "slower by 0.01 m/s", (key) => this.#change(key, (strike) => faster(strike, -0.01))],
       [["l", "L"], "turn it to the left about the contact by 1\u00b0, with Shift by 10\u00b0", (key) => this.#change(key, (strike) => this.turned(strike, (key === "L" ? 10 : 1) * Math.PI / 180))],
@@ -209,19 +209,19 @@ export class StrikeHandles {
       [[".", ">"], "longer travel by 1 mm, with Shift by 10 mm", (key) => this.#change(key, (strike, step) => longer(strike, step * 0.001))],
       [[",", "<"], "shorter travel", (key) => this.#change(key, (strike, step) => longer(strike, -step * 0.001))],
     ]);
-    const isHandle = (name) => (target) => target.dataset?.handle === name;
+    const focused = (title, name) => ({ title: `${title} with the focus`, view: "pile", isFor: (target) => target.dataset?.handle === name });
     const arrows = (act) => [["ArrowLeft", "ArrowRight", "ArrowUp", "ArrowDown"].flatMap((key) => [key, `Shift+${key}`]), act];
     const [all, onStart] = arrows((key) => this.#change(key, (strike, step) => {
       const [dx, dy] = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] }[key.replace("Shift+", "")];
       return { start_m: [strike.start_m[0] + dx * step * 0.001, strike.start_m[1] + dy * step * 0.001] };
     }));
-    addKeys("The striker with the focus", [[all, "move it by 1 mm, with Shift by 10 mm", onStart]], isHandle("start"));
+    addKeys(focused("The striker", "start"), [[all, "move it by 1 mm, with Shift by 10 mm", onStart]]);
     const turnOr = (other) => (key) => this.#change(key, (strike, step) => {
       const name = key.replace("Shift+", "");
       if (name === "ArrowLeft" || name === "ArrowRight") return this.turned(strike, ((name === "ArrowLeft" ? 1 : -1) * step * Math.PI) / 180);
       return other(strike, (name === "ArrowUp" ? 1 : -1) * step);
     });
-    addKeys("The cue with the focus", [[all, "turn it, and change the speed", turnOr((strike, steps) => faster(strike, steps * 0.01))]], isHandle("cue"));
-    addKeys("The end of the strike with the focus", [[all, "turn it, and change the travel", turnOr((strike, steps) => longer(strike, steps * 0.001))]], isHandle("tip"));
+    addKeys(focused("The cue", "cue"), [[all, "turn it, and change the speed", turnOr((strike, steps) => faster(strike, steps * 0.01))]]);
+    addKeys(focused("The end of the strike", "tip"), [[all, "turn it, and change the travel", turnOr((strike, steps) => longer(strike, steps * 0.001))]]);
   }
 }

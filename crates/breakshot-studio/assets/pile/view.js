@@ -62,7 +62,7 @@ export class Pile {
       byId(id).addEventListener("blur", (event) => delete event.target.dataset.edited);
     }
     new ResizeObserver(() => this.table.scene && this.#drawAll()).observe(byId("table"));
-    addKeys("The pile", [
+    addKeys({ title: "The pile", view: "pile" }, [
       [["Ctrl+s"], "save the scene", () => this.save()],
       [["Ctrl+Shift+S", "Ctrl+S"], "save the strike", () => this.saveStrike()],
       [["n"], "add an object", () => this.list.add()],
@@ -75,6 +75,7 @@ export class Pile {
     fillSelect(byId("scene"), contents.scenes.map((name) => [name, name]));
     fillSelect(byId("properties"), contents.properties.map((name) => [name, name]));
     if (contents.scenes.length) await this.open(contents.scenes[0]);
+    else this.#message.tell("This folder holds no scene. `breakshot init` writes a template, `breakshot look` one from a picture.");
   }
 
   /** Opens a scene file. */

@@ -32,6 +32,28 @@ struct Open {
     count: Option<usize>,
 }
 
+/// What is known of a film before it is decoded.
+#[derive(serde::Serialize)]
+pub(crate) struct Film {
+    /// The number of frames, if its file tells it.
+    frame_count: Option<usize>,
+    size_px: [usize; 2],
+    warnings: Vec<String>,
+}
+
+/// What the head of a film's file tells.
+///
+/// # Errors
+/// A film that cannot be opened.
+pub(crate) fn film(path: &Path) -> Result<Film> {
+    let footage = Footage::open(path)?;
+    Ok(Film {
+        frame_count: footage.frame_count(),
+        size_px: footage.size_px(),
+        warnings: footage.warnings().to_vec(),
+    })
+}
+
 impl Films {
     /// Frame `number` of a film; none after its end.
     ///

@@ -105,20 +105,29 @@ impl Session {
     }
 
     fn exchange(&self, head: &str, body: &[u8]) -> String {
+        String::from_utf8_lossy(&self.exchange_bytes(head, body)).into_owned()
+    }
+
+    fn exchange_bytes(&self, head: &str, body: &[u8]) -> Vec<u8> {
         let mut stream = TcpStream::connect(self.address).unwrap();
         stream.set_read_timeout(Some(Duration::from_secs(60))).unwrap();
         stream.write_all(&[head.as_bytes(), body].concat()).unwrap();
         let mut answer = Vec::new();
         let _ = stream.read_to_end(&mut answer);
-        String::from_utf8_lossy(&answer).into_owned()
+        answer
+    }
+
+    /// The answer to a GET, as it came.
+    pub(crate) fn bytes(&self, path: &str) -> Vec<u8> {
+        let (host, cookie) = (self.host(), &self.cookie);
+        let head =
+            format!("GET {path} HTTP/1.1\r\nHost: {host}\r\nCookie: {cookie}\r\nConnection: close\r\n\r\n");
+        self.exchange_bytes(&head, b"")
     }
 
     /// Head and body of the answer to a GET.
     pub(crate) fn whole_answer(&self, path: &str) -> String {
-        let (host, cookie) = (self.host(), &self.cookie);
-        let head =
-            format!("GET {path} HTTP/1.1\r\nHost: {host}\r\nCookie: {cookie}\r\nConnection: close\r\n\r\n");
-        self.exchange(&head, b"")
+        String::from_utf8_lossy(&self.bytes(path)).into_owned()
     }
 
     /// Status and body of the answer to a GET.

@@ -1,0 +1,247 @@
+/** The films of a campaign: frames as the detector saw them, what was found in them, and when. */
+
+import { byId, fillSelect, fixed, html, svg } from "/elements.js";
+import { Frames } from "/films/frames.js";
+import { Plots } from "/films/plots.js";
+import { addKeys } from "/keys.js";
+import { Newest, ask, follow, read } from "/server.js";
+import { kindOf } from "/table.js";
+
+/** Two times of one frame differ by less (s). */
+const SAME_S = 2e-3;
+const LARGE_STEP = 10;
+
+export class Films {
+  #message;
+  #frames = new Frames();
+  #clips = [];
+  #clip = -1;
+  #motion = null;
+  #count = 0;
+  #number = 0;
+  #time = 0;
+  #step = 1 / 60;
+  #timer = null;
+  #started = null;
+
+  constructor(message) {
+    this.#message = message;
+    this.plots = new Plots((time) => this.goTo(time));
+    this.showing = new Newest(({ number, direction }) => this.#frames.frame(number, direction), (frame, { number }) => this.#draw(frame, number), message.error);
+    byId("campaign").addEventListener("change", (event) => this.#openCampaign(event.target.value).catch(message.error));
+    byId("film-play").addEventListener("click", () => this.toggle());
+    byId("film-back").addEventListener("click", () => this.step(-1));
+    byId("film-forth").addEventListener("click", () => this.step(1));
+    byId("film-position").addEventListener("input", (event) => this.#pausedAt(Number(event.target.value)));
+    byId("outlines").addEventListener("change", () => this.#drawOverlay());
+    byId("track").addEventListener("click", () => this.track());
+    this.#addKeys();
+  }
+
+  /** Opens the first campaign of the project. */
+  start(contents) {
+    this.#started ??= this.#startOnce(contents);
+    return this.#started;
+  }
+
+  async #startOnce({ campaigns }) {
+    fillSelect(byId("campaign"), campaigns.map((name) => [name, name]));
+    if (campaigns.length) await this.#openCampaign(campaigns[0]);
+    else this.#message.tell("This folder holds no campaign. `breakshot campaign` drafts one from a folder of films.");
+  }
+
+  async #openCampaign(campaign) {
+    this.#clips = await read("/api/clips", { campaign });
+    const item = ({ name, objects, is_film: isFilm, is_tracked: isTracked }, k) => {
+      const marks = isFilm ? (isTracked ? "tracked" : "not tracked") : "tracks only";
+      return html("li", {}, html("button", { type: "button", onclick: () => this.open(k).catch(this.#message.error) },
+        html("b", {}, name), html("small", {}, `${objects.join(", ")} \u00b7 ${marks}`)));
+    };
+    byId("clips").replaceChildren(...this.#clips.map(item));
+    if (this.#clips.length) await this.open(0);
+  }
+
+  /** Opens a clip of this name where `where` says: `{ a, b }` for an impact. */
+  async openAt(name, where) {
+    await this.#started;
+    const k = this.#clips.findIndex((clip) => clip.name === name);
+    if (k < 0) throw new Error(`The campaign that is open has no clip ${name}.`);
+    await this.open(k);
+    const impact = this.#motion?.impacts.find(({ a, b }) => {
+      const bodies = [a, b].filter(Boolean).map(kindOf);
+      return !where || where.every((body) => bodies.includes(body));
+    });
+    if (impact) this.goTo(impact.time_s);
+  }
+
+  /** Opens clip number `k`. */
+  async open(k) {
+    this.pause();
+    const at = { campaign: byId("campaign").value, clip: k };
+    [this.#clip, this.#number, this.#motion] = [k, 0, null];
+    [...byId("clips").querySelectorAll("button")].forEach((button, i) => (i === k ? button.setAttribute("aria-current", "true") : button.removeAttribute("aria-current")));
+    const film = await read("/api/film", at);
+    this.#frames.open(at);
+    this.#count = film?.frame_count ?? 1;
+    byId("film-position").max = this.#count - 1;
+    if (film) {
+      const [first, second] = await Promise.all([this.#frames.frame(0), this.#frames.frame(1)]);
+      this.#step = second ? second.time - first.time : 1 / 60;
+      this.#draw(first, 0);
+    }
+    this.#show(await read("/api/clip", at));
+  }
+
+  #colour = (name) => {
+    const kinds = [...new Set(this.#clips.flatMap(({ objects }) => objects.map(kindOf)))].sort();
+    return `c${kinds.indexOf(kindOf(name)) % 8}`;
+  };
+
+  #show(motion) {
+    this.#motion = motion;
+    this.plots.show(motion, this.#colour);
+    byId("track").textContent = motion ? "Track again" : "Track";
+    byId("plots-words").textContent = motion ? "" : "Not tracked yet: `Track` finds the objects in every frame.";
+    const impacts = (motion?.impacts ?? []).map(({ time_s, a, b, restitution }) => html("li", {},
+      html("button", { type: "button", onclick: () => this.goTo(time_s) }, html("b", {}, `${a ?? "something"} hits ${b}`),
+        html("small", {}, `${fixed(time_s, 3)} s${restitution == null ? "" : ` \u00b7 restitution ${fixed(restitution, 2)}`}`))));
+    byId("impacts").replaceChildren(...(impacts.length ? impacts : [html("li", { class: "quiet" }, "none")]));
+    const warnings = motion?.warnings ?? [];
+    const doubtful = (motion?.objects ?? []).map(({ name, samples }) => [name, samples.filter((s) => s.is_doubtful).length]).filter(([, n]) => n);
+    const words = [...warnings, ...doubtful.map(([name, n]) => `${name}: ${n} doubtful ${n === 1 ? "position" : "positions"}, drawn with dashes`)];
+    byId("clip-warnings").replaceChildren(...(words.length ? words : ["nothing"]).map((text) => html("li", { class: words.length ? "" : "quiet" }, text)));
+    this.#drawOverlay();
+  }
+
+  #draw(frame, number) {
+    if (!frame) {
+      // The film ended before.
+      this.#count = Math.max(1, Math.min(this.#count, number));
+      return this.pause();
+    }
+    const canvas = byId("frame");
+    const { width, height } = frame.bitmap;
+    if (canvas.width !== width || canvas.height !== height) {
+      [canvas.width, canvas.height] = [width, height];
+      byId("overlay").setAttribute("viewBox", `-0.5 -0.5 ${width} ${height}`);
+    }
+    canvas.getContext("2d", { alpha: false }).drawImage(frame.bitmap, 0, 0);
+    [this.#number, this.#time] = [number, frame.time];
+    canvas.dataset.frame = number;
+    byId("film-position").value = number;
+    byId("film-position").setAttribute("aria-valuetext", `frame ${number}, ${fixed(frame.time, 3)} seconds`);
+    byId("film-time").textContent = `${fixed(frame.time, 3)} s \u00b7 ${number + 1}/${this.#count}`;
+    this.plots.at(frame.time);
+    this.#drawOverlay();
+    return null;
+  }
+
+  #drawOverlay() {
+    const shown = byId("outlines").checked ? this.#motion : null;
+    const ring = (points) => `M${points.map((p) => p.map((v) => v.toFixed(2)).join(" ")).join("L")}Z`;
+    const objects = (shown?.objects ?? []).flatMap(({ name, samples }) => {
+      const so = samples.filter(({ time_s, center_px: c }) => c && time_s <= this.#time + SAME_S);
+      const sample = so.at(-1);
+      if (!sample || sample.time_s < this.#time - this.#step / 2) return [];
+      const way = so.map(({ center_px: p }) => p.map((v) => v.toFixed(2)).join(" "));
+      const [x, y] = sample.center_px;
+      return [
+        svg("path", { class: `way ${this.#colour(name)}`, d: `M${way.join("L")}` }),
+        sample.outline_px.length ? svg("path", { class: `found ${this.#colour(name)} ${sample.is_doubtful ? "doubtful" : ""}`, d: ring(sample.outline_px) }) : "",
+        svg("path", { class: `center ${this.#colour(name)}`, d: `M${x - 7} ${y}H${x + 7}M${x} ${y - 7}V${y + 7}` }),
+        svg("text", { class: "found-name", x: x + 12, y: y - 10 }, name),
+      ];
+    });
+    const impacts = (shown?.impacts ?? []).filter(({ time_s, point_px }) => point_px && Math.abs(time_s - this.#time) <= 1.5 * this.#step)
+      .map(({ point_px: [x, y] }) => svg("path", { class: "hit", d: `M${x - 16} ${y - 16}L${x + 16} ${y + 16}M${x - 16} ${y + 16}L${x + 16} ${y - 16}` }));
+    byId("overlay").replaceChildren(...objects.filter(Boolean), ...impacts);
+  }
+
+  /** Goes to a frame. */
+  go(number, direction = 1) {
+    const wanted = Math.min(Math.max(number, 0), this.#count - 1);
+    this.#number = wanted;
+    this.showing.want({ number: wanted, direction });
+  }
+
+  #pausedAt(number, direction) {
+    this.pause();
+    this.go(number, direction);
+  }
+
+  step(by) {
+    this.#pausedAt(this.#number + by, Math.sign(by) || 1);
+  }
+
+  /** Goes to the frame at a time. */
+  goTo(time) {
+    this.#pausedAt(Math.round(time / this.#step));
+  }
+
+  toggle() {
+    if (this.#timer) this.pause();
+    else this.play();
+  }
+
+  play() {
+    if (this.#number >= this.#count - 1) this.go(0);
+    byId("film-play").textContent = "Pause";
+    this.#timer = setInterval(() => {
+      if (this.#number >= this.#count - 1) this.pause();
+      else this.go(this.#number + 1);
+    }, Math.max(16, this.#step * 1e3));
+  }
+
+  pause() {
+    clearInterval(this.#timer);
+    this.#timer = null;
+    byId("film-play").textContent = "Play";
+  }
+
+  #impact(direction) {
+    const times = (this.#motion?.impacts ?? []).map(({ time_s }) => time_s);
+    const next = direction > 0 ? times.find((time) => time > this.#time + this.#step) : times.findLast((time) => time < this.#time - this.#step);
+    if (next != null) this.goTo(next);
+    else this.#pausedAt(direction > 0 ? this.#count - 1 : 0);
+  }
+
+  /** Tracks the clip that is open. */
+  async track() {
+    const [clip, campaign] = [this.#clip, byId("campaign").value];
+    const job = await ask("/api/track", { campaign, clip: String(clip) }).catch(this.#message.error);
+    if (job == null) return;
+    byId("track").disabled = true;
+    byId("tracking").hidden = false;
+    follow(job, async (event) => {
+      if (event.state === "running") return;
+      byId("track").disabled = false;
+      byId("tracking").hidden = true;
+      if (event.state !== "done") return this.#message.error(new Error(event.error ?? "The tracking was cancelled."));
+      this.#message.tell(`Wrote ${event.result.file}.`);
+      byId("clips").querySelectorAll("small")[clip].textContent = `${this.#clips[clip].objects.join(", ")} \u00b7 tracked`;
+      if (clip === this.#clip) this.#show(await read("/api/clip", { campaign, clip }));
+    });
+  }
+
+  #addKeys() {
+    addKeys({ title: "The film", view: "films", isFor: (target) => !target.matches("select, input[type=text]") }, [
+      [["Space"], "play or pause", () => this.toggle()],
+      [["ArrowLeft"], "one frame back", () => this.step(-1)],
+      [["ArrowRight"], "one frame forth", () => this.step(1)],
+      [["PageUp"], "ten frames back", () => this.step(-LARGE_STEP)],
+      [["PageDown"], "ten frames forth", () => this.step(LARGE_STEP)],
+      [["Ctrl+ArrowLeft"], "to the impact before", () => this.#impact(-1)],
+      [["Ctrl+ArrowRight"], "to the next impact", () => this.#impact(1)],
+      [["Home"], "to the first frame", () => this.#pausedAt(0)],
+      [["End"], "to the last frame", () => this.#pausedAt(this.#count - 1)],
+      [["[", "]"], "the clip before, the next clip", (key) => this.#other(key === "[" ? -1 : 1)],
+      [["o"], "outlines on or off", () => byId("outlines").click()],
+      [["t"], "track the clip", () => this.track()],
+    ]);
+  }
+
+  #other(by) {
+    const k = this.#clip + by;
+    if (this.#clips[k]) this.open(k).catch(this.#message.error);
+  }
+}

@@ -1,0 +1,108 @@
+/** What the films have taught: every property with its interval, and one mark for each clip. */
+
+import { byId, fillSelect, fixed, html, svg } from "/elements.js";
+import { read } from "/server.js";
+import { kindOf } from "/table.js";
+
+/** Key of the property, key of its clips' values, title, unit. */
+const GROUPS = [
+  ["friction", "friction", "Friction on the table"],
+  ["striker_restitution", "striker_restitution", "Restitution between striker and object"],
+  ["restitution", "restitution", "Restitution between objects"],
+  ["pair_mass_ratio", "pair_mass_ratio", "Mass ratios of pairs"],
+  ["mass_ratio", null, "Mass over that of the reference object"],
+];
+const ROW_PX = 34;
+const LEFT_PX = 56;
+const RIGHT_PX = 170;
+const FOOT_PX = 24;
+
+/** Round numbers between two values. */
+function ticks(low, high) {
+  const rough = (high - low) / 5;
+  const power = 10 ** Math.floor(Math.log10(rough));
+  const step = [1, 2, 5, 10].map((k) => k * power).find((s) => s >= rough);
+  const decimals = Math.max(0, -Math.floor(Math.log10(step)));
+  const first = Math.ceil(low / step);
+  return Array.from({ length: Math.floor(high / step) - first + 1 }, (_, k) => [(first + k) * step, decimals]);
+}
+
+export class Learned {
+  #message;
+  #open;
+  #shown = null;
+
+  /** `open(clip, bodies)` opens a clip at the impact of these bodies. */
+  constructor(message, open) {
+    this.#message = message;
+    this.#open = open;
+    byId("learned-file").addEventListener("change", (event) => this.#read(event.target.value).catch(message.error));
+    new ResizeObserver(() => this.#shown && this.#draw()).observe(byId("learned-charts"));
+  }
+
+  async start({ properties }) {
+    fillSelect(byId("learned-file"), properties.map((name) => [name, name]));
+    if (properties.length) await this.#read(properties[0]);
+    else this.#message.tell("This folder holds no properties: `breakshot estimate` writes them.");
+  }
+
+  async #read(file) {
+    this.#shown = await read("/api/properties", { file });
+    byId("learned-warnings").replaceChildren(...this.#shown.properties.warnings.map((text) => html("li", {}, text)));
+    this.#draw();
+  }
+
+  #draw() {
+    const kinds = Object.keys(this.#shown.properties.friction ?? {}).sort();
+    const colour = (name) => {
+      const rank = kinds.indexOf(kindOf(name.split("/")[0]));
+      return rank < 0 ? "grey" : `c${rank % 8}`;
+    };
+    const charts = GROUPS.map(([key, clipsKey, title]) => this.#chart(this.#shown.properties[key] ?? {}, clipsKey, title, colour)).filter(Boolean);
+    byId("learned-charts").replaceChildren(...charts);
+  }
+
+  #chart(values, clipsKey, title, colour) {
+    const rows = Object.entries(values).filter(([, estimate]) => estimate.n > 0 || estimate.standard_error > 0);
+    if (!rows.length) return null;
+    const clips = this.#shown.clips.filter(({ group }) => group === clipsKey);
+    const all = [...rows.flatMap(([, { interval_95: interval }]) => interval), ...clips.map(({ value }) => value)].filter(Number.isFinite);
+    const room = 0.06 * (Math.max(...all) - Math.min(...all)) || 0.01;
+    const [low, high] = [Math.min(...all) - room, Math.max(...all) + room];
+    const width = Math.max(320, byId("learned-charts").clientWidth);
+    const x = (value) => LEFT_PX + ((value - low) / (high - low)) * (width - LEFT_PX - RIGHT_PX);
+    const height = rows.length * ROW_PX + FOOT_PX;
+    const grid = ticks(low, high).flatMap(([value, decimals]) => [
+      svg("path", { class: "grid", d: `M${x(value)} 0V${height - FOOT_PX}` }),
+      svg("text", { class: "tick", x: x(value), y: height - 8, "text-anchor": "middle" }, fixed(value, decimals)),
+    ]);
+    const drawn = rows.flatMap(([name, estimate], k) => this.#row(name, estimate, clips, { x, y: (k + 0.5) * ROW_PX, width, colour: colour(name) }));
+    return html("figure", {}, html("h2", {}, title), svg("svg", { viewBox: `0 0 ${width} ${height}`, role: "group", "aria-label": title }, ...grid, ...drawn));
+  }
+
+  #row(name, estimate, clips, { x, y, width, colour }) {
+    const [low, high] = estimate.interval_95;
+    const marks = clips.filter((clip) => clip.name === name).map(({ clip, value, std, group }) => {
+      const words = `${clip}: ${fixed(value, 3)} \u00b1 ${fixed(std, 3)}`;
+      const act = () => this.#open(clip, bodies(group, name));
+      const mark = svg("g", { class: `clip-mark ${colour}`, tabindex: 0, role: "link", "aria-label": words, onclick: act },
+        svg("circle", { class: "reach", cx: x(value), cy: y + 7, r: 11 }), svg("circle", { class: "clip", cx: x(value), cy: y + 7, r: 4.5 }), svg("title", {}, words));
+      mark.addEventListener("keydown", (event) => event.key === "Enter" && act());
+      return mark;
+    });
+    return [
+      svg("text", { class: "name", x: LEFT_PX - 14, y: y + 4, "text-anchor": "end" }, name),
+      svg("path", { class: `interval ${colour}`, d: `M${x(low)} ${y - 5}H${x(high)}` }),
+      svg("circle", { class: `mean ${colour}`, cx: x(estimate.mean), cy: y - 5, r: 5.5 }),
+      ...marks,
+      svg("text", { class: "number", x: width - RIGHT_PX + 14, y: y + 4 }, `${fixed(estimate.mean, 3)}  (${fixed(low, 3)} to ${fixed(high, 3)})`),
+    ];
+  }
+}
+
+/** The bodies whose impact measured a value; none for friction, which the whole slide measures. */
+function bodies(group, name) {
+  if (group === "friction") return [name];
+  if (group === "striker_restitution") return ["striker", name];
+  return name.split("/");
+}

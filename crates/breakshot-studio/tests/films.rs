@@ -1,0 +1,132 @@
+//! The frames that the page shows are those of the decoder, byte for byte.
+
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
+
+mod server;
+
+use breakshot::capture::{Footage, Frame};
+use server::{Session, TestServer};
+use std::path::{Path, PathBuf};
+
+fn demo() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fixtures/demo")
+}
+
+/// A project with the campaign and the films of the demo.
+fn project_with_films() -> TestServer {
+    let server = TestServer::start();
+    for entry in demo().read_dir().unwrap() {
+        let path = entry.unwrap().path();
+        std::fs::copy(&path, server.folder().join(path.file_name().unwrap())).unwrap();
+    }
+    server
+}
+
+/// The time and the grey levels of a frame as the page gets them; none after the film's end.
+fn shown(session: &Session, clip: usize, frame: usize) -> Option<(f64, Vec<u8>)> {
+    let answer = session.bytes(&format!("/api/frame?campaign=campaign.toml&clip={clip}&frame={frame}"));
+    let at = answer.windows(4).position(|four| four == b"\r\n\r\n").unwrap();
+    let head = String::from_utf8(answer[..at].to_vec()).unwrap();
+    if head.starts_with("HTTP/1.1 404") {
+        return None;
+    }
+    assert!(head.starts_with("HTTP/1.1 200"), "clip {clip}, frame {frame}: {head}");
+    let time_s = head.lines().find_map(|line| line.strip_prefix("Frame-Time: ")).unwrap().parse().unwrap();
+    let mut reader = png::Decoder::new(std::io::Cursor::new(&answer[at + 4..])).read_info().unwrap();
+    let mut pixels = vec![0; reader.output_buffer_size().unwrap()];
+    let info = reader.next_frame(&mut pixels).unwrap();
+    assert_eq!((info.color_type, info.bit_depth), (png::ColorType::Grayscale, png::BitDepth::Eight));
+    Some((time_s, pixels))
+}
+
+fn clips(session: &Session) -> Vec<serde_json::Value> {
+    let (status, body) = session.get("/api/clips?campaign=campaign.toml");
+    assert_eq!(status, 200, "{body}");
+    serde_json::from_str(&body).unwrap()
+}
+
+fn assert_same(shown: Option<(f64, Vec<u8>)>, frame: &Frame, what: &str) {
+    let (time_s, pixels) = shown.unwrap();
+    assert_eq!(time_s, frame.time_s, "{what}: its time");
+    assert!(pixels == frame.image.pixels, "{what}: its pixels");
+}
+
+#[test]
+fn every_frame_of_every_film_is_that_of_the_decoder() {
+    let server = project_with_films();
+    let session = server.session();
+    let clips = clips(&session);
+    assert_eq!(clips.len(), 12);
+    for (k, clip) in clips.iter().enumerate() {
+        let name = clip["name"].as_str().unwrap();
+        let frames: Vec<Frame> = Footage::open(&demo().join(name)).unwrap().map(Result::unwrap).collect();
+        for (number, frame) in frames.iter().enumerate() {
+            assert_same(shown(&session, k, number), frame, &format!("{name}, frame {number}"));
+        }
+        assert!(frames.len() > 10 && shown(&session, k, frames.len()).is_none(), "{name}: its end");
+    }
+}
+
+#[test]
+fn steps_forth_and_back_and_leaps_come_to_the_same_frames() {
+    let server = project_with_films();
+    let session = server.session();
+    let frames: Vec<Frame> =
+        Footage::open(&demo().join("single_a_3.mp4")).unwrap().map(Result::unwrap).collect();
+    let last = frames.len() - 1;
+    for number in [last, 0, last, last - 1, last / 2, last / 2 + 1, last / 2, 3, 2, 1, 0, last] {
+        assert_same(shown(&session, 0, number), &frames[number], &format!("frame {number}"));
+        // Another film in between.
+        if number == 3 {
+            assert!(shown(&session, 5, 0).is_some());
+        }
+    }
+    assert!(shown(&session, 0, usize::MAX - 1).is_none());
+}
+
+#[test]
+fn a_clip_that_is_tracked_shows_outlines_on_the_objects_and_its_impacts() {
+    let server = project_with_films();
+    let session = server.session();
+    let clip = clips(&session).iter().position(|clip| clip["name"] == "pair_a_c_3.mp4").unwrap();
+    let path = format!("/api/clip?campaign=campaign.toml&clip={clip}");
+    assert_eq!(session.get(&path), (200, "null".into()), "before it is tracked");
+    let question = serde_json::json!({ "campaign": "campaign.toml", "clip": clip.to_string() });
+    let (_, job) = session.post("/api/track", &question);
+    let events = session.get(&format!("/api/jobs/{job}/events")).1;
+    assert!(events.contains(r#""state":"done""#) && events.contains("tracks/pair_a_c_3.json"), "{events}");
+    let motion: serde_json::Value = serde_json::from_str(&session.get(&path).1).unwrap();
+    // The outline of a dark or bright disc is an edge of the picture: inside and outside differ along it.
+    let sample = &motion["objects"][0]["samples"][0];
+    assert_eq!(sample["outline_px"].as_array().unwrap().len(), 48);
+    let names: Vec<_> = motion["objects"].as_array().unwrap().iter().map(|o| o["name"].clone()).collect();
+    assert_eq!(names, ["a", "c"]);
+    let impacts = motion["impacts"].as_array().unwrap();
+    assert!(impacts.iter().any(|i| i["a"] == "a" && i["b"] == "c"), "{impacts:?}");
+    assert!(impacts.iter().any(|i| i["a"] == "striker" && i["b"] == "a"), "{impacts:?}");
+    // The tracks are those of the command.
+    let campaign = breakshot::files::load_campaign(demo().join("campaign.toml")).unwrap().value;
+    let tracked =
+        breakshot::clip_tracks(&campaign, &campaign.clips[clip], breakshot::capture::Decoder::Auto).unwrap();
+    let written: breakshot::detect::Tracks =
+        breakshot::files::read_json(&server.folder().join("tracks/pair_a_c_3.json")).unwrap();
+    assert_eq!(written, tracked.tracks);
+}
+
+#[test]
+fn a_campaign_that_names_a_film_elsewhere_is_not_read() {
+    let server = project_with_films();
+    let session = server.session();
+    std::fs::copy(demo().join("pile.mp4"), server.outside().join("pile.mp4")).unwrap();
+    let text = "cell = \"cell.toml\"\nobjects = \"objects.toml\"\n[[clips]]\nvideo = \"../pile.mp4\"\nobjects = [\"a\"]\n";
+    std::fs::write(server.folder().join("other.toml"), text).unwrap();
+    let (status, body) = session.get("/api/clips?campaign=other.toml");
+    assert!(status == 422 && body.contains("project"), "{status} {body}");
+    for (clip, frame) in
+        [("99", "0"), ("-1", "0"), ("0", "-1"), ("0", "x"), ("x", "0"), ("0", "99999999999999999999999")]
+    {
+        let (status, _) =
+            session.get(&format!("/api/frame?campaign=campaign.toml&clip={clip}&frame={frame}"));
+        assert!(status == 422 || status == 404, "{clip} {frame}: {status}");
+    }
+}
