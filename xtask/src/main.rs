@@ -12,6 +12,7 @@ mod python;
 mod speed;
 #[path = "../../crates/breakshot/tests/splitmix/mod.rs"]
 mod splitmix;
+mod studio;
 mod validate;
 mod venv;
 
@@ -23,6 +24,7 @@ const USAGE: &str = "\
 usage: cargo xtask TASK
 
   test             formatting, lints, docs and all tests: what CI runs
+  test --studio    a person's way through `breakshot studio` in headless Chromium, with pictures of every view and latencies
   validate LAB [--details]
                    accuracy, speed and memory on films with known truth (LAB holds campaign/ and scatter/)
   validate advise [CELLS]
@@ -99,6 +101,7 @@ fn main() -> ExitCode {
     let words: Vec<&str> = arguments.iter().map(String::as_str).collect();
     let done = match words.as_slice() {
         ["test"] => check::test(),
+        ["test", "--studio"] => studio::test(),
         ["proto"] => check::proto(check::Proto::Write),
         ["validate", "physics", rest @ ..] => validate::physics(&shared(rest)),
         ["validate", "scatter", lab] => validate::scatter(lab.as_ref(), None),

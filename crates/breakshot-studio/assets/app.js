@@ -19,14 +19,21 @@ async function open() {
   await ask("/session", { token }).catch(() => null);
 }
 
+/** Time for which a message is shown; an error stays until it is none any more. */
+const MESSAGE_MS = 6000;
+let hiding = 0;
+
 const message = {
   tell(text) {
+    clearTimeout(hiding);
+    if (text) hiding = setTimeout(() => message.tell(""), MESSAGE_MS);
     byId("message").textContent = text;
     byId("message").hidden = !text;
     byId("message").classList.remove("error");
   },
   error(error) {
     message.tell(error.message);
+    clearTimeout(hiding);
     byId("message").classList.add("error");
   },
   /** Takes back an error that is no longer one. */
@@ -40,11 +47,12 @@ function show(view) {
   document.body.dataset.view = view;
   for (const [name] of VIEWS) {
     byId(name).hidden = name !== view;
-    const link = document.querySelector(`nav [href="#${name}"]`);
+    const link = document.querySelector(`nav [href="#/${name}"]`);
     if (name === view) link.setAttribute("aria-current", "page");
     else link.removeAttribute("aria-current");
   }
-  message.clear();
+  document.title = `${VIEWS.find(([name]) => name === view)[1]} \u00b7 breakshot studio`;
+  message.tell("");
 }
 
 /** The views that this project has something for, and the way from one to another. */
@@ -52,21 +60,22 @@ function startViews(contents) {
   const pile = new Pile(message);
   const films = new Films(message);
   const learned = new Learned(message, (clip, where) => {
-    location.hash = "films";
+    location.hash = "/films";
     films.openAt(clip, where).catch(message.error);
   });
   const views = { films, learned, pile };
-  byId("views").replaceChildren(...VIEWS.map(([name, title]) => html("a", { href: `#${name}` }, title)));
+  byId("views").replaceChildren(...VIEWS.map(([name, title]) => html("a", { href: `#/${name}` }, title)));
   const started = new Set();
   const go = () => {
-    const view = views[location.hash.slice(1)] ? location.hash.slice(1) : "pile";
+    const asked = location.hash.slice(2);
+    const view = Object.hasOwn(views, asked) ? asked : "pile";
     show(view);
     if (started.has(view)) return;
     started.add(view);
     views[view].start(contents).catch(message.error);
   };
   addEventListener("hashchange", go);
-  addKeys({ title: "Views" }, VIEWS.map(([name, title], k) => [[`Alt+${k + 1}`], title, () => { location.hash = name; }]));
+  addKeys({ title: "Views" }, VIEWS.map(([name, title], k) => [[`Alt+${k + 1}`], title, () => { location.hash = `/${name}`; }]));
   go();
 }
 

@@ -37,7 +37,8 @@ function wanted(event) {
 
 function shown(name) {
   const signs = { ArrowLeft: "\u2190", ArrowRight: "\u2192", ArrowUp: "\u2191", ArrowDown: "\u2193", PageUp: "Page up", PageDown: "Page down" };
-  return name.split(/\+(?=.)/).map((part) => html("kbd", {}, signs[part] ?? part));
+  const parts = name.split(/\+(?=.)/).flatMap((part) => (/^[A-Z]$/.test(part) ? ["Shift", part] : [part]));
+  return parts.map((part) => html("kbd", {}, signs[part] ?? part));
 }
 
 function list() {

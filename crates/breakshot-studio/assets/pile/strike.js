@@ -102,7 +102,7 @@ export class StrikeHandles {
       circle.setAttribute("cx", grip[0]);
       circle.setAttribute("cy", grip[1]);
     }
-    const label = along(grip, Math.PI - heading, 30);
+    const label = along(grip, Math.PI - heading, 20 + 20 * Math.abs(Math.cos(heading)));
     parts.words.setAttribute("x", label[0]);
     parts.words.setAttribute("y", label[1] + 4);
     parts.words.textContent = `${fixed(speed, 2)} m/s`;
@@ -116,11 +116,11 @@ export class StrikeHandles {
   #tell(parts, { start_m: [x, y], heading_rad, speed_m_s, travel_m }) {
     const heading = `${fixed(degrees(heading_rad))} degrees`;
     const set = (part, now, text) => {
-      part.setAttribute("aria-valuenow", now);
+      part.setAttribute("aria-valuenow", now.toFixed(3));
       part.setAttribute("aria-valuetext", text);
     };
-    set(parts.start, fixed(x * 1e3), `starts at x ${fixed(x * 1e3)}, y ${fixed(y * 1e3)} millimetres`);
-    set(parts.tip, fixed(travel_m * 1e3), `travel ${fixed(travel_m * 1e3)} millimetres, heading ${heading}`);
+    set(parts.start, x * 1e3, `starts at x ${fixed(x * 1e3)}, y ${fixed(y * 1e3)} millimetres`);
+    set(parts.tip, travel_m * 1e3, `travel ${fixed(travel_m * 1e3)} millimetres, heading ${heading}`);
     set(parts.cue, speed_m_s, `speed ${fixed(speed_m_s, 2)} metres per second, heading ${heading}`);
   }
 

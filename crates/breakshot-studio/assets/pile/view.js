@@ -20,6 +20,7 @@ const REST_MS = 250;
 /** Follow-through and speed, as a part of the fastest, of a strike that is aimed by the page. */
 const AIM = { follow_through_m: 0.01, speed: 0.7 };
 const AIMED = "aimed";
+const DRAWN = "";
 
 export class Pile {
   placed = [];
@@ -64,7 +65,7 @@ export class Pile {
     new ResizeObserver(() => this.table.scene && this.#drawAll()).observe(byId("table"));
     addKeys({ title: "The pile", view: "pile" }, [
       [["Ctrl+s"], "save the scene", () => this.save()],
-      [["Ctrl+Shift+S", "Ctrl+S"], "save the strike", () => this.saveStrike()],
+      [["Ctrl+S"], "save the strike", () => this.saveStrike()],
       [["n"], "add an object", () => this.list.add()],
     ]);
   }
@@ -91,7 +92,7 @@ export class Pile {
     this.#drawAll();
     this.#message.tell(notes.join(" "));
     const files = [...this.contents.plans, ...this.contents.strikes];
-    fillSelect(byId("strike-source"), [...this.placed.map(({ object }) => [`${AIMED} ${object}`, `aimed at ${object}`]), ...files.map((name) => [name, name])]);
+    fillSelect(byId("strike-source"), [[DRAWN, "as drawn"], ...this.placed.map(({ object }) => [`${AIMED} ${object}`, `aimed at ${object}`]), ...files.map((name) => [name, name])]);
     if (this.placed.length) await this.#openStrike(`${AIMED} ${this.placed[0].object}`);
     this.#tellSaved();
   }
@@ -183,8 +184,9 @@ export class Pile {
   }
 
   /** Shows another strike. */
-  setStrike(strike) {
+  setStrike(strike, source = DRAWN) {
     this.strike = strike;
+    byId("strike-source").value = source;
     this.handles.draw();
     this.#showFields();
     this.changed();
@@ -217,7 +219,7 @@ export class Pile {
     for (const turn of turns) {
       const aim = { object, heading_rad: heading + turn, offset_m: 0, speed_m_s: AIM.speed * range[1], follow_through_m: AIM.follow_through_m };
       const answer = await ask("/api/aim", { pile: this.request(), aim });
-      if (answer.strike) return this.setStrike(written(answer.strike));
+      if (answer.strike) return this.setStrike(written(answer.strike), `${AIMED} ${object}`);
       obstacle = answer.obstacle;
     }
     this.#message.error(new Error(`No free line to ${object}: ${obstacle} is in the way.`));
@@ -237,7 +239,8 @@ export class Pile {
 
   async #openStrike(source) {
     if (source.startsWith(`${AIMED} `)) return this.aimAt(source.slice(AIMED.length + 1));
-    return this.setStrike(await read("/api/strike", { file: source }));
+    if (source === DRAWN) return null;
+    return this.setStrike(await read("/api/strike", { file: source }), source);
   }
 
   #fieldsChanged(field) {
