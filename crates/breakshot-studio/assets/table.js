@@ -7,7 +7,7 @@ const MARGIN = 0.035;
 /** Room below the table for the scale (px). */
 const FOOT_PX = 26;
 const SCALES_M = [0.001, 0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1, 2];
-const LAYERS = ["ground", "cloud", "paths", "expected", "objects", "strike", "names"];
+const LAYERS = ["ground", "cloud", "paths", "expected", "objects", "map", "strike"];
 
 /** The kind of an object: `a` for its second copy `a#2`. */
 export const kindOf = (name) => name.split("#")[0];
@@ -122,8 +122,12 @@ export class Table {
       const d = this.outline(this.shape(name));
       for (const one of poses) {
         const path = group.children[k++];
-        path.setAttribute("class", `possible ${this.colour(name)}`);
-        path.setAttribute("d", d);
+        // While a strike is dragged only the poses change.
+        if (path.outline !== d || path.object !== name) {
+          path.setAttribute("class", `possible ${this.colour(name)}`);
+          path.setAttribute("d", d);
+          [path.outline, path.object] = [d, name];
+        }
         path.setAttribute("transform", this.placed(one));
       }
     }

@@ -15,7 +15,7 @@ const INDEX: &[u8] = include_bytes!("../assets/index.html");
 const REPORT_STYLE: &[u8] = include_bytes!("../../breakshot/src/report/html/report.css");
 
 /// Path, media type and content of each file.
-const FILES: [(&str, &str, &[u8]); 20] = assets![
+const FILES: [(&str, &str, &[u8]); 22] = assets![
     "studio.css": "text/css; charset=utf-8",
     "icon.svg": "image/svg+xml",
     "app.js": "text/javascript; charset=utf-8",
@@ -35,6 +35,8 @@ const FILES: [(&str, &str, &[u8]); 20] = assets![
     "pile/player.js": "text/javascript; charset=utf-8",
     "pile/plan.js": "text/javascript; charset=utf-8",
     "pile/forecast.js": "text/javascript; charset=utf-8",
+    "pile/map.js": "text/javascript; charset=utf-8",
+    "pile/new.js": "text/javascript; charset=utf-8",
     "pile/goal.js": "text/javascript; charset=utf-8",
 ];
 

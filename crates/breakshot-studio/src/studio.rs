@@ -7,7 +7,7 @@ use crate::http::request::{Method, Request};
 use crate::http::response::{Answer, Response};
 use crate::jobs::Jobs;
 use crate::pile::forecast::{self, Clouds};
-use crate::pile::planning::{self, PlanRequest};
+use crate::pile::planning::{self, MapRequest, PlanRequest};
 use crate::pile::request::Cache;
 use crate::pile::{save, settle};
 use crate::project::Project;
@@ -88,6 +88,8 @@ impl Studio {
             "save" => asked(request, |r| save::save(project, cache, r)),
             "strike" => asked(request, |r| save::save_strike(project, r)),
             "plan" => asked(request, |r: &PlanRequest| Ok(self.start_plan(r))),
+            "map" => asked(request, |r: &MapRequest| Ok(self.start_map(r))),
+            "new" => asked(request, |r| save::new_scene(project, r)),
             "track" => asked(request, |r: &TrackRequest| self.start_tracking(r)),
             _ => unknown(),
         }
@@ -168,6 +170,12 @@ impl Studio {
     fn start_plan(&self, request: &PlanRequest) -> Option<u64> {
         let (project, cache, request) = (self.project.clone(), self.cache.clone(), request.clone());
         self.jobs.start(move |job| planning::planned(&project, &cache, &request, job))
+    }
+
+    /// The number of the job; none if too many are running.
+    fn start_map(&self, request: &MapRequest) -> Option<u64> {
+        let (project, cache, request) = (self.project.clone(), self.cache.clone(), request.clone());
+        self.jobs.start(move |job| planning::map(&project, &cache, &request, job))
     }
 }
 

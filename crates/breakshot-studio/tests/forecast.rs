@@ -66,6 +66,48 @@ fn a_motion_is_the_trajectory_of_the_command() {
 }
 
 #[test]
+fn a_new_scene_replaces_no_file_and_names_files_of_the_project() {
+    let server = TestServer::start();
+    let session = server.session();
+    let new = |cell: &str, output: &str| {
+        session.post("/api/new", &json!({ "cell": cell, "objects": "objects.toml", "output": output })).0
+    };
+    assert_eq!(new("cell.toml", "new.scene.toml"), 200);
+    assert_eq!(session.get("/api/scene?file=new.scene.toml").0, 200);
+    for (cell, output) in [
+        ("cell.toml", "new.scene.toml"),
+        ("cell.toml", "new.json"),
+        ("cell.toml", "../new.toml"),
+        ("cell.toml", "folder/new.toml"),
+        ("../cell.toml", "b.toml"),
+        ("objects.toml", "b.toml"),
+        ("none.toml", "b.toml"),
+    ] {
+        assert_eq!(new(cell, output), 422, "{cell} {output}");
+    }
+    assert!(!server.folder().join("b.toml").exists() && !server.outside().join("new.toml").exists());
+}
+
+#[test]
+fn a_map_shows_the_strikes_of_the_grid() {
+    let server = TestServer::start();
+    let session = server.session();
+    let request = json!({ "pile": { "scene": "pile.scene.toml" }, "properties": "properties.json" });
+    let (_, job) = session.post("/api/map", &request);
+    let events = session.get(&format!("/api/jobs/{job}/events")).1;
+    let last = events.lines().rfind(|line| line.starts_with("data: ")).unwrap();
+    let map = value(&last["data: ".len()..])["result"].clone();
+    let scene = files::load_scene(server.folder().join("pile.scene.toml")).unwrap().value;
+    let properties = files::load_properties(server.folder().join("properties.json")).unwrap();
+    let (options, size) = (
+        plan::Options { seed: 1, ..plan::Options::default() },
+        plan::GridSize { strikes: 1000, samples: 40 },
+    );
+    let wanted = plan::evaluate_grid(&scene, &properties, &options, size).unwrap();
+    assert_eq!(map["strikes"], serde_json::to_value(&wanted).unwrap());
+}
+
+#[test]
 fn a_plan_that_is_cancelled_writes_nothing() {
     let server = TestServer::start();
     let session = server.session();

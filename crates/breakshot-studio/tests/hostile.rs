@@ -22,12 +22,10 @@ fn status(server: &TestServer, bytes: &[u8]) -> u16 {
 
 /// A head with these lines after the first; `HOST` is the name of the server, `COOKIE` that of an open session.
 fn request(session: &Session, first: &str, lines: &[&str]) -> Vec<u8> {
-    let mut text = format!("{first} HTTP/1.1\r\n");
-    for line in lines {
-        let line = line.replace("HOST", &session.host()).replace("COOKIE", &session.cookie);
-        text.push_str(&format!("{line}\r\n"));
-    }
-    (text + "\r\n").into_bytes()
+    let named = |line: &&str| line.replace("HOST", &session.host()).replace("COOKIE", &session.cookie);
+    let lines: Vec<String> =
+        std::iter::once(format!("{first} HTTP/1.1")).chain(lines.iter().map(named)).collect();
+    (lines.join("\r\n") + "\r\n\r\n").into_bytes()
 }
 
 const NAMED: [&str; 2] = ["Host: HOST", "Cookie: COOKIE"];
@@ -197,7 +195,7 @@ fn lying_lengths_and_giant_bodies_are_refused() {
     assert_eq!(post(&["Expect: 100-continue", "Content-Length: 2"], b"{}"), 411, "an expectation");
     assert_eq!(post(&["Content-Length: 100"], b"{}"), 0, "less than was said");
     assert_eq!(post(&["Content-Length: 1"], b"{}"), 400, "more than was said");
-    assert_eq!(post(&["Content-Length: 1000000"], &[b'['; 1_000_000]), 400, "a million brackets");
+    assert_eq!(post(&["Content-Length: 1000000"], &vec![b'['; 1_000_000]), 400, "a million brackets");
     let long = format!("X: {}", "x".repeat(20_000));
     assert_eq!(status(&server, &request(&session, "GET /", &["Host: HOST", &long])), 431, "a long header");
     let many: Vec<String> = (0..200).map(|k| format!("X{k}: 1")).collect();

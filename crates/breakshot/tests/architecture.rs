@@ -33,11 +33,12 @@ const LONGEST_FILE_LINES: usize = 600;
 const LONGEST_FUNCTION_LINES: usize = 80;
 const MOST_FILES_IN_A_FOLDER: usize = 12;
 /// The crates of the workspace, by the folder of their sources.
-const CRATES: [&str; 5] = [
+const CRATES: [&str; 6] = [
     "crates/breakshot/src",
     "crates/breakshot-cli/src",
     "crates/breakshot-drivers/src",
     "crates/breakshot-py/src",
+    "crates/breakshot-studio/src",
     "xtask/src",
 ];
 

@@ -145,11 +145,12 @@ export class Films {
       if (!sample || sample.time_s < this.#time - this.#step / 2) return [];
       const way = so.map(({ center_px: p }) => p.map((v) => v.toFixed(2)).join(" "));
       const [x, y] = sample.center_px;
+      const top = Math.min(y - 20, ...sample.outline_px.map((p) => p[1]));
       return [
         svg("path", { class: `way ${this.#colour(name)}`, d: `M${way.join("L")}` }),
         sample.outline_px.length ? svg("path", { class: `found ${this.#colour(name)} ${sample.is_doubtful ? "doubtful" : ""}`, d: ring(sample.outline_px) }) : "",
         svg("path", { class: `center ${this.#colour(name)}`, d: `M${x - 7} ${y}H${x + 7}M${x} ${y - 7}V${y + 7}` }),
-        svg("text", { class: "found-name", x: x + 12, y: y - 10 }, name),
+        svg("text", { class: "found-name", x, y: top - 12, "text-anchor": "middle" }, name),
       ];
     });
     const impacts = (shown?.impacts ?? []).filter(({ time_s, point_px }) => point_px && Math.abs(time_s - this.#time) <= 1.5 * this.#step)

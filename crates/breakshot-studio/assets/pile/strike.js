@@ -102,9 +102,9 @@ export class StrikeHandles {
       circle.setAttribute("cx", grip[0]);
       circle.setAttribute("cy", grip[1]);
     }
-    const label = along(grip, Math.PI - heading, 20 + 20 * Math.abs(Math.cos(heading)));
-    parts.words.setAttribute("x", label[0]);
-    parts.words.setAttribute("y", label[1] + 4);
+    const width = this.#table.element.viewBox.baseVal.width;
+    parts.words.setAttribute("x", Math.min(Math.max(grip[0], 30), width - 30));
+    parts.words.setAttribute("y", grip[1] + (Math.sin(heading) > 0 ? 24 : -14));
     parts.words.textContent = `${fixed(speed, 2)} m/s`;
     const moving = this.#pile.strikerPose();
     parts.moving.setAttribute("visibility", moving ? "visible" : "hidden");

@@ -6,6 +6,8 @@ import { path, pose } from "/motion.js";
 import { Objects } from "/pile/drag.js";
 import { showForecast, showProblem } from "/pile/forecast.js";
 import { Goal } from "/pile/goal.js";
+import { StrikeMap } from "/pile/map.js";
+import { NEW, askForNew, startNew } from "/pile/new.js";
 import { ObjectList } from "/pile/objects.js";
 import { Planner } from "/pile/plan.js";
 import { Player } from "/pile/player.js";
@@ -42,6 +44,7 @@ export class Pile {
     this.list = new ObjectList(this);
     this.goal = new Goal((goal) => this.#setGoal(goal));
     this.planner = new Planner(this, message);
+    this.map = new StrikeMap(this, message);
     this.#askers();
     this.#listen();
   }
@@ -53,7 +56,10 @@ export class Pile {
   }
 
   #listen() {
-    byId("scene").addEventListener("change", (event) => this.open(event.target.value).catch(this.#message.error));
+    byId("scene").addEventListener("change", (event) => {
+      if (event.target.value === NEW) askForNew(this.contents);
+      else this.open(event.target.value).catch(this.#message.error);
+    });
     byId("properties").addEventListener("change", () => this.changed());
     byId("strike-source").addEventListener("change", (event) => this.#openStrike(event.target.value).catch(this.#message.error));
     byId("save").addEventListener("click", () => this.save());
@@ -73,10 +79,27 @@ export class Pile {
   /** Shows the files of a project, and its first scene. */
   async start(contents) {
     this.contents = contents;
-    fillSelect(byId("scene"), contents.scenes.map((name) => [name, name]));
+    this.#showScenes(contents.scenes[0]);
+    startNew(contents, this.#message, (file) => this.#created(file).catch(this.#message.error));
     fillSelect(byId("properties"), contents.properties.map((name) => [name, name]));
     if (contents.scenes.length) await this.open(contents.scenes[0]);
     else this.#message.tell("This folder holds no scene. `breakshot init` writes a template, `breakshot look` one from a picture.");
+  }
+
+  #showScenes(chosen) {
+    const { scenes, cells, objects } = this.contents;
+    const more = cells.length && objects.length ? [NEW] : [];
+    const none = scenes.length ? [] : [["", "none"]];
+    fillSelect(byId("scene"), [...none, ...[...scenes, ...more].map((name) => [name, name])], chosen);
+  }
+
+  /** A new scene was written, or none. */
+  async #created(file) {
+    if (file) this.contents.scenes = [...this.contents.scenes, file].sort();
+    this.#showScenes(file ?? this.file ?? "");
+    if (!file) return;
+    await this.open(file);
+    this.#message.tell(`Wrote ${file}. Add objects to it.`);
   }
 
   /** Opens a scene file. */
@@ -93,7 +116,11 @@ export class Pile {
     this.#message.tell(notes.join(" "));
     const files = [...this.contents.plans, ...this.contents.strikes];
     fillSelect(byId("strike-source"), [[DRAWN, "as drawn"], ...this.placed.map(({ object }) => [`${AIMED} ${object}`, `aimed at ${object}`]), ...files.map((name) => [name, name])]);
+    this.strike = null;
+    this.map.clear();
     if (this.placed.length) await this.#openStrike(`${AIMED} ${this.placed[0].object}`);
+    else this.changed();
+    this.handles.draw();
     this.#tellSaved();
   }
 
@@ -156,6 +183,7 @@ export class Pile {
   touch() {
     this.#isDirty = true;
     this.#tellSaved();
+    this.map.clear();
     this.objects.update();
     this.list.update();
     this.changed();
@@ -163,6 +191,7 @@ export class Pile {
 
   /** Objects were added or removed. */
   replaced() {
+    if (!this.strike && this.placed.length) this.aimAt(this.placed[0].object).catch(this.#message.error);
     this.objects.draw();
     this.list.draw();
     this.touch();
@@ -202,7 +231,7 @@ export class Pile {
     const properties = byId("properties").value;
     clearTimeout(this.#rest);
     if (!this.strike || !properties || !this.placed.length) {
-      this.#failed(new Error(properties ? "There is no strike and no pile yet." : "Choose properties to see the motion: `breakshot estimate` writes them."));
+      this.#failed(new Error(properties ? "Add objects to the table." : "Choose properties to see the motion: `breakshot estimate` writes them."));
       return;
     }
     const question = { pile: this.request(), properties, strike: this.strike };
@@ -269,6 +298,7 @@ export class Pile {
     this.objects.draw();
     this.list.draw();
     this.handles.draw();
+    this.map.draw();
     if (this.#motion) this.#showMotion(this.#motion);
     if (this.#outlook) this.#showCloud(this.#outlook);
   }

@@ -54,13 +54,12 @@ impl Response {
 
     /// Writes the answer; `is_last` announces the end of the connection.
     pub(crate) fn write(&self, to: &mut impl Write, is_last: bool) -> Result<()> {
-        let mut head = head(self.status, self.kind);
+        let mut bytes = head(self.status, self.kind).into_bytes();
         if let Some((name, value)) = &self.extra {
-            head.push_str(&format!("{name}: {value}\r\n"));
+            write!(bytes, "{name}: {value}\r\n")?;
         }
-        head.push_str(&format!("Content-Length: {}\r\n", self.body.len()));
-        head.push_str(if is_last { "Connection: close\r\n\r\n" } else { "\r\n" });
-        let mut bytes = head.into_bytes();
+        write!(bytes, "Content-Length: {}\r\n", self.body.len())?;
+        bytes.extend_from_slice(if is_last { b"Connection: close\r\n\r\n" } else { b"\r\n" });
         bytes.extend_from_slice(&self.body);
         to.write_all(&bytes)
     }

@@ -38,10 +38,13 @@ struct Read<T> {
     value: Arc<T>,
 }
 
+/// A scene, and the notes of its loader.
+type SceneAndNotes = (Scene, Vec<String>);
+
 /// The last scene and the last properties that were read: a strike that is dragged asks for them at every step.
 #[derive(Default)]
 pub(crate) struct Cache {
-    scene: Mutex<Option<Read<(Scene, Vec<String>)>>>,
+    scene: Mutex<Option<Read<SceneAndNotes>>>,
     properties: Mutex<Option<Read<Properties>>>,
 }
 
@@ -79,7 +82,7 @@ impl Cache {
     ///
     /// # Errors
     /// A file that is not of the project, or that names one that is not; a scene that is not valid.
-    pub(crate) fn scene_file(&self, project: &Project, name: &str) -> Result<Arc<(Scene, Vec<String>)>> {
+    pub(crate) fn scene_file(&self, project: &Project, name: &str) -> Result<Arc<SceneAndNotes>> {
         let path = project.file(name)?;
         cached(&self.scene, &path, || {
             let others = named_files(project, &path)?;

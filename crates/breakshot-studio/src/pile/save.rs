@@ -70,6 +70,44 @@ pub(crate) fn save_strike(project: &Project, request: &SaveStrikeRequest) -> Res
     Ok(request.output.clone())
 }
 
+/// A scene without objects that is to be written.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct NewScene {
+    cell: String,
+    objects: String,
+    output: String,
+}
+
+/// Writes a scene file without objects; one that exists is not replaced.
+///
+/// # Errors
+/// A cell or objects that are not of the project or not valid, a name that is taken or not that of a scene beside them.
+pub(crate) fn new_scene(project: &Project, request: &NewScene) -> Result<String> {
+    let NewScene { cell, objects, output } = request;
+    let (path, is_toml) = (project.new_file(output)?, output.to_ascii_lowercase().ends_with(".toml"));
+    if !is_toml || output.contains('/') {
+        return Err(Error::invalid(
+            output,
+            "the name",
+            "not such a name",
+            "a name that ends with .toml, without a folder",
+        ));
+    }
+    if path.exists() {
+        return Err(Error::invalid(output, "the name", "taken", "the name of a new file"));
+    }
+    let cell_file = project.file(cell)?;
+    project.check_cell(&cell_file)?;
+    files::load_cell(&cell_file)?;
+    files::load_objects(project.file(objects)?)?;
+    let mut document = DocumentMut::new();
+    document.insert("cell", value(cell));
+    document.insert("objects", value(objects));
+    files::write_whole(&path, document.to_string().as_bytes())?;
+    Ok(output.clone())
+}
+
 fn project_path(name: &str) -> std::path::PathBuf {
     name.into()
 }

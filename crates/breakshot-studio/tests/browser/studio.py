@@ -164,6 +164,34 @@ def makes_a_pile(studio):
     assert simulated.returncode in (0, 3), simulated.stderr
 
 
+def makes_a_new_pile(studio):
+    """A pile without a file: its scene is written, objects are added and pushed together, the map shows its strikes."""
+    page = studio.page
+    page.select_option("#scene", "+ new pile")
+    page.fill("#new-name", "made.scene.toml")
+    page.locator("#new-scene button.main").click()
+    expect(page.locator("#message")).to_contain_text("Wrote made.scene.toml")
+    for kind in ("a", "c"):
+        page.select_option("#kind", kind)
+        page.locator("#add").click()
+    expect(page.locator("#table .object")).to_have_count(2)
+    box = page.locator('[data-object="c"]').bounding_box()
+    other = page.locator('[data-object="a"]').bounding_box()
+    middle = lambda b: (b["x"] + b["width"] / 2, b["y"] + b["height"] / 2)
+    drag(page, middle(box), (middle(other)[0] + 20, middle(other)[1] + 12))
+    at_rest(page)
+    page.locator("#play").blur()
+    page.keyboard.press("m")
+    expect(page.locator("#table .approach").first).to_be_visible(timeout=30_000)
+    page.keyboard.press("b")
+    at_rest(page)
+    page.keyboard.press("Control+s")
+    expect(page.locator("#message")).to_contain_text("Wrote made.scene.toml")
+    page.keyboard.press("m")
+    expect(page.locator("#table .approach")).to_have_count(0)
+    page.select_option("#scene", "four.scene.toml")
+
+
 def drags_the_strike(studio):
     """The strike follows the mouse; motion and cloud come within their bounds."""
     page = studio.page
@@ -341,6 +369,7 @@ def main(program, demo, shots):
         try:
             opens_once(studio, browser)
             makes_a_pile(studio)
+            makes_a_new_pile(studio)
             times = drags_the_strike(studio)
             shows_what_the_commands_write(studio)
             plays_the_motion(studio)

@@ -74,12 +74,11 @@ impl TestServer {
     /// Opens the session of the link.
     pub(crate) fn session(&self) -> Session {
         let body = format!(r#"{{"token":"{}"}}"#, self.token);
-        let mut session = Session { address: self.address, cookie: String::new(), set_cookie: String::new() };
-        let answer = session.exchange(&session.post_head("/session", body.len()), body.as_bytes());
+        let closed = Session { address: self.address, cookie: String::new(), set_cookie: String::new() };
+        let answer = closed.exchange(&closed.post_head("/session", body.len()), body.as_bytes());
         let line = answer.lines().find_map(|line| line.strip_prefix("Set-Cookie: ")).unwrap();
-        session.set_cookie = line.to_owned();
-        session.cookie = line.split(';').next().unwrap().to_owned();
-        session
+        let cookie = line.split(';').next().unwrap().to_owned();
+        Session { cookie, set_cookie: line.to_owned(), ..closed }
     }
 }
 
@@ -110,7 +109,7 @@ impl Session {
 
     fn exchange_bytes(&self, head: &str, body: &[u8]) -> Vec<u8> {
         let mut stream = TcpStream::connect(self.address).unwrap();
-        stream.set_read_timeout(Some(Duration::from_secs(60))).unwrap();
+        stream.set_read_timeout(Some(Duration::from_mins(1))).unwrap();
         stream.write_all(&[head.as_bytes(), body].concat()).unwrap();
         let mut answer = Vec::new();
         let _ = stream.read_to_end(&mut answer);
