@@ -1,7 +1,8 @@
 /** What the films have taught: every property with its interval, and one mark for each clip. */
 
 import { byId, fillSelect, fixed, html, svg } from "/elements.js";
-import { read } from "/server.js";
+import { addKeys } from "/keys.js";
+import { ask, follow, read } from "/server.js";
 import { kindOf } from "/table.js";
 
 /** Key of the property, key of its clips' values, title, unit. */
@@ -31,19 +32,71 @@ export class Learned {
   #message;
   #open;
   #shown = null;
+  #contents = null;
+  #job = null;
 
   /** `open(clip, bodies)` opens a clip at the impact of these bodies. */
   constructor(message, open) {
     this.#message = message;
     this.#open = open;
     byId("learned-file").addEventListener("change", (event) => this.#read(event.target.value).catch(message.error));
+    byId("learn").addEventListener("click", () => this.estimate());
+    byId("stop-learning").addEventListener("click", () => this.cancel());
+    addKeys({ title: "The properties", view: "learned" }, [
+      [["e"], "estimate them from the films of the campaign", () => this.estimate()],
+      [["Escape"], "cancel the estimate", () => this.cancel()],
+    ]);
     new ResizeObserver(() => this.#shown && this.#draw()).observe(byId("learned-charts"));
   }
 
-  async start({ properties }) {
-    fillSelect(byId("learned-file"), properties.map((name) => [name, name]));
+  async start(contents) {
+    this.#contents = contents;
+    const { properties, campaigns } = contents;
+    fillSelect(byId("learned-campaign"), campaigns.map((name) => [name, name]));
+    byId("learn").disabled = !campaigns.length;
+    this.#showFiles(properties[0]);
     if (properties.length) await this.#read(properties[0]);
-    else this.#message.tell("This folder holds no properties: `breakshot estimate` writes them.");
+    else this.#message.tell("This folder holds no properties yet: Estimate learns them from the films of a campaign.");
+  }
+
+  #showFiles(chosen) {
+    fillSelect(byId("learned-file"), this.#contents.properties.map((name) => [name, name]), chosen);
+  }
+
+  /** Tracks all clips of the campaign and estimates the properties. */
+  async estimate() {
+    if (this.#job !== null || byId("learn").disabled) return;
+    const question = { campaign: byId("learned-campaign").value, output: byId("learned-output").value };
+    const job = await ask("/api/estimate", question).catch(this.#message.error);
+    if (job == null) return;
+    this.#job = job;
+    this.#running(0);
+    follow(job, (event) => this.#hear(event).catch(this.#message.error));
+  }
+
+  async cancel() {
+    if (this.#job !== null) await ask(`/api/jobs/${this.#job}/cancel`, {}).catch(this.#message.error);
+  }
+
+  #running(done) {
+    byId("learn").disabled = done !== null;
+    byId("stop-learning").hidden = done === null;
+    byId("learning").hidden = done === null;
+    if (done !== null) byId("learning").value = done;
+  }
+
+  async #hear(event) {
+    if (event.state === "running") return this.#running(event.done);
+    this.#job = null;
+    this.#running(null);
+    if (event.state === "cancelled") return this.#message.tell("The estimate was cancelled; nothing was written.");
+    if (event.state === "failed") return this.#message.error(new Error(event.error));
+    const { file } = event.result;
+    this.#message.tell(`Wrote ${file}.`);
+    if (!this.#contents.properties.includes(file)) this.#contents.properties.push(file);
+    this.#showFiles(file);
+    document.dispatchEvent(new Event("learned"));
+    return this.#read(file);
   }
 
   async #read(file) {

@@ -2,7 +2,7 @@
 
 use crate::films::clips::{self, Campaigns};
 use crate::films::frames::{self, Films};
-use crate::films::motion;
+use crate::films::{learning, motion};
 use crate::http::request::{Method, Request};
 use crate::http::response::{Answer, Response};
 use crate::jobs::Jobs;
@@ -90,6 +90,7 @@ impl Studio {
             "plan" => asked(request, |r: &PlanRequest| Ok(self.start_plan(r))),
             "map" => asked(request, |r: &MapRequest| Ok(self.start_map(r))),
             "new" => asked(request, |r| save::new_scene(project, r)),
+            "estimate" => asked(request, |r: &EstimateRequest| self.start_estimate(r)),
             "track" => asked(request, |r: &TrackRequest| self.start_tracking(r)),
             _ => unknown(),
         }
@@ -173,10 +174,26 @@ impl Studio {
     }
 
     /// The number of the job; none if too many are running.
+    fn start_estimate(&self, request: &EstimateRequest) -> Result<Option<u64>> {
+        let campaign = self.campaigns.open(&self.project, &request.campaign)?;
+        let (project, output) = (self.project.clone(), request.output.clone());
+        Ok(self.jobs.start(move |job| learning::learned(&project, &campaign, &output, job)))
+    }
+
+    /// The number of the job; none if too many are running.
     fn start_map(&self, request: &MapRequest) -> Option<u64> {
         let (project, cache, request) = (self.project.clone(), self.cache.clone(), request.clone());
         self.jobs.start(move |job| planning::map(&project, &cache, &request, job))
     }
+}
+
+/// A campaign from which the properties are to be estimated.
+#[derive(serde::Deserialize)]
+#[serde(deny_unknown_fields)]
+struct EstimateRequest {
+    campaign: String,
+    /// The file to write.
+    output: String,
 }
 
 /// A clip to be tracked.

@@ -114,6 +114,33 @@ fn a_clip_that_is_tracked_shows_outlines_on_the_objects_and_its_impacts() {
 }
 
 #[test]
+fn an_estimate_is_the_file_of_the_command_and_its_tracks() {
+    let server = project_with_films();
+    let session = server.session();
+    let ask = |output: &str| {
+        session.post("/api/estimate", &serde_json::json!({ "campaign": "campaign.toml", "output": output }))
+    };
+    let (_, job) = ask("learned.json");
+    let events = session.get(&format!("/api/jobs/{job}/events")).1;
+    assert!(events.contains(r#""state":"done""#), "{events}");
+    let campaign = breakshot::files::load_campaign(demo().join("campaign.toml")).unwrap().value;
+    let tracked = |clip| breakshot::clip_tracks(&campaign, clip, breakshot::capture::Decoder::Auto).unwrap();
+    let clips: Vec<_> = campaign.clips.iter().map(tracked).collect();
+    let options = breakshot::estimate::Options::default();
+    let wanted = breakshot::estimate::estimation(&clips, &campaign.cell, &campaign.objects, &options)
+        .unwrap()
+        .properties;
+    assert_eq!(breakshot::files::load_properties(server.folder().join("learned.json")).unwrap(), wanted);
+    assert_eq!(server.folder().join("tracks").read_dir().unwrap().count(), 12);
+    // Ended before it is done it writes nothing.
+    let (_, job) = ask("none.json");
+    assert_eq!(session.post(&format!("/api/jobs/{job}/cancel"), &serde_json::json!({})).0, 200);
+    let events = session.get(&format!("/api/jobs/{job}/events")).1;
+    assert!(events.ends_with("data: {\"state\":\"cancelled\"}\n\n"), "{events}");
+    assert!(!server.folder().join("none.json").exists());
+}
+
+#[test]
 fn a_campaign_that_names_a_film_elsewhere_is_not_read() {
     let server = project_with_films();
     let session = server.session();

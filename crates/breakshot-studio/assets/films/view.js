@@ -35,6 +35,7 @@ export class Films {
     byId("film-position").addEventListener("input", (event) => this.#pausedAt(Number(event.target.value)));
     byId("outlines").addEventListener("change", () => this.#drawOverlay());
     byId("track").addEventListener("click", () => this.track());
+    document.addEventListener("learned", () => this.#started && this.#openCampaign(byId("campaign").value).catch(message.error));
     this.#addKeys();
   }
 

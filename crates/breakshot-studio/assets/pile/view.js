@@ -51,7 +51,7 @@ export class Pile {
 
   #askers() {
     this.settle = new Newest((q) => ask("/api/settle", q), ({ pose: found }, { object }) => this.#put(object, found), this.#message.error);
-    this.motion = new Newest((q) => ask("/api/motion", q), (motion) => this.#showMotion(motion), (error) => this.#failed(error));
+    this.motion = new Newest((q) => ask("/api/motion", q), (motion, question) => this.#moves(motion, question), (error) => this.#failed(error));
     this.cloud = new Newest((q) => ask("/api/cloud", q), (outlook) => this.#showCloud(outlook), () => this.#showCloud(null));
   }
 
@@ -64,6 +64,7 @@ export class Pile {
     byId("strike-source").addEventListener("change", (event) => this.#openStrike(event.target.value).catch(this.#message.error));
     byId("save").addEventListener("click", () => this.save());
     byId("save-strike").addEventListener("click", () => this.saveStrike());
+    document.addEventListener("learned", () => this.contents && this.#showProperties());
     for (const id of ["heading", "speed", "travel", "start-x", "start-y"]) {
       byId(id).addEventListener("input", (event) => this.#fieldsChanged(event.target));
       byId(id).addEventListener("blur", (event) => delete event.target.dataset.edited);
@@ -81,9 +82,15 @@ export class Pile {
     this.contents = contents;
     this.#showScenes(contents.scenes[0]);
     startNew(contents, this.#message, (file) => this.#created(file).catch(this.#message.error));
-    fillSelect(byId("properties"), contents.properties.map((name) => [name, name]));
+    this.#showProperties();
     if (contents.scenes.length) await this.open(contents.scenes[0]);
     else this.#message.tell("This folder holds no scene. `breakshot init` writes a template, `breakshot look` one from a picture.");
+  }
+
+  /** The files of properties; what was chosen stays so. */
+  #showProperties() {
+    fillSelect(byId("properties"), this.contents.properties.map((name) => [name, name]), byId("properties").value);
+    if (this.scene) this.changed();
   }
 
   #showScenes(chosen) {
@@ -236,7 +243,6 @@ export class Pile {
     }
     const question = { pile: this.request(), properties, strike: this.strike };
     this.motion.want(question);
-    this.cloud.want({ ...question, worlds: WORLDS.dragged });
     this.#rest = setTimeout(() => this.cloud.want({ ...question, worlds: WORLDS.atRest }), REST_MS);
   }
 
@@ -301,6 +307,12 @@ export class Pile {
     this.map.draw();
     if (this.#motion) this.#showMotion(this.#motion);
     if (this.#outlook) this.#showCloud(this.#outlook);
+  }
+
+  /** A motion has come: it is shown, and the cloud is asked for. One after the other they do not wait for the same cores. */
+  #moves(motion, question) {
+    this.cloud.want({ ...question, worlds: WORLDS.dragged });
+    this.#showMotion(motion);
   }
 
   #showMotion(motion) {

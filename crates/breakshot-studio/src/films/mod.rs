@@ -2,4 +2,5 @@
 
 pub(crate) mod clips;
 pub(crate) mod frames;
+pub(crate) mod learning;
 pub(crate) mod motion;

@@ -132,6 +132,23 @@ def at_rest(page):
     expect(page.locator("#probability-words")).to_contain_text("400 worlds", timeout=20_000)
 
 
+def learns_the_properties(studio):
+    """From the films to the properties, with progress; the file is that of the command."""
+    page = studio.page
+    studio.go("learned")
+    page.locator("#learned-output").fill("properties.json")
+    page.locator("#learn").click()
+    expect(page.locator("#stop-learning")).to_be_visible()
+    expect(page.locator("#learned-charts figure")).to_have_count(5, timeout=120_000)
+    assert studio.command("estimate", "campaign.toml", "-o", "command.json").returncode in (0, 3)
+    written, wanted = ((studio.folder / name).read_bytes() for name in ("properties.json", "command.json"))
+    assert written == wanted, "the properties are not those of `breakshot estimate`"
+    (studio.folder / "command.json").unlink()
+    shutil.rmtree(studio.folder / "tracks")
+    studio.go("pile")
+    expect(page.locator("#properties")).to_have_value("properties.json")
+
+
 def makes_a_pile(studio):
     """Objects are dragged, touch and never overlap; the scene is saved with its comments."""
     page, scene = studio.page, studio.folder / "four.scene.toml"
@@ -280,6 +297,8 @@ def steps_through_films(studio):
     page.locator("#clips button", has_text="pair_a_c_3").focus()
     steps = []
     for key in ["ArrowRight"] * 30 + ["ArrowLeft"] * 30:
+        # A key that is held comes thirty times a second.
+        page.wait_for_timeout(33)
         steps.append(page.evaluate("""key => new Promise(done => {
           const canvas = document.querySelector('#frame'), before = canvas.dataset.frame, start = performance.now();
           new MutationObserver((_, self) => { self.disconnect(); done(performance.now() - start); }).observe(canvas, {attributeFilter: ['data-frame']});
@@ -351,23 +370,21 @@ def takes_pictures(studio, shots):
     page.set_viewport_size({"width": 1280, "height": 900})
 
 
-def project(program, demo, folder):
+def project(demo, folder):
     shutil.copytree(demo, folder)
     (folder / "four.scene.toml").write_text(FOUR)
-    estimated = subprocess.run([program, "estimate", "campaign.toml", "-o", "properties.json"], cwd=folder, check=False, capture_output=True)
-    # 3: done, but a value has a warning.
-    assert estimated.returncode in (0, 3), estimated.stderr
 
 
 def main(program, demo, shots):
     shots.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory() as folder, sync_playwright() as playwright:
         folder = pathlib.Path(folder) / "demo"
-        project(program, demo, folder)
+        project(demo, folder)
         browser = playwright.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox"])
         studio = Studio(program, folder, browser)
         try:
             opens_once(studio, browser)
+            learns_the_properties(studio)
             makes_a_pile(studio)
             makes_a_new_pile(studio)
             times = drags_the_strike(studio)
@@ -380,11 +397,13 @@ def main(program, demo, shots):
         finally:
             studio.close()
             browser.close()
+    late = []
     for (what, values), bound in zip(times.items(), (MOTION_MS, CLOUD_MS, STEP_MS)):
         p50, p95 = percentile(values, 0.5), percentile(values, 0.95)
         print(f"{what}: p50 {p50:.1f} ms, p95 {p95:.1f} ms of {len(values)}, at most {bound} ms")
-        assert p95 <= bound, f"{what}: p95 {p95:.1f} ms, needed: at most {bound} ms"
+        late += [what] if p95 > bound else []
     print(f"pictures: {shots}")
+    assert not late, f"too late: {', '.join(late)}"
 
 
 if __name__ == "__main__":
