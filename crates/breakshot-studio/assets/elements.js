@@ -1,5 +1,12 @@
 /** Elements of the page and of drawings, and numbers as text. */
 
+/** Says what is missing where a view has nothing to show; `parts` may hold elements. */
+export function showNothing(view, ...parts) {
+  const main = byId(view);
+  main.classList.add("empty");
+  main.querySelector(".nothing").replaceChildren(...parts);
+}
+
 /** The element with this id. */
 export const byId = (id) => document.getElementById(id);
 

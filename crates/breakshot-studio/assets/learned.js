@@ -1,6 +1,6 @@
 /** What the films have taught: every property with its interval, and one mark for each clip. */
 
-import { byId, fillSelect, fixed, html, svg } from "/elements.js";
+import { byId, fillSelect, fixed, html, showNothing, svg } from "/elements.js";
 import { addKeys } from "/keys.js";
 import { ask, follow, read } from "/server.js";
 import { kindOf } from "/table.js";
@@ -56,6 +56,7 @@ export class Learned {
     byId("learn").disabled = !campaigns.length;
     this.#showFiles(properties[0]);
     if (properties.length) await this.#read(properties[0]);
+    else if (!campaigns.length) showNothing("learned", "This folder holds no properties, and no campaign to learn them from.");
     else this.#message.tell("This folder holds no properties yet: Estimate learns them from the films of a campaign.");
   }
 

@@ -27,8 +27,8 @@ export async function ask(path, question) {
 }
 
 /**
- * Asks one question after the other. Of the questions that come up while one is on its way only the newest is asked, and an answer to an
- * older question than the newest is shown only if it is not out of date for good.
+ * Asks one question after the other. Of the questions that come up while one is on its way only the newest is asked, so that answers come in
+ * order and none is older than one round trip; the others are dropped unasked.
  */
 export class Newest {
   #ask;

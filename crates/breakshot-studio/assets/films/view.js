@@ -1,6 +1,6 @@
 /** The films of a campaign: frames as the detector saw them, what was found in them, and when. */
 
-import { byId, fillSelect, fixed, html, svg } from "/elements.js";
+import { byId, fillSelect, fixed, html, showNothing, svg } from "/elements.js";
 import { Frames } from "/films/frames.js";
 import { Plots } from "/films/plots.js";
 import { addKeys } from "/keys.js";
@@ -48,7 +48,7 @@ export class Films {
   async #startOnce({ campaigns }) {
     fillSelect(byId("campaign"), campaigns.map((name) => [name, name]));
     if (campaigns.length) await this.#openCampaign(campaigns[0]);
-    else this.#message.tell("This folder holds no campaign. `breakshot campaign` drafts one from a folder of films.");
+    else showNothing("films", "This folder holds no campaign. ", html("code", {}, "breakshot campaign"), " drafts one from a folder of films.");
   }
 
   async #openCampaign(campaign) {

@@ -1,6 +1,6 @@
 /** The pile: objects, a strike, its motion, and where everything may come to rest. */
 
-import { along, byId, degrees, distance, fillSelect, setField } from "/elements.js";
+import { along, byId, degrees, distance, fillSelect, html, setField, showNothing } from "/elements.js";
 import { addKeys } from "/keys.js";
 import { path, pose } from "/motion.js";
 import { Objects } from "/pile/drag.js";
@@ -84,7 +84,8 @@ export class Pile {
     startNew(contents, this.#message, (file) => this.#created(file).catch(this.#message.error));
     this.#showProperties();
     if (contents.scenes.length) await this.open(contents.scenes[0]);
-    else this.#message.tell("This folder holds no scene. `breakshot init` writes a template, `breakshot look` one from a picture.");
+    else if (contents.cells.length && contents.objects.length) this.#message.tell("This folder holds no scene yet: choose + new pile.");
+    else showNothing("pile", "This folder holds no scene, and no cell and objects to make one of. ", html("code", {}, "breakshot init"), " writes templates, ", html("code", {}, "breakshot look"), " takes a scene from a picture.");
   }
 
   /** The files of properties; what was chosen stays so. */

@@ -50,6 +50,18 @@ impl Connections {
     }
 }
 
+/// The place of a connection; it is free again also if an answer fails.
+struct Place<'a> {
+    connections: &'a Connections,
+    number: u64,
+}
+
+impl Drop for Place<'_> {
+    fn drop(&mut self) {
+        self.connections.remove(self.number);
+    }
+}
+
 /// Answers until the program ends.
 ///
 /// # Errors
@@ -70,9 +82,9 @@ pub(crate) fn serve(listener: &TcpListener, gate: &Arc<Gate>, studio: &Arc<Studi
         }
         let (own, gate, studio) = (connections.clone(), gate.clone(), studio.clone());
         let started = std::thread::Builder::new().stack_size(1 << 20).spawn(move || {
+            let _place = Place { connections: &own, number };
             let mut connection = Connection { number, stream, gate: &gate, connections: &own };
             let _ = connection.converse(&studio);
-            own.remove(number);
         });
         if started.is_err() {
             connections.remove(number);
