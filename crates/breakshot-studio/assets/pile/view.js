@@ -84,7 +84,7 @@ export class Pile {
     startNew(contents, this.#message, (file) => this.#created(file).catch(this.#message.error));
     this.#showProperties();
     if (contents.scenes.length) await this.open(contents.scenes[0]);
-    else if (contents.cells.length && contents.objects.length) this.#message.tell("This folder holds no scene yet: choose + new pile.");
+    else if (contents.cells.length && contents.objects.length) askForNew(contents);
     else showNothing("pile", "This folder holds no scene, and no cell and objects to make one of. ", html("code", {}, "breakshot init"), " writes templates, ", html("code", {}, "breakshot look"), " takes a scene from a picture.");
   }
 
