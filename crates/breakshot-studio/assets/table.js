@@ -7,7 +7,9 @@ const MARGIN = 0.035;
 /** Room below the table for the scale (px). */
 const FOOT_PX = 26;
 const SCALES_M = [0.001, 0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1, 2];
-const LAYERS = ["ground", "cloud", "paths", "expected", "objects", "map", "strike"];
+/** Groups of the drawing below, which changes seldom or is large and is painted by itself, and of the one above it. */
+const BELOW = ["ground", "cloud"];
+const ABOVE = ["paths", "expected", "objects", "map", "strike"];
 
 /** The kind of an object: `a` for its second copy `a#2`. */
 export const kindOf = (name) => name.split("#")[0];
@@ -30,11 +32,14 @@ export class Table {
   #low = [0, 0];
   #high = [1, 1];
 
-  constructor(element) {
+  /** `below` and `element` lie on each other. */
+  constructor(below, element) {
+    this.below = below;
     this.element = element;
     this.scene = null;
-    for (const name of LAYERS) this.#layers[name] = svg("g", { class: `layer-${name}` });
-    element.replaceChildren(...LAYERS.map((name) => this.#layers[name]));
+    for (const name of [...BELOW, ...ABOVE]) this.#layers[name] = svg("g", { class: `layer-${name}` });
+    below.replaceChildren(...BELOW.map((name) => this.#layers[name]));
+    element.replaceChildren(...ABOVE.map((name) => this.#layers[name]));
   }
 
   /** The group of the drawing with this name. */
@@ -74,7 +79,7 @@ export class Table {
     const width = Math.max(320, Math.round(this.element.clientWidth));
     this.#scale = width / (this.#high[0] - this.#low[0]);
     const height = (this.#high[1] - this.#low[1]) * this.#scale + FOOT_PX;
-    this.element.setAttribute("viewBox", `0 0 ${width} ${height.toFixed(1)}`);
+    for (const drawing of [this.below, this.element]) drawing.setAttribute("viewBox", `0 0 ${width} ${height.toFixed(1)}`);
     this.#drawGround(scene, width, height);
   }
 

@@ -37,7 +37,7 @@ export class Pile {
 
   constructor(message) {
     this.#message = message;
-    this.table = new Table(byId("table"));
+    this.table = new Table(byId("ground"), byId("table"));
     this.objects = new Objects(this.table, this);
     this.handles = new StrikeHandles(this.table, this);
     this.player = new Player(() => this.#showTime());

@@ -110,7 +110,7 @@ def opens_once(studio, browser):
 def table_point(page, x, y):
     """The place of a point of the table (m) on the screen."""
     script = """([x, y]) => {
-      const area = document.querySelector('#table .workspace').getBoundingClientRect();
+      const area = document.querySelector('#ground .workspace').getBoundingClientRect();
       return [area.left + area.width * (x + 0.48) / 0.96, area.bottom - area.height * (y + 0.27) / 0.54];
     }"""
     return page.evaluate(script, [x, y])
