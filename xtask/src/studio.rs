@@ -22,7 +22,6 @@ pub(crate) fn test() -> Result<(), String> {
         println!("xtask: SKIPPED the studio in a browser: {chromium} is not installed");
         return Ok(());
     }
-    cargo(&["test", "-p", "breakshot-studio"], &[])?;
     cargo(&["build", "--release"], &[])?;
     let program = target().join("release/breakshot");
     let shots = target().join("studio");
