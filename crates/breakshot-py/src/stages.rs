@@ -143,9 +143,7 @@ fn estimated(
         Some(old) => estimation::updated(old, &clips, cell, objects, options),
         None => estimation::estimation(&clips, cell, objects, options),
     };
-    let mut properties = found?.properties;
-    properties.warnings.splice(0..0, unread);
-    Ok((properties, notes))
+    Ok((breakshot::campaign_properties(&campaign, &clips, unread, found?), notes))
 }
 
 /// What a strike does to a pile, with the properties at their means: final poses `(x_m, y_m, yaw_rad)` in the table frame, events,
@@ -217,8 +215,15 @@ pub(crate) fn plan(
     let aims: Vec<Aim> = proposals.iter().map(|aim| (*aim.0).clone()).collect();
     let planned = run(py, move |stop| {
         let (stopped, proposals) = (|| stop.is_set(), |_: &scene::Scene| aims.clone());
-        let options =
-            Options { method, any_arm, proposals: Some(&proposals), noise, seed, stopped: Some(&stopped) };
+        let options = Options {
+            method,
+            any_arm,
+            proposals: Some(&proposals),
+            noise,
+            seed,
+            stopped: Some(&stopped),
+            progress: None,
+        };
         breakshot::plan::plan(&scene.0, &*properties.0.completed_for(&scene.0)?, &options)
     })?;
     planned.map(Plan::from).map_err(raised)

@@ -44,7 +44,12 @@ impl Job {
     /// Tells the part that is done; false if the job is to end.
     pub(crate) fn goes_on(&self, done: f64) -> bool {
         self.tell(Event::Running { done });
-        !self.is_cancelled.load(Ordering::Relaxed)
+        !self.is_cancelled()
+    }
+
+    /// Whether the job is to end.
+    pub(crate) fn is_cancelled(&self) -> bool {
+        self.is_cancelled.load(Ordering::Relaxed)
     }
 
     fn tell(&self, event: Event) {
@@ -113,7 +118,7 @@ impl Jobs {
             let ended = std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| work(&own)));
             own.tell(match ended {
                 Ok(Ok(result)) => Event::Done { result },
-                Ok(Err(breakshot::Error::Cancelled)) => Event::Cancelled,
+                Ok(Err(breakshot::Error::Stopped)) => Event::Cancelled,
                 Ok(Err(error)) => Event::Failed { error: error.to_string() },
                 Err(_) => Event::Failed { error: "the program failed; its terminal says more".into() },
             });
@@ -144,7 +149,7 @@ mod tests {
         let (wait, go) = channel::<()>();
         let number = jobs.start(move |job| {
             let _ = go.recv();
-            if job.goes_on(0.5) { Ok(7.into()) } else { Err(breakshot::Error::Cancelled) }
+            if job.goes_on(0.5) { Ok(7.into()) } else { Err(breakshot::Error::Stopped) }
         });
         let events = jobs.events(number.unwrap()).unwrap();
         wait.send(()).unwrap();
@@ -157,7 +162,7 @@ mod tests {
         let (wait, go) = channel::<()>();
         let number = jobs.start(move |job| {
             let _ = go.recv();
-            if job.goes_on(0.5) { Ok(7.into()) } else { Err(breakshot::Error::Cancelled) }
+            if job.goes_on(0.5) { Ok(7.into()) } else { Err(breakshot::Error::Stopped) }
         });
         let events = jobs.events(number.unwrap()).unwrap();
         assert!(jobs.cancel(number.unwrap()) && !jobs.cancel(99));

@@ -112,9 +112,6 @@ pub enum Error {
     /// Work that the caller stopped before its end.
     #[error("stopped before the end")]
     Stopped,
-    /// A search that its caller ended.
-    #[error("cancelled before it was done")]
-    Cancelled,
 }
 
 impl Error {

@@ -76,7 +76,8 @@ pub use error::{Error, Result};
 use campaign::{Campaign, Clip, Source};
 use capture::{Camera, Capture, Decoder, Footage, GreyImage};
 use detect::Tracks;
-use estimate::ClipTracks;
+use estimate::{ClipTracks, Estimation};
+use properties::Properties;
 use rayon::prelude::*;
 
 /// The tracks of one clip: opens its film, determines the pose of its camera, and tracks its objects; or reads its tracks.
@@ -175,6 +176,23 @@ pub fn campaign_tracks(
         return Err(last);
     }
     Ok((clips, errors.iter().map(|e| format!("left out: {e}")).collect()))
+}
+
+/// The properties of an estimation from the clips of a campaign, with all warnings: clips that could not be read, cameras that moved, and
+/// files that do not fit the films ([`verify::campaign_warnings`]).
+pub fn campaign_properties(
+    campaign: &Campaign,
+    clips: &[ClipTracks],
+    unread: Vec<String>,
+    estimation: Estimation,
+) -> Properties {
+    let moved = |clip: &ClipTracks| Some(format!("{}: {}", clip.name, clip.tracks.camera_warning()?));
+    let mut warnings = unread;
+    warnings.extend(clips.iter().filter_map(moved));
+    warnings.extend(verify::campaign_warnings(clips, &estimation, &campaign.cell, &campaign.objects));
+    let mut properties = estimation.properties;
+    properties.warnings.splice(0..0, warnings);
+    properties
 }
 
 /// What is known of where the objects of a film lie.

@@ -9,7 +9,7 @@ use breakshot::estimate::{self, Advice, AdviceOptions, ClipTracks, Experiment};
 use breakshot::object::Object;
 use breakshot::properties::Properties;
 use breakshot::uncertain::Estimate;
-use breakshot::{Error, Result, files, report, verify};
+use breakshot::{Error, Result, files, report};
 use std::collections::BTreeMap;
 use std::path::Path;
 
@@ -34,10 +34,7 @@ pub(crate) fn run(args: &EstimateArgs) -> Result<Outcome> {
         Some(old) => estimate::updated(old, &clips, cell, objects, &options),
         None => estimate::estimation(&clips, cell, objects, &options),
     };
-    let estimation = estimation?;
-    let unfitting = verify::campaign_warnings(&clips, &estimation, cell, objects);
-    let mut properties = estimation.properties;
-    properties.warnings.splice(0..0, unread.into_iter().chain(camera_motions(&clips)).chain(unfitting));
+    let mut properties = breakshot::campaign_properties(&campaign, &clips, unread, estimation?);
     console::warn_by_kind(&properties.warnings, &args.output);
     let advice = advice(args, &properties, cell, objects)?;
     if let Some(folder) = &args.figures {
@@ -62,12 +59,6 @@ pub(crate) fn run(args: &EstimateArgs) -> Result<Outcome> {
         }
     }
     Ok(Outcome::doubtful_if(!properties.warnings.is_empty()))
-}
-
-/// A warning for each clip whose camera moved.
-fn camera_motions(clips: &[ClipTracks]) -> Vec<String> {
-    let moved = |clip: &ClipTracks| Some(format!("{}: {}", clip.name, clip.tracks.camera_warning()?));
-    clips.iter().filter_map(moved).collect()
 }
 
 /// The output of `--json`.

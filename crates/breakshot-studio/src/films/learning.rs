@@ -7,7 +7,6 @@ use breakshot::campaign::{Campaign, Clip};
 use breakshot::capture::Decoder;
 use breakshot::estimate::{self, ClipTracks};
 use breakshot::{Error, Result, files};
-use rayon::prelude::*;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// Part of the work that is done when all clips are tracked.
@@ -31,33 +30,19 @@ pub(crate) fn learned(
     let part = || TRACKED * done.load(Ordering::Relaxed) as f64 / campaign.clips.len().max(1) as f64;
     let tracked = |clip: &Clip| {
         if !job.goes_on(part()) {
-            return Err(Error::Cancelled);
+            return Err(Error::Stopped);
         }
         let tracks = breakshot::clip_tracks(campaign, clip, Decoder::Auto);
         done.fetch_add(1, Ordering::Relaxed);
         job.goes_on(part());
         tracks
     };
-    let results: Vec<Result<ClipTracks>> = campaign.clips.par_iter().map(tracked).collect();
-    let (mut clips, mut unread) = (Vec::new(), Vec::new());
-    for result in results {
-        match result {
-            Ok(tracks) => clips.push(tracks),
-            Err(Error::Cancelled) => return Err(Error::Cancelled),
-            Err(error) => unread.push(error),
-        }
-    }
-    if clips.is_empty()
-        && let Some(first) = unread.pop()
-    {
-        return Err(first);
-    }
+    let (clips, unread) = breakshot::campaign_tracks(campaign, tracked)?;
     let options = estimate::Options::default();
-    let mut properties =
-        estimate::estimation(&clips, &campaign.cell, &campaign.objects, &options)?.properties;
-    properties.warnings.splice(0..0, unread.iter().map(|error| format!("left out: {error}")));
+    let estimation = estimate::estimation(&clips, &campaign.cell, &campaign.objects, &options)?;
+    let properties = breakshot::campaign_properties(campaign, &clips, unread, estimation);
     if !job.goes_on(1.0) {
-        return Err(Error::Cancelled);
+        return Err(Error::Stopped);
     }
     write_tracks(project, campaign, &clips)?;
     files::write_json(&file, &properties)?;

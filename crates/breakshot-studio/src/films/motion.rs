@@ -156,11 +156,11 @@ pub(crate) fn track(
         || Error::invalid(&clip.name, "its name", "not that of a file", "a name without special characters");
     let file = tracks_file(project, clip).ok_or_else(unnamed)?;
     if !job.goes_on(0.0) {
-        return Err(Error::Cancelled);
+        return Err(Error::Stopped);
     }
     let tracked = breakshot::clip_tracks(campaign, clip, Decoder::Auto)?;
     if !job.goes_on(1.0) {
-        return Err(Error::Cancelled);
+        return Err(Error::Stopped);
     }
     if let Some(folder) = file.parent() {
         std::fs::create_dir_all(folder).map_err(|source| Error::Write { path: folder.into(), source })?;

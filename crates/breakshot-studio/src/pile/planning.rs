@@ -33,12 +33,19 @@ pub(crate) fn planned(
     let output = project.new_file(&request.output)?;
     let scene = cache.pile(project, &request.pile)?;
     let properties = cache.properties(project, &request.properties, &scene)?;
-    let progress = |done: f64| job.goes_on(done);
-    let options =
-        Options { seed: request.seed.unwrap_or(SEED), progress: Some(&progress), ..Options::default() };
+    let progress = |done: f64| {
+        job.goes_on(done);
+    };
+    let stopped = || job.is_cancelled();
+    let options = Options {
+        seed: request.seed.unwrap_or(SEED),
+        progress: Some(&progress),
+        stopped: Some(&stopped),
+        ..Options::default()
+    };
     let plan = plan::plan(&scene, &properties, &options)?;
     if !job.goes_on(1.0) {
-        return Err(breakshot::Error::Cancelled);
+        return Err(breakshot::Error::Stopped);
     }
     files::write_json(&output, &plan)?;
     Ok(serde_json::json!({ "plan": plan, "file": request.output }))
@@ -68,12 +75,12 @@ pub(crate) fn map(
     let scene = cache.pile(project, &request.pile)?;
     let properties = cache.properties(project, &request.properties, &scene)?;
     if !job.goes_on(0.0) {
-        return Err(breakshot::Error::Cancelled);
+        return Err(breakshot::Error::Stopped);
     }
     let options = Options { seed: SEED, ..Options::default() };
     let strikes: Vec<EvaluatedStrike> = plan::evaluate_grid(&scene, &properties, &options, MAP)?;
     if !job.goes_on(1.0) {
-        return Err(breakshot::Error::Cancelled);
+        return Err(breakshot::Error::Stopped);
     }
     Ok(serde_json::json!({ "strikes": strikes, "samples": MAP.samples }))
 }

@@ -18,9 +18,8 @@ pub enum Method {
 /// A function from a scene to strikes that are evaluated in addition to the grid, such as a learned model.
 pub type Proposals<'a> = dyn Fn(&Scene) -> Vec<Aim> + Sync + 'a;
 
-/// A function that is told which part of a search is done (0 to 1); if it answers false, the search ends with
-/// [`Error::Cancelled`].
-pub type Progress<'a> = dyn Fn(f64) -> bool + Sync + 'a;
+/// A function that gets the part of a search that is done (0 to 1).
+pub type Progress<'a> = dyn Fn(f64) + Sync + 'a;
 
 /// How to plan.
 #[derive(Clone, Copy, Default)]
@@ -38,7 +37,7 @@ pub struct Options<'a> {
     /// Whether the caller wants no answer any more: from then on nothing is simulated, and the plan ends with
     /// [`Error::Stopped`]; used by `Robust` and surveys.
     pub stopped: Option<&'a (dyn Fn() -> bool + Sync)>,
-    /// Follows the search and may end it; used by `Robust`. It does not change the plan.
+    /// Follows the search; used by `Robust`.
     pub progress: Option<&'a Progress<'a>>,
 }
 
@@ -48,12 +47,11 @@ impl Options<'_> {
         self.stopped.is_some_and(|stopped| stopped())
     }
 
-    /// Tells which part of the search is done.
-    ///
-    /// # Errors
-    /// The search is to end.
-    pub(crate) fn report(&self, done: f64) -> Result<()> {
-        if self.progress.is_none_or(|progress| progress(done)) { Ok(()) } else { Err(Error::Cancelled) }
+    /// Reports the part of the search that is done.
+    pub(crate) fn report(&self, done: f64) {
+        if let Some(progress) = self.progress {
+            progress(done);
+        }
     }
 }
 

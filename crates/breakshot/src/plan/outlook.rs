@@ -69,7 +69,8 @@ impl Possibilities {
     pub fn outlook(&self, strike: &Strike) -> Result<Outlook> {
         strike.check("strike")?;
         let shown = &self.scenarios[..Self::SHOWN.min(self.scenarios.len())];
-        let margins = Evaluation::new(&self.scene)?.margins(strike, &self.scenarios);
+        let options = Options::default();
+        let margins = Evaluation::new(&self.scene, &options)?.margins(strike, &self.scenarios);
         let success_probability = success_probability(&margins);
         Ok(Outlook {
             success_probability,
@@ -133,22 +134,15 @@ mod tests {
     }
 
     #[test]
-    fn a_search_tells_its_progress_and_ends_when_told_to() {
+    fn a_search_reports_its_progress_and_its_plan_stays_the_same() {
         let (scene, properties) = (pile(), properties());
-        let told = Mutex::new(Vec::new());
-        let progress = |done: f64| {
-            told.lock().unwrap().push(done);
-            true
-        };
+        let reported = Mutex::new(Vec::new());
+        let progress = |done: f64| reported.lock().unwrap().push(done);
         let quiet = plan(&scene, &properties, &Options::default()).unwrap();
         let options = Options { progress: Some(&progress), ..Options::default() };
         assert_eq!(plan(&scene, &properties, &options).unwrap(), quiet);
-        let told = told.into_inner().unwrap();
-        assert!(
-            told.len() > 5 && told.is_sorted() && told.iter().all(|d| (0.0..1.0).contains(d)),
-            "{told:?}"
-        );
-        let options = Options { progress: Some(&|done| done < 0.5), ..Options::default() };
-        assert!(matches!(plan(&scene, &properties, &options), Err(Error::Cancelled)));
+        let reported = reported.into_inner().unwrap();
+        let possible = reported.iter().all(|done| (0.0..1.0).contains(done));
+        assert!(reported.len() > 5 && reported.is_sorted() && possible, "{reported:?}");
     }
 }

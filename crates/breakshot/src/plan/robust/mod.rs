@@ -129,8 +129,8 @@ pub(crate) fn robust(
         drawn(options.seed, budget.samples())?.into_iter().map(Scenario::with_coarse_pushes).collect();
     let arm = arm.as_ref();
     let search = Search { grid: &grid, evaluation: &evaluation, scenarios: &scenarios, budget, arm };
-    options.report(0.0)?;
-    let halved = search.halved(strikes, |part| options.report(DONE[0] * part))?;
+    options.report(0.0);
+    let halved = search.halved(strikes, |part| options.report(DONE[0] * part));
     let finalists = match search.finalists(halved) {
         Ok(finalists) => finalists,
         Err(refusal) => {
@@ -139,12 +139,12 @@ pub(crate) fn robust(
         }
     };
     let refined = search.refined(finalists, options.seed);
-    options.report(DONE[1])?;
+    options.report(DONE[1]);
 
     // Comparison, and evaluation of the winner in scenarios that did not take part in the choice
     let (comparison_seed, final_seed) = (options.seed.wrapping_add(FRESH_STREAM), final_seed(options.seed));
     let mut ranked = evaluation.ranked(refined, &drawn(comparison_seed, budget.fresh)?);
-    options.report(DONE[2])?;
+    options.report(DONE[2]);
     let fresh = drawn(final_seed, budget.fresh)?;
     let runner_up = ranked.get(1).map(|candidate| RunnerUp {
         strike: candidate.strike.clone(),
@@ -191,14 +191,8 @@ struct Halved {
 
 impl Search<'_> {
     /// Successive halving: each round evaluates the better strikes of the last one in more scenarios.
-    ///
-    /// # Errors
-    /// Those of `report`, which gets the part of the rounds that are done.
-    fn halved(
-        &self,
-        mut strikes: Vec<StrikeCandidate>,
-        report: impl Fn(f64) -> Result<()>,
-    ) -> Result<Halved> {
+    /// `report` gets the part of the rounds that are done.
+    fn halved(&self, mut strikes: Vec<StrikeCandidate>, report: impl Fn(f64)) -> Halved {
         let mut evaluated = 0;
         let mut eliminated: Vec<StrikeCandidate> = Vec::new();
         for (k, round) in self.budget.rounds.into_iter().enumerate() {
@@ -208,9 +202,9 @@ impl Search<'_> {
             self.evaluation.add_scores(&mut strikes, &self.scenarios[evaluated..samples]);
             evaluated = samples;
             strikes = sorted_by_value(strikes, |candidate| -candidate.score);
-            report((k + 1) as f64 / self.budget.rounds.len() as f64)?;
+            report((k + 1) as f64 / self.budget.rounds.len() as f64);
         }
-        Ok(Halved { last_round: strikes, eliminated })
+        Halved { last_round: strikes, eliminated }
     }
 
     /// The best strikes that the arm can execute, without variants of better ones; eliminated strikes only if the arm can execute none

@@ -12,7 +12,6 @@ use breakshot::campaign::Campaign;
 use breakshot::estimate::{self, ClipTracks, Options};
 use breakshot::properties::Properties;
 use breakshot::uncertain::Estimate;
-use breakshot::verify;
 use std::collections::BTreeMap;
 
 /// Most characters of a warning in the table.
@@ -32,12 +31,7 @@ type Answer = Result<Properties>;
 fn answer(campaign: &Campaign, clips: &[ClipTracks]) -> Answer {
     let (cell, objects) = (&campaign.cell, &campaign.objects);
     let estimation = estimate::estimation(clips, cell, objects, &Options::default())?;
-    let moved = |clip: &ClipTracks| Some(format!("{}: {}", clip.name, clip.tracks.camera_warning()?));
-    let mut warnings: Vec<String> = clips.iter().filter_map(moved).collect();
-    warnings.extend(verify::campaign_warnings(clips, &estimation, cell, objects));
-    let mut properties = estimation.properties;
-    properties.warnings.splice(0..0, warnings);
-    Ok(properties)
+    Ok(breakshot::campaign_properties(campaign, clips, Vec::new(), estimation))
 }
 
 /// Makes every mistake and prints the table; whether every mistake is named or harmless.
