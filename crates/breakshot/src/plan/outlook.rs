@@ -95,7 +95,6 @@ pub fn aimed(scene: &Scene, aim: &Aim) -> Result<std::result::Result<Strike, Str
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::error::Error;
     use crate::plan::plan;
     use crate::plan::tests::{properties, scene};
     use std::sync::Mutex;
