@@ -35,9 +35,9 @@
 //!
 //! | stage | question | answer |
 //! |---|---|---|
-//! | [`capture`] | what did the camera see, and from where? | [`Footage`], [`Camera`](capture::Camera) |
-//! | [`detect`] | where was each object at each instant? | [`Tracks`](detect::Tracks) |
-//! | [`estimate`] | how do the objects slide and bounce? | [`Properties`](properties::Properties) |
+//! | [`capture`] | what did the camera see, and from where? | [`Footage`], [`Camera`] |
+//! | [`detect`] | where was each object at each instant? | [`Tracks`] |
+//! | [`estimate`] | how do the objects slide and bounce? | [`Properties`] |
 //! | [`physics`] | what does this strike do to this pile? | [`Trajectory`](physics::Trajectory) |
 //! | [`plan`] | which strike singulates it? | [`Plan`](plan::Plan) |
 //! | [`robot`] | how does the arm carry it out? | [`Command`](robot::Command) |
