@@ -64,12 +64,12 @@ fn installed(interpreter: &str, name: &str, packages: &[&str], wheel: &Path) -> 
     Ok(python)
 }
 
-/// The time of an import (ms) in an environment that has nothing but NumPy, after a rollout has worked there.
+/// The time of an import (ms) in an environment that has nothing but NumPy, after a simulator has worked there.
 fn import_with_numpy_alone(interpreter: &str, wheel: &Path) -> Result<f64, String> {
-    const ROLLOUT: &str = "import breakshot; breakshot.Simulator()";
+    const SIMULATOR: &str = "import breakshot; breakshot.Simulator()";
     const IMPORT: &str = "import time; start = time.perf_counter(); import breakshot; print(1e3 * (time.perf_counter() - start))";
     let python = installed(interpreter, "breakshot-alone", &["numpy"], wheel)?;
-    venv::succeed(Command::new(&python).args(["-c", ROLLOUT]))?;
+    venv::succeed(Command::new(&python).args(["-c", SIMULATOR]))?;
     let time_ms = || {
         let run = crate::process::run(Command::new(&python).args(["-c", IMPORT]))?;
         run.stdout.trim().parse::<f64>().map_err(|_| format!("the import printed `{}`", run.stdout))

@@ -153,11 +153,8 @@ fn positive(text: &str) -> std::result::Result<f64, String> {
 impl RateArgs {
     /// Opens a film that was taken at this rate, or at that of the cell.
     pub(crate) fn open(self, path: &Path, decoder: DecoderArgs, cell: &Cell) -> Result<Footage> {
-        let footage = Footage::open_with(path, decoder.into())?;
-        Ok(match self.frame_rate_hz.or(cell.camera.frame_rate_hz) {
-            Some(rate_hz) => footage.at_frame_rate(rate_hz),
-            None => footage,
-        })
+        let rate_hz = self.frame_rate_hz.or(cell.camera.frame_rate_hz);
+        Ok(Footage::open_with(path, decoder.into())?.at_frame_rate(rate_hz))
     }
 }
 

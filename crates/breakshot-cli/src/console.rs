@@ -2,6 +2,7 @@
 
 use breakshot::Result;
 use breakshot::properties::Assumption;
+use breakshot::report::warning_kind;
 use indicatif::{ProgressBar, ProgressStyle};
 use serde::Serialize;
 use std::io::IsTerminal;
@@ -48,7 +49,7 @@ const MOST_OF_A_KIND: usize = 3;
 fn by_kind(warnings: &[String], file: &Path) -> Vec<String> {
     let mut kinds: Vec<(String, Vec<&String>)> = Vec::new();
     for warning in warnings {
-        let kind = kind(warning);
+        let kind = warning_kind(warning);
         match kinds.iter_mut().find(|(known, _)| *known == kind) {
             Some((_, same)) => same.push(warning),
             None => kinds.push((kind, vec![warning])),
@@ -65,16 +66,6 @@ fn by_kind(warnings: &[String], file: &Path) -> Vec<String> {
         }
     }
     lines
-}
-
-/// What warnings about different clips, objects and values have in common: the text without the name of the clip, quoted names and
-/// numbers.
-fn kind(warning: &str) -> String {
-    let clip = warning.split_once(": ").filter(|(name, _)| !name.contains(' '));
-    let text = clip.map_or(warning, |(_, text)| text);
-    // Every second part is between quotation marks.
-    let unquoted = text.split('`').step_by(2);
-    unquoted.flat_map(str::chars).filter(|c| !c.is_ascii_digit() && !"+-.".contains(*c)).collect()
 }
 
 /// Prints the assumed values of properties that no clip measured to stderr.

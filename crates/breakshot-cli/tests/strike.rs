@@ -254,7 +254,7 @@ fn a_picture_does_not_become_new_by_being_copied() {
 }
 
 #[test]
-fn touches_with_large_residuals_are_not_written_unless_told() {
+fn touches_with_large_residuals_are_not_written_unless_accepted() {
     let folder = folder();
     let cell_path = folder.path().join("cell.toml");
     let before = std::fs::read_to_string(&cell_path).expect("a cell");
@@ -275,7 +275,7 @@ fn touches_with_large_residuals_are_not_written_unless_told() {
     assert_eq!(refused.status.code(), Some(3), "{}", text(&refused));
     assert!(text(&refused).contains("--accept-residuals"), "{}", text(&refused));
     assert_eq!(std::fs::read_to_string(&cell_path).expect("a cell"), before);
-    let told = run(folder.path(), &[&touch[..], &["--accept-residuals"]].concat());
-    assert_eq!(told.status.code(), Some(3), "{}", text(&told));
+    let accepted = run(folder.path(), &[&touch[..], &["--accept-residuals"]].concat());
+    assert_eq!(accepted.status.code(), Some(3), "{}", text(&accepted));
     assert_ne!(std::fs::read_to_string(&cell_path).expect("a cell"), before);
 }

@@ -29,7 +29,7 @@ impl Drop for StopOnDrop {
             && let Ok(runtime) = tokio::runtime::Handle::try_current()
         {
             runtime.spawn(async move {
-                // Nobody is left to be told of an error.
+                // Nothing is left that could handle an error.
                 let _ = timeout(LAST_STOP, robot.stop(Stop::Smooth)).await;
             });
         }

@@ -91,13 +91,9 @@ pub(crate) fn track(
     };
     let objects: Vec<object::Object> = objects.iter().map(|object| (*object.0).clone()).collect();
     let tracked = run(py, move |stop| {
-        let footage = Footage::open_with(&film, Decoder::Auto)?;
-        let footage = match frame_rate_hz.or(cell.0.camera.frame_rate_hz) {
-            Some(rate_hz) => footage.at_frame_rate(rate_hz),
-            None => footage,
-        };
         let stop = stop.clone();
-        let film = Capture::of(footage.until(move || stop.is_set()), &cell.0)?;
+        let footage = Footage::open_with(&film, Decoder::Auto)?.until(move || stop.is_set());
+        let film = Capture::of(footage.at_frame_rate(frame_rate_hz), &cell.0)?;
         detect::tracks(film, &objects, &names, &layout, &detect::Options::default())
     })?;
     tracked.map(Tracks::from).map_err(raised)
@@ -139,11 +135,8 @@ fn estimated(
         let stop = stop.clone();
         breakshot::clip_tracks_until(&campaign, clip, Decoder::Auto, move || stop.is_set())
     })?;
-    let found = match &old {
-        Some(old) => estimation::updated(old, &clips, cell, objects, options),
-        None => estimation::estimation(&clips, cell, objects, options),
-    };
-    Ok((breakshot::campaign_properties(&campaign, &clips, unread, found?), notes))
+    let properties = breakshot::campaign_properties(&campaign, old.as_deref(), &clips, unread, options)?;
+    Ok((properties, notes))
 }
 
 /// What a strike does to a pile, with the properties at their means: final poses `(x_m, y_m, yaw_rad)` in the table frame, events,

@@ -67,6 +67,12 @@ export class Table {
     ];
   }
 
+  /** Calls `drag(event)` while a pointer moves over the table, and `release()` when it is lifted. */
+  onPointer(drag, release) {
+    this.element.addEventListener("pointermove", drag);
+    for (const end of ["pointerup", "pointercancel"]) this.element.addEventListener(end, release);
+  }
+
   /** Shows the table of a scene, as wide as there is room. */
   show(scene) {
     this.scene = scene;

@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::sync::{Arc, Mutex, PoisonError};
 
-/// What a page is told of a job.
+/// What happens to a job.
 #[derive(Clone, Debug, Serialize)]
 #[serde(rename_all = "snake_case", tag = "state")]
 pub(crate) enum Event {
@@ -26,9 +26,9 @@ impl Event {
     }
 }
 
-/// Everything that has been told of a job, and who listens.
+/// The latest event of a job, and who gets the next ones.
 #[derive(Default)]
-struct Told {
+struct Channel {
     latest: Option<Event>,
     listeners: Vec<Sender<String>>,
 }
@@ -36,14 +36,14 @@ struct Told {
 /// One job, as its work sees it.
 #[derive(Clone, Default)]
 pub(crate) struct Job {
-    told: Arc<Mutex<Told>>,
+    channel: Arc<Mutex<Channel>>,
     is_cancelled: Arc<AtomicBool>,
 }
 
 impl Job {
-    /// Tells the part that is done; false if the job is to end.
+    /// Reports the part that is done; false if the job is to end.
     pub(crate) fn goes_on(&self, done: f64) -> bool {
-        self.tell(Event::Running { done });
+        self.report(Event::Running { done });
         !self.is_cancelled()
     }
 
@@ -52,30 +52,30 @@ impl Job {
         self.is_cancelled.load(Ordering::Relaxed)
     }
 
-    fn tell(&self, event: Event) {
-        let mut told = self.told.lock().unwrap_or_else(PoisonError::into_inner);
+    fn report(&self, event: Event) {
+        let mut channel = self.channel.lock().unwrap_or_else(PoisonError::into_inner);
         let text = serde_json::to_string(&event).unwrap_or_default();
-        told.listeners.retain(|listener| listener.send(text.clone()).is_ok());
+        channel.listeners.retain(|listener| listener.send(text.clone()).is_ok());
         if event.is_end() {
-            told.listeners.clear();
+            channel.listeners.clear();
         }
-        told.latest = Some(event);
+        channel.latest = Some(event);
     }
 
     fn has_ended(&self) -> bool {
-        let told = self.told.lock().unwrap_or_else(PoisonError::into_inner);
-        told.latest.as_ref().is_some_and(Event::is_end)
+        let channel = self.channel.lock().unwrap_or_else(PoisonError::into_inner);
+        channel.latest.as_ref().is_some_and(Event::is_end)
     }
 
     /// The latest event and all that follow.
     fn events(&self) -> Receiver<String> {
         let (sender, receiver) = channel();
-        let mut told = self.told.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some(latest) = &told.latest {
+        let mut channel = self.channel.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(latest) = &channel.latest {
             let _ = sender.send(serde_json::to_string(latest).unwrap_or_default());
         }
-        if !told.latest.as_ref().is_some_and(Event::is_end) {
-            told.listeners.push(sender);
+        if !channel.latest.as_ref().is_some_and(Event::is_end) {
+            channel.listeners.push(sender);
         }
         receiver
     }
@@ -114,9 +114,9 @@ impl Jobs {
             Some(number)
         })?;
         std::thread::spawn(move || {
-            // A panic is a failure of ours; the page is told, and the program goes on.
+            // A panic is a failure of ours; the page shows it, and the program goes on.
             let ended = std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| work(&own)));
-            own.tell(match ended {
+            own.report(match ended {
                 Ok(Ok(result)) => Event::Done { result },
                 Ok(Err(breakshot::Error::Stopped)) => Event::Cancelled,
                 Ok(Err(error)) => Event::Failed { error: error.to_string() },
@@ -144,7 +144,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_job_tells_its_progress_its_result_and_that_it_was_ended() {
+    fn a_job_reports_its_progress_its_result_and_that_it_was_ended() {
         let jobs = Jobs::default();
         let (wait, go) = channel::<()>();
         let number = jobs.start(move |job| {
@@ -153,11 +153,11 @@ mod tests {
         });
         let events = jobs.events(number.unwrap()).unwrap();
         wait.send(()).unwrap();
-        let told: Vec<String> = events.iter().collect();
-        assert_eq!(told, [r#"{"state":"running","done":0.5}"#, r#"{"state":"done","result":7}"#]);
+        let reported: Vec<String> = events.iter().collect();
+        assert_eq!(reported, [r#"{"state":"running","done":0.5}"#, r#"{"state":"done","result":7}"#]);
         // Whoever comes later hears the end.
         let late: Vec<String> = jobs.events(number.unwrap()).unwrap().iter().collect();
-        assert_eq!(late, told[1..]);
+        assert_eq!(late, reported[1..]);
 
         let (wait, go) = channel::<()>();
         let number = jobs.start(move |job| {

@@ -133,6 +133,23 @@ fn nearest_hint(key: &str, known: &[&str]) -> String {
     }
 }
 
+/// The name of the file of each clip's tracks (JSON), all different.
+///
+/// A clip's extension is left out where that is possible, and its folders are joined to its name.
+pub fn track_file_names(clips: &[&str]) -> Vec<String> {
+    let flat: Vec<String> = clips.iter().map(|clip| clip.replace(['/', '\\'], "_")).collect();
+    let stem = |name: &str| Path::new(name).with_extension("").to_string_lossy().into_owned();
+    let mut names: Vec<String> = Vec::new();
+    for name in &flat {
+        let is_alone = flat.iter().filter(|other| stem(other) == stem(name)).count() == 1;
+        let wanted = if is_alone { stem(name) } else { name.clone() };
+        let numbered = (2..).map(|number| format!("{wanted}_{number}.json"));
+        let mut candidates = std::iter::once(format!("{wanted}.json")).chain(numbered);
+        names.extend(candidates.find(|candidate| !names.contains(candidate)));
+    }
+    names
+}
+
 /// A value as indented JSON: the text of the files that [`write_json`] writes.
 ///
 /// # Errors

@@ -76,7 +76,7 @@ pub use error::{Error, Result};
 use campaign::{Campaign, Clip, Source};
 use capture::{Camera, Capture, Decoder, Footage, GreyImage};
 use detect::Tracks;
-use estimate::{ClipTracks, Estimation};
+use estimate::ClipTracks;
 use properties::Properties;
 use rayon::prelude::*;
 
@@ -100,8 +100,7 @@ pub fn clip_tracks_until(
 ) -> Result<ClipTracks> {
     let tracks = match &clip.source {
         Source::Film(path) => {
-            let footage = Footage::open_with(path, decoder)?.until(stopped);
-            tracks_of(clip_capture(campaign, clip, footage)?, campaign, clip)?
+            return footage_tracks(campaign, clip, Footage::open_with(path, decoder)?.until(stopped));
         }
         Source::Tracks { path, columns } => {
             let (name, text) = (path.display().to_string(), files::tracks_text(path)?);
@@ -111,6 +110,14 @@ pub fn clip_tracks_until(
         }
     };
     Ok(named(clip, tracks))
+}
+
+/// The tracks of one clip whose film is already open.
+///
+/// # Errors
+/// See [`Capture::of`] and [`detect::tracks`].
+pub fn footage_tracks(campaign: &Campaign, clip: &Clip, footage: Footage) -> Result<ClipTracks> {
+    tracks_of(clip_capture(campaign, clip, footage)?, campaign, clip)
 }
 
 /// A clip with what its film shows.
@@ -132,20 +139,17 @@ pub fn viewed_clip(campaign: &Campaign, clip: &Clip, decoder: Decoder) -> Result
     };
     let mut capture = clip_capture(campaign, clip, Footage::open_with(path, decoder)?)?;
     let first = capture.footage.first_image().map(|image| (image, capture.camera.clone()));
-    let tracks = tracks_of(capture, campaign, clip).map(|tracks| named(clip, tracks));
-    Ok(ViewedClip { first, tracks })
+    Ok(ViewedClip { first, tracks: tracks_of(capture, campaign, clip) })
 }
 
 fn clip_capture(campaign: &Campaign, clip: &Clip, footage: Footage) -> Result<Capture> {
-    let footage = match clip.frame_rate_hz {
-        Some(rate_hz) => footage.at_frame_rate(rate_hz),
-        None => footage,
-    };
-    Capture::of(footage, &campaign.cell)
+    Capture::of(footage.at_frame_rate(clip.frame_rate_hz), &campaign.cell)
 }
 
-fn tracks_of(capture: Capture, campaign: &Campaign, clip: &Clip) -> Result<Tracks> {
-    detect::tracks(capture, &campaign.objects, &clip.objects, &layout(clip), &detect::Options::default())
+fn tracks_of(capture: Capture, campaign: &Campaign, clip: &Clip) -> Result<ClipTracks> {
+    let (objects, options) = (&campaign.objects, detect::Options::default());
+    let tracks = detect::tracks(capture, objects, &clip.objects, &layout(clip), &options)?;
+    Ok(named(clip, tracks))
 }
 
 fn named(clip: &Clip, tracks: Tracks) -> ClipTracks {
@@ -178,21 +182,30 @@ pub fn campaign_tracks(
     Ok((clips, errors.iter().map(|e| format!("left out: {e}")).collect()))
 }
 
-/// The properties of an estimation from the clips of a campaign, with all warnings: clips that could not be read, cameras that moved, and
-/// files that do not fit the films ([`verify::campaign_warnings`]).
+/// The properties that the clips of a campaign measure, together with the `old` ones if there are any, with all warnings: clips that could not
+/// be read (what [`campaign_tracks`] gives), cameras that moved, and files that do not fit the films ([`verify::campaign_warnings`]).
+///
+/// # Errors
+/// See [`estimate::estimation`] and [`estimate::updated`].
 pub fn campaign_properties(
     campaign: &Campaign,
+    old: Option<&Properties>,
     clips: &[ClipTracks],
     unread: Vec<String>,
-    estimation: Estimation,
-) -> Properties {
+    options: &estimate::Options,
+) -> Result<Properties> {
+    let (cell, objects) = (&campaign.cell, &campaign.objects);
+    let estimation = match old {
+        Some(old) => estimate::updated(old, clips, cell, objects, options),
+        None => estimate::estimation(clips, cell, objects, options),
+    }?;
     let moved = |clip: &ClipTracks| Some(format!("{}: {}", clip.name, clip.tracks.camera_warning()?));
     let mut warnings = unread;
     warnings.extend(clips.iter().filter_map(moved));
-    warnings.extend(verify::campaign_warnings(clips, &estimation, &campaign.cell, &campaign.objects));
+    warnings.extend(verify::campaign_warnings(clips, &estimation, cell, objects));
     let mut properties = estimation.properties;
     properties.warnings.splice(0..0, warnings);
-    properties
+    Ok(properties)
 }
 
 /// What is known of where the objects of a film lie.

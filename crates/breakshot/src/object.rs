@@ -37,6 +37,23 @@ impl Shape {
         }
     }
 
+    /// Points along the outline in the object's frame, counter-clockwise: so many that a lens bends the lines between them little.
+    pub fn outline_points(&self) -> Vec<Point> {
+        const DISC_POINTS: usize = 72;
+        const SIDE_POINTS: usize = 8;
+        if let Self::Disc { radius_m } = self {
+            let step_rad = std::f64::consts::TAU / DISC_POINTS as f64;
+            let point = |k: usize| Point::ORIGIN + Vec2::from_heading(k as f64 * step_rad) * *radius_m;
+            return (0..DISC_POINTS).map(point).collect();
+        }
+        let corners = self.corners();
+        let side = |k: usize| {
+            let (from, to) = (corners[k], corners[(k + 1) % corners.len()]);
+            (0..SIDE_POINTS).map(move |i| from + (to - from) * (i as f64 / SIDE_POINTS as f64))
+        };
+        (0..corners.len()).flat_map(side).collect()
+    }
+
     /// Area (m2).
     pub fn area_m2(&self) -> f64 {
         match self {

@@ -117,7 +117,7 @@ fn draft(args: &CampaignArgs, head: &Head, clips: &[PathBuf], names: &[String]) 
          #\n\
          # objects   the struck object first, then the one it hits; a second copy is \"puck#2\". FILL IN where the list is\n\
          #           empty, and CHECK where it comes from the name of the file.\n\
-         # strike    what the robot was told: from `start_m` (the striker's centre) by `travel_m` along `heading_rad` (from x\n\
+         # strike    the commanded strike: from `start_m` (the striker's centre) by `travel_m` along `heading_rad` (from x\n\
          #           towards y) at `speed_m_s`. FILL IN and remove the `#`; without it nothing is assumed of how the objects\n\
          #           were set in motion, and nothing is learned of the striker.\n\
          # Slow motion also needs `frame_rate_hz = 240.0`, the rate at which it was taken.\n\

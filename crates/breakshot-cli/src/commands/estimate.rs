@@ -30,11 +30,7 @@ pub(crate) fn run(args: &EstimateArgs) -> Result<Outcome> {
     if let Some(folder) = &args.tracks {
         write_tracks(folder, &clips)?;
     }
-    let estimation = match &old {
-        Some(old) => estimate::updated(old, &clips, cell, objects, &options),
-        None => estimate::estimation(&clips, cell, objects, &options),
-    };
-    let mut properties = breakshot::campaign_properties(&campaign, &clips, unread, estimation?);
+    let mut properties = breakshot::campaign_properties(&campaign, old.as_ref(), &clips, unread, &options)?;
     console::warn_by_kind(&properties.warnings, &args.output);
     let advice = advice(args, &properties, cell, objects)?;
     if let Some(folder) = &args.figures {
@@ -141,25 +137,8 @@ fn write_tracks(folder: &Path, clips: &[ClipTracks]) -> Result<()> {
     let names: Vec<&str> = clips.iter().map(|clip| clip.name.as_str()).collect();
     clips
         .iter()
-        .zip(file_names(&names))
+        .zip(files::track_file_names(&names))
         .try_for_each(|(clip, name)| files::write_json(&folder.join(name), &clip.tracks))
-}
-
-/// The name of a JSON file for each clip, all different.
-///
-/// A clip's extension is left out where that is possible, and its folders are joined to its name.
-fn file_names(clips: &[&str]) -> Vec<String> {
-    let flat: Vec<String> = clips.iter().map(|clip| clip.replace(['/', '\\'], "_")).collect();
-    let stem = |name: &str| Path::new(name).with_extension("").to_string_lossy().into_owned();
-    let mut names: Vec<String> = Vec::new();
-    for name in &flat {
-        let is_alone = flat.iter().filter(|other| stem(other) == stem(name)).count() == 1;
-        let wanted = if is_alone { stem(name) } else { name.clone() };
-        let numbered = (2..).map(|number| format!("{wanted}_{number}.json"));
-        let mut candidates = std::iter::once(format!("{wanted}.json")).chain(numbered);
-        names.extend(candidates.find(|candidate| !names.contains(candidate)));
-    }
-    names
 }
 
 /// Missing values that are named one by one; further ones are counted.

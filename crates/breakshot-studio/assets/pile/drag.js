@@ -19,9 +19,7 @@ export class Objects {
   constructor(table, pile) {
     this.#table = table;
     this.#pile = pile;
-    const element = table.element;
-    element.addEventListener("pointermove", (event) => this.#drag(event));
-    for (const end of ["pointerup", "pointercancel"]) element.addEventListener(end, () => this.#release());
+    table.onPointer((event) => this.#drag(event), () => this.#release());
     this.#addKeys();
   }
 

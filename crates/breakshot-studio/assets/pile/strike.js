@@ -37,9 +37,7 @@ export class StrikeHandles {
   constructor(table, pile) {
     this.#table = table;
     this.#pile = pile;
-    const element = table.element;
-    element.addEventListener("pointermove", (event) => this.#drag(event));
-    for (const end of ["pointerup", "pointercancel"]) element.addEventListener(end, () => this.#release());
+    table.onPointer((event) => this.#drag(event), () => this.#release());
     this.#addKeys();
   }
 

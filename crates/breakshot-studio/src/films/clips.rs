@@ -83,28 +83,34 @@ pub(crate) fn clip<'a>(campaign: &'a Campaign, number: &str) -> Result<&'a Clip>
 
 /// The clips of a campaign.
 pub(crate) fn listed(project: &Project, campaign: &Campaign) -> Vec<Listed> {
-    let list = |clip: &Clip| Listed {
+    let list = |(clip, file): (&Clip, Option<PathBuf>)| Listed {
         name: clip.name.clone(),
         objects: clip.objects.clone(),
         is_film: matches!(clip.source, Source::Film(_)),
-        is_tracked: tracks_file(project, clip).is_some_and(|file| file.is_file()),
+        is_tracked: file.is_some_and(|file| file.is_file()),
     };
-    campaign.clips.iter().map(list).collect()
+    campaign.clips.iter().zip(tracks_files(project, campaign)).map(list).collect()
 }
 
-/// The file of a clip's tracks, as `breakshot estimate --tracks` names it.
-pub(crate) fn tracks_file(project: &Project, clip: &Clip) -> Option<PathBuf> {
-    let flat = clip.name.replace(['/', '\\'], "_");
-    let stem = Path::new(&flat).with_extension("");
-    project.new_file(&format!("{TRACKS_FOLDER}/{}.json", stem.to_string_lossy())).ok()
+/// The files of the clips' tracks, as `breakshot estimate --tracks` names them; none for a name that is not that of a file.
+fn tracks_files(project: &Project, campaign: &Campaign) -> Vec<Option<PathBuf>> {
+    let names: Vec<&str> = campaign.clips.iter().map(|clip| clip.name.as_str()).collect();
+    let files = files::track_file_names(&names).into_iter();
+    files.map(|name| project.new_file(&format!("{TRACKS_FOLDER}/{name}")).ok()).collect()
+}
+
+/// The file of a clip's tracks.
+pub(crate) fn tracks_file(project: &Project, campaign: &Campaign, clip: &str) -> Option<PathBuf> {
+    let number = campaign.clips.iter().position(|other| other.name == clip)?;
+    tracks_files(project, campaign).swap_remove(number)
 }
 
 /// The tracks that were written of a clip; none if it has not been tracked.
 ///
 /// # Errors
 /// A file that does not hold tracks.
-pub(crate) fn tracks(project: &Project, clip: &Clip) -> Result<Option<Tracks>> {
-    match tracks_file(project, clip).filter(|file| file.is_file()) {
+pub(crate) fn tracks(project: &Project, campaign: &Campaign, clip: &Clip) -> Result<Option<Tracks>> {
+    match tracks_file(project, campaign, &clip.name).filter(|file| file.is_file()) {
         Some(file) => files::read_json(&file).map(Some),
         None => Ok(None),
     }

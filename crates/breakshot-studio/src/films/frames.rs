@@ -1,6 +1,6 @@
 //! The frames of a film, exactly as the detector sees them: the decoder's luma as PNG, without loss.
 
-use breakshot::capture::{Footage, Frame, GreyImage};
+use breakshot::capture::{Footage, Frame, PngEffort};
 use breakshot::{Error, Result};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -35,13 +35,13 @@ struct Open {
 /// What is known of a film before it is decoded.
 #[derive(serde::Serialize)]
 pub(crate) struct Film {
-    /// The number of frames, if its file tells it.
+    /// The number of frames, if its file holds it.
     frame_count: Option<usize>,
     size_px: [usize; 2],
     warnings: Vec<String>,
 }
 
-/// What the head of a film's file tells.
+/// What the head of a film's file holds.
 ///
 /// # Errors
 /// A film that cannot be opened.
@@ -85,11 +85,7 @@ impl Films {
 
 impl Open {
     fn new(path: &Path, changed: Option<SystemTime>, frame_rate_hz: Option<f64>) -> Result<Self> {
-        let footage = Footage::open(path)?;
-        let footage = match frame_rate_hz {
-            Some(rate_hz) => footage.at_frame_rate(rate_hz),
-            None => footage,
-        };
+        let footage = Footage::open(path)?.at_frame_rate(frame_rate_hz);
         let pictures = BTreeMap::new();
         Ok(Self { path: path.into(), changed, frame_rate_hz, footage, next: 0, pictures, count: None })
     }
@@ -141,23 +137,8 @@ const AHEAD: usize = 24;
 
 impl Picture {
     fn of(path: &Path, frame: &Frame) -> Result<Self> {
-        let png = encoded(&frame.image).map_err(|e| {
-            Error::video(path, format!("a frame that cannot be shown ({e})"), "a smaller film")
-        })?;
+        let png = frame.image.png(PngEffort::Fast);
+        let png = png.ok_or_else(|| Error::video(path, "a frame that cannot be shown", "a smaller film"))?;
         Ok(Self { time_s: frame.time_s, png })
     }
-}
-
-/// A grey image as PNG, byte for byte the same levels.
-fn encoded(image: &GreyImage) -> std::result::Result<Vec<u8>, png::EncodingError> {
-    let mut bytes = Vec::new();
-    let (width, height) = (u32::try_from(image.width).unwrap_or(0), u32::try_from(image.height).unwrap_or(0));
-    let mut encoder = png::Encoder::new(&mut bytes, width, height);
-    encoder.set_color(png::ColorType::Grayscale);
-    encoder.set_depth(png::BitDepth::Eight);
-    encoder.set_compression(png::Compression::Fastest);
-    let mut writer = encoder.write_header()?;
-    writer.write_image_data(&image.pixels)?;
-    writer.finish()?;
-    Ok(bytes)
 }

@@ -39,8 +39,7 @@ pub(crate) fn learned(
     };
     let (clips, unread) = breakshot::campaign_tracks(campaign, tracked)?;
     let options = estimate::Options::default();
-    let estimation = estimate::estimation(&clips, &campaign.cell, &campaign.objects, &options)?;
-    let properties = breakshot::campaign_properties(campaign, &clips, unread, estimation);
+    let properties = breakshot::campaign_properties(campaign, None, &clips, unread, &options)?;
     if !job.goes_on(1.0) {
         return Err(Error::Stopped);
     }
@@ -51,8 +50,7 @@ pub(crate) fn learned(
 
 fn write_tracks(project: &Project, campaign: &Campaign, clips: &[ClipTracks]) -> Result<()> {
     for tracked in clips {
-        let clip = campaign.clips.iter().find(|clip| clip.name == tracked.name);
-        let Some(file) = clip.and_then(|clip| tracks_file(project, clip)) else { continue };
+        let Some(file) = tracks_file(project, campaign, &tracked.name) else { continue };
         if let Some(folder) = file.parent() {
             std::fs::create_dir_all(folder).map_err(|source| Error::Write { path: folder.into(), source })?;
         }

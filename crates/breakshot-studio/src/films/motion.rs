@@ -7,15 +7,10 @@ use breakshot::campaign::{Campaign, Clip, Source};
 use breakshot::capture::{Camera, Capture, Decoder, Footage};
 use breakshot::detect::{Sample, Tracks};
 use breakshot::estimate::{self, ClipTracks};
-use breakshot::geometry::{Pixel, Point, Pose, Vec2};
+use breakshot::geometry::{Pixel, Point, Pose};
 use breakshot::object::{self, Shape};
 use breakshot::{Error, Result, files};
 use serde::Serialize;
-use std::f64::consts::TAU;
-
-/// Points of a disc's outline, and of each side of a polygon: the lens bends them.
-const DISC_POINTS: u32 = 48;
-const SIDE_POINTS: u32 = 6;
 
 /// What is known of a clip's motion.
 #[derive(Serialize)]
@@ -62,7 +57,7 @@ struct Impact {
 /// # Errors
 /// Tracks that cannot be read, a film whose camera cannot be calibrated.
 pub(crate) fn motion(project: &Project, campaign: &Campaign, clip: &Clip) -> Result<Option<Motion>> {
-    let Some(tracks) = tracks(project, clip)? else { return Ok(None) };
+    let Some(tracks) = tracks(project, campaign, clip)? else { return Ok(None) };
     let camera = match &clip.source {
         Source::Film(path) => Some(Capture::of(Footage::open(path)?, &campaign.cell)?.camera),
         Source::Tracks { .. } => None,
@@ -89,7 +84,8 @@ fn shown(
     let pixel = |point: Point| seen.map(|(camera, object)| camera.pixel_from_table(point, object.height_m));
     let pose = Pose { position: sample.position(), yaw_rad: sample.yaw_rad.unwrap_or(0.0) };
     let has_outline = |shape: &Shape| sample.yaw_rad.is_some() || matches!(shape, Shape::Disc { .. });
-    let outline = object.filter(|object| has_outline(&object.shape)).map(|object| border(&object.shape));
+    let outline =
+        object.filter(|object| has_outline(&object.shape)).map(|object| object.shape.outline_points());
     let on_table = outline.unwrap_or_default().into_iter().map(|point| pose.table_from_body(point));
     Shown {
         time_s: sample.time_s,
@@ -99,21 +95,6 @@ fn shown(
         center_px: pixel(sample.position()),
         outline_px: on_table.filter_map(pixel).collect(),
     }
-}
-
-/// Points along an outline in the object's frame.
-fn border(shape: &Shape) -> Vec<Point> {
-    if let Shape::Disc { radius_m } = shape {
-        let at =
-            |k| Point::ORIGIN + Vec2::from_heading(TAU * f64::from(k) / f64::from(DISC_POINTS)) * *radius_m;
-        return (0..DISC_POINTS).map(at).collect();
-    }
-    let corners = shape.corners();
-    let side = |k: usize| {
-        let (from, to) = (corners[k], corners[(k + 1) % corners.len()]);
-        (0..SIDE_POINTS).map(move |i| from + (to - from) * (f64::from(i) / f64::from(SIDE_POINTS)))
-    };
-    (0..corners.len()).flat_map(side).collect()
 }
 
 /// The impacts of the motion fit, and its remarks; a clip that cannot be fitted has none.
@@ -154,7 +135,7 @@ pub(crate) fn track(
 ) -> Result<serde_json::Value> {
     let unnamed =
         || Error::invalid(&clip.name, "its name", "not that of a file", "a name without special characters");
-    let file = tracks_file(project, clip).ok_or_else(unnamed)?;
+    let file = tracks_file(project, campaign, &clip.name).ok_or_else(unnamed)?;
     if !job.goes_on(0.0) {
         return Err(Error::Stopped);
     }

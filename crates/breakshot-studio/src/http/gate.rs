@@ -48,7 +48,7 @@ impl Gate {
         };
         let site = request.header("sec-fetch-site");
         let is_elsewhere = site.is_some_and(|site| site != "same-origin" && site != "none");
-        // A link may lead to the page from anywhere: the page alone tells and does nothing.
+        // A link may lead to the page from anywhere: the page by itself holds no data and changes nothing.
         let is_link = request.path == "/" && request.header("sec-fetch-mode") == Some("navigate");
         if !is_own || (is_elsewhere && !is_link) {
             return Err(Response::refusal(403, "another page may not ask this server"));
@@ -101,7 +101,7 @@ fn secret() -> std::io::Result<String> {
     Ok(bytes.iter().flat_map(|byte| [digit(byte >> 4), digit(byte & 15)]).collect())
 }
 
-/// Compares in a time that does not tell at which place two texts differ.
+/// Compares in a time that does not depend on where two texts differ.
 fn are_equal(one: &str, other: &str) -> bool {
     let differences = one.bytes().zip(other.bytes()).fold(0, |sum, (a, b)| sum | (a ^ b));
     one.len() == other.len() && std::hint::black_box(differences) == 0

@@ -21,7 +21,7 @@ const DOUBTFUL_M: f64 = 3e-4;
 /// Standard deviation of a position at the workspace's corners from which on the user is warned (m).
 const UNCERTAIN_M: f64 = 1e-4;
 /// Standard deviations of a fitted corner, at least, and of a pixel picked by hand (px).
-const CORNER_NOISE_PX: f64 = 0.02;
+pub(super) const CORNER_NOISE_PX: f64 = 0.02;
 const CLICK_NOISE_PX: f64 = 0.5;
 /// Largest relative standard deviation of an accepted focal length: 1 % shifts a point 5 cm above the table by 0.04 % of
 /// its distance from the point below the camera.

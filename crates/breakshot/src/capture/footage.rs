@@ -68,10 +68,10 @@ impl Footage {
     /// The same film, taken at `rate_hz` frames a second where its file says another rate.
     ///
     /// Regular times become multiples of the true interval, to the bit those of a file that says the true rate; irregular ones
-    /// keep their proportions. The first rate that is given counts: a film is not retimed twice.
+    /// keep their proportions. The first rate that is given counts: a film is not retimed twice. Without a rate the film stays as it is.
     #[must_use]
-    pub fn at_frame_rate(mut self, rate_hz: f64) -> Self {
-        if !self.is_retimed {
+    pub fn at_frame_rate(mut self, rate_hz: impl Into<Option<f64>>) -> Self {
+        if let (Some(rate_hz), false) = (rate_hz.into(), self.is_retimed) {
             self.frames = Box::new(RetimedFrames::new(self.frames, rate_hz));
             self.is_retimed = true;
         }
@@ -81,8 +81,8 @@ impl Footage {
     /// The same film; it ends with [`Error::Stopped`] at the first frame at which `stopped` holds.
     #[must_use]
     pub fn until(mut self, stopped: impl Fn() -> bool + Send + 'static) -> Self {
-        let frames = std::mem::replace(&mut self.frames, Box::new(std::iter::empty()));
-        self.frames = Box::new(frames.map(move |frame| if stopped() { Err(Error::Stopped) } else { frame }));
+        self.frames =
+            Box::new(self.frames.map(move |frame| if stopped() { Err(Error::Stopped) } else { frame }));
         self
     }
 
@@ -145,8 +145,7 @@ impl Footage {
     /// With it a second user of the frames needs no second pass through the decoder.
     #[must_use]
     pub fn observed(mut self, mut observe: impl FnMut(&Frame) + Send + 'static) -> Self {
-        let frames = std::mem::replace(&mut self.frames, Box::new(std::iter::empty()));
-        self.frames = Box::new(frames.inspect(move |frame| {
+        self.frames = Box::new(self.frames.inspect(move |frame| {
             if let Ok(frame) = frame {
                 observe(frame);
             }

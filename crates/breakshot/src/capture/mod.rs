@@ -24,6 +24,7 @@ pub use extrinsics::camera;
 pub use footage::Footage;
 pub use image::{Frame, GreyImage};
 pub use lens::Lens;
+pub use png_url::PngEffort;
 pub use source::{Decoder, is_decoding, recorded_unix_s};
 pub use tags::tag_sheet;
 
@@ -78,10 +79,7 @@ impl Capture {
     /// # Errors
     /// As [`capture`].
     pub fn of(footage: Footage, cell: &Cell) -> Result<Self> {
-        let mut footage = match cell.camera.frame_rate_hz {
-            Some(rate_hz) => footage.at_frame_rate(rate_hz),
-            None => footage,
-        };
+        let mut footage = footage.at_frame_rate(cell.camera.frame_rate_hz);
         let first: Vec<Frame> = footage.frames.by_ref().take(FRAMES_FOR_THE_POSE).collect::<Result<_>>()?;
         let pictures: Vec<&GreyImage> = first.iter().map(|frame| &frame.image).collect();
         let camera = camera(&footage.name, &pictures, cell)?;

@@ -1,18 +1,32 @@
-//! Grey images as `data:` URLs for pages and drawings.
+//! Grey images as PNG, and as `data:` URLs for pages and drawings.
 
 use super::image::GreyImage;
+
+/// How much work a PNG is worth.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PngEffort {
+    /// For a picture that is looked at once: a few milliseconds.
+    Fast,
+    /// For a file that is kept.
+    Small,
+}
 
 impl GreyImage {
     /// The image as a `data:` URL of a PNG; `None` for an image without pixels.
     pub fn data_url(&self) -> Option<String> {
-        Some(format!("data:image/png;base64,{}", base64(&self.png_bytes()?)))
+        Some(format!("data:image/png;base64,{}", base64(&self.png(PngEffort::Small)?)))
     }
 
-    fn png_bytes(&self) -> Option<Vec<u8>> {
+    /// The image as a PNG of the same grey levels; `None` for an image without pixels, or one too large for the format.
+    pub fn png(&self, effort: PngEffort) -> Option<Vec<u8>> {
         let mut bytes = Vec::new();
-        let mut encoder = png::Encoder::new(&mut bytes, self.width as u32, self.height as u32);
+        let (width, height) = (u32::try_from(self.width).ok()?, u32::try_from(self.height).ok()?);
+        let mut encoder = png::Encoder::new(&mut bytes, width, height);
         encoder.set_color(png::ColorType::Grayscale);
         encoder.set_depth(png::BitDepth::Eight);
+        if effort == PngEffort::Fast {
+            encoder.set_compression(png::Compression::Fastest);
+        }
         let mut writer = encoder.write_header().ok()?;
         writer.write_image_data(&self.pixels).ok()?;
         writer.finish().ok()?;

@@ -51,8 +51,17 @@ pub fn trajectory(
     strike: &Strike,
     options: &Options,
 ) -> Result<Trajectory> {
-    let world = World::new(scene, properties, options)?;
-    let mut recorder = Recorder::default();
-    let outcome = Simulator::new().recorded(&world, strike, Some(&mut recorder))?;
-    Ok(recorder.trajectory(&world, &outcome))
+    World::new(scene, properties, options)?.trajectory(strike)
+}
+
+impl World {
+    /// As [`trajectory()`], in a world that has been validated.
+    ///
+    /// # Errors
+    /// An impossible strike, a striker that starts inside an object.
+    pub fn trajectory(&self, strike: &Strike) -> Result<Trajectory> {
+        let mut recorder = Recorder::default();
+        let outcome = Simulator::new().recorded(self, strike, Some(&mut recorder))?;
+        Ok(recorder.trajectory(self, &outcome))
+    }
 }

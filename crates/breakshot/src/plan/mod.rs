@@ -32,7 +32,7 @@ use crate::scene::Scene;
 use crate::scene::singulation::Singulation;
 pub use arm::laws;
 pub use drawn_scenarios::{Scenarios, drawn_properties};
-pub use options::{Aim, ExecutionNoise, Method, Options, Progress, Proposals};
+pub use options::{Aim, ExecutionNoise, Method, Options, Progress, Proposals, Stopped};
 pub use outlook::{Outlook, Possibilities, aimed};
 pub use result::{
     Contact, Failure, Iteration, Outcome, Plan, Prediction, Robustness, RunnerUp, Sensitivity, Source,

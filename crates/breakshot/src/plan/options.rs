@@ -21,6 +21,9 @@ pub type Proposals<'a> = dyn Fn(&Scene) -> Vec<Aim> + Sync + 'a;
 /// A function that gets the part of a search that is done (0 to 1).
 pub type Progress<'a> = dyn Fn(f64) + Sync + 'a;
 
+/// Whether the caller wants no answer any more.
+pub type Stopped<'a> = &'a (dyn Fn() -> bool + Sync);
+
 /// How to plan.
 #[derive(Clone, Copy, Default)]
 pub struct Options<'a> {
@@ -36,7 +39,7 @@ pub struct Options<'a> {
     pub seed: u64,
     /// Whether the caller wants no answer any more: from then on nothing is simulated, and the plan ends with
     /// [`Error::Stopped`]; used by `Robust` and surveys.
-    pub stopped: Option<&'a (dyn Fn() -> bool + Sync)>,
+    pub stopped: Option<Stopped<'a>>,
     /// Follows the search; used by `Robust`.
     pub progress: Option<&'a Progress<'a>>,
 }

@@ -69,8 +69,7 @@ impl Possibilities {
     pub fn outlook(&self, strike: &Strike) -> Result<Outlook> {
         strike.check("strike")?;
         let shown = &self.scenarios[..Self::SHOWN.min(self.scenarios.len())];
-        let options = Options::default();
-        let margins = Evaluation::new(&self.scene, &options)?.margins(strike, &self.scenarios);
+        let margins = Evaluation::new(&self.scene, None)?.margins(strike, &self.scenarios);
         let success_probability = success_probability(&margins);
         Ok(Outlook {
             success_probability,

@@ -71,7 +71,7 @@ pub fn evaluate_grid(
     options.noise.check()?;
     let arm = CellArm::of(scene, options)?;
     let nominal = Nominal::new(scene, properties, options.noise, &laws_with(arm.as_ref()))?;
-    let evaluation = Evaluation::new(scene, options)?;
+    let evaluation = Evaluation::new(scene, options.stopped)?;
     let all = StrikeGrid::new(scene, arm.as_ref())?.feasible(options, usize::MAX)?.strikes;
     let count = size.strikes.min(all.len());
     let chosen = (0..count).map(|k| &all[k * all.len() / count]);

@@ -84,3 +84,13 @@ pub fn plan_figure(plan: &Plan) -> String {
 pub fn strike_map(scene: &Scene, strikes: &[EvaluatedStrike]) -> String {
     paper_figures::map(scene, strikes)
 }
+
+/// What warnings about different clips, objects and values have in common: the text without the name of the clip, quoted names and
+/// numbers.
+pub fn warning_kind(warning: &str) -> String {
+    let clip = warning.split_once(": ").filter(|(name, _)| !name.contains(' '));
+    let text = clip.map_or(warning, |(_, text)| text);
+    // Every second part is between quotation marks.
+    let unquoted = text.split('`').step_by(2);
+    unquoted.flat_map(str::chars).filter(|c| !c.is_ascii_digit() && !"+-.".contains(*c)).collect()
+}

@@ -164,10 +164,9 @@ fn comparison(
 ) -> Option<Comparison> {
     let seen = departure(clip)?;
     scene.placed = seen.placed;
-    let options = physics::Options::default();
     // A pile that cannot be simulated says nothing about the strike.
-    World::new(scene, properties, &options).ok()?;
-    let trajectory = match physics::trajectory(scene, properties, strike, &options) {
+    let world = World::new(scene, properties, &physics::Options::default()).ok()?;
+    let trajectory = match world.trajectory(strike) {
         Ok(trajectory) => trajectory,
         Err(error) => return Some(Comparison::Impossible(error.to_string())),
     };
@@ -287,7 +286,8 @@ fn time_at(trajectory: &Trajectory, object: &Placed, displacement_m: f64) -> Opt
     let steps = (trajectory.duration_s / STEP_S).ceil() as usize;
     let mut before_m = 0.0;
     for k in 1..=steps {
-        let (time_s, now_m) = (k as f64 * STEP_S, displacement_at(k as f64 * STEP_S)?);
+        let time_s = k as f64 * STEP_S;
+        let now_m = displacement_at(time_s)?;
         if now_m >= displacement_m {
             let fraction = (displacement_m - before_m) / (now_m - before_m);
             return Some(time_s - STEP_S + fraction * STEP_S);

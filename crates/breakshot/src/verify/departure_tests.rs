@@ -97,7 +97,7 @@ fn outlines_that_do_not_touch_at_the_impacts_are_named() {
         &drawn.objects,
     );
     assert!(larger.iter().any(|w| w.contains("too large") && w.contains("size_m")), "{larger:?}");
-    // One object told 6 % too small
+    // One object given 6 % too small
     let mut objects = drawn.objects.clone();
     if let Shape::Disc { radius_m } = &mut objects[1].shape {
         *radius_m *= 0.94;

@@ -7,6 +7,7 @@
 mod patch;
 
 use super::camera::Camera;
+use super::extrinsics::CORNER_NOISE_PX;
 use super::image::{Frame, GreyImage};
 use super::pose::{self, Correspondence, FreeParameters};
 use super::tags::{self, DetectedTag};
@@ -24,8 +25,6 @@ const MOVED_PX: f64 = 0.2;
 const CONSISTENT_PX: f64 = 0.4;
 /// Tags that determine a pose: the pose of one tag is inaccurate far from it.
 const FEWEST_TAGS: usize = 2;
-/// Standard deviation of a fitted corner (px).
-const CORNER_NOISE_PX: f64 = 0.02;
 
 /// A tag by its corners on the table as the calibrated camera saw them (m).
 struct Landmark {
@@ -131,10 +130,14 @@ impl<'a> CameraMotion<'a> {
         if self.landmarks.is_empty() {
             return;
         }
-        let tags = self.tags(&frame.image);
-        let still = tags.iter().filter(|tag| tag.error_px(self.camera()) < MOVED_PX).count();
-        if 2 * still < tags.len() {
-            match self.fitted(tags) {
+        let mut tags = self.tags_near(&frame.image);
+        let mut fit = self.fitted_if_moved(&tags);
+        if fit.is_none() && !tags.iter().any(|tag| self.is_still(tag)) {
+            tags = self.tags_anywhere(&frame.image);
+            fit = self.fitted_if_moved(&tags);
+        }
+        if self.have_moved(&tags) {
+            match fit {
                 Some(camera) => self.take(camera, frame.time_s),
                 None => self.unmeasured += 1,
             }
@@ -145,26 +148,37 @@ impl<'a> CameraMotion<'a> {
         }
     }
 
-    /// The tags of a picture: near where the camera sees them, else anywhere.
-    fn tags(&self, image: &GreyImage) -> Vec<SeenTag> {
-        let (camera, lens) = (self.camera(), self.calibrated.lens());
-        let seen = |landmark: &Landmark, tag: DetectedTag| SeenTag {
-            corners_m: landmark.corners_m,
-            corners_px: tag.corners_px,
-        };
+    fn is_still(&self, tag: &SeenTag) -> bool {
+        tag.error_px(self.camera()) < MOVED_PX
+    }
+
+    /// Whether fewer than half of these tags are where the camera last saw them.
+    fn have_moved(&self, tags: &[SeenTag]) -> bool {
+        2 * tags.iter().filter(|tag| self.is_still(tag)).count() < tags.len()
+    }
+
+    fn fitted_if_moved(&self, tags: &[SeenTag]) -> Option<Camera> {
+        if self.have_moved(tags) { self.fitted(tags.to_vec()) } else { None }
+    }
+
+    /// The tags of a picture near where the camera last saw them.
+    fn tags_near(&self, image: &GreyImage) -> Vec<SeenTag> {
         let near = self.landmarks.iter().filter_map(|landmark| {
-            let corners_px = landmark.corners_m.map(|point| camera.tag_pixel(point));
-            let tag = tags::redetected(image, lens, &DetectedTag::from_earlier(landmark.id, corners_px))?;
-            Some(seen(landmark, tag))
+            let corners_px = landmark.corners_m.map(|point| self.camera().tag_pixel(point));
+            let earlier = DetectedTag::from_earlier(landmark.id, corners_px);
+            let tag = tags::redetected(image, self.calibrated.lens(), &earlier)?;
+            Some(SeenTag { corners_m: landmark.corners_m, corners_px: tag.corners_px })
         });
-        let near: Vec<SeenTag> = near.collect();
-        let still = near.iter().any(|tag| tag.error_px(camera) < MOVED_PX);
-        if still || self.fitted(near.clone()).is_some() {
-            return near;
-        }
-        let all = tags::detected(image, lens, &|tags| tags.len() >= self.landmarks.len());
+        near.collect()
+    }
+
+    /// The tags of a picture wherever they are.
+    fn tags_anywhere(&self, image: &GreyImage) -> Vec<SeenTag> {
+        let enough = |tags: &[DetectedTag]| tags.len() >= self.landmarks.len();
+        let all = tags::detected(image, self.calibrated.lens(), &enough);
         let found = self.landmarks.iter().filter_map(|landmark| {
-            Some(seen(landmark, all.iter().find(|tag| tag.id == landmark.id)?.clone()))
+            let tag = all.iter().find(|tag| tag.id == landmark.id)?;
+            Some(SeenTag { corners_m: landmark.corners_m, corners_px: tag.corners_px })
         });
         found.collect()
     }
@@ -199,19 +213,14 @@ impl<'a> CameraMotion<'a> {
 
     /// Root mean square displacement of the tags' corners between the calibrated camera and this one (px).
     fn displacement_px(&self, camera: &Camera) -> f64 {
-        let square = |tag: &Landmark| {
-            SeenTag {
-                corners_m: tag.corners_m,
-                corners_px: tag.corners_m.map(|point| self.calibrated.tag_pixel(point)),
-            }
-            .error_px(camera)
-            .powi(2)
-        };
-        (self.landmarks.iter().map(square).sum::<f64>() / self.landmarks.len() as f64).sqrt()
+        let square =
+            |point: Point| self.calibrated.tag_pixel(point).distance_px(camera.tag_pixel(point)).powi(2);
+        let squares = self.landmarks.iter().flat_map(|landmark| landmark.corners_m).map(square);
+        (squares.sum::<f64>() / (4 * self.landmarks.len()) as f64).sqrt()
     }
 
     fn renew_patches(&mut self, image: &GreyImage) {
-        let camera = self.moved.as_ref().unwrap_or(self.calibrated);
+        let camera = self.camera();
         let corners_px =
             self.landmarks.iter().map(|landmark| landmark.corners_m.map(|p| camera.tag_pixel(p)));
         self.patches = corners_px.filter_map(|corners_px| Patch::new(image, corners_px)).collect();

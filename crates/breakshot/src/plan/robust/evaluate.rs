@@ -4,7 +4,7 @@ use super::scenarios::Scenario;
 use super::strike_grid::StrikeCandidate;
 use crate::error::Result;
 use crate::physics::Simulator;
-use crate::plan::options::Options;
+use crate::plan::options::Stopped;
 use crate::scene::goal_margin::{GoalEvaluator, GoalMargin};
 use crate::scene::{Scene, Strike};
 use crate::statistics::sorted_by_value;
@@ -23,12 +23,13 @@ const TIE_WEIGHT: f64 = 0.01;
 pub(crate) struct Evaluation<'a> {
     goal: GoalEvaluator<'a>,
     rollouts: AtomicUsize,
-    options: &'a Options<'a>,
+    stopped: Option<Stopped<'a>>,
 }
 
 impl<'a> Evaluation<'a> {
-    pub(crate) fn new(scene: &'a Scene, options: &'a Options<'a>) -> Result<Self> {
-        Ok(Self { goal: GoalEvaluator::new(scene)?, rollouts: AtomicUsize::new(0), options })
+    /// From when on `stopped` holds nothing is simulated any more.
+    pub(crate) fn new(scene: &'a Scene, stopped: Option<Stopped<'a>>) -> Result<Self> {
+        Ok(Self { goal: GoalEvaluator::new(scene)?, rollouts: AtomicUsize::new(0), stopped })
     }
 
     /// Number of simulated strikes so far.
@@ -45,7 +46,7 @@ impl<'a> Evaluation<'a> {
     }
 
     fn margin(&self, simulator: &mut Simulator, scenario: &Scenario, strike: &Strike) -> GoalMargin {
-        if self.options.is_stopped() {
+        if self.stopped.is_some_and(|stopped| stopped()) {
             return GoalMargin::FAILED;
         }
         // In a scenario the striker may start inside an object: the strike has failed then.

@@ -123,7 +123,7 @@ pub(crate) fn robust(
     }
 
     // Search
-    let evaluation = Evaluation::new(&scene, options)?;
+    let evaluation = Evaluation::new(&scene, options.stopped)?;
     let drawn = |seed: u64, count: usize| nominal.scenarios(Draws { seed, count, fixed: None });
     let scenarios: Vec<Scenario> =
         drawn(options.seed, budget.samples())?.into_iter().map(Scenario::with_coarse_pushes).collect();

@@ -120,8 +120,7 @@ fn a_stopped_plan_and_a_stopped_survey_end_with_an_error() {
 fn larger_noise_lowers_the_success_probability_of_a_strike() {
     let scene = scene(&[("a", 0.0, 0.0, 0.0), ("c", 0.078, 0.002, 0.0), ("e", 0.02, 0.075, 0.0)]);
     let strike = planned(&scene, &varying(), &Options::default()).strike.expect("a strike");
-    let options = Options::default();
-    let evaluation = Evaluation::new(&scene, &options).expect("known objects");
+    let evaluation = Evaluation::new(&scene, None).expect("known objects");
     let works = |noise: ExecutionNoise| {
         let varying = varying();
         let nominal = Nominal::new(&scene, &varying, noise, &physics::Options::default()).expect("a world");
@@ -141,7 +140,7 @@ fn without_uncertainty_all_scenarios_are_equal() {
     exact.contact_friction.objects = Some(Estimate::exact(0.1));
     exact.contact_friction.striker = Some(Estimate::exact(0.1));
     let options = Options { noise, ..Options::default() };
-    let evaluation = Evaluation::new(&scene, &options).expect("known objects");
+    let evaluation = Evaluation::new(&scene, None).expect("known objects");
     let nominal = Nominal::new(&scene, &exact, noise, &physics::Options::default()).expect("a world");
     let draws = Draws { seed: 5, count: 5, fixed: Some(Source::Contacts) };
     let scenarios = nominal.scenarios(draws).expect("scenarios");

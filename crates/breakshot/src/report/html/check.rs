@@ -1,7 +1,7 @@
 //! The page of a campaign's clips before anything is estimated: each film's first frame, what was found on it, and what does not fit.
 
 use super::super::figures::{Palette, escaped};
-use super::super::overlay::outline_points;
+use super::super::overlay::closed_outline;
 use super::page_of;
 use crate::capture::{Camera, GreyImage};
 use crate::detect::{Sample, Track, Tracks};
@@ -58,10 +58,10 @@ pub(in crate::report) fn check(page: &CheckPage) -> String {
             "<p class=\"conclusion doubt\">{of_clips} have something that does not fit; it is listed here and beside each.</p>\n"
         )
     };
-    let mut body = conclusion + &page.common_warnings();
+    let mut body = conclusion + &page.warning_list();
     let _ = write!(body, "<h2>Clips</h2>\n{LEGEND}<ul class=\"clips\">\n");
     for (k, clip) in page.clips.iter().enumerate() {
-        body += &page.card(clip, &palette, k < MOST_PICTURES);
+        body += &page.card(k, clip, &palette);
     }
     body += "</ul>\n";
     let lead =
@@ -78,8 +78,8 @@ impl<'a> CheckPage<'a> {
         self.warnings.iter().filter_map(move |warning| warning.strip_prefix(name)?.strip_prefix(": "))
     }
 
-    /// The warnings about the whole campaign, and how many clips have some of their own.
-    fn common_warnings(&self) -> String {
+    /// The warnings about the whole campaign, and then those of each clip with a link to it.
+    fn warning_list(&self) -> String {
         let of_a_clip =
             |warning: &str| self.clips.iter().any(|clip| warning.starts_with(&format!("{}: ", clip.name)));
         let common = self.warnings.iter().filter(|warning| !of_a_clip(warning));
@@ -94,12 +94,11 @@ impl<'a> CheckPage<'a> {
         if items.is_empty() { items } else { format!("<ul class=\"warnings\">\n{items}</ul>\n") }
     }
 
-    fn card(&self, clip: &CheckedClip<'a>, palette: &Palette, pictured: bool) -> String {
-        let number = self.clips.iter().position(|other| std::ptr::eq(other.name, clip.name)).unwrap_or(0);
+    fn card(&self, number: usize, clip: &CheckedClip<'a>, palette: &Palette) -> String {
         let warnings: String = self.warnings_of(clip).fold(String::new(), |list, warning| {
             list + &format!("<li class=\"doubt\">{}</li>", escaped(warning))
         });
-        let picture = clip.first.filter(|_| pictured).and_then(|(image, camera)| {
+        let picture = clip.first.filter(|_| number < MOST_PICTURES).and_then(|(image, camera)| {
             let drawing = Drawing { page: self, clip, camera, factor: image.width.div_ceil(PICTURE_PX) };
             drawing.svg(image, palette)
         });
@@ -150,7 +149,7 @@ impl Drawing<'_, '_> {
         let outline = |sample: &Sample| {
             let is_known = sample.yaw_rad.is_some() || matches!(object.shape, Shape::Disc { .. });
             let pose = Pose { position: sample.position(), yaw_rad: sample.yaw_rad.unwrap_or(0.0) };
-            let points = outline_points(&object.shape).into_iter().map(|p| pose.table_from_body(p));
+            let points = closed_outline(&object.shape).into_iter().map(|p| pose.table_from_body(p));
             is_known.then(|| points.collect::<Vec<Point>>())
         };
         for (sample, kind) in [(track.samples.last(), "filmed-end"), (track.samples.first(), "filmed")] {
@@ -181,7 +180,7 @@ impl Drawing<'_, '_> {
         let arrow = [strike.start_m, end, barb(0.5), end, barb(-0.5)];
         let pose = Pose { position: strike.start_m, yaw_rad: strike.heading_rad };
         let outline: Vec<Point> =
-            outline_points(shape).into_iter().map(|p| pose.table_from_body(p)).collect();
+            closed_outline(shape).into_iter().map(|p| pose.table_from_body(p)).collect();
         for class in ["given-edge", "given"] {
             for points in [&outline[..], &arrow[..]] {
                 self.draw_line(svg, points, 0.0, class);

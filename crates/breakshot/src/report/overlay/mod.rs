@@ -44,10 +44,6 @@ const IMAGE_OVER_PEN: f64 = 800.0;
 const LEAST_PEN_PX: f64 = 1.5;
 /// Slower objects have no velocity arrow (m/s): it would show noise.
 const LEAST_SPEED_M_S: f64 = 0.02;
-/// Each side of an outline is divided into this many segments, because lens distortion bends it.
-const SIDE_SEGMENTS: usize = 8;
-/// The outline of a disc is divided into this many segments.
-const DISC_SEGMENTS: usize = 72;
 /// Two times that differ by less than this (s) belong to the same frame.
 const SAME_TIME_S: f64 = 1e-4;
 
@@ -88,7 +84,7 @@ impl Overlay<'_> {
         let pose = Pose { position: sample.position(), yaw_rad: sample.yaw_rad.unwrap_or(0.0) };
         if sample.yaw_rad.is_some() || matches!(object.shape, Shape::Disc { .. }) {
             let outline: Vec<Pixel> =
-                outline_points(&object.shape).into_iter().map(|p| pixel(pose.table_from_body(p))).collect();
+                closed_outline(&object.shape).into_iter().map(|p| pixel(pose.table_from_body(p))).collect();
             canvas.polyline(&outline, pen);
         }
         let cross_m = 0.15 * object.shape.outer_radius_m();
@@ -107,19 +103,10 @@ impl Overlay<'_> {
 }
 
 /// Points along an outline in the object's frame; the first point is repeated at the end.
-pub(super) fn outline_points(shape: &Shape) -> Vec<Point> {
-    if let Shape::Disc { radius_m } = shape {
-        let step_rad = std::f64::consts::TAU / DISC_SEGMENTS as f64;
-        return (0..=DISC_SEGMENTS)
-            .map(|k| Point::ORIGIN + Vec2::from_heading(k as f64 * step_rad) * *radius_m)
-            .collect();
-    }
-    let corners = shape.corners();
-    let side = |k: usize| {
-        let (from, to) = (corners[k], corners[(k + 1) % corners.len()]);
-        (0..SIDE_SEGMENTS).map(move |i| from + (to - from) * (i as f64 / SIDE_SEGMENTS as f64))
-    };
-    (0..corners.len()).flat_map(side).chain(corners.first().copied()).collect()
+pub(super) fn closed_outline(shape: &Shape) -> Vec<Point> {
+    let mut points = shape.outline_points();
+    points.extend(points.first().copied());
+    points
 }
 
 #[cfg(test)]

@@ -9,10 +9,11 @@ use super::saved::Saved;
 use crate::validate::row::{self, Row};
 use breakshot::Result;
 use breakshot::campaign::Campaign;
-use breakshot::estimate::{self, ClipTracks, Options};
+use breakshot::estimate::{ClipTracks, Options};
 use breakshot::properties::Properties;
+use breakshot::report::warning_kind;
 use breakshot::uncertain::Estimate;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// Most characters of a warning in the table.
 const SHOWN: usize = 110;
@@ -29,9 +30,7 @@ type Answer = Result<Properties>;
 
 /// The answer for these clips, with all that `breakshot check` compares.
 fn answer(campaign: &Campaign, clips: &[ClipTracks]) -> Answer {
-    let (cell, objects) = (&campaign.cell, &campaign.objects);
-    let estimation = estimate::estimation(clips, cell, objects, &Options::default())?;
-    Ok(breakshot::campaign_properties(campaign, clips, Vec::new(), estimation))
+    breakshot::campaign_properties(campaign, None, clips, Vec::new(), &Options::default())
 }
 
 /// Makes every mistake and prints the table; whether every mistake is named or harmless.
@@ -102,18 +101,9 @@ fn shown(text: &str) -> String {
     if text.chars().count() > SHOWN { line + " .." } else { line }
 }
 
-/// The number of warnings that differ in more than the clip, quoted names and numbers.
+/// The number of kinds of warnings.
 fn kinds(warnings: &[&String]) -> usize {
-    let kind = |warning: &&String| {
-        let text =
-            warning.split_once(": ").filter(|(name, _)| !name.contains(' ')).map_or(&warning[..], |(_, t)| t);
-        let unquoted = text.split('`').step_by(2).flat_map(str::chars);
-        unquoted.filter(|c| !c.is_ascii_digit() && !"+-.".contains(*c)).collect::<String>()
-    };
-    let mut kinds: Vec<String> = warnings.iter().map(kind).collect();
-    kinds.sort_unstable();
-    kinds.dedup();
-    kinds.len()
+    warnings.iter().map(|warning| warning_kind(warning)).collect::<BTreeSet<String>>().len()
 }
 
 /// The largest change of a mean over half the width of the right interval, and how many values are lost.

@@ -3,8 +3,7 @@
 use super::{Answer, Mistake, Tally, answer};
 use crate::validate::estimation::saved::Saved;
 use breakshot::campaign::{Campaign, Clip, Source};
-use breakshot::capture::{Capture, Decoder, Footage, Frame, GreyImage};
-use breakshot::detect::{self, Layout};
+use breakshot::capture::{Decoder, Footage, Frame, GreyImage};
 use breakshot::estimate::ClipTracks;
 
 /// A mistake; how the cell and the objects' file get it; and how a frame gets it, by its number.
@@ -127,13 +126,5 @@ fn clip_tracks(
         Ok(Frame { time_s, image: change(number, image) })
     });
     let footage = Footage::from_frames(&clip.name, frames.collect::<breakshot::Result<_>>()?);
-    let capture = Capture::of(footage, &campaign.cell)?;
-    let layout = clip.strike.as_ref().map_or(Layout::Unknown, |strike| Layout::AlongStrike {
-        heading_rad: strike.heading_rad,
-        start_m: Some(strike.start_m),
-    });
-    let tracks =
-        detect::tracks(capture, &campaign.objects, &clip.objects, &layout, &detect::Options::default())?;
-    let (objects, strike) = (clip.objects.clone(), clip.strike.clone());
-    Ok(ClipTracks { name: clip.name.clone(), objects, strike, tracks })
+    breakshot::footage_tracks(campaign, clip, footage)
 }
