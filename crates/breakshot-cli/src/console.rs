@@ -3,8 +3,11 @@
 use breakshot::Result;
 use breakshot::properties::Assumption;
 use breakshot::report::warning_kind;
+use breakshot::warning::{WarningGroup, by_cause};
 use indicatif::{ProgressBar, ProgressStyle};
 use serde::Serialize;
+use std::collections::BTreeSet;
+use std::fmt::Display;
 use std::io::IsTerminal;
 use std::path::Path;
 
@@ -29,43 +32,39 @@ pub(crate) fn activity(what: &'static str) -> ProgressBar {
 }
 
 /// Prints warnings to stderr, one per line.
-pub(crate) fn warn(warnings: &[String]) {
+pub(crate) fn warn(warnings: &[impl Display]) {
     for warning in warnings {
         eprintln!("warning: {warning}");
     }
 }
 
-/// Prints the warnings that a file contains to stderr: of many of one kind the first ones, and how many more the file has.
-pub(crate) fn warn_by_kind(warnings: &[String], file: &Path) {
-    for line in by_kind(warnings, file) {
-        eprintln!("warning: {line}");
+/// Prints the warnings that a file contains to stderr: one line for each cause, the first warnings of each below it, and how many more the
+/// file has.
+pub(crate) fn warn_by_cause(lines: &[String], causes: &[WarningGroup], file: &Path) {
+    for line in cause_lines(lines, causes, file) {
+        eprintln!("{line}");
     }
 }
 
-/// More warnings of one kind than this are counted.
-const MOST_OF_A_KIND: usize = 3;
+/// More warnings of one cause than this are counted.
+const MOST_OF_A_CAUSE: usize = 4;
 
-/// The warnings by kind, in the order in which the kinds occur first.
-fn by_kind(warnings: &[String], file: &Path) -> Vec<String> {
-    let mut kinds: Vec<(String, Vec<&String>)> = Vec::new();
-    for warning in warnings {
-        let kind = warning_kind(warning);
-        match kinds.iter_mut().find(|(known, _)| *known == kind) {
-            Some((_, same)) => same.push(warning),
-            None => kinds.push((kind, vec![warning])),
+/// The lines for the terminal: each cause with its first warnings, preferably of different kinds.
+fn cause_lines(lines: &[String], causes: &[WarningGroup], file: &Path) -> Vec<String> {
+    let mut shown = Vec::new();
+    for (group, own) in by_cause(lines, causes) {
+        shown.push(format!("warning: {}", group.summary));
+        let mut kinds = BTreeSet::new();
+        let (first, further): (Vec<&String>, Vec<&String>) =
+            own.iter().partition(|line| kinds.insert(warning_kind(line)));
+        let all = first.into_iter().chain(further);
+        let most = if own.len() > MOST_OF_A_CAUSE { MOST_OF_A_CAUSE - 1 } else { own.len() };
+        shown.extend(all.take(most).map(|line| format!("  {line}")));
+        if own.len() > most {
+            shown.push(format!("  and {} more: {} lists all", own.len() - most, file.display()));
         }
     }
-    let mut lines = Vec::new();
-    for (_, same) in kinds {
-        let is_many = same.len() > MOST_OF_A_KIND;
-        let shown = if is_many { MOST_OF_A_KIND - 1 } else { same.len() };
-        lines.extend(same[..shown].iter().map(|warning| (*warning).clone()));
-        if is_many {
-            let more = same.len() - shown;
-            lines.push(format!("{more} more like the last one; {} contains all", file.display()));
-        }
-    }
-    lines
+    shown
 }
 
 /// Prints the assumed values of properties that no clip measured to stderr.
@@ -108,21 +107,35 @@ pub(crate) fn print_json<T: Serialize>(value: &T) -> Result<()> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use breakshot::warning::{Cause, GroupedWarnings, Warning};
 
     #[test]
-    fn of_many_warnings_of_one_kind_the_first_are_printed_and_the_others_counted() {
-        let jumps = (1..=30).map(|k| format!("clip_{k}.mp4: `a` jumps by {}.5 mm at {k} s", k * 2));
-        let mut warnings: Vec<String> = jumps.collect();
-        warnings.insert(1, "friction of `b` is absent: no clip shows it slide".into());
-        let lines = by_kind(&warnings, Path::new("out.json"));
+    fn of_many_warnings_of_one_cause_some_of_each_kind_are_printed_and_the_others_counted() {
+        let strikes = (1..=30).map(|k| {
+            Warning::of_clip(
+                Cause::GivenStrike,
+                &format!("clip {k}.mp4"),
+                format!("`a` leaves {k}.5 degrees to the left"),
+            )
+        });
+        let mut warnings: Vec<Warning> = strikes.collect();
+        warnings.push(Warning::of_clip(Cause::GivenStrike, "clip 7.mp4", "`a` does not move"));
+        warnings
+            .insert(0, Warning::new(Cause::NotMeasured, "friction of `b` is absent: no clip shows it slide"));
+        let GroupedWarnings { lines, causes } = warnings.into();
+        let shown = cause_lines(&lines, &causes, Path::new("out.json"));
         let expected = [
-            "clip_1.mp4: `a` jumps by 2.5 mm at 1 s",
-            "clip_2.mp4: `a` jumps by 4.5 mm at 2 s",
-            "28 more like the last one; out.json contains all",
-            "friction of `b` is absent: no clip shows it slide",
+            "  clip 1.mp4: `a` leaves 1.5 degrees to the left",
+            "  clip 7.mp4: `a` does not move",
+            "  clip 2.mp4: `a` leaves 2.5 degrees to the left",
+            "  and 28 more: out.json lists all",
         ];
-        assert_eq!(lines, expected);
-        let few = &warnings[..4];
-        assert_eq!(by_kind(few, Path::new("out.json")).len(), few.len());
+        assert!(
+            shown[0].starts_with("warning: the given strike does not fit the film in 30 clips: "),
+            "{}",
+            shown[0]
+        );
+        assert_eq!(shown[1..5], expected);
+        assert_eq!(shown[6..], ["  friction of `b` is absent: no clip shows it slide"]);
     }
 }

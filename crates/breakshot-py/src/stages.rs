@@ -131,11 +131,11 @@ fn estimated(
         let names: Vec<&str> = campaign.clips.iter().map(|clip| clip.name.as_str()).collect();
         estimation::check_update(old, &names, cell, objects, options)?;
     }
-    let (clips, unread) = breakshot::campaign_tracks(&campaign, |clip| {
+    let (clips, unreadable) = breakshot::campaign_tracks(&campaign, |clip| {
         let stop = stop.clone();
         breakshot::clip_tracks_until(&campaign, clip, Decoder::Auto, move || stop.is_set())
     })?;
-    let properties = breakshot::campaign_properties(&campaign, old.as_deref(), &clips, unread, options)?;
+    let properties = breakshot::campaign_properties(&campaign, old.as_deref(), &clips, unreadable, options)?;
     Ok((properties, notes))
 }
 

@@ -28,6 +28,17 @@ function ticks(low, high) {
   return Array.from({ length: Math.floor(high / step) - first + 1 }, (_, k) => [(first + k) * step, decimals]);
 }
 
+/** The warnings of each cause under its summary; those of files without causes as one list. */
+function warningsByCause({ warnings, causes = [] }) {
+  const list = (lines) => html("ul", { class: "warnings" }, ...lines.map((line) => html("li", {}, line)));
+  if (!causes.length) return warnings.length ? [list(warnings)] : [];
+  let first = 0;
+  return causes.map((group) => {
+    const lines = warnings.slice(first, (first += group.warnings));
+    return html("section", {}, html("h3", {}, group.summary), list(lines));
+  });
+}
+
 export class Learned {
   #message;
   #open;
@@ -102,7 +113,7 @@ export class Learned {
 
   async #read(file) {
     this.#shown = await read("/api/properties", { file });
-    byId("learned-warnings").replaceChildren(...this.#shown.properties.warnings.map((text) => html("li", {}, text)));
+    byId("learned-warnings").replaceChildren(...warningsByCause(this.#shown.properties));
     this.#draw();
   }
 

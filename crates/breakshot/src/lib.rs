@@ -70,6 +70,7 @@ mod statistics;
 pub mod synthetic;
 pub mod uncertain;
 pub mod verify;
+pub mod warning;
 
 pub use error::{Error, Result};
 
@@ -79,6 +80,7 @@ use detect::Tracks;
 use estimate::ClipTracks;
 use properties::Properties;
 use rayon::prelude::*;
+use warning::{Cause, Warning};
 
 /// The tracks of one clip: opens its film, determines the pose of its camera, and tracks its objects; or reads its tracks.
 ///
@@ -164,26 +166,35 @@ fn named(clip: &Clip, tracks: Tracks) -> ClipTracks {
 pub fn campaign_tracks(
     campaign: &Campaign,
     tracks: impl Fn(&Clip) -> Result<ClipTracks> + Sync + Send,
-) -> Result<(Vec<ClipTracks>, Vec<String>)> {
+) -> Result<(Vec<ClipTracks>, Vec<Warning>)> {
     let results: Vec<Result<ClipTracks>> = campaign.clips.par_iter().map(tracks).collect();
-    let (mut clips, mut errors) = (Vec::new(), Vec::new());
-    for result in results {
+    let (mut clips, mut unreadable, mut last_error) = (Vec::new(), Vec::new(), None);
+    for (clip, result) in campaign.clips.iter().zip(results) {
         match result {
             Ok(tracks) => clips.push(tracks),
             Err(Error::Stopped) => return Err(Error::Stopped),
-            Err(error) => errors.push(error),
+            Err(error) => {
+                unreadable.push(unreadable_clip(clip, &error));
+                last_error = Some(error);
+            }
         }
     }
-    if clips.is_empty()
-        && let Some(last) = errors.pop()
-    {
-        return Err(last);
+    match last_error {
+        Some(error) if clips.is_empty() => Err(error),
+        _ => Ok((clips, unreadable)),
     }
-    Ok((clips, errors.iter().map(|e| format!("left out: {e}")).collect()))
+}
+
+/// The warning that a clip is left out for this reason.
+pub fn unreadable_clip(clip: &Clip, error: &Error) -> Warning {
+    let text = error.to_string();
+    let reason = text.strip_prefix(&format!("{}: ", clip.name)).unwrap_or(&text);
+    Warning::of_clip(Cause::Unreadable, &clip.name, format!("left out: {reason}"))
 }
 
 /// The properties that the clips of a campaign measure, together with the `old` ones if there are any, with all warnings: clips that could not
-/// be read (what [`campaign_tracks`] gives), cameras that moved, and files that do not fit the films ([`verify::campaign_warnings`]).
+/// be read (what [`campaign_tracks`] gives), what the tracking of each clip found ([`track_warnings`]), and files that do not fit the films
+/// ([`verify::campaign_warnings`]).
 ///
 /// # Errors
 /// See [`estimate::estimation`] and [`estimate::updated`].
@@ -191,7 +202,7 @@ pub fn campaign_properties(
     campaign: &Campaign,
     old: Option<&Properties>,
     clips: &[ClipTracks],
-    unread: Vec<String>,
+    unreadable: Vec<Warning>,
     options: &estimate::Options,
 ) -> Result<Properties> {
     let (cell, objects) = (&campaign.cell, &campaign.objects);
@@ -199,13 +210,21 @@ pub fn campaign_properties(
         Some(old) => estimate::updated(old, clips, cell, objects, options),
         None => estimate::estimation(clips, cell, objects, options),
     }?;
-    let moved = |clip: &ClipTracks| Some(format!("{}: {}", clip.name, clip.tracks.camera_warning()?));
-    let mut warnings = unread;
-    warnings.extend(clips.iter().filter_map(moved));
+    let mut warnings = unreadable;
+    warnings.extend(track_warnings(clips));
     warnings.extend(verify::campaign_warnings(clips, &estimation, cell, objects));
+    warnings.extend(estimation.warnings);
     let mut properties = estimation.properties;
-    properties.warnings.splice(0..0, warnings);
+    properties.set_warnings(warnings);
     Ok(properties)
+}
+
+/// The warnings that the tracks of these clips contain: cameras that moved, and objects that were lost or found doubtfully.
+pub fn track_warnings(clips: &[ClipTracks]) -> Vec<Warning> {
+    let of_clip = |clip: &ClipTracks| {
+        clip.tracks.causes().map(|(cause, text)| Warning::of_clip(cause, &clip.name, text)).collect()
+    };
+    clips.iter().flat_map::<Vec<Warning>, _>(of_clip).collect()
 }
 
 /// What is known of where the objects of a film lie.

@@ -37,6 +37,18 @@ impl Shape {
         }
     }
 
+    /// The shape with all lengths multiplied by a factor.
+    pub(crate) fn scaled(&self, factor: f64) -> Self {
+        match self {
+            Self::Disc { radius_m } => Self::Disc { radius_m: factor * radius_m },
+            Self::Rectangle { size_m } => Self::Rectangle { size_m: size_m.map(|side_m| factor * side_m) },
+            Self::Polygon { points_m } => {
+                let points_m = points_m.iter().map(|point| Point::ORIGIN + point.to_vec() * factor);
+                Self::Polygon { points_m: points_m.collect() }
+            }
+        }
+    }
+
     /// Points along the outline in the object's frame, counter-clockwise: so many that a lens bends the lines between them little.
     pub fn outline_points(&self) -> Vec<Point> {
         const DISC_POINTS: usize = 72;

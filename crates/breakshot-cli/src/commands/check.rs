@@ -6,7 +6,8 @@ use breakshot::campaign::{Campaign, Clip};
 use breakshot::capture::Decoder;
 use breakshot::estimate::{self, ClipTracks};
 use breakshot::report::{CheckPage, CheckedClip, check_page};
-use breakshot::{Error, Result, ViewedClip, files, verify};
+use breakshot::warning::{Cause, GroupedWarnings, Warning, WarningGroup};
+use breakshot::{Result, ViewedClip, files};
 use rayon::prelude::*;
 
 /// Reads every film once, compares the clips with their files and with each other, and writes the page.
@@ -27,16 +28,21 @@ pub(crate) fn run(args: &CheckArgs) -> Result<Outcome> {
     files::write_whole(&args.output, check_page(&page).as_bytes())?;
 
     if args.json {
-        console::print_json(&Printed { version: 1, clips: clips.len(), warnings: &warnings })?;
+        console::print_json(&Printed {
+            version: 1,
+            clips: clips.len(),
+            warnings: &warnings.lines,
+            causes: &warnings.causes,
+        })?;
     } else {
-        console::warn_by_kind(&warnings, &args.output);
-        match warnings.len() {
+        console::warn_by_cause(&warnings.lines, &warnings.causes, &args.output);
+        match warnings.lines.len() {
             0 => println!("{} clips: everything fits", clips.len()),
             n => println!("{} clips: {n} things are missing or do not fit", clips.len()),
         }
         println!("Wrote {}", args.output.display());
     }
-    Ok(Outcome::doubtful_if(!warnings.is_empty()))
+    Ok(Outcome::doubtful_if(!warnings.lines.is_empty()))
 }
 
 /// The output of `--json`.
@@ -45,6 +51,7 @@ struct Printed<'a> {
     version: u32,
     clips: usize,
     warnings: &'a [String],
+    causes: &'a [WarningGroup],
 }
 
 /// What every film shows; clips are processed in parallel.
@@ -60,35 +67,25 @@ fn views(campaign: &Campaign, decoder: Decoder) -> Vec<Result<ViewedClip>> {
     views
 }
 
-/// Everything that does not fit: films that cannot be used, and what the clips say about each other and their strikes.
-fn warnings(campaign: &Campaign, views: &[Result<ViewedClip>]) -> Vec<String> {
-    let mut warnings = Vec::new();
+/// Everything that does not fit: clips that cannot be used, and what the others say about each other and their strikes.
+fn warnings(campaign: &Campaign, views: &[Result<ViewedClip>]) -> GroupedWarnings {
+    let mut unreadable = Vec::new();
     let mut clips: Vec<ClipTracks> = Vec::new();
     for (clip, view) in campaign.clips.iter().zip(views) {
         match view.as_ref().map(|view| view.tracks.as_ref()) {
             Ok(Ok(tracks)) => clips.push(tracks.clone()),
-            Ok(Err(error)) | Err(error) => warnings.push(named(clip, error)),
+            Ok(Err(error)) | Err(error) => unreadable.push(breakshot::unreadable_clip(clip, error)),
         }
     }
-    for clip in &clips {
-        warnings.extend(clip.tracks.warnings.iter().map(|warning| format!("{}: {warning}", clip.name)));
-    }
-    let (cell, objects) = (&campaign.cell, &campaign.objects);
-    match estimate::estimation(&clips, cell, objects, &estimate::Options::default()) {
-        Ok(estimation) => {
-            warnings.extend(verify::campaign_warnings(&clips, &estimation, cell, objects));
-            warnings.extend(estimation.properties.warnings);
+    let options = estimate::Options::default();
+    match breakshot::campaign_properties(campaign, None, &clips, unreadable.clone(), &options) {
+        Ok(properties) => GroupedWarnings { lines: properties.warnings, causes: properties.causes },
+        Err(error) => {
+            unreadable.extend(breakshot::track_warnings(&clips));
+            unreadable.push(Warning::new(Cause::Unreadable, error.to_string()));
+            unreadable.into()
         }
-        Err(error) => warnings.push(error.to_string()),
     }
-    warnings
-}
-
-/// An error as a warning about its clip.
-fn named(clip: &Clip, error: &Error) -> String {
-    let (name, text) = (&clip.name, error.to_string());
-    let text = text.strip_prefix(&format!("{name}: ")).unwrap_or(&text);
-    format!("{name}: {text}")
 }
 
 fn checked<'a>(clip: &'a Clip, view: Option<&'a ViewedClip>) -> CheckedClip<'a> {

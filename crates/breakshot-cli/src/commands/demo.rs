@@ -54,7 +54,7 @@ pub(crate) fn run(args: &DemoArgs) -> Result<Outcome> {
     let scene = files::load_scene(folder.join("pile.scene.toml"))?.value;
 
     say(args, "Estimating friction, restitution and mass ratios of three objects from 12 films ...");
-    let (clips, unread) = estimate_command::tracked(&campaign, Decoder::Builtin)?;
+    let (clips, unreadable) = estimate_command::tracked(&campaign, Decoder::Builtin)?;
     let estimation =
         estimate::estimation(&clips, &campaign.cell, &campaign.objects, &estimate::Options::default())?;
     let properties = &estimation.properties;
@@ -99,8 +99,8 @@ pub(crate) fn run(args: &DemoArgs) -> Result<Outcome> {
             "The films and all other files are in the same folder; the other commands can be run on them."
         );
     }
-    console::warn(&unread);
-    Ok(Outcome::doubtful_if(!unread.is_empty()))
+    console::warn(&unreadable);
+    Ok(Outcome::doubtful_if(!unreadable.is_empty()))
 }
 
 /// The outputs of all stages.

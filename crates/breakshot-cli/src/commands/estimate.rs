@@ -9,6 +9,7 @@ use breakshot::estimate::{self, Advice, AdviceOptions, ClipTracks, Experiment};
 use breakshot::object::Object;
 use breakshot::properties::Properties;
 use breakshot::uncertain::Estimate;
+use breakshot::warning::Warning;
 use breakshot::{Error, Result, files, report};
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -26,12 +27,13 @@ pub(crate) fn run(args: &EstimateArgs) -> Result<Outcome> {
         let names: Vec<&str> = campaign.clips.iter().map(|clip| clip.name.as_str()).collect();
         estimate::check_update(old, &names, cell, objects, &options)?;
     }
-    let (clips, unread) = tracked(&campaign, args.decoder.into())?;
+    let (clips, unreadable) = tracked(&campaign, args.decoder.into())?;
     if let Some(folder) = &args.tracks {
         write_tracks(folder, &clips)?;
     }
-    let mut properties = breakshot::campaign_properties(&campaign, old.as_ref(), &clips, unread, &options)?;
-    console::warn_by_kind(&properties.warnings, &args.output);
+    let mut properties =
+        breakshot::campaign_properties(&campaign, old.as_ref(), &clips, unreadable, &options)?;
+    console::warn_by_cause(&properties.warnings, &properties.causes, &args.output);
     let advice = advice(args, &properties, cell, objects)?;
     if let Some(folder) = &args.figures {
         write_figures(folder, &properties, objects)?;
@@ -120,7 +122,7 @@ fn print_advice(advice: &Advice) {
 /// The tracks of all readable clips, and a warning for each of the others.
 ///
 /// Clips are processed in parallel; each is decoded frame by frame.
-pub(crate) fn tracked(campaign: &Campaign, decoder: Decoder) -> Result<(Vec<ClipTracks>, Vec<String>)> {
+pub(crate) fn tracked(campaign: &Campaign, decoder: Decoder) -> Result<(Vec<ClipTracks>, Vec<Warning>)> {
     let bar = console::progress(campaign.clips.len(), "clips");
     let tracked = breakshot::campaign_tracks(campaign, |clip| {
         let tracks = breakshot::clip_tracks(campaign, clip, decoder);
@@ -172,28 +174,51 @@ fn readiness(properties: &Properties, objects: &[Object]) -> String {
 
 /// Prints the properties as tables.
 pub(crate) fn print_tables(properties: &Properties) {
-    let reference = format!("mass / mass of {}", properties.reference);
-    let tables = [
-        ("friction", &properties.friction),
-        ("striker restitution", &properties.striker_restitution),
-        ("restitution", &properties.restitution),
-        (reference.as_str(), &properties.mass_ratio),
+    let mass = format!("mass over that of `{}`", properties.reference);
+    let contact = [
+        ("between objects".to_owned(), properties.contact_friction.objects),
+        ("at the striker".to_owned(), properties.contact_friction.striker),
     ];
-    for (title, values) in tables {
-        print_table(title, values);
+    let contact = contact.into_iter().filter_map(|(name, value)| Some((name, value?))).collect();
+    let tables = [
+        ("friction on the table", &properties.friction),
+        ("striker restitution", &properties.striker_restitution),
+        ("restitution of a pair", &properties.restitution),
+        (mass.as_str(), &properties.mass_ratio),
+        ("friction of contacts", &contact),
+    ];
+    let filled = tables.into_iter().filter(|(_, values)| !values.is_empty());
+    for (number, (title, values)) in filled.enumerate() {
+        if number == 0 {
+            println!("{LEGEND}\n");
+        }
+        println!("{}", table(title, values).join("\n"));
     }
 }
 
-fn print_table(title: &str, values: &BTreeMap<String, Estimate>) {
-    if values.is_empty() {
-        return;
-    }
-    println!("{title:<20} {:>8} {:>8} {:>19} {:>4}", "mean", "std", "95 % interval", "n");
-    for (name, e) in values {
-        let std = e.std.map_or("-".into(), |s| format!("{s:.4}"));
-        let interval = format!("{:.4} .. {:.4}", e.interval_95[0], e.interval_95[1]);
-        println!("  {name:<18} {:>8.4} {std:>8} {interval:>19} {:>4}", e.mean, e.n);
-    }
+const LEGEND: &str = "All values are ratios without a unit. The true mean is within its 95 % interval with that probability, which is the mean plus or \
+     minus so many per cent; `scatter` is the standard deviation from clip to clip.";
+
+/// The lines of one table.
+fn table(title: &str, values: &BTreeMap<String, Estimate>) -> Vec<String> {
+    let head = format!(
+        "{title:<24} {:>8}  {:>16} {:>9} {:>9} {:>6}",
+        "mean", "95 % interval", "+/- (%)", "scatter", "clips"
+    );
+    let row = |(name, e): (&String, &Estimate)| {
+        let [low, high] = e.interval_95;
+        let percent = 50.0 * (high - low) / e.mean.abs();
+        // The reference's own mass is no measurement.
+        let is_exact = low == high;
+        let [interval, sure, scatter, clips] = if is_exact {
+            ["by definition", "-", "-", "-"].map(str::to_owned)
+        } else {
+            let scatter = e.std.map_or("-".into(), |std| format!("{std:.4}"));
+            [format!("{low:.4} .. {high:.4}"), format!("{percent:.1}"), scatter, e.n.to_string()]
+        };
+        format!("  {name:<22} {:>8.4}  {interval:>16} {sure:>9} {scatter:>9} {clips:>6}", e.mean)
+    };
+    std::iter::once(head).chain(values.iter().map(row)).collect()
 }
 
 #[cfg(test)]
@@ -204,6 +229,18 @@ mod tests {
     fn object(name: &str) -> Object {
         let shape = Shape::Disc { radius_m: 0.03 };
         Object { name: name.into(), shape, height_m: 0.03, marker: None, mass_kg: None, support: None }
+    }
+
+    #[test]
+    fn a_table_gives_the_interval_and_how_sure_each_mean_is() {
+        let value =
+            Estimate { mean: 0.2, std: Some(0.01), standard_error: 0.002, interval_95: [0.196, 0.204], n: 5 };
+        let values = [("a".to_owned(), Estimate::exact(1.0)), ("b".to_owned(), value)].into();
+        let lines = table("friction on the table", &values);
+        let words: Vec<Vec<&str>> = lines.iter().map(|line| line.split_whitespace().collect()).collect();
+        assert_eq!(words[1], ["a", "1.0000", "by", "definition", "-", "-", "-"]);
+        assert_eq!(words[2], ["b", "0.2000", "0.1960", "..", "0.2040", "2.0", "0.0100", "5"]);
+        assert!(lines.iter().all(|line| line.len() == lines[0].len()), "{lines:#?}");
     }
 
     #[test]

@@ -12,6 +12,7 @@ use breakshot::properties::Properties;
 use breakshot::report::{self, FilmedStrike, Page};
 use breakshot::scene::Scene;
 use breakshot::verify::{self, GoalChecks, Observed, Report};
+use breakshot::warning::Warning;
 use breakshot::{Error, Result, files, physics};
 use std::path::Path;
 
@@ -81,10 +82,11 @@ pub(crate) fn run(args: &VerifyArgs) -> Result<Outcome> {
 fn update_properties(measured: &Properties, clip: ClipTracks, scene: &Scene, path: &Path) -> Result<Outcome> {
     let name = clip.name.clone();
     let options = estimate::Options::default();
-    let properties = estimate::updated(measured, &[clip], &scene.cell, &scene.objects, &options)?.properties;
-    let of_film: Vec<String> = properties.warnings.iter().filter(|w| w.starts_with(&name)).cloned().collect();
+    let updated = estimate::updated(measured, &[clip], &scene.cell, &scene.objects, &options)?;
+    let of_film = updated.warnings.iter().filter(|warning| warning.clip.as_ref() == Some(&name));
+    let of_film: Vec<&Warning> = of_film.collect();
     console::warn(&of_film);
-    files::write_json(path, &properties)?;
+    files::write_json(path, &updated.properties)?;
     Ok(Outcome::doubtful_if(!of_film.is_empty()))
 }
 

@@ -37,9 +37,9 @@ pub(crate) fn learned(
         job.goes_on(part());
         tracks
     };
-    let (clips, unread) = breakshot::campaign_tracks(campaign, tracked)?;
+    let (clips, unreadable) = breakshot::campaign_tracks(campaign, tracked)?;
     let options = estimate::Options::default();
-    let properties = breakshot::campaign_properties(campaign, None, &clips, unread, &options)?;
+    let properties = breakshot::campaign_properties(campaign, None, &clips, unreadable, &options)?;
     if !job.goes_on(1.0) {
         return Err(Error::Stopped);
     }

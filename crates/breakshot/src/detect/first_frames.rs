@@ -6,7 +6,7 @@ use crate::capture::{Frame, GreyImage};
 use crate::error::{Error, Result};
 
 /// At most this many frames are averaged.
-const MOST_FRAMES: usize = 5;
+pub(super) const MOST_FRAMES: usize = 5;
 /// Side of the blocks whose means are compared between frames (px), and the difference from which something has moved
 /// (grey levels): noise leaves the mean of a block within one or two levels.
 const BLOCK_PX: usize = 16;

@@ -31,10 +31,13 @@ use crate::error::{Error, Result};
 use crate::object::{self, Object};
 use crate::scene::Placed;
 use association::Start;
-use first_frames::{first_frames, mean_image};
+use first_frames::{MOST_FRAMES, first_frames, mean_image};
 use label::Labeller;
 use marker::target::Target;
-use markerless::background;
+use markerless::edge_fit::OutlineFit;
+use markerless::edge_visibility::OutlineView;
+use markerless::{background, outline_size};
+use std::collections::BTreeSet;
 use track::Tracker;
 
 /// Settings of the detection.
@@ -91,7 +94,7 @@ pub fn tracks(
 ) -> Result<Tracks> {
     let Capture { mut footage, camera, .. } = capture;
     let clip = Clip { name: footage.name().to_string(), camera: &camera, targets: targets(objects, names)? };
-    let mut tracks = clip.tracks(&mut footage, layout, options)?;
+    let mut tracks = clip.tracks(objects, &mut footage, layout, options)?;
     tracks.warnings.splice(0..0, footage.warnings().iter().cloned());
     Ok(tracks)
 }
@@ -109,7 +112,10 @@ pub fn placed(
     let Capture { mut footage, camera, .. } = capture;
     let clip = Clip { name: footage.name().to_string(), camera: &camera, targets: targets(objects, names)? };
     let frames = first_frames(&clip.name, &mut footage)?;
-    let (starts, warnings) = clip.starts(&frames, &Layout::Unknown, options)?;
+    let layout = Layout::Unknown;
+    let resized = clip.resized(objects, &frames, &layout, options);
+    let (starts, mut warnings) = clip.with_objects(&resized.objects)?.starts(&frames, &layout, options)?;
+    warnings.extend(resized.warnings);
     let placed = clip.targets.iter().zip(&starts).map(|(target, start)| Placed {
         object: target.name.to_string(),
         position_m: start.pose.position,
@@ -122,6 +128,10 @@ fn targets<'a>(objects: &'a [Object], names: &'a [String]) -> Result<Vec<Target<
     names.iter().map(|name| Ok(Target::new(name, object::find(objects, name, "detect")?))).collect()
 }
 
+/// Fraction of an outline that is visible if it has the right size, apart from shadows on it ...
+const WHOLLY_VISIBLE: f64 = 0.7;
+/// ... and without any.
+const ALL_AROUND_VISIBLE: f64 = 0.95;
 /// Number of frames within which all markers must become visible.
 const LATEST_START: usize = 30;
 /// Assumed interval between frames until there are two (s).
@@ -134,29 +144,91 @@ struct Clip<'a> {
     targets: Vec<Target<'a>>,
 }
 
+/// The targets are not in the first frames, which were read.
+struct Unfound {
+    error: Error,
+    frames: Vec<Frame>,
+}
+
+impl From<Error> for Unfound {
+    fn from(error: Error) -> Self {
+        Self { error, frames: Vec::new() }
+    }
+}
+
+/// Objects, some with outlines of another size than the given one.
+struct Resized {
+    objects: Vec<Object>,
+    /// A warning for each of these.
+    warnings: Vec<String>,
+}
+
+/// What was found in one image.
+struct Found {
+    /// The marker and the pose of every target, if it was found.
+    starts: Vec<Option<Start>>,
+    warnings: Vec<String>,
+    /// Number of blobs and outlines that may have been one of them.
+    candidates: usize,
+}
+
 impl Clip<'_> {
+    /// The tracks; an object without marker may have another size than the given one.
     fn tracks(
         &self,
+        objects: &[Object],
         frames: &mut dyn Iterator<Item = Result<Frame>>,
         layout: &Layout,
         options: &Options,
     ) -> Result<Tracks> {
+        let read = match self.tracks_in_given_sizes(frames, layout, options, WHOLLY_VISIBLE) {
+            Ok(tracks) => return Ok(tracks),
+            Err(Unfound { error, frames }) if frames.is_empty() => return Err(error),
+            Err(Unfound { frames, .. }) => frames,
+        };
+        let resized = self.resized(objects, &read, layout, options);
+        let clip = self.with_objects(&resized.objects)?;
+        let mut frames = read.into_iter().map(Ok).chain(frames);
+        let tracks = clip.tracks_in_given_sizes(&mut frames, layout, options, 0.0);
+        let mut tracks = tracks.map_err(|unfound| unfound.error)?;
+        tracks.warnings.extend(resized.warnings);
+        Ok(tracks)
+    }
+
+    /// The same in the given sizes only. Where less than `least_visible` of an outline is visible at the start, it counts as not found.
+    fn tracks_in_given_sizes(
+        &self,
+        frames: &mut dyn Iterator<Item = Result<Frame>>,
+        layout: &Layout,
+        options: &Options,
+        least_visible: f64,
+    ) -> std::result::Result<Tracks, Unfound> {
         // Initial poses
         let mut opening = first_frames(&self.name, frames)?;
-        let mut skipped = 0;
+        let mut before: Vec<Frame> = Vec::new();
         let (starts, mut warnings) = loop {
             match self.starts(&opening, layout, options) {
-                Ok(found) => break found,
+                Ok(found) if self.least_visible(&mean_image(&opening), &found.0) >= least_visible => {
+                    break found;
+                }
+                Ok(_) => {
+                    before.append(&mut opening);
+                    let error = self.too_few(&before[0].image, 0, &[]);
+                    return Err(Unfound { error, frames: before });
+                }
                 // A marker may be covered in the first frames; the error of the last attempt is returned.
-                Err(error) => match frames.next() {
-                    Some(frame) if skipped < LATEST_START => {
-                        skipped += opening.len();
-                        opening = vec![frame?];
+                Err(error) => {
+                    let next = if before.len() < LATEST_START { frames.next() } else { None };
+                    before.append(&mut opening);
+                    match next {
+                        Some(frame) => opening.push(frame?),
+                        None => return Err(Unfound { error, frames: before }),
                     }
-                    _ => return Err(error),
-                },
+                }
             }
         };
+        let skipped = before.len();
+        drop(before);
         if skipped > 0 {
             let from_s = opening[0].time_s;
             warnings
@@ -214,25 +286,8 @@ impl Clip<'_> {
         layout: &Layout,
         options: &Options,
     ) -> Result<(Vec<Start>, Vec<String>)> {
-        // Candidates
         let image = mean_image(opening);
-        let mut labeller = Labeller::default();
-        let mut candidates =
-            candidates::candidates(&image, self.camera, &self.targets, options.threshold, &mut labeller);
-        if self.targets.iter().any(Target::is_markerless) {
-            self.check_size(&image, options.table)?;
-            let subtracted = background::subtracted(&image, options.table);
-            candidates.extend(candidates::silhouettes(
-                &subtracted,
-                self.camera,
-                &self.targets,
-                &mut labeller,
-            ));
-            candidates.extend(association::placed_candidates(self.camera, &self.targets, layout));
-        }
-
-        // Assignment
-        let (starts, warnings) = association::starts(&image, self.camera, &self.targets, &candidates, layout);
+        let Found { starts, warnings, candidates } = self.found(&image, layout, options)?;
         let missing: Vec<&str> = self
             .targets
             .iter()
@@ -243,7 +298,93 @@ impl Clip<'_> {
         if missing.is_empty() {
             return Ok((starts.into_iter().flatten().collect(), warnings));
         }
-        Err(self.too_few(&image, candidates.len(), &missing))
+        Err(self.too_few(&image, candidates, &missing))
+    }
+
+    /// Which targets an image shows.
+    fn found(&self, image: &GreyImage, layout: &Layout, options: &Options) -> Result<Found> {
+        // Candidates
+        let mut labeller = Labeller::default();
+        let mut candidates =
+            candidates::candidates(image, self.camera, &self.targets, options.threshold, &mut labeller);
+        if self.targets.iter().any(Target::is_markerless) {
+            self.check_size(image, options.table)?;
+            let subtracted = background::subtracted(image, options.table);
+            candidates.extend(candidates::silhouettes(
+                &subtracted,
+                self.camera,
+                &self.targets,
+                &mut labeller,
+            ));
+            candidates.extend(association::placed_candidates(self.camera, &self.targets, layout));
+        }
+
+        // Assignment
+        let (starts, warnings) = association::starts(image, self.camera, &self.targets, &candidates, layout);
+        Ok(Found { starts, warnings, candidates: candidates.len() })
+    }
+
+    /// The same clip with the same names of other objects.
+    fn with_objects<'o>(&'o self, objects: &'o [Object]) -> Result<Clip<'o>> {
+        let target =
+            |target: &Target<'o>| Ok(Target::new(target.name, object::find(objects, target.name, "detect")?));
+        let targets = self.targets.iter().map(target).collect::<Result<_>>()?;
+        Ok(Clip { name: self.name.clone(), camera: self.camera, targets })
+    }
+
+    /// The least visible fraction of the outlines of objects without markers; 1 if there are none.
+    fn least_visible(&self, image: &GreyImage, starts: &[Start]) -> f64 {
+        let starts: Vec<Option<Start>> = starts.iter().copied().map(Some).collect();
+        let markerless = |target: &Target| target.is_markerless();
+        self.outline_fit(image, &starts, markerless).map_or(1.0, |fit| fit.visible_fraction)
+    }
+
+    /// The least visible outline of the chosen targets; `None` if one was not found, or none is chosen.
+    fn outline_fit(
+        &self,
+        image: &GreyImage,
+        starts: &[Option<Start>],
+        chosen: impl Fn(&Target) -> bool,
+    ) -> Option<OutlineFit> {
+        let fit = |(target, start): (&Target, &Option<Start>)| {
+            OutlineView::of_target(image, self.camera, target).fitted(start.as_ref()?.pose, [0.0, 0.0])
+        };
+        let fits = self.targets.iter().zip(starts).filter(|(target, _)| chosen(target)).map(fit);
+        let fits = fits.collect::<Option<Vec<_>>>()?;
+        fits.into_iter().min_by(|a, b| a.visible_fraction.total_cmp(&b.visible_fraction))
+    }
+
+    /// The objects, those without markers with the outlines at which the first frames show them wholly.
+    ///
+    /// An object that is found so in the given size, or in none, keeps it.
+    fn resized(&self, objects: &[Object], frames: &[Frame], layout: &Layout, options: &Options) -> Resized {
+        let mut resized = Resized { objects: objects.to_vec(), warnings: Vec::new() };
+        let image = mean_image(&frames[..MOST_FRAMES.min(frames.len())]);
+        let markerless = self.targets.iter().filter(|target| target.is_markerless());
+        let kinds: BTreeSet<&str> = markerless.map(|target| target.object.name.as_str()).collect();
+        for kind in kinds {
+            let Some(number) = objects.iter().position(|object| object.name == kind) else { continue };
+            let given = &objects[number];
+            let fit = |factor: f64| {
+                let mut scaled = objects.to_vec();
+                scaled[number].shape = given.shape.scaled(factor);
+                let clip = self.with_objects(&scaled).ok()?;
+                let found = clip.found(&image, layout, options).ok()?;
+                clip.outline_fit(&image, &found.starts, |target| target.object.name == kind)
+            };
+            let least_visible = match fit(1.0) {
+                Some(fit) if fit.visible_fraction >= WHOLLY_VISIBLE => continue,
+                // A shadow may hide a part of the right outline, and be taken for a part of a larger one.
+                Some(_) => ALL_AROUND_VISIBLE,
+                None => WHOLLY_VISIBLE,
+            };
+            let visible = |factor| fit(factor).filter(|fit| fit.visible_fraction >= least_visible);
+            if let Some(factor) = outline_size::factor(visible) {
+                resized.objects[number].shape = given.shape.scaled(factor);
+                resized.warnings.push(outline_size::warning(given, factor));
+            }
+        }
+        resized
     }
 
     /// An error unless the image of the empty table has the size of the film's frames.

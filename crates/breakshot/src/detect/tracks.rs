@@ -1,7 +1,9 @@
 //! Where was every object, frame by frame?
 
+use super::markerless::outline_size::OUTLINE_SIZE;
 use crate::capture::CAMERA_MOVED;
 use crate::geometry::Point;
+use crate::warning::Cause;
 use serde::{Deserialize, Serialize};
 
 /// The tracks of all objects of one clip: the output of this stage.
@@ -59,9 +61,18 @@ pub struct Sample {
 }
 
 impl Tracks {
-    /// The warning that the camera moved during the clip, if it did.
-    pub fn camera_warning(&self) -> Option<&str> {
-        self.warnings.iter().map(String::as_str).find(|warning| warning.starts_with(CAMERA_MOVED))
+    /// The warnings, each with its cause.
+    pub fn causes(&self) -> impl Iterator<Item = (Cause, &str)> {
+        let cause = |warning: &str| {
+            if warning.starts_with(CAMERA_MOVED) {
+                Cause::CameraMotion
+            } else if warning.starts_with(OUTLINE_SIZE) {
+                Cause::Lengths
+            } else {
+                Cause::Tracking
+            }
+        };
+        self.warnings.iter().map(move |warning| (cause(warning), warning.as_str()))
     }
 }
 

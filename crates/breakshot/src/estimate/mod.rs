@@ -34,6 +34,7 @@ use crate::error::{Error, Result};
 use crate::object::{self, Object};
 use crate::properties::Properties;
 use crate::statistics::median;
+use crate::warning::Warning;
 use clip::fit::{NoiseStatistics, VarianceRatio};
 use clip::{ClipEstimate, exposure};
 use joint::frame_rate;
@@ -57,6 +58,8 @@ pub struct Estimation {
     pub properties: Properties,
     /// One fit per clip, in the order of the clips.
     pub clips: Vec<ClipFit>,
+    /// The warnings of the properties, each with its cause and its clip.
+    pub warnings: Vec<Warning>,
 }
 
 /// Friction, restitution and mass ratios from the tracks of all clips, and the fits of the clips.
@@ -168,10 +171,11 @@ fn combined(
     // All clips together
     let evidence = record::evidence(&new, clips, cell, objects)?;
     let all: Vec<&ClipMeasurements> = earlier.iter().chain(&new).collect();
-    let mut properties = properties::properties(&all, objects, reference);
-    properties.warnings.splice(0..0, frame_rate::warnings(&new, clips));
+    let (mut properties, mut warnings) = properties::properties(&all, objects, reference);
+    warnings.extend(frame_rate::warnings(&new, clips));
+    properties.set_warnings(warnings.clone());
     properties.evidence = Some(evidence);
-    Ok(Estimation { properties, clips: fits })
+    Ok(Estimation { properties, clips: fits, warnings })
 }
 
 fn reference(objects: &[Object], options: &Options) -> Result<String> {

@@ -8,6 +8,7 @@ use crate::error::{Error, Result};
 use crate::object::{kind, pair_key};
 use crate::properties::evidence::Evidence;
 use crate::uncertain::Estimate;
+use crate::warning::{GroupedWarnings, Warning, WarningGroup};
 pub use prior::{Assumption, PropertyGroup};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -41,6 +42,9 @@ pub struct Properties {
     /// Quantities without data, and clips that look inconsistent.
     #[serde(default)]
     pub warnings: Vec<String>,
+    /// The causes of the warnings, in their order ([`crate::warning::by_cause`]).
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub causes: Vec<WarningGroup>,
     /// The values above that are assumed, because no clip measured them ([`Properties::completed_for`]).
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub assumed: Vec<Assumption>,
@@ -237,6 +241,12 @@ impl Properties {
         self
     }
 
+    /// Replaces the warnings and their causes.
+    pub(crate) fn set_warnings(&mut self, warnings: Vec<Warning>) {
+        let grouped = GroupedWarnings::from(warnings);
+        (self.warnings, self.causes) = (grouped.lines, grouped.causes);
+    }
+
     /// The values alone, which are cheap to copy.
     pub(crate) fn values(&self) -> Self {
         Self {
@@ -251,6 +261,7 @@ impl Properties {
             tangential_restitution: self.tangential_restitution,
             covariance: Covariance::default(),
             warnings: Vec::new(),
+            causes: Vec::new(),
             assumed: Vec::new(),
             evidence: None,
         }

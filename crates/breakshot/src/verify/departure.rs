@@ -8,12 +8,13 @@ use super::observed::{Observed, ObservedPose};
 use crate::cell::Cell;
 use crate::detect::Sample;
 use crate::estimate::ClipTracks;
-use crate::geometry::wrapped_rad;
-use crate::object::Object;
+use crate::geometry::{Point, Vec2, wrapped_rad};
+use crate::object::{self, Object};
 use crate::physics::{self, Trajectory, World};
 use crate::properties::Properties;
 use crate::scene::{Goal, Placed, Scene, Strike};
 use crate::statistics::{STD_OVER_MEDIAN_ABSOLUTE, median};
+use crate::warning::{Cause, Warning};
 
 /// Displacements of the struck object between which its speed is compared (m): from clear of the striker...
 const FROM_M: f64 = 0.003;
@@ -30,6 +31,10 @@ const STEP_S: f64 = 1e-3;
 /// Differences below these are not reported: robots and rulers are that accurate (rad; of the speed as a fraction).
 const LEAST_TURN_RAD: f64 = 0.026;
 const LEAST_SPEED_ERROR: f64 = 0.05;
+/// Step of the search for another start (m), and the largest change of the struck object's direction from one step to the next: beyond
+/// it the striker meets another side.
+const ASIDE_STEP_M: f64 = 1e-3;
+const LARGEST_TURN_OF_A_STEP_RAD: f64 = 0.3;
 /// A clip is reported if it differs by this many standard deviations of the clips.
 const STDS: f64 = 6.0;
 
@@ -56,7 +61,7 @@ pub(super) fn warnings(
     cell: &Cell,
     objects: &[Object],
     properties: &Properties,
-) -> Vec<String> {
+) -> Vec<Warning> {
     let mut scene = Scene {
         cell: cell.clone(),
         objects: objects.to_vec(),
@@ -83,31 +88,42 @@ pub(super) fn warnings(
     }));
     let mut warnings = Vec::new();
     if turns.n > 1 && turns.median.abs() > LEAST_TURN_RAD {
-        warnings.push(format!(
+        let text = format!(
             "in {} clips the struck objects leave {} of where the given strikes send them (median): strike.heading_rad or the robot's \
              table frame is rotated",
             turns.n,
             degrees(turns.median)
-        ));
+        );
+        warnings.push(Warning::new(Cause::GivenStrike, text));
     }
-    let single = compared.iter().filter_map(|(clip, strike, comparison)| {
-        let object = &clip.objects[0];
-        comparison.finding(strike, object, &turns, &speeds).map(|text| format!("{}: {text}", clip.name))
-    });
-    warnings.extend(single);
+    for (clip, strike, comparison) in &compared {
+        let Some(finding) = comparison.finding(strike, &clip.objects[0], &turns, &speeds) else { continue };
+        let start = (finding.start_m_is_doubtful)
+            .then(|| fitting_start(clip, strike, &mut scene, properties, turns.median))
+            .flatten();
+        let text = start.map_or(finding.text.clone(), |start| finding.text.clone() + &offer(strike, start));
+        warnings.push(Warning::of_clip(Cause::GivenStrike, &clip.name, text));
+    }
     warnings
 }
 
+/// What is wrong with a given strike.
+struct Finding {
+    text: String,
+    /// Whether another start may explain it.
+    start_m_is_doubtful: bool,
+}
+
 impl Comparison {
-    /// What is wrong with the given strike.
-    fn finding(&self, strike: &Strike, object: &str, turns: &Spread, speeds: &Spread) -> Option<String> {
+    fn finding(&self, strike: &Strike, object: &str, turns: &Spread, speeds: &Spread) -> Option<Finding> {
+        let of_start = |text| Some(Finding { text, start_m_is_doubtful: true });
         match self {
             Self::Departure { turn_rad, turn_std_rad, speed_ratio } => {
                 let turn_off_rad = turn_rad - turns.median;
                 if turn_off_rad.abs() > turns.tolerance(LEAST_TURN_RAD).max(STDS * turn_std_rad) {
                     // The speed of an object that was hit elsewhere differs too, and is not reported.
                     let aside = degrees(turn_off_rad);
-                    return Some(format!(
+                    return of_start(format!(
                         "`{object}` leaves {aside} of where the given strike sends it: check strike.start_m and strike.heading_rad"
                     ));
                 }
@@ -115,15 +131,16 @@ impl Comparison {
                 (speed_off.abs() > speeds.tolerance(LEAST_SPEED_ERROR)).then(|| {
                     let (ratio, given) = (speed_off.exp(), strike.speed_m_s);
                     let fits = ratio * given;
-                    format!(
+                    let text = format!(
                         "`{object}` leaves {ratio:.2} times as fast as the given strike makes it: strike.speed_m_s is {given:.3}, and {fits:.3} would fit"
-                    )
+                    );
+                    Finding { text, start_m_is_doubtful: false }
                 })
             }
-            Self::Missed => Some(format!(
+            Self::Missed => of_start(format!(
                 "`{object}` moves, but the given strike does not move it so far: check strike.start_m, heading_rad and travel_m"
             )),
-            Self::Impossible(reason) => Some(format!("the given strike cannot happen: {reason}")),
+            Self::Impossible(reason) => of_start(format!("the given strike cannot happen: {reason}")),
         }
     }
 }
@@ -163,19 +180,16 @@ fn comparison(
     properties: &Properties,
 ) -> Option<Comparison> {
     let seen = departure(clip)?;
-    scene.placed = seen.placed;
+    scene.placed.clone_from(&seen.placed);
     // A pile that cannot be simulated says nothing about the strike.
     let world = World::new(scene, properties, &physics::Options::default()).ok()?;
     let trajectory = match world.trajectory(strike) {
         Ok(trajectory) => trajectory,
         Err(error) => return Some(Comparison::Impossible(error.to_string())),
     };
-    let struck = &scene.placed[0];
-    let reached: Vec<Reached> =
-        seen.steps.iter().filter_map(|step| reached(&trajectory, struck, step)).collect();
-    if 2 * reached.len() < seen.steps.len() {
+    let Some(reached) = seen.reached_in(&trajectory, &scene.placed[0]) else {
         return Some(Comparison::Missed);
-    }
+    };
     // Single wrong positions do not change the medians.
     let pairs = (0..reached.len()).flat_map(|k| (0..k).map(move |j| (j, k)));
     let ratios = pairs.filter_map(|(j, k)| reached[j].speed_ratio(&reached[k]));
@@ -185,6 +199,50 @@ fn comparison(
         turn_std_rad: median(seen.steps.iter().map(|step| step.std_m))? / furthest_m,
         speed_ratio: median(ratios),
     })
+}
+
+/// The start beside the given one from which the strike sends the struck object where the film shows it go; the nearest one if there are
+/// several. `turn_rad` is by how much the film's directions differ from the simulated ones in all clips.
+fn fitting_start(
+    clip: &ClipTracks,
+    strike: &Strike,
+    scene: &mut Scene,
+    properties: &Properties,
+    turn_rad: f64,
+) -> Option<Point> {
+    let seen = departure(clip)?;
+    scene.placed.clone_from(&seen.placed);
+    let world = World::new(scene, properties, &physics::Options::default()).ok()?;
+    let struck = &scene.placed[0];
+    let shape = &object::find(&scene.objects, &struck.object, "departure").ok()?.shape;
+    let reach_m = shape.outer_radius_m() + scene.cell.striker.shape.outer_radius_m();
+    let left = Vec2::from_heading(strike.heading_rad).perpendicular();
+    let centre_m = (struck.position_m - strike.start_m).dot(left);
+
+    // Where the simulated direction changes from one side of the film's to the other
+    let turn_at = |aside_m: f64| {
+        let beside = Strike { start_m: strike.start_m + left * aside_m, ..strike.clone() };
+        let reached = seen.reached_in(&world.trajectory(&beside).ok()?, struck)?;
+        Some(median(reached.iter().map(|r| r.turn_rad))? - turn_rad)
+    };
+    let steps = (2.0 * reach_m / ASIDE_STEP_M).ceil() as usize;
+    let aside_m = |k: usize| centre_m - reach_m + k as f64 * ASIDE_STEP_M;
+    let turns: Vec<Option<f64>> = (0..=steps).map(|k| turn_at(aside_m(k))).collect();
+    let crossing_m = |k: usize| {
+        let (before, after) = (turns[k]?, turns[k + 1]?);
+        let is_crossing = before * after <= 0.0 && (after - before).abs() < LARGEST_TURN_OF_A_STEP_RAD;
+        is_crossing.then(|| aside_m(k) + ASIDE_STEP_M * before / (before - after))
+    };
+    let crossings_m = (0..steps).filter_map(crossing_m).filter(|aside_m| aside_m.is_finite());
+    let nearest_m = crossings_m.min_by(|a, b| a.abs().total_cmp(&b.abs()))?;
+    Some(strike.start_m + left * nearest_m)
+}
+
+/// The words that offer a start.
+fn offer(strike: &Strike, start: Point) -> String {
+    let aside_m = (start - strike.start_m).dot(Vec2::from_heading(strike.heading_rad).perpendicular());
+    let (mm, side) = (1e3 * aside_m.abs(), if aside_m > 0.0 { "left" } else { "right" });
+    format!("; start_m = [{:.4}, {:.4}], {mm:.1} mm further to the {side}, would fit", start.x, start.y)
 }
 
 /// A position of the film that the simulated object reaches too.
@@ -263,6 +321,15 @@ fn departure(clip: &ClipTracks) -> Option<SeenDeparture> {
     moving.retain(|step| step.displacement_m > FROM_M);
     let furthest_m = moving.iter().map(|step| step.displacement_m).fold(0.0, f64::max);
     (furthest_m > SHORTEST_DISPLACEMENT_M).then_some(SeenDeparture { placed, steps: moving })
+}
+
+impl SeenDeparture {
+    /// The positions that the simulated struck object reaches too; `None` if it misses more than half of them.
+    fn reached_in(&self, trajectory: &Trajectory, struck: &Placed) -> Option<Vec<Reached>> {
+        let reached: Vec<Reached> =
+            self.steps.iter().filter_map(|step| reached(trajectory, struck, step)).collect();
+        (2 * reached.len() >= self.steps.len()).then_some(reached)
+    }
 }
 
 impl Step {

@@ -2,7 +2,7 @@
 
 use super::campaign_warnings;
 use crate::estimate::{ClipTracks, Options, estimation};
-use crate::geometry::Vec2;
+use crate::geometry::{Point, Vec2};
 use crate::object::Shape;
 use crate::scene::Strike;
 use crate::synthetic::campaign::{CampaignSpec, SyntheticCampaign, campaign};
@@ -22,7 +22,8 @@ const RUN_UP_M: f64 = 0.06;
 
 fn warnings(drawn: &SyntheticCampaign, clips: &[ClipTracks]) -> Vec<String> {
     let estimation = estimation(clips, &drawn.cell, &drawn.objects, &Options::default()).expect("clips");
-    campaign_warnings(clips, &estimation, &drawn.cell, &drawn.objects)
+    let warnings = campaign_warnings(clips, &estimation, &drawn.cell, &drawn.objects);
+    warnings.iter().map(ToString::to_string).collect()
 }
 
 /// The clips with one strike changed.
@@ -64,6 +65,17 @@ fn a_wrong_speed_heading_or_start_of_one_clip_is_named() {
         };
         named("to the left", &changed(&drawn, number, |strike| aside(strike, 0.008)));
         named("move", &changed(&drawn, number, |strike| aside(strike, 0.3)));
+
+        // The start that is offered is the right one
+        let right_m = drawn.clips[number].strike.as_ref().expect("a strike").start_m;
+        for wrong_m in [0.008, 0.3] {
+            let found = warnings(&drawn, &changed(&drawn, number, |strike| aside(strike, wrong_m)));
+            let offered = found[0].split("start_m = [").nth(1).and_then(|rest| rest.split(']').next());
+            let numbers = offered.unwrap_or_default().split(", ").map(|n| n.parse().unwrap_or(f64::NAN));
+            let numbers: Vec<f64> = numbers.collect();
+            let off_m = right_m.distance(Point::new(numbers[0], numbers[1]));
+            assert!(off_m < 2e-3, "{name}: {off_m} m from the right start: {}", found[0]);
+        }
     }
 }
 
@@ -85,7 +97,8 @@ fn outlines_that_do_not_touch_at_the_impacts_are_named() {
         let mut clips = drawn.clips.clone();
         clips.iter_mut().for_each(change);
         let found = estimation(&clips, &drawn.cell, objects, &Options::default()).expect("clips");
-        campaign_warnings(&clips, &found, &drawn.cell, objects)
+        let warnings = campaign_warnings(&clips, &found, &drawn.cell, objects);
+        warnings.iter().map(ToString::to_string).collect::<Vec<_>>()
     };
     // All lengths 3 % too large, strikes included: a sheet of tags that was printed too small
     let larger = with(

@@ -23,6 +23,7 @@ use crate::estimate::{ClipTracks, Estimation};
 use crate::geometry::Pose;
 use crate::object::Object;
 use crate::scene::Scene;
+use crate::warning::Warning;
 use std::collections::BTreeMap;
 
 /// Compares the predicted final poses of the objects of a scene with the observed ones.
@@ -53,7 +54,7 @@ pub fn comparison(scene: &Scene, predicted: &BTreeMap<String, Pose>, observed: &
 }
 
 /// Warnings about a campaign whose files do not fit its films: given strikes that send the struck objects elsewhere, or not so fast, and
-/// outlines that do not touch when the objects meet. A line about one clip begins with its name.
+/// outlines that do not touch when the objects meet.
 ///
 /// `estimation` is that of the clips.
 pub fn campaign_warnings(
@@ -61,7 +62,7 @@ pub fn campaign_warnings(
     estimation: &Estimation,
     cell: &Cell,
     objects: &[Object],
-) -> Vec<String> {
+) -> Vec<Warning> {
     let mut warnings = sizes::warnings(&estimation.clips, objects);
     warnings.extend(departure::warnings(clips, cell, objects, &estimation.properties));
     warnings

@@ -6,6 +6,7 @@
 use crate::estimate::ClipFit;
 use crate::object::{self, Object, kind};
 use crate::statistics::median;
+use crate::warning::{Cause, Warning};
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
 
@@ -26,7 +27,7 @@ struct Gap<'a> {
 }
 
 /// A warning if lengths on the table do not fit the objects, and one for each object whose outline does not fit its impacts.
-pub(super) fn warnings(fits: &[ClipFit], objects: &[Object]) -> Vec<String> {
+pub(super) fn warnings(fits: &[ClipFit], objects: &[Object]) -> Vec<Warning> {
     let gaps: Vec<Gap> = fits
         .iter()
         .flat_map(|fit| &fit.impacts)
@@ -70,7 +71,7 @@ pub(super) fn warnings(fits: &[ClipFit], objects: &[Object]) -> Vec<String> {
             ));
         }
     }
-    warnings
+    warnings.into_iter().map(|text| Warning::new(Cause::Lengths, text)).collect()
 }
 
 /// By how much the radius of each kind is too small (m): the gaps are the sums of two of them, and medians leave single wrong

@@ -19,6 +19,8 @@ pub(in crate::detect) struct OutlineFit {
     pub visible_fraction: f64,
     /// Standard deviation of the centre along each axis (px).
     pub std_px: f64,
+    /// By how much the edges lie outside the outline (px).
+    pub enlargement_px: f64,
 }
 
 /// How far around a pose an outline is searched.
@@ -133,7 +135,10 @@ impl OutlineView<'_> {
             residuals_px.fold((0.0, 0.0), |(n, sum), off_px| (n + 1.0, sum + off_px * off_px));
         let std_px = (squares / count * 2.0 * CORRELATED / count).sqrt();
         let visible_fraction = visible_fraction(&contour.points, &on);
-        (count > 0.0).then(|| OutlineFit { pose, visible_fraction, std_px: std_px.max(FLOOR_STD_PX) })
+        (count > 0.0).then(|| {
+            let std_px = std_px.max(FLOOR_STD_PX);
+            OutlineFit { pose, visible_fraction, std_px, enlargement_px }
+        })
     }
 
     /// The most visible fit around a pose; `free` excludes poses.

@@ -6,6 +6,7 @@
 pub(super) mod background;
 pub(super) mod edge_fit;
 pub(super) mod edge_visibility;
+pub(super) mod outline_size;
 mod side_band;
 
 use super::marker::blob::Blob;

@@ -52,6 +52,47 @@ fn outlines_are_tracked_like_markers() {
 }
 
 #[test]
+fn an_outline_of_another_size_is_found_and_its_size_reported() {
+    let view = view();
+    let pose = Pose::new(0.02, 0.03, 0.5);
+    for (given, drawn, seen) in [
+        (disc(0.0258), disc(0.028), "radius"),
+        (disc(0.0302), disc(0.028), "radius"),
+        (bar(0.0645, 0.043), bar(0.06, 0.04), "x"),
+    ] {
+        let (given, drawn) = (bare("a", given), bare("a", drawn));
+        let frames = film(&view, &times_s(8), |_| vec![body(&drawn, pose, Vec2::ZERO, 0.0)]);
+        let tracks = found(&view, frames, std::slice::from_ref(&given), &Layout::Unknown).expect("tracks");
+        let off = tracks.tracks[0].samples.iter().map(|s| error_mm(s, pose)).fold(0.0, f64::max);
+        println!("{:?}: {off:.3} mm, {:?}", given.shape, tracks.warnings);
+        assert!(off < 0.1 && tracks.tracks[0].samples.len() == 8, "{off} mm: {:?}", tracks.warnings);
+        let sizes: Vec<&String> =
+            tracks.warnings.iter().filter(|w| w.starts_with("the outline of `a` is")).collect();
+        assert!(sizes.len() == 1 && sizes[0].contains(seen), "{:?}", tracks.warnings);
+        // The size in the warning is the drawn one.
+        let words: Vec<&str> = sizes[0].split(": ").nth(1).unwrap_or_default().split(' ').collect();
+        let mm: f64 = words.iter().find_map(|word| word.parse().ok()).expect("a number");
+        let right_mm = match drawn.shape {
+            Shape::Disc { radius_m } => 1e3 * radius_m,
+            Shape::Rectangle { size_m } => 1e3 * size_m[0],
+            Shape::Polygon { .. } => f64::NAN,
+        };
+        assert!((mm / right_mm - 1.0).abs() < 0.015, "{mm} mm, drawn with {right_mm}");
+    }
+}
+
+#[test]
+fn an_outline_that_is_not_there_is_not_found_in_another_size() {
+    let view = view();
+    let (there, absent) = (bare("a", disc(0.028)), bare("b", bar(0.09, 0.02)));
+    let frames =
+        film(&view, &times_s(8), |_| vec![body(&there, Pose::new(0.02, 0.03, 0.0), Vec2::ZERO, 0.0)]);
+    let error =
+        found(&view, frames, &[there.clone(), absent], &Layout::Unknown).expect_err("one object is missing");
+    assert!(error.to_string().contains("none of them for `b`"), "{error}");
+}
+
+#[test]
 fn an_outline_specified_too_large_causes_no_bias() {
     let view = view();
     let (specified, drawn) = (bare("a", disc(0.0283)), bare("a", disc(0.028)));
@@ -106,7 +147,8 @@ fn an_object_as_grey_as_the_table_is_found_with_an_image_of_the_empty_table() {
     let clip =
         Clip { name: "drawn".into(), camera: &view.camera, targets: targets(&objects, &names).expect("one") };
     let options = Options { table: Some(&empty), ..Options::default() };
-    let tracks = clip.tracks(&mut frames.into_iter().map(Ok), &Layout::Unknown, &options).expect("tracks");
+    let tracks =
+        clip.tracks(&objects, &mut frames.into_iter().map(Ok), &Layout::Unknown, &options).expect("tracks");
     let off: Vec<f64> = tracks.tracks[0].samples.iter().map(|s| error_mm(s, pose)).collect();
     assert!(off.len() == 3 && rms(&off) < 0.15, "{off:?} mm");
 }

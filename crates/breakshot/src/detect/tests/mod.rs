@@ -42,7 +42,7 @@ fn times_s(frames: u32) -> Vec<f64> {
 fn found(view: &View, frames: Vec<Frame>, objects: &[Object], layout: &Layout) -> Result<Tracks> {
     let names: Vec<String> = objects.iter().map(|o| o.name.clone()).collect();
     let clip = Clip { name: "drawn".into(), camera: &view.camera, targets: targets(objects, &names)? };
-    clip.tracks(&mut frames.into_iter().map(Ok), layout, &Options::default())
+    clip.tracks(objects, &mut frames.into_iter().map(Ok), layout, &Options::default())
 }
 
 /// Pose, velocity and angular velocity of an object that is at rest until 0.1 s and then decelerates by 2.5 m/s2.

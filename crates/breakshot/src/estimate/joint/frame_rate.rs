@@ -8,6 +8,7 @@ use crate::estimate::clip_tracks::ClipTracks;
 use crate::estimate::measure::ClipMeasurements;
 use crate::estimate::measure::quantity::Quantity;
 use crate::statistics::median;
+use crate::warning::{Cause, Warning};
 use std::collections::BTreeMap;
 
 /// Factors between the true rate and that of the file, the likeliest first. Of the powers of two about one fits any speed.
@@ -51,7 +52,7 @@ struct RateGroup<'a> {
 }
 
 /// A warning for each frame rate of the clips that is probably not the true one, with the likely one.
-pub(crate) fn warnings(measured: &[ClipMeasurements], clips: &[ClipTracks]) -> Vec<String> {
+pub(crate) fn warnings(measured: &[ClipMeasurements], clips: &[ClipTracks]) -> Vec<Warning> {
     let mut groups: Vec<RateGroup> = Vec::new();
     for (clip, tracks) in measured.iter().zip(clips) {
         let Some(rate_hz) = rate_hz(tracks) else { continue };
@@ -75,7 +76,7 @@ pub(crate) fn warnings(measured: &[ClipMeasurements], clips: &[ClipTracks]) -> V
             group.clips.push(&clip.name);
         }
     }
-    groups.iter().filter_map(warning).collect()
+    groups.iter().filter_map(warning).map(|text| Warning::new(Cause::FrameRate, text)).collect()
 }
 
 fn warning(RateGroup { rate_hz, objects, clips }: &RateGroup) -> Option<String> {

@@ -6,6 +6,7 @@ use crate::estimate::measure::measurements::{Measurements, grouped};
 use crate::estimate::measure::quantity::{KINDS, Quantity};
 use crate::ordered_map::map_of;
 use crate::statistics::median;
+use crate::warning::{Cause, Warning};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// From this many standard deviations off the median of all clips the weight of a measurement decreases ...
@@ -36,7 +37,10 @@ struct Consensus {
 ///
 /// Between the two thresholds the variance of a measurement increases gradually with its deviation, as in a redescending
 /// M-estimator: otherwise a small change of a measurement near the threshold would change the result by a step.
-pub(crate) fn without_outliers(clips: &[Measurements], names: &[String]) -> (Vec<Measurements>, Vec<String>) {
+pub(crate) fn without_outliers(
+    clips: &[Measurements],
+    names: &[String],
+) -> (Vec<Measurements>, Vec<Warning>) {
     let consensus = consensus(clips);
     let mut kept = Vec::with_capacity(clips.len());
     let mut warnings = Vec::new();
@@ -52,7 +56,8 @@ pub(crate) fn without_outliers(clips: &[Measurements], names: &[String]) -> (Vec
         let all_out = outliers.len() >= MAX_OUTLIERS;
         let cause = if all_out { likely_cause(measurements, &consensus) } else { String::new() };
         let what = if all_out { "left out" } else { "left out in part" };
-        warnings.push(format!("{name}: {what}: {}{cause}", evidence.join("; ")));
+        let text = format!("{what}: {}{cause}", evidence.join("; "));
+        warnings.push(Warning::of_clip(Cause::Contradiction, name, text));
         let remaining = measurements.retained(|k| !all_out && !outliers.contains(&k));
         kept.push(downweighted(remaining, &consensus));
     }

@@ -10,12 +10,17 @@ use crate::estimate::measure::quantity::Quantity;
 use crate::object::{Object, kind};
 use crate::properties::{ContactFriction, Properties, PropertyGroup, TangentialRestitution};
 use crate::uncertain::Estimate;
+use crate::warning::{Cause, Warning};
 use std::collections::BTreeSet;
 
 /// The properties of all objects from the measurements of all clips, without evidence.
 ///
 /// Absent, refused and excluded values are listed in the warnings.
-pub(crate) fn properties(clips: &[&ClipMeasurements], objects: &[Object], reference: &str) -> Properties {
+pub(crate) fn properties(
+    clips: &[&ClipMeasurements],
+    objects: &[Object],
+    reference: &str,
+) -> (Properties, Vec<Warning>) {
     let names: Vec<String> = clips.iter().map(|c| c.name.clone()).collect();
     let measurements: Vec<Measurements> = clips.iter().map(|c| c.measurements.clone()).collect();
     let drags: Vec<_> = clips.iter().flat_map(|c| c.drags.iter().cloned()).collect();
@@ -54,20 +59,24 @@ pub(crate) fn properties(clips: &[&ClipMeasurements], objects: &[Object], refere
     };
 
     // Refused and impossible values, warnings
+    let mut warnings = contradictions;
     for (object, why) in &non_coulomb {
         properties.remove(PropertyGroup::Friction, object);
-        properties.warnings.push(format!("friction of `{object}` is refused: {why}"));
+        warnings.push(Warning::new(Cause::Motion, format!("friction of `{object}` is refused: {why}")));
     }
-    properties.warnings.extend(contradictions);
     let double_contacts = double_contacts(&measurements);
-    let mut refused = refusal::remove_useless(&mut properties, &double_contacts);
+    let removed = refusal::remove_useless(&mut properties, &double_contacts);
+    warnings.extend(removed.warnings);
+    let mut refused = removed.refused;
     refused.extend(non_coulomb.into_keys().map(|object| (PropertyGroup::Friction, object)));
-    properties.warnings.extend(double_contact_warnings(&double_contacts, &refused));
-    properties.warnings.extend(absence_warnings(&properties, clips, objects, &refused));
+    let uncertain = double_contact_warnings(&double_contacts, &refused);
+    warnings.extend(uncertain.into_iter().map(|text| Warning::new(Cause::Uncertain, text)));
+    let absent = absence_warnings(&properties, clips, objects, &refused);
+    warnings.extend(absent.into_iter().map(|text| Warning::new(Cause::NotMeasured, text)));
     for clip in clips {
-        properties.warnings.extend(clip.remarks.iter().map(|r| format!("{}: {r}", clip.name)));
+        warnings.extend(clip.remarks.iter().map(|r| Warning::of_clip(Cause::Motion, &clip.name, r)));
     }
-    properties
+    (properties, warnings)
 }
 
 /// The properties with these means and their covariance.

@@ -2,6 +2,7 @@
 
 use crate::properties::{Properties, PropertyGroup};
 use crate::uncertain::Estimate;
+use crate::warning::{Cause, Warning};
 use std::collections::BTreeSet;
 
 /// The quantities whose values are refused.
@@ -13,11 +14,17 @@ const MAX_FACTOR: f64 = 2.0;
 /// ... unless it is a restitution near zero with an interval narrower than this.
 const NARROW_RESTITUTION: f64 = 0.2;
 
-/// Removes the values that are impossible or too uncertain, with a warning each.
+/// What was removed, and a warning for each.
+pub(crate) struct Removed {
+    pub(crate) refused: Refused,
+    pub(crate) warnings: Vec<Warning>,
+}
+
+/// Removes the values that are impossible or too uncertain.
 ///
 /// `double_contacts` are the pairs all of whose restitutions come from flat sides that met twice.
-pub(crate) fn remove_useless(properties: &mut Properties, double_contacts: &BTreeSet<String>) -> Refused {
-    let mut refused = Refused::new();
+pub(crate) fn remove_useless(properties: &mut Properties, double_contacts: &BTreeSet<String>) -> Removed {
+    let (mut refused, mut warnings) = (Refused::new(), Vec::new());
     for group in PropertyGroup::ALL {
         let useless: Vec<(String, String)> = (properties.group(group).iter())
             .filter_map(|(name, estimate)| Some((name.clone(), reason(group, estimate)?)))
@@ -25,7 +32,8 @@ pub(crate) fn remove_useless(properties: &mut Properties, double_contacts: &BTre
         for (name, reason) in useless {
             let twice = group == PropertyGroup::Restitution && double_contacts.contains(&name);
             let cause = if twice { "; in all its clips flat sides met twice" } else { "" };
-            properties.warnings.push(format!("{} of `{name}` {reason}{cause}", group.words()));
+            let text = format!("{} of `{name}` {reason}{cause}", group.words());
+            warnings.push(Warning::new(Cause::Uncertain, text));
             properties.remove(group, &name);
             refused.insert((group, name));
         }
@@ -35,9 +43,9 @@ pub(crate) fn remove_useless(properties: &mut Properties, double_contacts: &BTre
         .partition(|(_, estimate)| too_wide(estimate).is_none());
     properties.pair_mass_ratio = kept;
     for (pair, reason) in wide.iter().filter_map(|(pair, e)| Some((pair, too_wide(e)?))) {
-        properties.warnings.push(format!("mass ratio of the pair `{pair}` {reason}"));
+        warnings.push(Warning::new(Cause::Uncertain, format!("mass ratio of the pair `{pair}` {reason}")));
     }
-    refused
+    Removed { refused, warnings }
 }
 
 /// Why the value is refused, a predicate; `None` if it is not.
@@ -91,7 +99,7 @@ mod tests {
             },
             ..Properties::default()
         };
-        let refused = remove_useless(&mut properties, &["a/b".to_owned()].into());
+        let Removed { refused, warnings } = remove_useless(&mut properties, &["a/b".to_owned()].into());
         let left = [&properties.friction, &properties.striker_restitution, &properties.mass_ratio];
         assert!(left.iter().all(|group| group.keys().eq(["a"])), "{properties:?}");
         assert!(properties.restitution.is_empty() && properties.pair_mass_ratio.is_empty());
@@ -103,6 +111,6 @@ mod tests {
             "mass ratio of `b` is refused: 1 clip leaves an interval from 0.100 to 7.900, more than a factor of two from the mean",
             "mass ratio of the pair `a/b` is refused: 1 clip leaves an interval from 0.100 to 7.900, more than a factor of two from the mean",
         ];
-        assert_eq!(properties.warnings, expected);
+        assert_eq!(warnings.iter().map(Warning::to_string).collect::<Vec<_>>(), expected);
     }
 }

@@ -2,12 +2,13 @@
 
 use super::super::figures::{Palette, escaped};
 use super::super::overlay::closed_outline;
-use super::page_of;
+use super::{page_of, warnings};
 use crate::capture::{Camera, GreyImage};
 use crate::detect::{Sample, Track, Tracks};
 use crate::geometry::{Pixel, Point, Pose, Vec2};
 use crate::object::{self, Object, Shape};
 use crate::scene::Strike;
+use crate::warning::GroupedWarnings;
 use std::fmt::Write;
 
 /// A clip and what its film shows.
@@ -37,7 +38,7 @@ pub struct CheckPage<'a> {
     /// The clips.
     pub clips: &'a [CheckedClip<'a>],
     /// Everything that does not fit; a line about one clip begins with its name and a colon.
-    pub warnings: &'a [String],
+    pub warnings: &'a GroupedWarnings,
 }
 
 /// Pictures are reduced to about this width (px).
@@ -50,7 +51,7 @@ pub(in crate::report) fn check(page: &CheckPage) -> String {
     let palette = Palette::new(page.objects.iter().map(|object| object.name.as_str()));
     let with_warnings = page.clips.iter().filter(|clip| page.warnings_of(clip).next().is_some()).count();
     let (n, campaign) = (page.clips.len(), escaped(page.campaign));
-    let conclusion = if page.warnings.is_empty() {
+    let conclusion = if page.warnings.lines.is_empty() {
         format!("<p class=\"conclusion yes\">All {n} clips fit their files and each other.</p>\n")
     } else {
         let of_clips = format!("{with_warnings} of {n} clips");
@@ -75,23 +76,23 @@ const LEGEND: &str = "<p>Drawn onto each frame: the outlines of the objects wher
 impl<'a> CheckPage<'a> {
     fn warnings_of(&self, clip: &CheckedClip<'a>) -> impl Iterator<Item = &'a str> {
         let name = clip.name;
-        self.warnings.iter().filter_map(move |warning| warning.strip_prefix(name)?.strip_prefix(": "))
+        self.warnings.lines.iter().filter_map(move |warning| warning.strip_prefix(name)?.strip_prefix(": "))
     }
 
-    /// The warnings about the whole campaign, and then those of each clip with a link to it.
+    /// The warnings of each cause; the name of a clip is a link to it.
     fn warning_list(&self) -> String {
-        let of_a_clip =
-            |warning: &str| self.clips.iter().any(|clip| warning.starts_with(&format!("{}: ", clip.name)));
-        let common = self.warnings.iter().filter(|warning| !of_a_clip(warning));
-        let mut items: String =
-            common.fold(String::new(), |list, warning| list + &format!("<li>{}</li>\n", escaped(warning)));
-        for (k, clip) in self.clips.iter().enumerate() {
-            for warning in self.warnings_of(clip) {
-                let (name, warning) = (escaped(clip.name), escaped(warning));
-                let _ = writeln!(items, "<li><a href=\"#clip-{k}\">{name}</a>: {warning}</li>");
-            }
-        }
-        if items.is_empty() { items } else { format!("<ul class=\"warnings\">\n{items}</ul>\n") }
+        let item = |line: &str| {
+            let of_clip = self.clips.iter().enumerate().find_map(|(number, clip)| {
+                Some((number, clip.name, line.strip_prefix(clip.name)?.strip_prefix(": ")?))
+            });
+            of_clip.map_or_else(
+                || escaped(line),
+                |(number, name, text)| {
+                    format!("<a href=\"#clip-{number}\">{}</a>: {}", escaped(name), escaped(text))
+                },
+            )
+        };
+        warnings::by_cause(&self.warnings.lines, &self.warnings.causes, item)
     }
 
     fn card(&self, number: usize, clip: &CheckedClip<'a>, palette: &Palette) -> String {

@@ -15,6 +15,7 @@ mod simulated_strike;
 mod tests;
 mod text;
 mod top_views;
+mod warnings;
 
 pub use check::{CheckPage, CheckedClip};
 pub use content::{ClipMotion, FilmedStrike, Page, SimulatedStrike};
@@ -87,20 +88,24 @@ fn flow(page: &Page) -> String {
 
 /// All warnings, each once.
 fn warnings_chapter(page: &Page) -> Option<String> {
-    let estimated = page.properties.iter().flat_map(|p| &p.warnings);
     let tracked = page.motion.iter().flat_map(|m| &m.tracks.warnings);
     let filmed = page.filmed.iter().flat_map(|f| &f.report.warnings);
     let mut listed: Vec<&String> = Vec::new();
-    for warning in page.warnings.iter().chain(estimated).chain(tracked).chain(filmed) {
+    for warning in page.warnings.iter().chain(tracked).chain(filmed) {
         if !listed.contains(&warning) {
             listed.push(warning);
         }
     }
-    let items: String = listed.iter().map(|w| format!("<li>{}</li>\n", escaped(w))).collect();
-    (!listed.is_empty()).then(|| {
+    let estimated =
+        page.properties.map_or_else(String::new, |p| warnings::by_cause(&p.warnings, &p.causes, escaped));
+    let known = |warning: &str| page.properties.is_some_and(|p| p.warnings.iter().any(|w| w == warning));
+    let items: String =
+        listed.iter().filter(|w| !known(w)).map(|w| format!("<li>{}</li>\n", escaped(w))).collect();
+    let items = if items.is_empty() { items } else { format!("<ul class=\"warnings\">\n{items}</ul>\n") };
+    (!estimated.is_empty() || !items.is_empty()).then(|| {
         format!(
             "<h2>Warnings</h2>\n<p>Quantities that the data do not support, and measurements that are doubtful. The \
-             numbers above are subject to these warnings.</p>\n<ul class=\"warnings\">\n{items}</ul>\n"
+             numbers above are subject to these warnings.</p>\n{estimated}{items}"
         )
     })
 }

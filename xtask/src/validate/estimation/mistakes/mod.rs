@@ -13,6 +13,7 @@ use breakshot::estimate::{ClipTracks, Options};
 use breakshot::properties::Properties;
 use breakshot::report::warning_kind;
 use breakshot::uncertain::Estimate;
+use breakshot::warning::Warning;
 use std::collections::{BTreeMap, BTreeSet};
 
 /// Most characters of a warning in the table.
@@ -29,8 +30,8 @@ struct Mistake {
 type Answer = Result<Properties>;
 
 /// The answer for these clips, with all that `breakshot check` compares.
-fn answer(campaign: &Campaign, clips: &[ClipTracks]) -> Answer {
-    breakshot::campaign_properties(campaign, None, clips, Vec::new(), &Options::default())
+fn answer(campaign: &Campaign, clips: &[ClipTracks], unreadable: Vec<Warning>) -> Answer {
+    breakshot::campaign_properties(campaign, None, clips, unreadable, &Options::default())
 }
 
 /// Makes every mistake and prints the table; whether every mistake is named or harmless.

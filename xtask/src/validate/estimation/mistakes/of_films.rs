@@ -96,11 +96,11 @@ fn shifted(image: &GreyImage, by_px: usize) -> GreyImage {
 /// The answer for the films with every frame changed.
 fn tracked(campaign: &Campaign, frame: &dyn Fn(usize, GreyImage) -> GreyImage) -> Answer {
     let mut clips = Vec::new();
-    let mut warnings = Vec::new();
+    let mut unreadable = Vec::new();
     for clip in &campaign.clips {
         match clip_tracks(campaign, clip, frame) {
             Ok(tracks) => clips.push(tracks),
-            Err(error) => warnings.push(error.to_string()),
+            Err(error) => unreadable.push(breakshot::unreadable_clip(clip, &error)),
         }
     }
     if clips.is_empty()
@@ -108,9 +108,7 @@ fn tracked(campaign: &Campaign, frame: &dyn Fn(usize, GreyImage) -> GreyImage) -
     {
         clip_tracks(campaign, first, frame)?;
     }
-    let mut properties = answer(campaign, &clips)?;
-    properties.warnings.splice(0..0, warnings);
-    Ok(properties)
+    answer(campaign, &clips, unreadable)
 }
 
 fn clip_tracks(

@@ -17,7 +17,7 @@ const ALONE: &str = "single_c_3.mp4";
 const PAIR: &str = "pair_a_c_2.mp4";
 
 pub(super) fn run(saved: &Saved, tally: &mut Tally) -> Result<(), String> {
-    let right = answer(&saved.campaign, &saved.clips).map_err(|e| e.to_string())?;
+    let right = answer(&saved.campaign, &saved.clips, Vec::new()).map_err(|e| e.to_string())?;
     let mut all = strikes();
     all.extend(frame_rates());
     all.extend(clips());
@@ -25,7 +25,7 @@ pub(super) fn run(saved: &Saved, tally: &mut Tally) -> Result<(), String> {
     for (mistake, make) in all {
         let (mut campaign, mut clips) = (saved.campaign.clone(), saved.clips.clone());
         make(&mut campaign, &mut clips);
-        tally.add(&mistake, &right, &answer(&campaign, &clips));
+        tally.add(&mistake, &right, &answer(&campaign, &clips, Vec::new()));
     }
     Ok(())
 }
