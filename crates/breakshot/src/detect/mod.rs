@@ -144,16 +144,14 @@ struct Clip<'a> {
     targets: Vec<Target<'a>>,
 }
 
-/// The targets are not in the first frames, which were read.
-struct Unfound {
-    error: Error,
+/// The beginning of a film.
+struct Opening {
+    /// The frames that were read.
     frames: Vec<Frame>,
-}
-
-impl From<Error> for Unfound {
-    fn from(error: Error) -> Self {
-        Self { error, frames: Vec::new() }
-    }
+    /// The number of frames before the first one that is tracked.
+    skipped: usize,
+    /// The marker and the pose of every target in the frames after these, and warnings.
+    starts: Result<(Vec<Start>, Vec<String>)>,
 }
 
 /// Objects, some with outlines of another size than the given one.
@@ -181,61 +179,53 @@ impl Clip<'_> {
         layout: &Layout,
         options: &Options,
     ) -> Result<Tracks> {
-        let read = match self.tracks_in_given_sizes(frames, layout, options, WHOLLY_VISIBLE) {
-            Ok(tracks) => return Ok(tracks),
-            Err(Unfound { error, frames }) if frames.is_empty() => return Err(error),
-            Err(Unfound { frames, .. }) => frames,
-        };
-        let resized = self.resized(objects, &read, layout, options);
+        let opening = self.opening(frames, layout, options)?;
+        if self.are_wholly_visible(&opening) {
+            return self.followed(opening, frames, options);
+        }
+        let resized = self.resized(objects, &opening.frames, layout, options);
         let clip = self.with_objects(&resized.objects)?;
-        let mut frames = read.into_iter().map(Ok).chain(frames);
-        let tracks = clip.tracks_in_given_sizes(&mut frames, layout, options, 0.0);
-        let mut tracks = tracks.map_err(|unfound| unfound.error)?;
+        let mut frames = opening.frames.into_iter().map(Ok).chain(frames);
+        let opening = clip.opening(&mut frames, layout, options)?;
+        let mut tracks = clip.followed(opening, &mut frames, options)?;
         tracks.warnings.extend(resized.warnings);
         Ok(tracks)
     }
 
-    /// The same in the given sizes only. Where less than `least_visible` of an outline is visible at the start, it counts as not found.
-    fn tracks_in_given_sizes(
+    /// Reads frames until all targets are visible, but no more than [`LATEST_START`]; a marker may be covered at first.
+    fn opening(
         &self,
         frames: &mut dyn Iterator<Item = Result<Frame>>,
         layout: &Layout,
         options: &Options,
-        least_visible: f64,
-    ) -> std::result::Result<Tracks, Unfound> {
-        // Initial poses
-        let mut opening = first_frames(&self.name, frames)?;
-        let mut before: Vec<Frame> = Vec::new();
-        let (starts, mut warnings) = loop {
-            match self.starts(&opening, layout, options) {
-                Ok(found) if self.least_visible(&mean_image(&opening), &found.0) >= least_visible => {
-                    break found;
-                }
-                Ok(_) => {
-                    before.append(&mut opening);
-                    let error = self.too_few(&before[0].image, 0, &[]);
-                    return Err(Unfound { error, frames: before });
-                }
-                // A marker may be covered in the first frames; the error of the last attempt is returned.
-                Err(error) => {
-                    let next = if before.len() < LATEST_START { frames.next() } else { None };
-                    before.append(&mut opening);
-                    match next {
-                        Some(frame) => opening.push(frame?),
-                        None => return Err(Unfound { error, frames: before }),
-                    }
-                }
-            }
-        };
-        let skipped = before.len();
-        drop(before);
+    ) -> Result<Opening> {
+        let mut read = first_frames(&self.name, frames)?;
+        let mut skipped = 0;
+        loop {
+            let starts = self.starts(&read[skipped..], layout, options);
+            let next = if starts.is_err() && skipped < LATEST_START { frames.next() } else { None };
+            let Some(frame) = next else { return Ok(Opening { frames: read, skipped, starts }) };
+            skipped = read.len();
+            read.push(frame?);
+        }
+    }
+
+    /// The tracks from the opening on, frame by frame.
+    fn followed(
+        &self,
+        opening: Opening,
+        frames: &mut dyn Iterator<Item = Result<Frame>>,
+        options: &Options,
+    ) -> Result<Tracks> {
+        let Opening { frames: mut read, skipped, starts } = opening;
+        let (starts, mut warnings) = starts?;
+        let opening = read.split_off(skipped);
+        drop(read);
         if skipped > 0 {
             let from_s = opening[0].time_s;
             warnings
                 .push(format!("not all markers are visible before {from_s:.3} s: the tracks begin there"));
         }
-
-        // Frame by frame
         let interval_s = opening.get(1).map_or(USUAL_INTERVAL_S, |second| second.time_s - opening[0].time_s);
         let starts = self.targets.iter().cloned().zip(starts).collect();
         let mut tracker = Tracker::new(self.camera, starts, options.threshold, interval_s);
@@ -332,20 +322,27 @@ impl Clip<'_> {
         Ok(Clip { name: self.name.clone(), camera: self.camera, targets })
     }
 
-    /// The least visible fraction of the outlines of objects without markers; 1 if there are none.
-    fn least_visible(&self, image: &GreyImage, starts: &[Start]) -> f64 {
+    /// Whether all targets were found, and the outlines of those without markers are visible nearly all around.
+    fn are_wholly_visible(&self, opening: &Opening) -> bool {
+        let Ok((starts, _)) = &opening.starts else { return false };
+        if !self.targets.iter().any(Target::is_markerless) {
+            return true;
+        }
+        let image = mean_image(&opening.frames[opening.skipped..]);
         let starts: Vec<Option<Start>> = starts.iter().copied().map(Some).collect();
-        let markerless = |target: &Target| target.is_markerless();
-        self.outline_fit(image, &starts, markerless).map_or(1.0, |fit| fit.visible_fraction)
+        let least = self.outline_fit(&image, &starts, None);
+        least.is_some_and(|fit| fit.visible_fraction >= WHOLLY_VISIBLE)
     }
 
-    /// The least visible outline of the chosen targets; `None` if one was not found, or none is chosen.
+    /// The least visible outline of the targets without markers, of one kind if it is given; `None` if one was not found, or there are none.
     fn outline_fit(
         &self,
         image: &GreyImage,
         starts: &[Option<Start>],
-        chosen: impl Fn(&Target) -> bool,
+        kind: Option<&str>,
     ) -> Option<OutlineFit> {
+        let chosen =
+            |target: &Target| target.is_markerless() && kind.is_none_or(|kind| target.object.name == kind);
         let fit = |(target, start): (&Target, &Option<Start>)| {
             OutlineView::of_target(image, self.camera, target).fitted(start.as_ref()?.pose, [0.0, 0.0])
         };
@@ -370,7 +367,7 @@ impl Clip<'_> {
                 scaled[number].shape = given.shape.scaled(factor);
                 let clip = self.with_objects(&scaled).ok()?;
                 let found = clip.found(&image, layout, options).ok()?;
-                clip.outline_fit(&image, &found.starts, |target| target.object.name == kind)
+                clip.outline_fit(&image, &found.starts, Some(kind))
             };
             let least_visible = match fit(1.0) {
                 Some(fit) if fit.visible_fraction >= WHOLLY_VISIBLE => continue,
