@@ -49,7 +49,7 @@ pub(crate) fn run(args: &EstimateArgs) -> Result<Outcome> {
         console::print_json(&Printed { properties: &properties, advice: advice.as_ref() })?;
     } else {
         print_tables(&properties);
-        println!("{}", readiness(&properties, objects));
+        println!("\n{}", readiness(&properties, objects));
         println!("Wrote {}", args.output.display());
         if let Some(advice) = &advice {
             print_advice(advice);
@@ -190,14 +190,14 @@ pub(crate) fn print_tables(properties: &Properties) {
     let filled = tables.into_iter().filter(|(_, values)| !values.is_empty());
     for (number, (title, values)) in filled.enumerate() {
         if number == 0 {
-            println!("{LEGEND}\n");
+            println!("{LEGEND}");
         }
-        println!("{}", table(title, values).join("\n"));
+        println!("\n{}", table(title, values).join("\n"));
     }
 }
 
-const LEGEND: &str = "All values are ratios without a unit. The true mean is within its 95 % interval with that probability, which is the mean plus or \
-     minus so many per cent; `scatter` is the standard deviation from clip to clip.";
+const LEGEND: &str = "All values are ratios without a unit. The true mean lies in the 95 % interval with that probability\n\
+     (the mean +/- so many per cent); scatter is the standard deviation from clip to clip.";
 
 /// The lines of one table.
 fn table(title: &str, values: &BTreeMap<String, Estimate>) -> Vec<String> {
