@@ -48,6 +48,12 @@ fn checked(folder: &Path) -> (Vec<String>, String) {
     (warnings, fs::read_to_string(folder.join("check.html")).unwrap())
 }
 
+/// The warnings that compare the striker in the films with the given strikes.
+fn of_seen_strikers(warnings: &[String]) -> Vec<&String> {
+    let lines = ["the striker is seen", "the striker moves", "the striker starts"];
+    warnings.iter().filter(|warning| lines.iter().any(|line| warning.contains(line))).collect()
+}
+
 /// The clip with the number of this key changed.
 fn changed(clip: &str, key: &str, change: impl Fn(f64) -> f64) -> String {
     let (before, rest) = clip.split_once(&format!("{key} = ")).unwrap();
@@ -66,6 +72,8 @@ fn the_page_shows_every_film_of_a_right_campaign() {
         assert!(page.contains(&format!("<h3>{film}</h3>")), "{film} is not on the page");
     }
     assert_eq!(page.matches("data:image/png;base64,").count(), FILMS.len());
+    assert_eq!(of_seen_strikers(&warnings), Vec::<&String>::new());
+    assert_eq!(page.matches("class=\"seen\"").count(), 3 * FILMS.len(), "the striker that is seen is drawn");
     assert!(!page.contains("<script") && !page.contains("http://127"), "the page is complete in itself");
 }
 
@@ -84,6 +92,26 @@ fn a_wrong_speed_and_a_wrong_heading_are_named_with_their_clips() {
     );
     assert!(named("single_c_3.mp4: ", "heading_rad"), "{warnings:?}");
     assert!(page.contains("strike.heading_rad"), "the page says what does not fit");
+}
+
+#[test]
+fn a_speed_that_is_wrong_in_all_clips_is_named_once() {
+    let folder = folder(|_, clip| changed(&clip, "speed_m_s", |speed| 1.1 * speed));
+    let (warnings, _) = checked(folder.path());
+    let lines = of_seen_strikers(&warnings);
+    assert!(lines.len() == 1, "{warnings:?}");
+    assert!(lines[0].contains("in 6 clips") && lines[0].contains("0.91 times as fast"), "{lines:?}");
+    assert!(lines[0].contains("probably strike.speed_m_s is 10 % too high"), "{lines:?}");
+}
+
+#[test]
+fn films_said_to_have_another_frame_rate_are_named_once() {
+    let folder = folder(|_, clip| format!("{clip}\nframe_rate_hz = 50.0\n"));
+    let (warnings, _) = checked(folder.path());
+    let lines: Vec<&String> = warnings.iter().filter(|warning| warning.contains("frame_rate_hz")).collect();
+    assert!(lines.len() == 1, "{warnings:?}");
+    let likely = "probably the films were taken at 60 frames/s where their files say 50";
+    assert!(lines[0].contains(likely), "{lines:?}");
 }
 
 #[test]

@@ -149,7 +149,8 @@ fn clip_capture(campaign: &Campaign, clip: &Clip, footage: Footage) -> Result<Ca
 }
 
 fn tracks_of(capture: Capture, campaign: &Campaign, clip: &Clip) -> Result<ClipTracks> {
-    let (objects, options) = (&campaign.objects, detect::Options::default());
+    let options = detect::Options { strike: clip.strike.as_ref(), ..detect::Options::default() };
+    let objects = &campaign.objects;
     let tracks = detect::tracks(capture, objects, &clip.objects, &layout(clip), &options)?;
     Ok(named(clip, tracks))
 }

@@ -4,6 +4,33 @@
 
 use crate::statistics::upper_median;
 
+/// Usual frame rates (Hz).
+const USUAL_HZ: [f64; 17] = [
+    24.0, 25.0, 30.0, 48.0, 50.0, 60.0, 90.0, 100.0, 120.0, 180.0, 200.0, 240.0, 300.0, 480.0, 500.0, 960.0,
+    1000.0,
+];
+/// Rates within this fraction are the same (59.94 and 60 Hz).
+const SAME_RATE: f64 = 0.01;
+/// Whether two frame rates are the same but for the names of their standards.
+pub(crate) fn is_same_rate(one_hz: f64, other_hz: f64) -> bool {
+    (one_hz / other_hz - 1.0).abs() < SAME_RATE
+}
+
+/// The usual frame rate that is meant (Hz), if there is one within this fraction.
+pub(crate) fn usual_within(rate_hz: f64, fraction: f64) -> Option<f64> {
+    let off = |usual: &f64| (rate_hz / usual - 1.0).abs();
+    let nearest = USUAL_HZ.into_iter().min_by(|a, b| off(a).total_cmp(&off(b)));
+    nearest.filter(|usual| off(usual) < fraction)
+}
+
+/// The usual rate that is meant, or the rate in three digits.
+pub(crate) fn usual_hz(rate_hz: f64) -> f64 {
+    usual_within(rate_hz, SAME_RATE).unwrap_or_else(|| {
+        let scale = 10_f64.powf(2.0 - rate_hz.log10().floor());
+        (rate_hz * scale).round() / scale
+    })
+}
+
 /// Times of frames from the times in a file that says another frame rate.
 ///
 /// Regular times become whole multiples of the true interval, exactly as in a file that says the true rate; irregular ones
@@ -122,5 +149,10 @@ mod tests {
     fn a_single_frame_has_no_rate() {
         assert!(Retiming::new(120.0, &[0.0]).is_none());
         assert!(Retiming::new(120.0, &[]).is_none());
+    }
+
+    #[test]
+    fn rates_are_named_as_cameras_have_them() {
+        assert_eq!([119.88, 29.97, 72.04, 1001.0].map(super::usual_hz), [120.0, 30.0, 72.0, 1000.0]);
     }
 }

@@ -3,6 +3,15 @@
 use crate::error::{Error, Result};
 use serde::{Deserialize, Serialize};
 
+/// A value and the standard deviation of its error.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Measured {
+    /// The value.
+    pub value: f64,
+    /// One standard deviation in the unit of the value.
+    pub std: f64,
+}
+
 /// A measured quantity: mean, variation between clips and uncertainty of the mean.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]

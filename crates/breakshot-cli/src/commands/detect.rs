@@ -33,8 +33,12 @@ pub(crate) fn run(args: &DetectArgs) -> Result<Outcome> {
     let bar = console::progress(film.footage.frame_count().unwrap_or(0), "frames");
     let count = |frames: usize| bar.set_position(frames as u64);
     let table = args.decoder.table(args.table.as_deref())?;
-    let options =
-        detect::Options { threshold: args.threshold, table: table.as_ref(), on_frame: Some(&count) };
+    let options = detect::Options {
+        threshold: args.threshold,
+        table: table.as_ref(),
+        on_frame: Some(&count),
+        strike: None,
+    };
     let tracks = detect::tracks(film, &objects.value, &args.names, &layout, &options)?;
     bar.finish_and_clear();
     console::warn(&tracks.warnings);

@@ -15,7 +15,8 @@ pub(crate) fn run(args: &LookArgs) -> Result<Outcome> {
     console::note(&objects.notes);
     let film = args.decoder.film(&args.film, &cell)?;
     let table = args.decoder.table(args.table.as_deref())?;
-    let options = detect::Options { threshold: args.threshold, table: table.as_ref(), on_frame: None };
+    let options =
+        detect::Options { threshold: args.threshold, table: table.as_ref(), ..detect::Options::default() };
     let (placed, warnings) = detect::placed(film, &objects.value, &args.names, &options)?;
     console::warn(&warnings);
     // The file's date is that of its last copy: a copied picture must not pass for a new one.

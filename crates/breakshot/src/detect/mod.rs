@@ -15,6 +15,7 @@ mod markerless;
 mod motion_blur;
 mod postprocess;
 mod recorded;
+mod striker;
 #[cfg(test)]
 mod tests;
 mod threshold;
@@ -24,12 +25,13 @@ mod tracks;
 
 pub use association::Layout;
 pub use recorded::{Recording, recorded_tracks};
+pub use striker::{StrikerSample, StrikerTrack};
 pub use tracks::{Sample, Track, Tracks};
 
 use crate::capture::{Camera, CameraMotion, Capture, Frame, GreyImage};
 use crate::error::{Error, Result};
 use crate::object::{self, Object};
-use crate::scene::Placed;
+use crate::scene::{Placed, Strike};
 use association::Start;
 use first_frames::{MOST_FRAMES, first_frames, mean_image};
 use label::Labeller;
@@ -38,6 +40,7 @@ use markerless::edge_fit::OutlineFit;
 use markerless::edge_visibility::OutlineView;
 use markerless::{background, outline_size};
 use std::collections::BTreeSet;
+use striker::{Follower, GivenStrike};
 use track::Tracker;
 
 /// Settings of the detection.
@@ -47,6 +50,8 @@ pub struct Options<'a> {
     pub threshold: Option<u8>,
     /// An image of the empty table from the same camera; it improves the detection of objects without markers.
     pub table: Option<&'a GreyImage>,
+    /// The strike that is given for the film: the striker is searched near it, and its own motion is measured.
+    pub strike: Option<&'a Strike>,
     /// Called after each frame with the number of frames so far.
     pub on_frame: Option<&'a (dyn Fn(usize) + Sync)>,
 }
@@ -92,8 +97,11 @@ pub fn tracks(
     layout: &Layout,
     options: &Options,
 ) -> Result<Tracks> {
-    let Capture { mut footage, camera, .. } = capture;
-    let clip = Clip { name: footage.name().to_string(), camera: &camera, targets: targets(objects, names)? };
+    let Capture { mut footage, camera, cell } = capture;
+    let striker = Some(&cell.striker).filter(|striker| !striker.is_none());
+    let given = options.strike.zip(striker).map(|(strike, striker)| GivenStrike { strike, striker });
+    let targets = targets(objects, names)?;
+    let clip = Clip { name: footage.name().to_string(), camera: &camera, targets, given };
     let mut tracks = clip.tracks(objects, &mut footage, layout, options)?;
     tracks.warnings.splice(0..0, footage.warnings().iter().cloned());
     Ok(tracks)
@@ -110,7 +118,8 @@ pub fn placed(
     options: &Options,
 ) -> Result<(Vec<Placed>, Vec<String>)> {
     let Capture { mut footage, camera, .. } = capture;
-    let clip = Clip { name: footage.name().to_string(), camera: &camera, targets: targets(objects, names)? };
+    let targets = targets(objects, names)?;
+    let clip = Clip { name: footage.name().to_string(), camera: &camera, targets, given: None };
     let frames = first_frames(&clip.name, &mut footage)?;
     let layout = Layout::Unknown;
     let resized = clip.resized(objects, &frames, &layout, options);
@@ -142,6 +151,8 @@ struct Clip<'a> {
     name: String,
     camera: &'a Camera,
     targets: Vec<Target<'a>>,
+    /// The strike, if it is given.
+    given: Option<GivenStrike<'a>>,
 }
 
 /// The beginning of a film.
@@ -230,17 +241,24 @@ impl Clip<'_> {
         let starts = self.targets.iter().cloned().zip(starts).collect();
         let mut tracker = Tracker::new(self.camera, starts, options.threshold, interval_s);
         let mut motion = CameraMotion::new(self.camera);
+        let mut follower = self.given.and_then(|given| Follower::new(self.camera, given, interval_s));
         let mut done = skipped;
         for frame in opening.into_iter().map(Ok).chain(frames) {
             let frame = frame?;
-            tracker.track(&frame, motion.follow(&frame));
+            let camera = motion.follow(&frame);
+            tracker.track(&frame, camera);
+            if let Some(follower) = &mut follower {
+                follower.add(&frame, camera);
+            }
             done += 1;
             if let Some(on_frame) = options.on_frame {
                 on_frame(done);
             }
         }
         warnings.extend(motion.warning());
-        Ok(self.postprocessed(&tracker, warnings))
+        let mut tracks = self.postprocessed(&tracker, warnings);
+        tracks.striker = follower.and_then(|follower| follower.track(&tracks.tracks));
+        Ok(tracks)
     }
 
     fn postprocessed(&self, tracker: &Tracker, mut warnings: Vec<String>) -> Tracks {
@@ -265,6 +283,7 @@ impl Clip<'_> {
             video: self.name.clone(),
             reprojection_rms_px: camera.reprojection_rms_px,
             tracks,
+            striker: None,
             warnings,
         }
     }
@@ -319,7 +338,7 @@ impl Clip<'_> {
         let target =
             |target: &Target<'o>| Ok(Target::new(target.name, object::find(objects, target.name, "detect")?));
         let targets = self.targets.iter().map(target).collect::<Result<_>>()?;
-        Ok(Clip { name: self.name.clone(), camera: self.camera, targets })
+        Ok(Clip { name: self.name.clone(), camera: self.camera, targets, given: self.given })
     }
 
     /// Whether all targets were found, and the outlines of those without markers are visible nearly all around.

@@ -1,6 +1,7 @@
 //! Where was every object, frame by frame?
 
 use super::markerless::outline_size::OUTLINE_SIZE;
+use super::striker::StrikerTrack;
 use crate::capture::CAMERA_MOVED;
 use crate::geometry::Point;
 use crate::warning::Cause;
@@ -17,6 +18,9 @@ pub struct Tracks {
     pub reprojection_rms_px: f64,
     /// One track per object, in the order of the requested names.
     pub tracks: Vec<Track>,
+    /// The striker's own motion; `None` where no strike is given or the film does not show it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub striker: Option<StrikerTrack>,
     /// Problems and doubtful results, in words.
     #[serde(default)]
     pub warnings: Vec<String>,

@@ -5,6 +5,8 @@
 //! common clock. A clip that differs from its prediction more than the other clips do has a wrong strike.
 
 use super::observed::{Observed, ObservedPose};
+use super::spread::{LEAST_TURN_RAD, STDS, Spread, degrees};
+use super::striker::Findings;
 use crate::cell::Cell;
 use crate::detect::Sample;
 use crate::estimate::ClipTracks;
@@ -13,7 +15,7 @@ use crate::object::{self, Object};
 use crate::physics::{self, Trajectory, World};
 use crate::properties::Properties;
 use crate::scene::{Goal, Placed, Scene, Strike};
-use crate::statistics::{STD_OVER_MEDIAN_ABSOLUTE, median};
+use crate::statistics::median;
 use crate::warning::{Cause, Warning};
 
 /// Displacements of the struck object between which its speed is compared (m): from clear of the striker...
@@ -28,15 +30,13 @@ const SHORTEST_DISPLACEMENT_M: f64 = 0.01;
 const MET_M: f64 = 1e-3;
 /// Step of time in which the simulated motion is searched for a displacement (s).
 const STEP_S: f64 = 1e-3;
-/// Differences below these are not reported: robots and rulers are that accurate (rad; of the speed as a fraction).
-const LEAST_TURN_RAD: f64 = 0.026;
+/// Differences of the speed below this fraction are not reported; if the striker is seen to move as given, restitutions scatter that much.
 const LEAST_SPEED_ERROR: f64 = 0.05;
+const LEAST_OBJECT_ERROR: f64 = 0.1;
 /// Step of the search for another start (m), and the largest change of the struck object's direction from one step to the next: beyond
 /// it the striker meets another side.
 const ASIDE_STEP_M: f64 = 1e-3;
 const LARGEST_TURN_OF_A_STEP_RAD: f64 = 0.3;
-/// A clip is reported if it differs by this many standard deviations of the clips.
-const STDS: f64 = 6.0;
 
 /// What the film and the strike given for it say about the struck object.
 enum Comparison {
@@ -55,13 +55,18 @@ enum Comparison {
     Impossible(String),
 }
 
-/// A warning for each clip whose struck object leaves otherwise than the given strike makes it leave.
-pub(super) fn warnings(
-    clips: &[ClipTracks],
-    cell: &Cell,
-    objects: &[Object],
-    properties: &Properties,
-) -> Vec<Warning> {
+/// The cell, its objects and what is known of them.
+#[derive(Clone, Copy)]
+pub(super) struct Known<'a> {
+    pub cell: &'a Cell,
+    pub objects: &'a [Object],
+    pub properties: &'a Properties,
+}
+
+/// A warning for each clip whose struck object leaves otherwise than the given strike makes it leave, unless the striker itself was seen
+/// to move otherwise (`striker`).
+pub(super) fn warnings(clips: &[ClipTracks], known: Known, striker: &Findings) -> Vec<Warning> {
+    let Known { cell, objects, properties } = known;
     let mut scene = Scene {
         cell: cell.clone(),
         objects: objects.to_vec(),
@@ -87,7 +92,7 @@ pub(super) fn warnings(
         _ => None,
     }));
     let mut warnings = Vec::new();
-    if turns.n > 1 && turns.median.abs() > LEAST_TURN_RAD {
+    if turns.n > 1 && turns.median.abs() > LEAST_TURN_RAD && !striker.turned {
         let text = format!(
             "in {} clips the struck objects leave {} of where the given strikes send them (median): strike.heading_rad or the robot's \
              table frame is rotated",
@@ -96,8 +101,11 @@ pub(super) fn warnings(
         );
         warnings.push(Warning::new(Cause::GivenStrike, text));
     }
-    for (clip, strike, comparison) in &compared {
-        let Some(finding) = comparison.finding(strike, &clip.objects[0], &turns, &speeds) else { continue };
+    let unnamed = compared.iter().filter(|(clip, ..)| !striker.clips.contains(&clip.name));
+    for (clip, strike, comparison) in unnamed {
+        let others =
+            Others { turns: &turns, speeds: &speeds, is_as_given: striker.as_given.contains(&clip.name) };
+        let Some(finding) = comparison.finding(strike, &clip.objects[0], &others) else { continue };
         let start = (finding.start_m_is_doubtful)
             .then(|| fitting_start(clip, strike, &mut scene, properties, turns.median))
             .flatten();
@@ -105,6 +113,14 @@ pub(super) fn warnings(
         warnings.push(Warning::of_clip(Cause::GivenStrike, &clip.name, text));
     }
     warnings
+}
+
+/// What a clip is compared with: the other clips, and its striker.
+struct Others<'a> {
+    turns: &'a Spread,
+    speeds: &'a Spread,
+    /// Whether the striker is seen to move as given.
+    is_as_given: bool,
 }
 
 /// What is wrong with a given strike.
@@ -115,8 +131,9 @@ struct Finding {
 }
 
 impl Comparison {
-    fn finding(&self, strike: &Strike, object: &str, turns: &Spread, speeds: &Spread) -> Option<Finding> {
-        let of_start = |text| Some(Finding { text, start_m_is_doubtful: true });
+    fn finding(&self, strike: &Strike, object: &str, others: &Others) -> Option<Finding> {
+        let Others { turns, speeds, is_as_given } = *others;
+        let of_start = |text| Some(Finding { text, start_m_is_doubtful: !is_as_given });
         match self {
             Self::Departure { turn_rad, turn_std_rad, speed_ratio } => {
                 let turn_off_rad = turn_rad - turns.median;
@@ -128,11 +145,17 @@ impl Comparison {
                     ));
                 }
                 let speed_off = (*speed_ratio)?.ln() - speeds.median;
-                (speed_off.abs() > speeds.tolerance(LEAST_SPEED_ERROR)).then(|| {
+                let least = if is_as_given { LEAST_OBJECT_ERROR } else { LEAST_SPEED_ERROR };
+                (speed_off.abs() > speeds.tolerance(least)).then(|| {
                     let (ratio, given) = (speed_off.exp(), strike.speed_m_s);
                     let fits = ratio * given;
+                    let cause = if is_as_given {
+                        ", although the striker is seen to move as given: check the clip's objects".to_owned()
+                    } else {
+                        format!(": strike.speed_m_s is {given:.3}, and {fits:.3} would fit")
+                    };
                     let text = format!(
-                        "`{object}` leaves {ratio:.2} times as fast as the given strike makes it: strike.speed_m_s is {given:.3}, and {fits:.3} would fit"
+                        "`{object}` leaves {ratio:.2} times as fast as the given strike makes it{cause}"
                     );
                     Finding { text, start_m_is_doubtful: false }
                 })
@@ -142,33 +165,6 @@ impl Comparison {
             )),
             Self::Impossible(reason) => of_start(format!("the given strike cannot happen: {reason}")),
         }
-    }
-}
-
-/// An angle for people, with its side.
-fn degrees(angle_rad: f64) -> String {
-    let side = if angle_rad > 0.0 { "left" } else { "right" };
-    format!("{:.1} degrees to the {side}", angle_rad.abs().to_degrees())
-}
-
-/// The median of one number over the clips, and their spread about it.
-struct Spread {
-    n: usize,
-    median: f64,
-    std: f64,
-}
-
-impl Spread {
-    fn of(values: impl Iterator<Item = f64>) -> Self {
-        let values: Vec<f64> = values.collect();
-        let middle = median(values.iter().copied()).unwrap_or(0.0);
-        let deviation = median(values.iter().map(|v| (v - middle).abs())).unwrap_or(0.0);
-        Self { n: values.len(), median: middle, std: STD_OVER_MEDIAN_ABSOLUTE * deviation }
-    }
-
-    /// Largest difference from the median that is not reported.
-    fn tolerance(&self, least: f64) -> f64 {
-        least.max(STDS * self.std)
     }
 }
 

@@ -13,6 +13,10 @@ mod departure_tests;
 mod observed;
 mod report;
 mod sizes;
+mod spread;
+mod striker;
+#[cfg(test)]
+mod striker_tests;
 
 pub use observed::{Observed, ObservedPose};
 pub use report::{DistanceErrors, GoalCheck, GoalChecks, ObjectDifference, PairDifference, Report, Summary};
@@ -53,8 +57,8 @@ pub fn comparison(scene: &Scene, predicted: &BTreeMap<String, Pose>, observed: &
     compare::report(scene, predicted, observed)
 }
 
-/// Warnings about a campaign whose files do not fit its films: given strikes that send the struck objects elsewhere, or not so fast, and
-/// outlines that do not touch when the objects meet.
+/// Warnings about a campaign whose files do not fit its films: strikers that are seen to move otherwise than given, given strikes that send
+/// the struck objects elsewhere, or not so fast, and outlines that do not touch when the objects meet.
 ///
 /// `estimation` is that of the clips.
 pub fn campaign_warnings(
@@ -63,7 +67,11 @@ pub fn campaign_warnings(
     cell: &Cell,
     objects: &[Object],
 ) -> Vec<Warning> {
-    let mut warnings = sizes::warnings(&estimation.clips, objects);
-    warnings.extend(departure::warnings(clips, cell, objects, &estimation.properties));
+    let sizes = sizes::findings(&estimation.clips, objects);
+    let striker = striker::findings(clips, sizes.scale_error);
+    let known = departure::Known { cell, objects, properties: &estimation.properties };
+    let mut warnings = departure::warnings(clips, known, &striker);
+    warnings.extend(striker.warnings);
+    warnings.extend(sizes.warnings);
     warnings
 }

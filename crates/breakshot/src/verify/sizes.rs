@@ -26,8 +26,16 @@ struct Gap<'a> {
     gap_m: f64,
 }
 
+/// What the gaps at impacts say.
+#[derive(Default)]
+pub(super) struct Findings {
+    pub warnings: Vec<Warning>,
+    /// The error of all lengths on the table (as a fraction), if there is one.
+    pub scale_error: Option<f64>,
+}
+
 /// A warning if lengths on the table do not fit the objects, and one for each object whose outline does not fit its impacts.
-pub(super) fn warnings(fits: &[ClipFit], objects: &[Object]) -> Vec<Warning> {
+pub(super) fn findings(fits: &[ClipFit], objects: &[Object]) -> Findings {
     let gaps: Vec<Gap> = fits
         .iter()
         .flat_map(|fit| &fit.impacts)
@@ -46,7 +54,7 @@ pub(super) fn warnings(fits: &[ClipFit], objects: &[Object]) -> Vec<Warning> {
             Some((name, error_m / (area_m2 / PI).sqrt()))
         })
         .collect();
-    let Some(scale) = median(relative.values().copied()) else { return Vec::new() };
+    let Some(scale) = median(relative.values().copied()) else { return Findings::default() };
     let alike = relative
         .values()
         .filter(|error| (*error - scale).abs() < LEAST_SCALE_ERROR.max(scale.abs() / 2.0))
@@ -71,7 +79,8 @@ pub(super) fn warnings(fits: &[ClipFit], objects: &[Object]) -> Vec<Warning> {
             ));
         }
     }
-    warnings.into_iter().map(|text| Warning::new(Cause::Lengths, text)).collect()
+    let warnings = warnings.into_iter().map(|text| Warning::new(Cause::Lengths, text)).collect();
+    Findings { warnings, scale_error: is_scale.then_some(scale) }
 }
 
 /// By how much the radius of each kind is too small (m): the gaps are the sums of two of them, and medians leave single wrong

@@ -166,7 +166,7 @@ impl EdgePoint {
 }
 
 /// Points of the outline in the object's frame, uniformly spaced and clear of corners, with their outward normals.
-fn outline_points(shape: &Shape, spacing_m: f64) -> Vec<(Point, Vec2)> {
+pub(in crate::detect) fn outline_points(shape: &Shape, spacing_m: f64) -> Vec<(Point, Vec2)> {
     if let Shape::Disc { radius_m } = shape {
         let n = (TAU * radius_m / spacing_m).ceil().max(8.0);
         let normals = (0..n as usize).map(|k| Vec2::from_heading(k as f64 * TAU / n));

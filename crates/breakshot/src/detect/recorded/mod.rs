@@ -5,6 +5,7 @@
 
 mod table;
 
+use super::striker::StrikerTrack;
 use super::tracks::{Sample, Track, Tracks};
 use super::{derivatives, postprocess};
 use crate::cell::Workspace;
@@ -59,12 +60,12 @@ const WIDEST: f64 = 20.0;
 pub fn recorded_tracks(recording: &Recording, names: &[String], workspace: &Workspace) -> Result<Tracks> {
     let mut tracks = if recording.text.trim_start().starts_with('{') {
         let mut tracks = from_json(recording, names)?;
-        retime(&mut tracks.tracks, recording.frame_rate_hz);
+        retime(&mut tracks.tracks, tracks.striker.as_mut(), recording.frame_rate_hz);
         tracks
     } else {
         let mut tracks = from_table(recording, names)?;
         count_from_the_start(&mut tracks);
-        retime(&mut tracks, recording.frame_rate_hz.filter(|_| columns(recording).time.is_some()));
+        retime(&mut tracks, None, recording.frame_rate_hz.filter(|_| columns(recording).time.is_some()));
         postprocess::scale_noise(&mut tracks);
         let warnings = tracks.iter().filter_map(gap_warning).collect();
         Tracks { version: 1, tracks, warnings, ..Tracks::default() }
@@ -274,11 +275,14 @@ fn from_json(recording: &Recording, names: &[String]) -> Result<Tracks> {
         tracks.push(track.clone());
     }
     all.tracks = tracks;
+    if let Some(striker) = &all.striker {
+        striker.check(name)?;
+    }
     Ok(all)
 }
 
 /// Sets the times to those of frames at this rate.
-fn retime(tracks: &mut [Track], rate_hz: Option<f64>) {
+fn retime(tracks: &mut [Track], striker: Option<&mut StrikerTrack>, rate_hz: Option<f64>) {
     let Some(rate_hz) = rate_hz else { return };
     let samples = || tracks.iter().flat_map(|track| &track.samples);
     let mut file_s = sorted_by_value(samples().map(|sample| sample.time_s).collect::<Vec<_>>(), |t| *t);
@@ -289,6 +293,13 @@ fn retime(tracks: &mut [Track], rate_hz: Option<f64>) {
     for sample in tracks.iter_mut().flat_map(|track| &mut track.samples) {
         let frame = file_s.partition_point(|t| *t < sample.time_s);
         sample.time_s = true_s[frame];
+    }
+    // A rolling shutter exposes the striker at other times than the objects.
+    for sample in striker.into_iter().flat_map(|striker| &mut striker.samples) {
+        let after = file_s.partition_point(|t| *t <= sample.time_s).clamp(1, file_s.len() - 1);
+        let (from_s, to_s) = (file_s[after - 1], file_s[after]);
+        let part = (sample.time_s - from_s) / (to_s - from_s);
+        sample.time_s = true_s[after - 1] + part * (true_s[after] - true_s[after - 1]);
     }
 }
 

@@ -144,8 +144,12 @@ fn an_object_as_grey_as_the_table_is_found_with_an_image_of_the_empty_table() {
     let empty = picture(&view, std::slice::from_ref(&stripe));
     let frames = film(&view, &times_s(3), |_| vec![stripe.clone(), body(&objects[0], pose, Vec2::ZERO, 0.0)]);
     let names = ["a".to_string()];
-    let clip =
-        Clip { name: "drawn".into(), camera: &view.camera, targets: targets(&objects, &names).expect("one") };
+    let clip = Clip {
+        name: "drawn".into(),
+        camera: &view.camera,
+        targets: targets(&objects, &names).expect("one"),
+        given: None,
+    };
     let options = Options { table: Some(&empty), ..Options::default() };
     let tracks =
         clip.tracks(&objects, &mut frames.into_iter().map(Ok), &Layout::Unknown, &options).expect("tracks");

@@ -41,7 +41,8 @@ fn times_s(frames: u32) -> Vec<f64> {
 
 fn found(view: &View, frames: Vec<Frame>, objects: &[Object], layout: &Layout) -> Result<Tracks> {
     let names: Vec<String> = objects.iter().map(|o| o.name.clone()).collect();
-    let clip = Clip { name: "drawn".into(), camera: &view.camera, targets: targets(objects, &names)? };
+    let targets = targets(objects, &names)?;
+    let clip = Clip { name: "drawn".into(), camera: &view.camera, targets, given: None };
     clip.tracks(objects, &mut frames.into_iter().map(Ok), layout, &Options::default())
 }
 

@@ -3,16 +3,7 @@
 use super::motion_model::BodyPath;
 use super::sliding::MotionState;
 use crate::geometry::{Point, Vec2};
-use serde::{Deserialize, Serialize};
-
-/// A value and the standard deviation of its error.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Measured {
-    /// The value.
-    pub value: f64,
-    /// One standard deviation in the unit of the value, from the noise of the track.
-    pub std: f64,
-}
+pub use crate::uncertain::Measured;
 
 /// The motion of one clip's bodies with the least squared residuals.
 #[derive(Clone, Debug, PartialEq)]

@@ -7,6 +7,7 @@
 use crate::estimate::clip_tracks::ClipTracks;
 use crate::estimate::measure::ClipMeasurements;
 use crate::estimate::measure::quantity::Quantity;
+use crate::retiming::{is_same_rate, usual_hz};
 use crate::statistics::median;
 use crate::warning::{Cause, Warning};
 use std::collections::BTreeMap;
@@ -14,13 +15,6 @@ use std::collections::BTreeMap;
 /// Factors between the true rate and that of the file, the likeliest first. Of the powers of two about one fits any speed.
 const FACTORS: [f64; 14] =
     [2.0, 4.0, 8.0, 16.0, 0.5, 0.25, 0.125, 6.0 / 5.0, 5.0 / 6.0, 5.0 / 4.0, 4.0 / 5.0, 3.0, 1.0 / 3.0, 10.0];
-/// Usual frame rates (Hz).
-const USUAL_HZ: [f64; 17] = [
-    24.0, 25.0, 30.0, 48.0, 50.0, 60.0, 90.0, 100.0, 120.0, 180.0, 200.0, 240.0, 300.0, 480.0, 500.0, 960.0,
-    1000.0,
-];
-/// Rates within this fraction are the same (59.94 and 60 Hz).
-const SAME_RATE: f64 = 0.01;
 /// A speed is impossible if it is outside the range by this much, in speeds of the striker, and by so many standard deviations.
 const MARGIN: f64 = 0.05;
 const MARGIN_STDS: f64 = 4.0;
@@ -55,7 +49,11 @@ struct RateGroup<'a> {
 pub(crate) fn warnings(measured: &[ClipMeasurements], clips: &[ClipTracks]) -> Vec<Warning> {
     let mut groups: Vec<RateGroup> = Vec::new();
     for (clip, tracks) in measured.iter().zip(clips) {
-        let Some(rate_hz) = rate_hz(tracks) else { continue };
+        // A striker that is seen is the better evidence, and is compared with the given strike.
+        if tracks.tracks.striker.is_some() {
+            continue;
+        }
+        let Some(rate_hz) = tracks.frame_rate_hz() else { continue };
         let struck =
             (0..clip.measurements.quantities.len()).filter_map(|k| match &clip.measurements.quantities[k] {
                 Quantity::StrikerRestitution(object) => {
@@ -64,7 +62,7 @@ pub(crate) fn warnings(measured: &[ClipMeasurements], clips: &[ClipTracks]) -> V
                 _ => None,
             });
         for (object, restitution) in struck {
-            let known = groups.iter().position(|group| (rate_hz / group.rate_hz - 1.0).abs() < SAME_RATE);
+            let known = groups.iter().position(|group| is_same_rate(rate_hz, group.rate_hz));
             let number = known.unwrap_or_else(|| {
                 groups.push(RateGroup { rate_hz, objects: BTreeMap::new(), clips: Vec::new() });
                 groups.len() - 1
@@ -97,22 +95,6 @@ fn warning(RateGroup { rate_hz, objects, clips }: &RateGroup) -> Option<String> 
     ))
 }
 
-/// The rate of a clip's samples (Hz).
-fn rate_hz(clip: &ClipTracks) -> Option<f64> {
-    let steps_s =
-        clip.tracks.tracks.iter().flat_map(|t| t.samples.windows(2).map(|w| w[1].time_s - w[0].time_s));
-    median(steps_s).filter(|step_s| *step_s > 0.0).map(f64::recip)
-}
-
-/// The usual rate that is meant, or the rate in three digits.
-fn usual_hz(rate_hz: f64) -> f64 {
-    let usual = USUAL_HZ.into_iter().find(|usual| (rate_hz / usual - 1.0).abs() < SAME_RATE);
-    usual.unwrap_or_else(|| {
-        let scale = 10_f64.powf(2.0 - rate_hz.log10().floor());
-        (rate_hz * scale).round() / scale
-    })
-}
-
 #[cfg(test)]
 mod tests {
     use crate::estimate::{Options, estimation};
@@ -138,7 +120,7 @@ mod tests {
         for seed in 1..=4 {
             let spec = CampaignSpec { objects: 3, ..CampaignSpec::default() };
             let drawn = campaign(&spec, seed);
-            let true_hz = super::rate_hz(&drawn.clips[0]).expect("samples");
+            let true_hz = drawn.clips[0].frame_rate_hz().expect("samples");
             assert_eq!(warnings(&drawn), Vec::<String>::new(), "seed {seed}");
             for factor in [2.0, 4.0, 0.5] {
                 let found = warnings(&slowed(factor, drawn.clone()));
@@ -149,10 +131,5 @@ mod tests {
                 );
             }
         }
-    }
-
-    #[test]
-    fn rates_are_named_as_cameras_have_them() {
-        assert_eq!([119.88, 29.97, 72.04, 1001.0].map(super::usual_hz), [120.0, 30.0, 72.0, 1000.0]);
     }
 }

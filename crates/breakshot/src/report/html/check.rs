@@ -4,7 +4,7 @@ use super::super::figures::{Palette, escaped};
 use super::super::overlay::closed_outline;
 use super::{page_of, warnings};
 use crate::capture::{Camera, GreyImage};
-use crate::detect::{Sample, Track, Tracks};
+use crate::detect::{Sample, StrikerSample, StrikerTrack, Track, Tracks};
 use crate::geometry::{Pixel, Point, Pose, Vec2};
 use crate::object::{self, Object, Shape};
 use crate::scene::Strike;
@@ -71,7 +71,8 @@ pub(in crate::report) fn check(page: &CheckPage) -> String {
 }
 
 const LEGEND: &str = "<p>Drawn onto each frame: the outlines of the objects where they were found, and dashed where they come to rest; the path of each; \
-     in black and white the striker at the given start and its given travel.</p>\n";
+     in black and white the striker at the given start and its given travel; in magenta \
+     the striker where it is seen: where it rested, its path before the impact, and its last position there.</p>\n";
 
 impl<'a> CheckPage<'a> {
     fn warnings_of(&self, clip: &CheckedClip<'a>) -> impl Iterator<Item = &'a str> {
@@ -139,6 +140,11 @@ impl Drawing<'_, '_> {
         if let (Some(strike), Some(shape)) = (self.clip.strike, self.page.striker) {
             self.draw_strike(&mut svg, strike, shape);
         }
+        if let (Some(seen), Some(shape)) =
+            (self.clip.tracks.and_then(|tracks| tracks.striker.as_ref()), self.page.striker)
+        {
+            self.draw_striker(&mut svg, seen, shape);
+        }
         Some(svg + "</svg>")
     }
 
@@ -186,6 +192,20 @@ impl Drawing<'_, '_> {
             for points in [&outline[..], &arrow[..]] {
                 self.draw_line(svg, points, 0.0, class);
             }
+        }
+    }
+
+    /// The striker as it was seen: where it rested, its path, and the last position of that path.
+    fn draw_striker(&self, svg: &mut String, seen: &StrikerTrack, shape: &Shape) {
+        let path: Vec<Point> =
+            seen.start_m.into_iter().chain(seen.samples.iter().map(StrikerSample::position)).collect();
+        self.draw_line(svg, &path, 0.0, "seen");
+        let yaw_rad = seen.heading_rad().value;
+        for position in seen.start_m.iter().chain(path.last()) {
+            let pose = Pose { position: *position, yaw_rad };
+            let outline: Vec<Point> =
+                closed_outline(shape).into_iter().map(|p| pose.table_from_body(p)).collect();
+            self.draw_line(svg, &outline, 0.0, "seen");
         }
     }
 

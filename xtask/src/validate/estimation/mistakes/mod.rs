@@ -4,6 +4,7 @@
 
 mod of_films;
 mod of_tracks;
+mod striker;
 
 use super::saved::Saved;
 use crate::validate::row::{self, Row};
@@ -53,7 +54,8 @@ pub(crate) fn validate(saved: &Saved) -> std::result::Result<bool, String> {
         ),
         Row::at_most("largest number of warnings of different kinds", tally.most_kinds as f64, 10.0, ""),
     ];
-    Ok(row::print_all("Mistakes of a user, one at a time", &rows))
+    let are_named = row::print_all("Mistakes of a user, one at a time", &rows);
+    Ok(row::print_all("The striker in the films of the right campaign", &striker::rows(saved)?) && are_named)
 }
 
 /// What all mistakes together came to.

@@ -3,7 +3,7 @@
 use super::{Mistake, Tally, answer};
 use crate::validate::estimation::saved::Saved;
 use breakshot::campaign::Campaign;
-use breakshot::detect::Sample;
+use breakshot::detect::{Sample, StrikerTrack};
 use breakshot::estimate::ClipTracks;
 use breakshot::geometry::Vec2;
 use breakshot::object::Shape;
@@ -74,7 +74,7 @@ fn strikes() -> Vec<Made> {
     }
     all.push(of_strike("travel of one clip", "x 0.5".into(), Some(PAIR), |s| s.travel_m *= 0.5));
     all.push(of_strike("heading of all clips", "0.1 rad".into(), None, |s| s.heading_rad += 0.1));
-    for factor in [1.1, 2.0] {
+    for factor in [0.95, 1.05, 1.1, 2.0] {
         all.push(of_strike("speed of all clips", format!("x {factor}"), None, move |s| {
             s.speed_m_s *= factor;
         }));
@@ -82,7 +82,7 @@ fn strikes() -> Vec<Made> {
     all
 }
 
-/// Every sample of the clips that `concerns` admits, changed.
+/// Every sample of the clips that `concerns` admits, changed, and every time and position of their strikers likewise.
 fn of_samples(
     mistake: Mistake,
     concerns: impl Fn(&ClipTracks) -> bool + 'static,
@@ -91,9 +91,25 @@ fn of_samples(
     let make = move |_: &mut Campaign, clips: &mut Vec<ClipTracks>| {
         for clip in clips.iter_mut().filter(|clip| concerns(clip)) {
             clip.tracks.tracks.iter_mut().flat_map(|track| &mut track.samples).for_each(&change);
+            if let Some(striker) = &mut clip.tracks.striker {
+                change_striker(striker, &change);
+            }
         }
     };
     (mistake, Box::new(make))
+}
+
+fn change_striker(striker: &mut StrikerTrack, change: &impl Fn(&mut Sample)) {
+    for seen in &mut striker.samples {
+        let mut sample = Sample::new(seen.time_s, seen.position(), None, striker.std_m);
+        change(&mut sample);
+        (seen.time_s, seen.x_m, seen.y_m) = (sample.time_s, sample.x_m, sample.y_m);
+    }
+    if let Some(start) = &mut striker.start_m {
+        let mut sample = Sample::new(0.0, *start, None, striker.std_m);
+        change(&mut sample);
+        *start = sample.position();
+    }
 }
 
 /// Times as if the file said another rate.

@@ -1,0 +1,109 @@
+//! The frames of a clip around the path of a strike: kept while the film is read, chosen afterwards.
+
+use crate::statistics::median;
+
+/// Largest memory of a clip's crops (bytes); in longer films every second crop is dropped.
+const MOST_BYTES: usize = 32 << 20;
+/// Side of the blocks that are compared with the first frame (px), and the distance of the pixels that are read.
+const BLOCK_PX: usize = 8;
+const READ_EVERY_PX: usize = 2;
+/// Difference of a block's mean from which something has changed (grey levels): noise and compression change it by one or two.
+const CHANGED_LEVELS: f64 = 4.0;
+/// Blocks that must have changed, in so many frames one after the other.
+const LEAST_BLOCKS: usize = 3;
+const LEAST_FRAMES: usize = 3;
+/// Largest number of frames that are searched for the striker.
+const MOST_FRAMES: usize = 32;
+
+/// A frame's part around the path.
+pub(super) struct Crop {
+    pub time_s: f64,
+    pub pixels: Vec<u8>,
+    /// Whether something in it has moved since the first frame.
+    changed: bool,
+}
+
+/// See the [module](self).
+pub(super) struct Crops {
+    width: usize,
+    kept: Vec<Crop>,
+    /// Every so many frames are kept.
+    every: usize,
+    frames: usize,
+}
+
+impl Crops {
+    /// No crops yet, of this width (px).
+    pub(super) fn new(width: usize) -> Self {
+        Self { width, kept: Vec::new(), every: 1, frames: 0 }
+    }
+
+    /// Whether the next frame is to be kept; counts it.
+    pub(super) fn wants_next(&mut self) -> bool {
+        self.frames += 1;
+        (self.frames - 1).is_multiple_of(self.every)
+    }
+
+    /// Keeps a crop.
+    pub(super) fn push(&mut self, time_s: f64, pixels: Vec<u8>) {
+        let changed =
+            self.kept.first().is_some_and(|first| changed_blocks(&first.pixels, &pixels, self.width));
+        self.kept.push(Crop { time_s, pixels, changed });
+        if self.kept.len() > 2 && self.kept.len() * self.kept[0].pixels.len() > MOST_BYTES {
+            let mut number = 0..self.kept.len();
+            self.kept.retain(|_| number.next().is_some_and(|k| k.is_multiple_of(2)));
+            self.every *= 2;
+        }
+    }
+
+    /// The first crop, with which the others are compared.
+    pub(super) fn first(&self) -> Option<&Crop> {
+        self.kept.first()
+    }
+
+    /// Number of the first crop in which something has moved.
+    pub(super) fn onset(&self) -> Option<usize> {
+        let from = |k: usize| self.kept[k..].iter().take(LEAST_FRAMES).all(|crop| crop.changed);
+        (1..self.kept.len()).find(|k| from(*k))
+    }
+
+    /// The crops from the onset on that are searched: around the impact, if there is one at this time (s).
+    pub(super) fn chosen(&self, impact_s: Option<f64>) -> Vec<&Crop> {
+        let Some(onset) = self.onset() else { return Vec::new() };
+        let onset_s = self.kept[onset].time_s;
+        let until_s = impact_s.map_or(f64::INFINITY, |impact_s| {
+            let interval_s = onset_s - self.kept[onset - 1].time_s;
+            impact_s + (impact_s - onset_s).max((LEAST_FRAMES as f64) * interval_s)
+        });
+        let moving: Vec<&Crop> =
+            self.kept[onset..].iter().take_while(|crop| crop.time_s <= until_s).collect();
+        let every = moving.len().div_ceil(MOST_FRAMES).max(1);
+        moving.into_iter().step_by(every).collect()
+    }
+
+    /// The time of the last crop before something moved (s).
+    pub(super) fn still_s(&self) -> Option<f64> {
+        self.onset().map(|k| self.kept[k - 1].time_s)
+    }
+}
+
+/// Whether blocks have changed beside what has changed everywhere, as the light.
+fn changed_blocks(one: &[u8], other: &[u8], width: usize) -> bool {
+    let mut differences = Vec::new();
+    let rows = |pixels| <[u8]>::chunks_exact(pixels, width * BLOCK_PX);
+    for (a, b) in rows(one).zip(rows(other)) {
+        for left in (0..width.saturating_sub(BLOCK_PX - 1)).step_by(BLOCK_PX) {
+            let mut sum = 0_i32;
+            for y in (0..BLOCK_PX).step_by(READ_EVERY_PX) {
+                let from = y * width + left;
+                let (a, b) = (&a[from..from + BLOCK_PX], &b[from..from + BLOCK_PX]);
+                let pairs = a.iter().zip(b).step_by(READ_EVERY_PX);
+                sum += pairs.map(|(a, b)| i32::from(*b) - i32::from(*a)).sum::<i32>();
+            }
+            let read = (BLOCK_PX / READ_EVERY_PX).pow(2);
+            differences.push(f64::from(sum) / read as f64);
+        }
+    }
+    let Some(everywhere) = median(differences.iter().copied()) else { return false };
+    differences.iter().filter(|d| (**d - everywhere).abs() > CHANGED_LEVELS).count() >= LEAST_BLOCKS
+}

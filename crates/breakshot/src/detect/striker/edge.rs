@@ -1,0 +1,130 @@
+//! How much has changed along the striker's outline, if the striker were at a given point?
+//!
+//! The outline on the table is a known curve. Where the striker is, the grey level steps across that curve, and it did not in the first
+//! frame. A step along the whole curve distinguishes the striker's foot from shadows, the arm and the grain of the table.
+
+use super::grid::{Greys, Grid, Inner};
+use crate::capture::Camera;
+use crate::detect::markerless::edge_visibility::outline_points;
+use crate::geometry::{Point, Pose, Vec2};
+use crate::object::Shape;
+
+/// Distances from the outline at which both sides are read, in widths of the filter.
+const READ_AT: [f64; 2] = [0.35, 0.85];
+/// The one distance at which a search reads them.
+const SEARCH_AT: f64 = 0.6;
+/// Width of the filter: at least so many nodes, and so long (m).
+const LEAST_WIDTH_NODES: f64 = 2.5;
+const LEAST_WIDTH_M: f64 = 1.5e-3;
+/// Points of the outline in a search and in a measurement.
+const SEARCH_POINTS: usize = 18;
+const MOST_POINTS: usize = 48;
+/// Parts of the outline within which changes of one sign add up.
+const PARTS: usize = 6;
+/// A change of this many grey levels has the strength 1/2; that of large changes approaches 1.
+const HALF_LEVELS: f32 = 8.0;
+/// The foot is used if the camera sees at least this part of its outline.
+const LEAST_VISIBLE: f64 = 0.25;
+
+/// A point of the outline from the striker's centre, in the strike frame (m), and the unit vector outward.
+#[derive(Clone, Copy)]
+struct EdgePoint {
+    at: Vec2,
+    outward: Vec2,
+}
+
+/// Which outline of the striker the camera sees along the whole path.
+pub(super) struct SeenOutline {
+    /// Its height above the table (m).
+    pub height_m: f64,
+    /// Standard deviation of that height (m).
+    pub height_std_m: f64,
+    points: Vec<EdgePoint>,
+}
+
+/// See the [module](self).
+pub(super) struct Edge {
+    points: Vec<EdgePoint>,
+    width_m: f64,
+}
+
+/// The steps across the outline, point by point (grey levels).
+pub(super) type Steps = Vec<f64>;
+
+impl SeenOutline {
+    /// The foot of a striker where the camera sees its front, else its top. A camera without a pose sees the outline at no height.
+    pub(super) fn new(camera: &Camera, shape: &Shape, top_m: f64, path: &[Pose]) -> Self {
+        /// A striker moves a few millimetres above the table.
+        const FOOT_STD_M: f64 = 0.004;
+        let spacing_m = std::f64::consts::TAU * shape.outer_radius_m() / MOST_POINTS as f64;
+        let all = outline_points(shape, spacing_m);
+        let point = |(at, outward): &(Point, Vec2)| EdgePoint { at: at.to_vec(), outward: *outward };
+        let Some([x, y, _]) = camera.position_m() else {
+            let points = all.iter().map(point).collect();
+            return Self { height_m: 0.0, height_std_m: FOOT_STD_M, points };
+        };
+        // A side is seen from the camera's side.
+        let is_seen = |(at, outward): &&(Point, Vec2)| {
+            let faces = |pose: &Pose| (pose.body_from_table(Point::new(x, y)) - *at).dot(*outward) > 0.0;
+            path.iter().all(faces)
+        };
+        let points: Vec<EdgePoint> = all.iter().filter(is_seen).map(point).collect();
+        if points.len() as f64 >= LEAST_VISIBLE * all.len() as f64 {
+            return Self { height_m: 0.0, height_std_m: FOOT_STD_M, points };
+        }
+        // The arm above the top is of unknown width.
+        Self { height_m: top_m, height_std_m: top_m / 4.0, points: all.iter().map(point).collect() }
+    }
+}
+
+impl Edge {
+    /// The outline on a grid, for a motion of up to `blur_m` during the exposure.
+    pub(super) fn new(outline: SeenOutline, step_m: f64, blur_m: f64) -> Self {
+        let width_m = (LEAST_WIDTH_NODES * step_m).max(LEAST_WIDTH_M).max(0.8 * blur_m);
+        Self { points: outline.points, width_m }
+    }
+
+    /// Width of the filter across the outline (m).
+    pub(super) fn width_m(&self) -> f64 {
+        self.width_m
+    }
+
+    /// Largest distance from the striker's centre at which the image is read (m).
+    pub(super) fn reach_m(&self) -> f64 {
+        self.points.iter().map(|point| point.at.length()).fold(0.0, f64::max) + self.width_m
+    }
+
+    /// The strength of the change along the outline at each inner node: 0 for none, towards 1 for a strong one all along.
+    pub(super) fn strengths(&self, grid: &Grid, greys: &Greys, inner: &Inner) -> Vec<f32> {
+        let every = self.points.len().div_ceil(SEARCH_POINTS).max(1);
+        let points: Vec<&EdgePoint> = self.points.iter().step_by(every).collect();
+        let mut strengths = vec![0.0; inner.along * inner.across];
+        let mut sums = strengths.clone();
+        for part in points.chunks(points.len().div_ceil(PARTS)) {
+            sums.fill(0.0);
+            for point in part {
+                for side in [1.0, -1.0] {
+                    let shift = point.at + point.outward * (side * SEARCH_AT * self.width_m);
+                    let weight = side as f32 / part.len() as f32;
+                    grid.add_shifted(inner, (greys, [shift.x, shift.y]), weight, &mut sums);
+                }
+            }
+            let weight = part.len() as f32 / points.len() as f32;
+            for (strength, sum) in strengths.iter_mut().zip(&sums) {
+                *strength += weight * sum.abs() / (sum.abs() + HALF_LEVELS);
+            }
+        }
+        strengths
+    }
+
+    /// The steps across the outline of a striker at a point of the strike frame.
+    pub(super) fn steps(&self, grid: &Grid, greys: &Greys, centre: Point) -> Steps {
+        let step = |point: &EdgePoint| {
+            let read = |distance: f64| {
+                grid.value(greys, centre + point.at + point.outward * (distance * self.width_m))
+            };
+            READ_AT.iter().map(|&at| read(at) - read(-at)).sum::<f64>() / READ_AT.len() as f64
+        };
+        self.points.iter().map(step).collect()
+    }
+}

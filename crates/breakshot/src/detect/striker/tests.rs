@@ -1,0 +1,127 @@
+//! Drawn films of strikes of known speed and heading.
+
+use crate::capture::{Camera, Capture, Footage, Lens};
+use crate::cell::{Cell, Striker, Transform, Workspace};
+use crate::detect::{Layout, Options, StrikerTrack, tracks};
+use crate::geometry::{Point, Pose, Vec2};
+use crate::object::{Marker, Object, Shape};
+use crate::scene::Strike;
+use crate::synthetic::film::{Thing, View, film};
+
+/// When the striker starts (s), and the frame rate (Hz).
+const START_S: f64 = 0.1;
+const RATE_HZ: f64 = 60.0;
+/// The struck object's friction deceleration (m/s2), and its speed over the striker's.
+const DECELERATION_M_S2: f64 = 2.5;
+const SPEED_FACTOR: f64 = 1.5;
+/// Where the struck object lies.
+const PUCK: Point = Point::new(-0.02, 0.01);
+const PUCK_RADIUS_M: f64 = 0.025;
+
+fn puck() -> Object {
+    let marker = Some(Marker::centred(Shape::Disc { radius_m: 0.009 }));
+    let shape = Shape::Disc { radius_m: PUCK_RADIUS_M };
+    Object { name: "puck".into(), shape, height_m: 0.02, marker, mass_kg: None, support: None }
+}
+
+/// A strike onto the middle of the puck.
+fn strike(speed_m_s: f64, heading_rad: f64) -> Strike {
+    let start_m = PUCK - Vec2::from_heading(heading_rad) * 0.09;
+    Strike { object: None, start_m, heading_rad, speed_m_s, travel_m: 0.08 }
+}
+
+/// 640 x 400 px from 0.7 m above a point ahead of the striker, tilted by 9 degrees.
+fn view() -> View {
+    let at = Transform { position_m: [0.06, -0.12, 0.7], rpy_rad: [0.15, 0.05, 0.05] };
+    let mut camera = Camera::new([640, 400], Lens::pinhole([640, 400], 700.0), at);
+    camera.exposure_s = Some(0.004);
+    View { shading: [0.3, -0.2], noise: 3.0, ..View::new(camera) }
+}
+
+/// What a film of `real` shows if `given` is what the campaign says.
+fn seen(real: &Strike, given: &Strike, striker: &Striker, is_drawn: bool) -> Option<StrikerTrack> {
+    let (view, puck) = (view(), puck());
+    let along = Vec2::from_heading(real.heading_rad);
+    let gap_m = 0.09 - PUCK_RADIUS_M - striker.shape.reach_m(Vec2::new(1.0, 0.0));
+    let impact_s = START_S + gap_m / real.speed_m_s;
+    let times_s: Vec<f64> = (0..30).map(|k| f64::from(k) / RATE_HZ).collect();
+    let frames = film(&view, &times_s, |t| {
+        let moved_m = ((t - START_S).max(0.0) * real.speed_m_s).min(real.travel_m);
+        let is_moving = t > START_S && moved_m < real.travel_m;
+        let pose = Pose { position: real.start_m + along * moved_m, yaw_rad: real.heading_rad };
+        let velocity = if is_moving { along * real.speed_m_s } else { Vec2::ZERO };
+        let first_m_s = SPEED_FACTOR * real.speed_m_s;
+        let slid_s = (t - impact_s).clamp(0.0, first_m_s / DECELERATION_M_S2);
+        let slid_m = slid_s * (first_m_s - DECELERATION_M_S2 * slid_s / 2.0);
+        let mut things =
+            Thing::object(&puck, Pose { position: PUCK + along * slid_m, yaw_rad: 0.0 }).to_vec();
+        if is_drawn {
+            things.push(Thing::striker(striker, pose).moving(velocity, 0.0));
+        }
+        things
+    });
+    let mut cell = Cell::from_above(1000.0, Workspace::centred([0.3, 0.2]), striker.clone());
+    cell.camera.exposure_s = view.camera.exposure_s;
+    let capture = Capture { footage: Footage::from_frames("drawn", frames), camera: view.camera, cell };
+    let options = Options { strike: Some(given), ..Options::default() };
+    let found = tracks(capture, &[puck], &["puck".into()], &Layout::Unknown, &options).expect("a track");
+    found.striker
+}
+
+fn assert_seen(seen: Option<StrikerTrack>, real: &Strike, what: &str) {
+    let seen = seen.unwrap_or_else(|| panic!("{what}: the striker is not seen"));
+    let (speed, heading) = (seen.speed_m_s(), seen.heading_rad());
+    let ratio = speed.value / real.speed_m_s;
+    assert!((ratio - 1.0).abs() < 0.01, "{what}: {ratio} times as fast");
+    let turn_deg = (heading.value - real.heading_rad).to_degrees();
+    assert!(turn_deg.abs() < 0.5, "{what}: turned by {turn_deg} degrees");
+    let offset_m = (seen.middle().0 - real.start_m).cross(Vec2::from_heading(real.heading_rad));
+    assert!(offset_m.abs() < 1e-3, "{what}: {offset_m} m aside");
+    if let Some(start) = seen.start_m {
+        let off_m = start.distance(real.start_m);
+        assert!(off_m < 1.5e-3, "{what}: starts {off_m} m from where it did");
+    }
+    assert!(
+        (ratio - 1.0).abs() < 4.0 * speed.std / speed.value && speed.std < 0.05 * speed.value,
+        "{what}: {speed:?}"
+    );
+}
+
+#[test]
+fn speed_heading_and_start_of_a_drawn_striker_are_measured() {
+    let rod = Striker::rod(0.012, [0.1, 1.0]);
+    let block = Striker { shape: Shape::Rectangle { size_m: [0.016, 0.03] }, ..rod.clone() };
+    for (striker, name) in [(&rod, "rod"), (&block, "block")] {
+        for (speed_m_s, heading_rad) in [(0.3, 0.0), (0.5, 0.4), (0.4, -0.7)] {
+            let real = strike(speed_m_s, heading_rad);
+            let what = format!("{name} at {speed_m_s} m/s, {heading_rad} rad");
+            let found = seen(&real, &real, striker, true);
+            assert!(found.as_ref().is_some_and(|seen| seen.start_m.is_some()), "{what}: {found:?}");
+            assert_seen(found, &real, &what);
+        }
+    }
+}
+
+#[test]
+fn a_wrong_given_strike_does_not_change_what_is_seen() {
+    let (real, striker) = (strike(0.4, 0.1), Striker::rod(0.012, [0.1, 1.0]));
+    let left = Vec2::from_heading(0.1).perpendicular();
+    let given = [
+        Strike { speed_m_s: 0.6, ..real.clone() },
+        Strike { speed_m_s: 0.2, ..real.clone() },
+        Strike { heading_rad: 0.25, ..real.clone() },
+        Strike { start_m: real.start_m + left * 0.01, ..real.clone() },
+        Strike { start_m: real.start_m - left.perpendicular() * 0.015, ..real.clone() },
+    ];
+    for given in &given {
+        assert_seen(seen(&real, given, &striker, true), &real, &format!("given {given:?}"));
+    }
+}
+
+#[test]
+fn a_striker_that_is_not_in_the_film_is_not_seen() {
+    let (real, striker) = (strike(0.4, 0.1), Striker::rod(0.012, [0.1, 1.0]));
+    assert_eq!(seen(&real, &real, &striker, false), None);
+    let elsewhere = Strike { start_m: Point::new(5.0, 5.0), ..real.clone() };
+    assert_eq!(seen(&real, &elsewhere, &striker, true), None);
+}

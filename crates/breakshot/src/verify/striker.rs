@@ -1,0 +1,266 @@
+//! Does the striker move as the strike given for it says?
+//!
+//! The film shows the striker's own speed and heading, and often where it rested before. Where they differ from the given ones in one clip,
+//! its strike is wrong. Where all speeds differ by one factor, either all given speeds or the frame rate of the films is wrong, which
+//! changes all results alike: no comparison between clips shows it.
+
+use super::spread::{LEAST_TURN_RAD, STDS, Spread, degrees};
+use crate::detect::StrikerTrack;
+use crate::estimate::ClipTracks;
+use crate::geometry::{Point, Vec2, wrapped_rad};
+use crate::retiming::{is_same_rate, usual_hz, usual_within};
+use crate::scene::Strike;
+use crate::uncertain::Measured;
+use crate::warning::{Cause, Warning};
+use std::collections::BTreeSet;
+
+/// Differences below these are not reported: robots and rulers are that accurate (of the speed as a fraction; m).
+const LEAST_SPEED_ERROR: f64 = 0.03;
+const LEAST_OFFSET_M: f64 = 0.004;
+/// A frame rate within this fraction of a usual one is probably that.
+const USUAL_RATE: f64 = 0.015;
+/// A factor of the lengths on the table explains one of the speeds within this.
+const SAME_FACTOR: f64 = 0.02;
+/// The part of the clips that a difference has in common.
+const MOST: f64 = 0.6;
+
+/// What the strikers that are seen say about the given strikes.
+#[derive(Default)]
+pub(super) struct Findings {
+    pub warnings: Vec<Warning>,
+    /// The clips that have a warning of their own.
+    pub clips: BTreeSet<String>,
+    /// The clips whose striker is seen to move as given, but for what is common to all.
+    pub as_given: BTreeSet<String>,
+    /// Whether the strikers of most clips head elsewhere.
+    pub turned: bool,
+}
+
+/// A clip whose striker is seen, beside its given strike.
+struct Compared<'a> {
+    clip: &'a ClipTracks,
+    strike: &'a Strike,
+    rate_hz: f64,
+    /// Logarithm of the speed over the given one.
+    speed: Measured,
+    /// The heading less the given one (rad, counter-clockwise).
+    turn: Measured,
+    /// The start beside the given one.
+    start: Option<Start>,
+}
+
+/// Where a striker starts, seen from the given start.
+#[derive(Clone, Copy)]
+struct Start {
+    /// To the left (m).
+    aside: Measured,
+    /// Ahead (m), if it is seen at rest.
+    along: Option<Measured>,
+}
+
+/// What the differences of most clips have in common.
+struct Common {
+    speed: Spread,
+    turn: Spread,
+    aside: Spread,
+    along: Spread,
+}
+
+/// Compares the strikers that are seen with the given strikes; `scale_error` is that of the lengths on the table, if one is known
+/// (as a fraction): all positions are wrong then.
+pub(super) fn findings(clips: &[ClipTracks], scale_error: Option<f64>) -> Findings {
+    let mut compared: Vec<Compared> = clips.iter().filter_map(Compared::new).collect();
+    if scale_error.is_some() {
+        for compared in &mut compared {
+            compared.start = None;
+        }
+    }
+    let mut findings = Findings::default();
+    while let Some(rate_hz) = compared.first().map(|compared| compared.rate_hz) {
+        let (group, others): (Vec<_>, Vec<_>) =
+            compared.into_iter().partition(|compared| is_same_rate(compared.rate_hz, rate_hz));
+        findings.add(&group, scale_error);
+        compared = others;
+    }
+    findings
+}
+
+impl Findings {
+    /// Adds what the clips of one frame rate show.
+    fn add(&mut self, group: &[Compared], scale_error: Option<f64>) {
+        let common = Common::of(group);
+        let n = group.len();
+        if common.speed.median != 0.0 {
+            let factor = common.speed.median.exp();
+            let is_scale = scale_error.is_some_and(|error| (factor - 1.0 - error).abs() < SAME_FACTOR);
+            if !is_scale {
+                let text = rate_or_speed(n, factor, group[0].rate_hz);
+                self.warnings.push(Warning::new(Cause::FrameRate, text));
+            }
+        }
+        if common.turn.median != 0.0 {
+            self.turned = true;
+            let aside = degrees(common.turn.median);
+            let text = format!(
+                "in {n} clips the striker moves {aside} of the given heading (median): strike.heading_rad or the robot's table frame is rotated"
+            );
+            self.warnings.push(Warning::new(Cause::GivenStrike, text));
+        }
+        if common.aside.median != 0.0 || common.along.median != 0.0 {
+            let displaced = displacement(common.aside.median, common.along.median);
+            let text = format!(
+                "in {n} clips the striker starts {displaced} the given start (median): strike.start_m or the robot's table frame is displaced"
+            );
+            self.warnings.push(Warning::new(Cause::GivenStrike, text));
+        }
+        for compared in group {
+            let name = &compared.clip.name;
+            match compared.finding(&common) {
+                Some(text) => {
+                    self.clips.insert(name.clone());
+                    self.warnings.push(Warning::of_clip(Cause::GivenStrike, name, text));
+                }
+                None => {
+                    self.as_given.insert(name.clone());
+                }
+            }
+        }
+    }
+}
+
+/// The warning that all strikers are this factor as fast as given in films of this frame rate.
+fn rate_or_speed(n: usize, factor: f64, rate_hz: f64) -> String {
+    let (percent, direction) = (100.0 * (1.0 / factor - 1.0), if factor < 1.0 { "high" } else { "low" });
+    let (said_hz, true_hz) = (usual_hz(rate_hz), rate_hz / factor);
+    let speeds = format!("strike.speed_m_s is {:.0} % too {direction} in all of them", percent.abs());
+    let causes = if let Some(usual_hz) = usual_within(true_hz, USUAL_RATE) {
+        format!(
+            "probably the films were taken at {usual_hz} frames/s where their files say {said_hz}, then write frame_rate_hz = {usual_hz}; \
+             otherwise {speeds}"
+        )
+    } else {
+        let true_hz = usual_hz(true_hz);
+        format!(
+            "probably {speeds}; otherwise the films were taken at {true_hz} frames/s, which is no usual rate, where their files say \
+             {said_hz}: then write frame_rate_hz = {true_hz}"
+        )
+    };
+    format!("in {n} clips the striker is seen to move {factor:.2} times as fast as given (median): {causes}")
+}
+
+/// A displacement for people.
+fn displacement(left_m: f64, ahead_m: f64) -> String {
+    let part = |m: f64, positive: &str, negative: &str| {
+        let side = if m > 0.0 { positive } else { negative };
+        (m != 0.0).then(|| format!("{:.1} mm {side}", 1e3 * m.abs()))
+    };
+    let parts = [part(left_m, "to the left of", "to the right of"), part(ahead_m, "ahead of", "behind")];
+    parts.into_iter().flatten().collect::<Vec<_>>().join(" and ")
+}
+
+impl<'a> Compared<'a> {
+    fn new(clip: &'a ClipTracks) -> Option<Self> {
+        let (strike, seen) = (clip.strike.as_ref()?, clip.tracks.striker.as_ref()?);
+        let rate_hz = clip.frame_rate_hz()?;
+        let (speed, heading) = (seen.speed_m_s(), seen.heading_rad());
+        let ratio = speed.value / strike.speed_m_s;
+        let turn = Measured { value: wrapped_rad(heading.value - strike.heading_rad), ..heading };
+        let is_known = ratio.is_finite() && ratio > 0.0 && turn.value.is_finite() && turn.std.is_finite();
+        is_known.then(|| Self {
+            clip,
+            strike,
+            rate_hz,
+            speed: Measured { value: ratio.ln(), std: speed.std / speed.value },
+            turn,
+            start: Some(start(strike, seen)),
+        })
+    }
+
+    /// What is wrong with the given strike beside what is wrong in most clips.
+    fn finding(&self, common: &Common) -> Option<String> {
+        let Self { strike, .. } = self;
+        let mut findings = Vec::new();
+        if let Some(off) = common.speed.off(self.speed, LEAST_SPEED_ERROR) {
+            let (ratio, given, fits) = (off.exp(), strike.speed_m_s, off.exp() * strike.speed_m_s);
+            let or_rate = usual_within(self.rate_hz / ratio, USUAL_RATE).map_or(String::new(), |true_hz| {
+                let said_hz = usual_hz(self.rate_hz);
+                format!(", or the film was taken at {true_hz} frames/s where its file says {said_hz}: then write frame_rate_hz = {true_hz}")
+            });
+            findings.push(format!(
+                "moves {ratio:.2} times as fast as given: strike.speed_m_s is {given:.3}, and {fits:.3} would fit{or_rate}"
+            ));
+        }
+        if let Some(off) = common.turn.off(self.turn, LEAST_TURN_RAD) {
+            let (aside, given, fits) =
+                (degrees(off), strike.heading_rad, wrapped_rad(strike.heading_rad + off));
+            findings.push(format!(
+                "moves {aside} of the given heading: strike.heading_rad is {given:.3}, and {fits:.3} would fit"
+            ));
+        }
+        let off = |spread: &Spread, value: Option<Measured>| {
+            value.and_then(|value| spread.off(value, LEAST_OFFSET_M)).unwrap_or(0.0)
+        };
+        let aside_m = off(&common.aside, self.start.map(|start| start.aside));
+        let along_m = off(&common.along, self.start.and_then(|start| start.along));
+        if aside_m != 0.0 || along_m != 0.0 {
+            let ahead = Vec2::from_heading(strike.heading_rad);
+            let fits = strike.start_m + ahead * along_m + ahead.perpendicular() * aside_m;
+            let (displaced, given) = (displacement(aside_m, along_m), strike.start_m);
+            let shown = |at: Point| format!("[{:.4}, {:.4}]", at.x, at.y);
+            findings.push(format!(
+                "starts {displaced} the given start: strike.start_m is {}, and {} would fit",
+                shown(given),
+                shown(fits)
+            ));
+        }
+        (!findings.is_empty()).then(|| format!("the striker is seen: it {}", findings.join("; it ")))
+    }
+}
+
+/// Where the striker starts; where it is not seen at rest, its line passes the given start so far to the left.
+fn start(strike: &Strike, seen: &StrikerTrack) -> Start {
+    let ahead = Vec2::from_heading(strike.heading_rad);
+    let (middle, std) = seen.middle();
+    if let Some(start) = seen.start_m {
+        let displacement = start - strike.start_m;
+        let aside = Measured { value: displacement.dot(ahead.perpendicular()), std };
+        return Start { aside, along: Some(Measured { value: displacement.dot(ahead), std }) };
+    }
+    let heading = seen.heading_rad();
+    let direction = Vec2::from_heading(heading.value);
+    let from_start = middle - strike.start_m;
+    let distance_m = from_start.dot(direction);
+    let value = (from_start - direction * distance_m).dot(ahead.perpendicular());
+    Start { aside: Measured { value, std: std.hypot(distance_m * heading.std) }, along: None }
+}
+
+impl Common {
+    fn of(group: &[Compared]) -> Self {
+        let of = |value: &dyn Fn(&Compared) -> Option<Measured>, least: f64| {
+            let values: Vec<Measured> = group.iter().filter_map(value).collect();
+            let mut spread = Spread::of(values.iter().map(|m| m.value));
+            let alike = |m: &&Measured| (m.value - spread.median).abs() < least.max(STDS * m.std);
+            let n = values.iter().filter(alike).count();
+            // One clip has nothing in common, and what is accurate enough is taken as exact.
+            let is_common = n > 1 && n as f64 >= MOST * group.len() as f64;
+            if !is_common || spread.median.abs() < least {
+                spread.median = 0.0;
+            }
+            spread
+        };
+        Self {
+            speed: of(&|c| Some(c.speed), LEAST_SPEED_ERROR),
+            turn: of(&|c| Some(c.turn), LEAST_TURN_RAD),
+            aside: of(&|c| c.start.map(|start| start.aside), LEAST_OFFSET_M),
+            along: of(&|c| c.start.and_then(|start| start.along), LEAST_OFFSET_M),
+        }
+    }
+}
+
+impl Spread {
+    /// How far a value is off the median, if that is more than its own deviation, the spread and `least` explain.
+    fn off(&self, value: Measured, least: f64) -> Option<f64> {
+        let off = value.value - self.median;
+        (off.abs() > self.tolerance(least).max(STDS * value.std)).then_some(off)
+    }
+}
