@@ -31,7 +31,7 @@ pub enum Cause {
 }
 
 impl Cause {
-    /// Whether a cause before this one in the order may be the reason for its warnings.
+    /// Whether one of the causes that are none may be the reason for its warnings.
     fn is_consequence(self) -> bool {
         self >= Self::Contradiction
     }
@@ -155,7 +155,7 @@ impl From<Vec<Warning>> for GroupedWarnings {
                 .iter()
                 .filter_map(|w| w.clip.clone().filter(|clip| named.insert(clip.clone())))
                 .collect();
-            let follows = cause.is_consequence() && !causes.is_empty();
+            let follows = cause.is_consequence() && causes.iter().any(|group| !group.cause.is_consequence());
             let hint = if follows { "; the causes before may explain this" } else { "" };
             let summary = cause.summary(clips.len()) + hint;
             causes.push(WarningGroup { cause, summary, clips, warnings: same.len() });
