@@ -5,7 +5,7 @@
 //! shutter, and noise from a seed.  Tests and tutorials compare measurements with these known poses.
 
 use crate::capture::{self, Camera, Frame, GreyImage};
-use crate::cell::{Striker, Tag};
+use crate::cell::Tag;
 use crate::geometry::{Pixel, Point, Pose, Vec2};
 use crate::object::{Object, Shape};
 use crate::statistics::sorted_by_value;
@@ -77,7 +77,6 @@ pub struct Thing {
 /// Default grey levels.
 const OBJECT_GREY: f64 = 150.0;
 const SIDE_GREY: f64 = 95.0;
-const STRIKER_GREY: f64 = 70.0;
 const MARKER_GREY: f64 = 20.0;
 const PAPER_GREY: f64 = 235.0;
 
@@ -116,12 +115,6 @@ impl Thing {
         let top_m = object.height_m + feature.thickness_m;
         let marker = Self::flat(feature.shape, pose, top_m, MARKER_GREY);
         [body, Self { at_m: feature.at_m, thickness_m: feature.thickness_m, ..marker }]
-    }
-
-    /// The striker, an upright rod or block on the table.
-    pub fn striker(striker: &Striker, pose: Pose) -> Self {
-        let top = Self::flat(striker.shape.clone(), pose, striker.height_m, STRIKER_GREY);
-        Self { thickness_m: striker.height_m, side_grey: SIDE_GREY, ..top }
     }
 
     /// The dot beside the object's marker, if it has one.

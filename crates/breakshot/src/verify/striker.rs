@@ -30,7 +30,7 @@ pub(super) struct Findings {
     pub warnings: Vec<Warning>,
     /// The clips that have a warning of their own.
     pub clips: BTreeSet<String>,
-    /// The clips whose striker is seen to move as given, but for what is common to all.
+    /// The clips whose striker is seen to move as given.
     pub as_given: BTreeSet<String>,
     /// Whether the strikers of most clips head elsewhere.
     pub turned: bool,
@@ -120,9 +120,10 @@ impl Findings {
                     self.clips.insert(name.clone());
                     self.warnings.push(Warning::of_clip(Cause::GivenStrike, name, text));
                 }
-                None => {
+                None if common.is_nothing() => {
                     self.as_given.insert(name.clone());
                 }
+                None => {}
             }
         }
     }
@@ -235,6 +236,11 @@ fn start(strike: &Strike, seen: &StrikerTrack) -> Start {
 }
 
 impl Common {
+    /// Whether most strikers move as given.
+    fn is_nothing(&self) -> bool {
+        [&self.speed, &self.turn, &self.aside, &self.along].iter().all(|spread| spread.median == 0.0)
+    }
+
     fn of(group: &[Compared]) -> Self {
         let of = |value: &dyn Fn(&Compared) -> Option<Measured>, least: f64| {
             let values: Vec<Measured> = group.iter().filter_map(value).collect();
@@ -242,7 +248,7 @@ impl Common {
             let alike = |m: &&Measured| (m.value - spread.median).abs() < least.max(STDS * m.std);
             let n = values.iter().filter(alike).count();
             // One clip has nothing in common, and what is accurate enough is taken as exact.
-            let is_common = n > 1 && n as f64 >= MOST * group.len() as f64;
+            let is_common = n > 1 && n as f64 >= MOST * values.len() as f64 && 4 * n >= group.len();
             if !is_common || spread.median.abs() < least {
                 spread.median = 0.0;
             }

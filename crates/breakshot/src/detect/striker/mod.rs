@@ -107,7 +107,8 @@ impl<'a> Follower<'a> {
 
     /// Adds the next frame, taken by this camera; a camera that has moved sees the path elsewhere.
     pub(super) fn add(&mut self, frame: &Frame, camera: &Camera) {
-        if self.crops.wants_next() && std::ptr::eq(camera, self.camera) {
+        let is_whole = [frame.image.width, frame.image.height] == self.camera.size_px;
+        if self.crops.wants_next() && is_whole && std::ptr::eq(camera, self.camera) {
             self.crops.push(frame.time_s, self.grid.crop(&frame.image));
         }
     }

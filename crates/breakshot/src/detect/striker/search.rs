@@ -28,10 +28,12 @@ pub(super) struct Candidate {
     pub motion: UniformMotion,
     /// The rest position from which it starts.
     pub rest: Option<Point>,
+    /// Sum of the strengths of its peaks, and the same weighted by how well it fits the given strike.
+    strength: f64,
     score: f64,
 }
 
-/// What the search is told.
+/// What is searched, and where.
 pub(super) struct Searched<'a> {
     pub peaks: &'a [Peak],
     pub times_s: &'a [f64],
@@ -61,6 +63,9 @@ const ELEVATED_M: f64 = 0.005;
 const ELEVATED_PART: f64 = 0.4;
 /// The part of the difference in speed from which it is one: its outline differs from the foot's.
 const ELEVATED_SPEED: f64 = 0.3;
+/// A speed within this fraction of the given one is as given, and a motion of this part of another one's strength about as strong.
+const AS_GIVEN: f64 = 0.025;
+const AS_STRONG: f64 = 0.7;
 /// Frames that a motion needs, with and without a rest position from which it starts.
 const LEAST_FRAMES: [usize; 2] = [2, 3];
 /// The part of the frames between its first and its last one in which it must be seen, and the mean strength there.
@@ -83,9 +88,7 @@ impl UniformMotion {
         let product = points.iter().fold(Vec2::ZERO, |sum, (t, p)| sum + (*p - at) * (t - time_s));
         (squares_s2 > 0.0).then(|| Self { at, time_s, velocity: product / squares_s2 })
     }
-}
 
-impl UniformMotion {
     /// How well the motion fits the line of the given strike, 1 at best.
     fn weight(&self) -> f64 {
         tail(self.aside_m() / ASIDE_M) * tail(self.velocity.heading_rad() / TURN_RAD)
@@ -100,6 +103,13 @@ impl UniformMotion {
 impl Searched<'_> {
     /// The motion that is probably the striker's.
     pub(super) fn best(&self) -> Option<Candidate> {
+        let nearest = self.nearest()?;
+        let foot = self.foot_below(&nearest);
+        Some(foot.unwrap_or(nearest))
+    }
+
+    /// The strongest motion near the given strike.
+    fn nearest(&self) -> Option<Candidate> {
         let early: Vec<&Peak> = self.peaks.iter().filter(|peak| peak.frame < self.before_impact).collect();
         let mut best: Option<Candidate> = None;
         for (k, later) in early.iter().enumerate() {
@@ -108,7 +118,7 @@ impl Searched<'_> {
                 let Some(motion) = UniformMotion::through(&pair).filter(|m| self.is_possible(m)) else {
                     continue;
                 };
-                // The weight by the given strike bounds the score.
+                // The strength of a frame is at most 1, and refitting hardly changes the weight.
                 let bound = self.before_impact as f64 * motion.weight();
                 if best.as_ref().is_some_and(|best| best.score >= bound) {
                     continue;
@@ -149,7 +159,39 @@ impl Searched<'_> {
             peak.strength * (1.0 - off * off)
         };
         let score = matched.iter().map(closeness).sum::<f64>() * motion.weight() * near_rest;
-        Some(Candidate { motion, rest, score })
+        Some(Candidate { motion, rest, strength, score })
+    }
+
+    /// The motion of the striker's foot if another one is that of a part above it: that one is faster than given, and the foot's is as fast
+    /// as given, about as strong, and nearer to the point below the camera by about as much. The given start is wrong then.
+    fn foot_below(&self, part: &Candidate) -> Option<Candidate> {
+        let below = self.below_camera?;
+        let ratio = |motion: &UniformMotion| motion.velocity.length() / self.strike.speed_m_s;
+        if ratio(&part.motion) - 1.0 < AS_GIVEN {
+            return None;
+        }
+        let at = part.motion.at;
+        let is_foot = |motion: &UniformMotion| {
+            let foot = motion.at(part.motion.time_s);
+            let Some(outward) = (foot - below).direction() else { return false };
+            let displaced_m = (at - foot).dot(outward);
+            let excess = displaced_m / foot.distance(below);
+            let faster = ratio(&part.motion) / ratio(motion) - 1.0;
+            displaced_m > ELEVATED_M
+                && (at - foot).cross(outward).abs() < ELEVATED_PART * displaced_m
+                && faster > ELEVATED_SPEED * excess
+                && faster < excess / ELEVATED_SPEED
+                && (ratio(motion) - 1.0).abs() < AS_GIVEN
+        };
+        let early: Vec<&Peak> = self.peaks.iter().filter(|peak| peak.frame < self.before_impact).collect();
+        let pairs = (0..early.len()).flat_map(|k| (0..k).map(move |j| (j, k)));
+        let motions = pairs.filter_map(|(j, k)| {
+            let pair = [early[j], early[k]].map(|peak| (self.times_s[peak.frame], peak.at));
+            UniformMotion::through(&pair).filter(|motion| self.is_possible(motion) && is_foot(motion))
+        });
+        let candidates = motions.filter_map(|motion| self.candidate(&motion));
+        let feet = candidates.filter(|c| is_foot(&c.motion) && c.strength > AS_STRONG * part.strength);
+        feet.max_by(|a, b| a.strength.total_cmp(&b.strength))
     }
 
     /// Whether this is probably not the striker's foot but a part above it. The camera sees such a part displaced away from the point
