@@ -9,6 +9,7 @@ mod example;
 mod fuzz;
 mod process;
 mod python;
+mod sbom;
 mod speed;
 #[path = "../../crates/breakshot/tests/splitmix/mod.rs"]
 mod splitmix;
@@ -57,6 +58,11 @@ usage: cargo xtask TASK
   validate robot [SHARED] [--part arms|impulse|paths|wire]
                    the arm beside pinocchio and MuJoCo, the drivers beside a mock controller, the vendor's client and roslibpy
                    (`cargo run --release -p xtask --`; paths takes the last learned properties)
+  validate faults [EVERY]
+                   every message between the drivers and their controllers lost, late, doubled, out of order and wrong in each field,
+                   at every step of a strike, in simulated time; EVERY 9 makes every ninth run alone
+  validate kills [COUNT]
+                   the program killed at COUNT random moments (default 200): outputs are whole or absent, the next run is the same
   bench estimate [LAB TRACKS]
                    time of estimation in drawn campaigns of growing size, or from the films' tracks (TRACKS is what
                    `breakshot estimate --tracks` wrote)
@@ -93,7 +99,8 @@ usage: cargo xtask TASK
   proto            the Rust code of the Indy's messages is generated again from crates/breakshot-drivers/proto/indy.proto
   python [PYTHON]  the Python package: its wheel is built, installed with NumPy alone and tested, its types are checked (PYTHON is an
                    interpreter, python3 if not given)
-  deny             licences and sources of all dependencies (installs cargo-deny)
+  deny             licences, sources and advisories of all dependencies (installs cargo-deny)
+  sbom [FILE]      the bill of materials: all crates of the programs with versions, checksums and licences (CycloneDX, JSON)
 ";
 
 fn main() -> ExitCode {
@@ -109,8 +116,9 @@ fn main() -> ExitCode {
         ["validate", "robot", rest @ .., "--part", part] => validate::robot(&shared(rest), Some(part)),
         ["validate", "robot", rest @ ..] => validate::robot(&shared(rest), None),
         ["validate", "air-table", rest @ ..] => validate::recorded(&shared(rest)),
-        ["validate", "estimate"] => validate::estimate(validate::CAMPAIGNS),
-        ["validate", "estimate", count] => number(count, "campaigns").and_then(validate::estimate),
+        ["validate", "faults", rest @ ..] => validate::faults(rest.first().unwrap_or(&"1")),
+        ["validate", "kills", rest @ ..] => kills(rest),
+        ["validate", "estimate", rest @ ..] => campaigns(rest),
         ["validate", "cameras", lab] => validate::cameras(lab.as_ref(), None, None),
         ["validate", "cameras", lab, "--only", name] => validate::cameras(lab.as_ref(), Some(name), None),
         ["validate", "cameras", lab, "--python", python] => {
@@ -159,9 +167,9 @@ fn main() -> ExitCode {
         }
         ["bench", "plan", lab, properties] => bench::plan::bench(lab.as_ref(), properties.as_ref()),
         ["bench", "physics", flags @ ..] => bench_physics(flags),
-        ["python"] => python::python("python3"),
-        ["python", interpreter] => python::python(interpreter),
+        ["python", rest @ ..] => python::python(rest.first().unwrap_or(&"python3")),
         ["deny"] => check::deny(),
+        ["sbom", rest @ ..] => sbom::run(rest),
         _ => {
             eprint!("{USAGE}");
             return ExitCode::from(2);
@@ -186,6 +194,16 @@ fn strikes(lab: &str, rest: &[&str]) -> Result<(), String> {
     };
     let piles = counts.first().map_or(Ok(60), |count| count.parse());
     validate::strikes(lab.as_ref(), piles.map_err(|e| format!("number of piles: {e}"))?, effort)
+}
+
+fn campaigns(rest: &[&str]) -> Result<(), String> {
+    let count = rest.first().map_or(Ok(validate::CAMPAIGNS), |count| number(count, "campaigns"));
+    validate::estimate(count?)
+}
+
+fn kills(rest: &[&str]) -> Result<(), String> {
+    let count = rest.first().map_or(Ok(validate::KILLS), |count| number(count, "kills"));
+    validate::kills(count?)
 }
 
 fn cells(rest: &[&str]) -> Result<(), String> {

@@ -8,7 +8,6 @@
 #![allow(clippy::print_stdout, reason = "a program")]
 
 #[path = "../tests/bridge/mod.rs"]
-#[allow(dead_code)]
 mod bridge;
 #[path = "../tests/mock/mod.rs"]
 mod mock;
@@ -91,8 +90,12 @@ async fn run(driver: &Driver, watchdog: Watchdog) -> Ending {
 
 /// Every injected fault, 0.3 s after the start of the strike, in real time.
 async fn failures() {
-    use InjectedFault::{Collision, Drift, EmergencyStop, LostLink, Refusal, SlowReplies, Stall, Violation};
-    for injected in [Violation, Collision, EmergencyStop, LostLink, SlowReplies, Drift, Stall, Refusal] {
+    use InjectedFault::{
+        Collision, Drift, EmergencyStop, Endless, LostLink, Refusal, SlowReplies, Stall, Violation,
+    };
+    for injected in
+        [Violation, Collision, EmergencyStop, LostLink, SlowReplies, Drift, Stall, Endless, Refusal]
+    {
         let mock = Mock::start(Setup { injected: Some((injected, 3, 0.3)), ..Setup::default() }).await;
         let ending = run(&Driver::Indy(mock.address.clone()), Watchdog::default()).await;
         let calls = mock.controller.calls();

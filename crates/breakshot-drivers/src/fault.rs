@@ -52,6 +52,16 @@ pub enum Fault {
         /// Time by which it is ahead (s).
         ahead_s: f64,
     },
+    /// The arm is behind its path: it is held up, or its joint angles are not measured any more.
+    #[error(
+        "the arm is {behind_s:.2} s behind the {motion}: it is held up, or the reported joint angles are old"
+    )]
+    Behind {
+        /// The motion.
+        motion: String,
+        /// Time by which it is behind (s).
+        behind_s: f64,
+    },
     /// A joint is faster than planned.
     #[error("joint `{joint}` moves at {speed_rad_s:.2} rad/s; planned are at most {planned_rad_s:.2} rad/s")]
     TooFast {

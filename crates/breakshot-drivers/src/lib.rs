@@ -16,6 +16,10 @@
     allow(dead_code, reason = "a part is used by the robots on the network only")
 )]
 
+// The mocks of the integration tests name this crate.
+#[cfg(test)]
+extern crate self as breakshot_drivers;
+
 mod event_log;
 mod fault;
 mod interlock;

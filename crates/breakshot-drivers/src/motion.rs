@@ -69,6 +69,13 @@ impl Motion {
         &self.phase.q_rad[self.phase.q_rad.len() - 1]
     }
 
+    /// The sample of the path that is nearest to joint angles (rad).
+    pub(crate) fn nearest(&self, q_rad: &[f64]) -> Option<&[f64]> {
+        let distance_rad = |sample: &&Vec<f64>| largest_difference(sample, q_rad).1;
+        let nearest = self.phase.q_rad.iter().min_by(|a, b| distance_rad(a).total_cmp(&distance_rad(b)));
+        nearest.map(Vec::as_slice)
+    }
+
     /// The distance of joint angles from the nearest sample of the path, whenever it is passed: the index of the joint with
     /// the largest deviation, and that deviation (rad).
     pub(crate) fn off_path(&self, q_rad: &[f64]) -> (usize, f64) {

@@ -6,9 +6,9 @@ use crate::interlock;
 use crate::job::Job;
 use crate::motion::{Motion, Motions, largest_difference};
 use crate::preflight::PreflightCheck;
-use crate::progress::Progress;
+use crate::progress::{ARRIVED_RAD, OFF_PATH_RAD, Progress};
 use crate::report::{Ending, Report, StopReport};
-use crate::robot::arm::{ArmState, Stop};
+use crate::robot::arm::{ArmState, Stop, StopAnswer};
 use crate::robot::driver::{Driver, Robot};
 use crate::stop_on_drop::{LAST_STOP, StopOnDrop};
 use std::future::Future;
@@ -18,14 +18,14 @@ use std::sync::Arc;
 use std::time::Duration;
 use tokio::time::{Instant, MissedTickBehavior, interval, sleep, timeout, timeout_at};
 
-/// Largest deviation of a joint from the path (rad). Servo lag is along the path and does not count.
-const OFF_PATH_RAD: f64 = 0.05;
-/// Largest deviation from a pose that counts as reached (rad).
-const ARRIVED_RAD: f64 = 0.01;
 /// Largest deviation from home before the first motion (rad): the trajectory starts with this step.
 const AT_HOME_RAD: f64 = 0.02;
 /// Time in which the arm must come to rest after a stop.
 const STANDSTILL: Duration = Duration::from_secs(1);
+/// Time over which readings agree if the arm is at rest.
+const REST: Duration = Duration::from_millis(50);
+/// Largest difference of the readings of an arm at rest (rad): the sensors' noise.
+const STILL_RAD: f64 = 1e-3;
 
 /// Runs [`strike`] on its own runtime; Ctrl-C, SIGTERM, SIGHUP, SIGQUIT and a panic stop the arm.
 ///
@@ -111,7 +111,7 @@ async fn connected(
     }
     let connection = Robot::connect(driver, job.command);
     let robot = Arc::new(limited(interrupt.as_mut(), "the connection", connection).await?);
-    Session { robot, job, log, interrupt, first_look_unix_s: None }.run().await
+    Session::new(robot, job, log, interrupt).run().await
 }
 
 /// Time limit of what precedes a motion.
@@ -139,9 +139,20 @@ pub(crate) struct Session<'a, I> {
     pub(crate) interrupt: Pin<Box<I>>,
     /// When the first observation was made (s since 1970).
     pub(crate) first_look_unix_s: Option<f64>,
+    /// Whether the latest motion was sent, and neither confirmed nor refused.
+    pub(crate) is_unconfirmed: bool,
 }
 
-impl<I: Future<Output = ()>> Session<'_, I> {
+impl<'a, I: Future<Output = ()>> Session<'a, I> {
+    pub(crate) fn new(
+        robot: Arc<Robot>,
+        job: &'a Job<'a>,
+        log: &'a mut EventLog,
+        interrupt: Pin<Box<I>>,
+    ) -> Self {
+        Self { robot, job, log, interrupt, first_look_unix_s: None, is_unconfirmed: false }
+    }
+
     pub(crate) async fn run(&mut self) -> Result<Report, Fault> {
         let command = self.job.command;
         let mut objections = self.objections();
@@ -263,7 +274,12 @@ impl<I: Future<Output = ()>> Session<'_, I> {
         let robot = Arc::clone(&self.robot);
         let mut progress = Progress::new(motion, &self.job.command.joints, watchdog.pace);
         let mut sending = std::pin::pin!(timeout(watchdog.grace, robot.send(motion)));
-        let (sent, mut is_accepted, mut has_moved) = (Instant::now(), false, false);
+        let (sent, mut is_accepted, mut moving_since) = (Instant::now(), false, None);
+        self.is_unconfirmed = true;
+        let unconfirmed = |silent: Duration| {
+            let cause = format!("the {name} was not confirmed");
+            Fault::LostLink { silent_s: silent.as_secs_f64(), cause }
+        };
         let mut ticks = interval(watchdog.period);
         ticks.set_missed_tick_behavior(MissedTickBehavior::Delay);
         loop {
@@ -271,19 +287,26 @@ impl<I: Future<Output = ()>> Session<'_, I> {
                 biased;
                 () = self.interrupt.as_mut() => return Err(Fault::Interrupted),
                 answer = &mut sending, if !is_accepted => {
-                    let silent_s = sent.elapsed().as_secs_f64();
-                    let cause = format!("the {name} was not confirmed");
-                    answer.map_err(|_| Fault::LostLink { silent_s, cause })??;
+                    let answer = answer.map_err(|_| unconfirmed(sent.elapsed()))?;
+                    self.is_unconfirmed = matches!(answer, Err(Fault::LostLink { .. }));
+                    answer?;
                     is_accepted = true;
+                    progress.accepted(sent.elapsed().as_secs_f64());
                 }
                 _ = ticks.tick() => {
                     let state = self.state().await?;
                     let elapsed_s = sent.elapsed().as_secs_f64();
                     self.check_deviation(motion, &state, OFF_PATH_RAD, &[])?;
                     progress.check(&state, elapsed_s)?;
-                    has_moved |= state.moving || largest_difference(&state.q_rad, motion.start()).1 > AT_HOME_RAD;
+                    // A motion that is under way has been accepted: its confirmation is lost.
+                    if state.moving && !is_accepted {
+                        let since = *moving_since.get_or_insert(Instant::now());
+                        if since.elapsed() > watchdog.silence {
+                            return Err(unconfirmed(sent.elapsed()));
+                        }
+                    }
                     let is_there = largest_difference(&state.q_rad, motion.end()).1 < ARRIVED_RAD && !state.moving;
-                    if is_accepted && is_there && (has_moved || elapsed_s >= duration_s) {
+                    if is_accepted && is_there && progress.has_ended() {
                         self.log.note(Event::Arrived { motion: name });
                         return Ok(());
                     }
@@ -316,6 +339,10 @@ impl<I: Future<Output = ()>> Session<'_, I> {
                 }
                 Ok(Ok(mut state)) => {
                     state.age_s += requested.elapsed().as_secs_f64();
+                    if state.age_s > watchdog.silence.as_secs_f64() {
+                        let cause = "the joint angles are not measured any more".into();
+                        return Err(Fault::LostLink { silent_s: state.age_s, cause });
+                    }
                     let (q_rad, moving) = (state.q_rad.clone(), state.moving);
                     self.log.note(Event::State { q_rad, moving });
                     return Ok(state);
@@ -360,51 +387,97 @@ impl<I: Future<Output = ()>> Session<'_, I> {
 
     /// Stops the arm and logs the fault and the stop.
     async fn stopped(&mut self, motion: &Motion, fault: Fault) -> Ending {
-        let stop = self.stop().await;
         self.log.note(Event::Fault { message: fault.to_string(), fault: fault.clone() });
+        let mut stop = self.stop().await;
+        if self.is_unconfirmed {
+            self.watch_for_late_start(&mut stop).await;
+        }
         self.log.note(Event::Stopped(stop.clone()));
         Ending::Stopped { motion: motion.name.into(), fault, stop }
     }
 
     async fn stop(&mut self) -> StopReport {
-        let (known, silence) = (Instant::now(), self.job.watchdog.silence);
-        let mut account = StopReport::default();
-        let mut confirmed = timeout(silence, self.robot.stop(Stop::Smooth)).await;
-        if !matches!(confirmed, Ok(Ok(()))) {
-            account.braked = true;
-            confirmed = timeout(silence, self.robot.stop(Stop::Brake)).await;
+        let (known, watchdog) = (Instant::now(), self.job.watchdog);
+        let mut report = StopReport::default();
+        // A stop that fails is repeated, with brakes, for as long as the link may recover.
+        let mut how = Stop::Smooth;
+        let answer = loop {
+            match timeout(watchdog.silence, self.robot.stop(how)).await {
+                Ok(Ok(answer)) => break Some(answer),
+                Ok(Err(_)) => sleep(watchdog.period).await,
+                Err(_) => {}
+            }
+            if report.braked && known.elapsed() > STANDSTILL {
+                break None;
+            }
+            how = Stop::Brake;
+            report.braked = true;
+        };
+        if answer == Some(StopAnswer::Confirmed) {
+            report.confirmed_after_s = Some(known.elapsed().as_secs_f64());
         }
-        if matches!(confirmed, Ok(Ok(()))) {
-            account.confirmed_after_s = Some(known.elapsed().as_secs_f64());
+        report.at_rest_after_s = self.standstill(known).await;
+        if report.at_rest_after_s.is_none() && answer.is_some() && !report.braked {
+            // The stop was answered, but the arm still moves: request the brakes.
+            report.braked = true;
+            let _ = timeout(watchdog.silence, self.robot.stop(Stop::Brake)).await;
+            report.at_rest_after_s = self.standstill(known).await;
         }
-        account.at_rest_after_s = self.standstill(known).await;
-        if account.at_rest_after_s.is_none() && account.confirmed_after_s.is_some() && !account.braked {
-            // The stop was confirmed, but the arm still moves: request the brakes.
-            account.braked = true;
-            let _ = timeout(silence, self.robot.stop(Stop::Brake)).await;
-            account.at_rest_after_s = self.standstill(known).await;
+        if answer == Some(StopAnswer::Asked) {
+            // Only the arm's rest confirms a stop that is never answered.
+            report.confirmed_after_s = report.at_rest_after_s;
         }
-        account.explanation = timeout(silence, self.robot.explanation()).await.ok().flatten();
-        account
+        report.explanation = timeout(watchdog.silence, self.robot.explanation()).await.ok().flatten();
+        report
     }
 
-    /// When two consecutive readings agree (s since `known`).
+    /// When readings that were measured one after the other agree (s since `known`).
     async fn standstill(&mut self, known: Instant) -> Option<f64> {
-        /// Largest sensor noise (rad).
-        const STILL_RAD: f64 = 1e-3;
         let watchdog = self.job.watchdog;
         let deadline = Instant::now() + STANDSTILL;
-        let mut before: Option<Vec<f64>> = None;
+        // The first reading of the arm at its present pose, and the latest time at which it was measured.
+        let mut first: Option<(Instant, Vec<f64>)> = None;
         while Instant::now() < deadline {
-            // A controller with a fault still reports joint angles: `joint_angles` requests nothing else.
-            if let Ok(Ok(angles_rad)) = timeout(watchdog.silence, self.robot.joint_angles()).await {
-                if before.is_some_and(|before| largest_difference(&before, &angles_rad).1 < STILL_RAD) {
-                    return Some(known.elapsed().as_secs_f64());
+            // A controller with a fault still reports joint angles: `reading` requests nothing else.
+            let asked = Instant::now();
+            let reading = timeout(watchdog.silence, self.robot.reading()).await;
+            let reading = reading.ok().and_then(Result::ok).filter(|state| !state.moving);
+            first = match (first, reading) {
+                (Some((since, q_rad)), Some(state))
+                    if largest_difference(&q_rad, &state.q_rad).1 < STILL_RAD =>
+                {
+                    // A robot may report the same reading again: its age grows.
+                    let measured = asked.checked_sub(Duration::from_secs_f64(state.age_s));
+                    if measured.is_some_and(|measured| measured >= since + REST) {
+                        return Some(known.elapsed().as_secs_f64());
+                    }
+                    Some((since, q_rad))
                 }
-                before = Some(angles_rad);
-            }
+                (_, Some(state)) => {
+                    let since = Instant::now().checked_sub(Duration::from_secs_f64(state.age_s));
+                    since.map(|since| (since, state.q_rad))
+                }
+                (_, None) => None,
+            };
             sleep(2 * watchdog.period).await;
         }
         None
+    }
+
+    /// A motion that was sent and neither confirmed nor refused may still begin: the arm is watched for as long as a
+    /// confirmation may take, and stopped again if it moves.
+    async fn watch_for_late_start(&mut self, report: &mut StopReport) {
+        let (begun, watchdog) = (Instant::now(), self.job.watchdog);
+        let mut rest: Option<Vec<f64>> = None;
+        while begun.elapsed() < watchdog.grace {
+            if let Ok(Ok(state)) = timeout(watchdog.silence, self.robot.reading()).await {
+                let rest = rest.get_or_insert(state.q_rad.clone());
+                if state.moving || largest_difference(rest, &state.q_rad).1 > 2.0 * STILL_RAD {
+                    *report = self.stop().await;
+                    return;
+                }
+            }
+            sleep(watchdog.period).await;
+        }
     }
 }

@@ -4,7 +4,7 @@ use crate::robot::arm::Stop;
 use crate::robot::driver::Robot;
 use std::sync::Arc;
 use std::time::Duration;
-use tokio::time::timeout;
+use tokio::time::{sleep, timeout};
 
 /// Time limit of a stop whose run has gone.
 pub(crate) const LAST_STOP: Duration = Duration::from_secs(1);
@@ -30,7 +30,9 @@ impl Drop for StopOnDrop {
         {
             runtime.spawn(async move {
                 // Nothing is left that could handle an error.
-                let _ = timeout(LAST_STOP, robot.stop(Stop::Smooth)).await;
+                let _ = timeout(LAST_STOP / 2, robot.stop(Stop::Smooth)).await;
+                // The connection is kept until its messages have left.
+                sleep(LAST_STOP / 4).await;
             });
         }
     }

@@ -1,5 +1,16 @@
 //! Order and content of the requests, with paused time.
 
+#[cfg(feature = "network")]
+mod faults;
+#[cfg(feature = "network")]
+mod over_rosbridge;
+#[cfg(feature = "network")]
+mod simulated;
+
+#[cfg(feature = "network")]
+use simulated::mock::example;
+
+#[cfg(not(feature = "network"))]
 #[path = "../tests/mock/example.rs"]
 #[allow(unreachable_pub, reason = "shared with the integration tests")]
 mod example;
@@ -59,8 +70,7 @@ async fn run_on(
     let job = job(command, permission, observe);
     let mut log = EventLog::new(command, None, |_| ()).expect("an arm");
     let interrupt = Box::pin(std::future::pending());
-    let mut session =
-        Session { robot: Arc::clone(&robot), job: &job, log: &mut log, interrupt, first_look_unix_s: None };
+    let mut session = Session::new(Arc::clone(&robot), &job, &mut log, interrupt);
     let ending = session.run().await.expect("a simulation is there").ending;
     (ending, received(&robot))
 }
@@ -262,8 +272,7 @@ async fn a_run_that_is_dropped_during_a_motion_stops_the_arm() {
     let job = job(&command, permission(&command), NO_OBSERVATION);
     let mut log = EventLog::new(&command, None, |_| ()).expect("an arm");
     let interrupt = Box::pin(std::future::pending());
-    let mut session =
-        Session { robot: Arc::clone(&robot), job: &job, log: &mut log, interrupt, first_look_unix_s: None };
+    let mut session = Session::new(Arc::clone(&robot), &job, &mut log, interrupt);
     assert!(tokio::time::timeout(Duration::from_secs(1), session.run()).await.is_err(), "it has ended");
     tokio::time::sleep(Duration::from_millis(10)).await;
     assert_eq!(received(&robot), ["approach", "stop"]);

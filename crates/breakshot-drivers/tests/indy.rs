@@ -113,15 +113,16 @@ async fn failed(injected: InjectedFault) -> (Fault, breakshot_drivers::StopRepor
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn every_fault_ends_in_a_stop_and_no_further_motion() {
-    use InjectedFault::{Collision, Drift, EmergencyStop, Refusal, Stall, Violation};
-    for injected in [Violation, Collision, EmergencyStop, Drift, Stall, Refusal] {
+    use InjectedFault::{Collision, Drift, EmergencyStop, Endless, Refusal, Stall, Violation};
+    for injected in [Violation, Collision, EmergencyStop, Drift, Stall, Endless, Refusal] {
         let (fault, stop, moves) = failed(injected).await;
         let fits = match injected {
             Violation => fault == Fault::Violation,
             Collision => fault == Fault::Collision,
             EmergencyStop => matches!(fault, Fault::NotReady { .. }),
             Drift => matches!(fault, Fault::OffPath { .. }),
-            Stall => matches!(fault, Fault::Overdue { .. }),
+            Stall => matches!(fault, Fault::Behind { .. }),
+            Endless => matches!(fault, Fault::Overdue { .. }),
             _ => matches!(fault, Fault::Refused { .. }),
         };
         assert!(fits, "{injected:?}: {fault:?}");
@@ -156,7 +157,8 @@ async fn an_interrupt_stops_the_arm_during_a_motion() {
     let command = command(0.2);
     let permission = Permission { hash: Some(command.short_hash()), allow_fast: false };
     let (observe, now_unix_s) = (&|| Ok(None), just_after);
-    let job = Job { command: &command, permission, live: true, observe, now_unix_s, watchdog: PATIENT };
+    let watchdog = Watchdog { pace: 1.0, ..PATIENT };
+    let job = Job { command: &command, permission, live: true, observe, now_unix_s, watchdog };
     let folder = tempfile::tempdir().expect("a folder");
     let log_path = folder.path().join("strike.jsonl");
     let mut log = EventLog::new(&command, Some(&log_path), |_| ()).expect("an arm");

@@ -1,15 +1,13 @@
 //! The driver against a mock rosbridge that records every message and simulates an arm.
 
 mod bridge;
-#[path = "mock/example.rs"]
-#[allow(dead_code, unreachable_pub, reason = "this test uses a subset")]
-mod example;
+mod mock;
 
 use breakshot_drivers::{
     Driver, Ending, EventLog, Fault, Job, Permission, Report, Watchdog, rosbridge, strike,
 };
 use bridge::{Bridge, InjectedFault};
-use example::{command, just_after};
+use mock::example::{command, just_after};
 use std::time::Duration;
 
 /// As in `indy.rs`.

@@ -8,6 +8,7 @@ pub(crate) mod air_table;
 mod cameras;
 mod cells;
 pub(crate) mod estimation;
+mod kills;
 mod physics;
 mod robot;
 pub(crate) mod row;
@@ -20,6 +21,7 @@ mod truth;
 use crate::process;
 pub(crate) use cameras::cameras;
 use estimation::{advise, altered, campaigns, properties, saved};
+pub(crate) use kills::{KILLS, run as kills};
 use row::{Row, require};
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -97,6 +99,13 @@ pub(crate) fn contact(lab: &Path, cells: u64) -> Result<(), String> {
     let mut all_hold = estimation::contact::advised_films(&Program::build()?, lab)?;
     all_hold &= estimation::contact::validate(lab, cells)?;
     require(all_hold)
+}
+
+/// Mishaps of every message of the drivers: the tests of the drivers make the runs and print the table.
+pub(crate) fn faults(every: &str) -> Result<(), String> {
+    let test = ["test", "-p", "breakshot-drivers", "--lib", "tests::faults::all_mishaps"];
+    let words = [&test[..], &["--", "--ignored", "--nocapture"]].concat();
+    crate::check::cargo(&words, &[("BREAKSHOT_FAULTS_EVERY", every)])
 }
 
 /// The simulator against an independent one, itself and recorded collisions.

@@ -19,3 +19,12 @@ pub(crate) enum Stop {
     /// Decelerates along the path, then applies the brakes.
     Brake,
 }
+
+/// What a robot answers to a stop.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum StopAnswer {
+    /// The controller has confirmed it.
+    Confirmed,
+    /// It was sent, and is never answered: only the arm's rest confirms it.
+    Asked,
+}

@@ -3,7 +3,7 @@
 use crate::fault::Fault;
 use crate::motion::Motion;
 use crate::preflight::PreflightCheck;
-use crate::robot::arm::{ArmState, Stop};
+use crate::robot::arm::{ArmState, Stop, StopAnswer};
 #[cfg(feature = "network")]
 use crate::robot::indy::{self, Indy};
 #[cfg(feature = "network")]
@@ -136,14 +136,14 @@ impl Robot {
         }
     }
 
-    /// The joint angles (rad), also while the controller reports a fault.
-    pub(crate) async fn joint_angles(&self) -> Result<Vec<f64>, Fault> {
+    /// The joint angles, also while the controller reports a fault.
+    pub(crate) async fn reading(&self) -> Result<ArmState, Fault> {
         match self {
             #[cfg(feature = "network")]
-            Self::Indy(indy) => indy.joint_angles().await,
+            Self::Indy(indy) => indy.reading().await,
             #[cfg(feature = "network")]
-            Self::Rosbridge(bridge) => bridge.joint_angles(),
-            Self::Sim(sim) => Ok(sim.state().q_rad),
+            Self::Rosbridge(bridge) => bridge.reading(),
+            Self::Sim(sim) => Ok(sim.state()),
         }
     }
 
@@ -153,21 +153,21 @@ impl Robot {
             #[cfg(feature = "network")]
             Self::Indy(indy) => indy.send(motion).await,
             #[cfg(feature = "network")]
-            Self::Rosbridge(bridge) => bridge.send(motion),
+            Self::Rosbridge(bridge) => bridge.send(motion).await,
             Self::Sim(sim) => sim.send(motion),
         }
     }
 
     /// Stops the arm.
-    pub(crate) async fn stop(&self, how: Stop) -> Result<(), Fault> {
+    pub(crate) async fn stop(&self, how: Stop) -> Result<StopAnswer, Fault> {
         match self {
             #[cfg(feature = "network")]
             Self::Indy(indy) => indy.stop(how).await,
             #[cfg(feature = "network")]
-            Self::Rosbridge(bridge) => bridge.stop(),
+            Self::Rosbridge(bridge) => bridge.stop().await,
             Self::Sim(sim) => {
                 sim.stop();
-                Ok(())
+                Ok(StopAnswer::Confirmed)
             }
         }
     }

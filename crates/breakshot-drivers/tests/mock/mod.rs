@@ -3,16 +3,24 @@
 #![allow(dead_code, unreachable_pub, reason = "each test uses a subset")]
 
 pub mod example;
+pub mod mishap;
 mod services;
+pub mod simulated_arm;
+pub mod wire_fields;
 
 use breakshot::robot::{Arm, Frame};
 use breakshot_drivers::indy::{Address, requests};
 use breakshot_drivers::wire::OpState;
+use mishap::{Messages, Mishap};
 use nalgebra::Translation3;
+use prost::Message;
+use simulated_arm::SimulatedArm;
 use std::sync::{Arc, Mutex};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 use tokio::net::TcpListener;
 use tokio::task::JoinHandle;
+use tokio::time::Instant;
+use tonic::Status;
 use tonic::transport::server::TcpIncoming;
 
 /// The home pose of an Indy 7 (deg).
@@ -35,8 +43,10 @@ pub enum InjectedFault {
     Drift,
     /// The motion is not accepted.
     Refusal,
-    /// The motion never ends.
+    /// The arm stands still; its motion never ends.
     Stall,
+    /// The arm arrives, but its motion never ends.
+    Endless,
 }
 
 /// The controller's settings and the injected fault.
@@ -56,6 +66,8 @@ pub struct Setup {
     pub op_state: OpState,
     pub servos_on: bool,
     pub tip_limit_m_s: f32,
+    /// Time in which the arm brakes when it is stopped.
+    pub brakes: Duration,
 }
 
 impl Default for Setup {
@@ -72,6 +84,7 @@ impl Default for Setup {
             op_state: OpState::OpIdle,
             servos_on: true,
             tip_limit_m_s: 1.0,
+            brakes: Duration::from_millis(100),
         }
     }
 }
@@ -83,16 +96,8 @@ pub struct Call {
     pub name: String,
 }
 
-/// Rows of joint angles (rad), uniformly spaced in time.
-struct Moving {
-    rows: Vec<Vec<f64>>,
-    period_s: f64,
-    begun: Instant,
-}
-
 struct MockState {
-    q_rad: Vec<f64>,
-    moving: Option<Moving>,
+    arm: SimulatedArm,
     motions: usize,
     op_state: OpState,
     calls: Vec<Call>,
@@ -100,6 +105,8 @@ struct MockState {
     shown_s: Option<f64>,
     silent: bool,
     slow: bool,
+    /// The motion is reported as under way although the arm rests.
+    endless: bool,
 }
 
 /// The controller itself, shared by its services.
@@ -108,6 +115,7 @@ pub struct Controller {
     pub arm: Arm,
     begun: Instant,
     state: Mutex<MockState>,
+    messages: Mutex<Messages>,
 }
 
 /// Longer than the time limit of an answer during a strike.
@@ -115,18 +123,65 @@ const SLOW: Duration = Duration::from_millis(600);
 
 impl Controller {
     pub fn new(setup: Setup) -> Arc<Self> {
+        let q_rad = setup.q_deg.map(f64::to_radians).to_vec();
         let state = MockState {
-            q_rad: setup.q_deg.map(f64::to_radians).to_vec(),
-            moving: None,
+            arm: SimulatedArm::new(q_rad, setup.speedup, setup.brakes),
             motions: 0,
             op_state: setup.op_state,
             calls: Vec::new(),
             shown_s: None,
             silent: false,
             slow: false,
+            endless: false,
         };
         let arm = Arm::built_in("indy7").expect("built in");
-        Arc::new(Self { setup, arm, begun: Instant::now(), state: Mutex::new(state) })
+        let (state, messages) = (Mutex::new(state), Mutex::default());
+        Arc::new(Self { setup, arm, begun: Instant::now(), state, messages })
+    }
+
+    /// The messages between the client and the controller.
+    pub fn messages(&self) -> std::sync::MutexGuard<'_, Messages> {
+        self.messages.lock().expect("no test panics while it holds this")
+    }
+
+    /// A message after what happens to it on its way: none if it is lost, several if it is repeated.
+    async fn passed<T: Message + Default>(&self, kind: &str, message: T) -> Result<Option<Vec<T>>, Status> {
+        let motions = {
+            let mut state = self.state();
+            let (_, moves) = state.arm.now();
+            (state.arm.played.len(), moves)
+        };
+        let bytes = message.encode_to_vec();
+        let mishap = self.messages().pass(kind, &bytes, motions);
+        let decoded = |bytes: Vec<u8>| {
+            let message = T::decode(&bytes[..]);
+            message.map(|message| Some(vec![message])).map_err(|e| Status::internal(e.to_string()))
+        };
+        match mishap {
+            None => Ok(Some(vec![message])),
+            Some(Mishap::Lost) => Ok(None),
+            Some(Mishap::Late(by)) => {
+                tokio::time::sleep(by).await;
+                Ok(Some(vec![message]))
+            }
+            Some(Mishap::Doubled) => Ok(Some(vec![message, T::decode(&bytes[..]).expect("a message")])),
+            Some(Mishap::OutOfOrder(count)) => {
+                let earlier = self.messages().earlier(kind, count);
+                earlier.map_or_else(|| Ok(Some(vec![message])), decoded)
+            }
+            Some(Mishap::Wrong(k)) => decoded(wire_fields::changes(&bytes).swap_remove(k)),
+        }
+    }
+
+    /// Where the arm is (rad).
+    pub fn true_rad(&self) -> Vec<f64> {
+        self.state().arm.now().0
+    }
+
+    /// All motions of the arm.
+    pub fn played(&self) -> Vec<simulated_arm::Played> {
+        self.advance();
+        self.state().arm.played.clone()
     }
 
     fn state(&self) -> std::sync::MutexGuard<'_, MockState> {
@@ -151,7 +206,20 @@ impl Controller {
     /// The current joint angles (rad).
     pub fn q_rad(&self) -> Vec<f64> {
         self.advance();
-        self.state().q_rad.clone()
+        self.reported().0
+    }
+
+    /// The joint angles that the controller reports (rad), and whether a motion is under way.
+    fn reported(&self) -> (Vec<f64>, bool) {
+        let mut state = self.state();
+        let (mut q_rad, moves) = state.arm.now();
+        if let Some((InjectedFault::Drift, _, after_s)) = self.setup.injected
+            && state.motions >= self.setup.injected.map_or(0, |(_, motion, _)| motion)
+        {
+            let since_s = state.arm.played.last().map_or(0.0, |played| played.begun.elapsed().as_secs_f64());
+            q_rad[2] += 0.5 * (since_s * self.setup.speedup - after_s).clamp(0.0, 1.0);
+        }
+        (q_rad, moves || state.endless)
     }
 
     /// Records a request; delays the answer if that fault is injected.
@@ -159,7 +227,10 @@ impl Controller {
         self.advance();
         let (silent, slow) = {
             let mut state = self.state();
-            state.calls.push(Call { at_s: self.begun.elapsed().as_secs_f64(), name: name.into() });
+            // A stop records itself, before the answer.
+            if name != "StopMotion" {
+                state.calls.push(Call { at_s: self.begun.elapsed().as_secs_f64(), name: name.into() });
+            }
             (state.silent, state.slow)
         };
         if silent {
@@ -173,44 +244,30 @@ impl Controller {
     /// Advances the arm and the injected fault to the current time.
     fn advance(&self) {
         let mut state = self.state();
-        let Some(moving) = &state.moving else { return };
-        let since_s = moving.begun.elapsed().as_secs_f64() * self.setup.speedup;
-        let injected = self
-            .setup
-            .injected
-            .filter(|&(_, motion, after_s)| state.motions == motion && since_s >= after_s)
-            .map(|(injected, _, after_s)| (injected, after_s));
-        let stopped_s = match injected {
-            Some((
-                InjectedFault::Violation
-                | InjectedFault::Collision
-                | InjectedFault::EmergencyStop
-                | InjectedFault::Stall,
-                after_s,
-            )) => after_s,
-            _ => since_s,
-        };
-        let row = (stopped_s / moving.period_s) as usize;
-        let mut q_rad = moving.rows[row.min(moving.rows.len() - 1)].clone();
-        let ended = row + 1 >= moving.rows.len();
-        if let Some((InjectedFault::Drift, after_s)) = injected {
-            q_rad[2] += 0.5 * (since_s - after_s).min(1.0);
+        let (_, moves) = state.arm.now();
+        let Some((injected, motion, after_s)) = self.setup.injected else { return };
+        let Some(played) = state.arm.played.last() else { return };
+        let is_due = played.begun.elapsed().as_secs_f64() * self.setup.speedup >= after_s;
+        if state.motions != motion || !is_due || (!moves && injected != InjectedFault::Endless) {
+            return;
         }
-        state.q_rad = q_rad;
-        match injected.map(|(injected, _)| injected) {
-            Some(InjectedFault::Violation) => state.fail(OpState::OpViolate),
-            Some(InjectedFault::Collision) => state.fail(OpState::OpCollision),
-            Some(InjectedFault::EmergencyStop) => state.fail(OpState::OpStopAndOff),
-            Some(InjectedFault::LostLink) => state.silent = true,
-            Some(InjectedFault::SlowReplies) => state.slow = true,
-            _ => {}
+        match injected {
+            InjectedFault::Violation => state.fail(OpState::OpViolate),
+            InjectedFault::Collision => state.fail(OpState::OpCollision),
+            InjectedFault::EmergencyStop => state.fail(OpState::OpStopAndOff),
+            InjectedFault::LostLink => state.silent = true,
+            InjectedFault::SlowReplies => state.slow = true,
+            InjectedFault::Endless => {
+                state.endless = !state.calls.iter().any(|call| call.name.starts_with("StopMotion"));
+            }
+            InjectedFault::Stall => {
+                state.arm.halt();
+                state.endless = true;
+            }
+            InjectedFault::Drift | InjectedFault::Refusal => {}
         }
-        if injected.is_some() && state.shown_s.is_none() {
+        if state.shown_s.is_none() {
             state.shown_s = Some(self.begun.elapsed().as_secs_f64());
-        }
-        let stays = matches!(injected, Some((InjectedFault::Drift | InjectedFault::Stall, _)));
-        if ended && !stays {
-            state.moving = None;
         }
     }
 
@@ -221,16 +278,25 @@ impl Controller {
         let refuses = self.setup.injected.is_some_and(|(injected, motion, _)| {
             injected == InjectedFault::Refusal && motion == state.motions
         });
-        if refuses || state.op_state != OpState::OpIdle || state.moving.is_some() || rows.is_empty() {
+        let (_, moves) = state.arm.now();
+        if refuses || state.op_state != OpState::OpIdle || moves || rows.is_empty() {
             return false;
         }
-        state.moving = Some(Moving { rows, period_s, begun: Instant::now() });
+        let times_s = (0..rows.len()).map(|k| period_s * k as f64).collect();
+        state.arm.begin(times_s, rows);
         true
     }
 
-    fn stop(&self) {
+    /// Brakes, unless the link is lost.
+    fn stop(&self, category: i32) {
+        self.advance();
         let mut state = self.state();
-        state.moving = None;
+        let at_s = self.begun.elapsed().as_secs_f64();
+        state.calls.push(Call { at_s, name: format!("StopMotion {category}") });
+        if self.setup.injected.is_none_or(|(injected, ..)| injected != InjectedFault::LostLink) {
+            state.arm.stop();
+            state.endless = false;
+        }
     }
 
     /// The tool frame in the base frame, 0.5 mm higher than by the published frames.
@@ -246,7 +312,7 @@ impl Controller {
 impl MockState {
     fn fail(&mut self, op_state: OpState) {
         self.op_state = op_state;
-        self.moving = None;
+        self.arm.halt();
     }
 }
 
@@ -273,6 +339,21 @@ impl Drop for Mock {
     fn drop(&mut self) {
         self.server.abort();
     }
+}
+
+/// Serves all services over streams of this process.
+pub async fn serve_streams(
+    controller: Arc<Controller>,
+    streams: tokio::sync::mpsc::UnboundedReceiver<tokio::io::DuplexStream>,
+) {
+    let incoming = futures_util::stream::unfold(streams, async |mut streams| {
+        let stream = streams.recv().await?;
+        Some((Ok::<_, std::io::Error>(stream), streams))
+    });
+    services::router(&controller)
+        .serve_with_incoming(Box::pin(incoming))
+        .await
+        .expect("the server ends with the test");
 }
 
 /// Serves all services on one port.

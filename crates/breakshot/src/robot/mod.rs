@@ -28,7 +28,7 @@ pub use command::{Answer, Command, Refusal, Stroke};
 pub use output::impulse_figure::impulse_figure;
 pub use output::impulse_map::impulse_map;
 pub use output::recording::{LogLevel, Recording};
-pub use output::ros::{FollowJointTrajectory, JointTrajectory, RosDuration, TrajectoryPoint};
+pub use output::ros::{FollowJointTrajectory, JointTolerance, JointTrajectory, RosDuration, TrajectoryPoint};
 pub use path::limits::{FASTEST_M_S, LimitCheck, LimitedQuantity, Limits};
 pub use path::safety::{ContactSpeed, SLOW_M_S};
 pub(crate) use path::striker_path::least_follow_through_m;

@@ -1,3 +1,5 @@
+mod urscript;
+
 use super::*;
 use crate::geometry::{Point, Vec2};
 use crate::object::{Object, Shape};
@@ -217,6 +219,7 @@ fn the_urscript_strikes_at_the_planned_speed_and_reaches_it_before_the_contact()
     assert!(script.starts_with("def breakshot_strike():\n") && script.ends_with("end\n"), "{script}");
     assert_eq!(script.matches("movel(").count(), 4, "{script}");
     assert!(script.contains("v=0.4)"), "{script}");
+    assert!(script.contains("popup("), "it starts anywhere: {script}");
     let stroke = &command.stroke;
     let ramp_m = 0.4 * 0.4 / (2.0 * stroke.acceleration_m_s2);
     let touch_m =

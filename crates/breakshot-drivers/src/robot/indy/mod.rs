@@ -5,12 +5,12 @@ pub mod requests;
 
 use crate::fault::Fault;
 use crate::motion::Motion;
-use crate::robot::arm::{ArmState, Stop};
+use crate::robot::arm::{ArmState, Stop, StopAnswer};
 use crate::wire::config_client::ConfigClient;
 use crate::wire::control_client::ControlClient;
 use crate::wire::device_client::DeviceClient;
 use crate::wire::rt_data_exchange_client::RtDataExchangeClient;
-use crate::wire::{Empty, OpState, Response, StopCategory, ViolationData};
+use crate::wire::{ControlData, Empty, OpState, Response, StopCategory, ViolationData};
 use std::time::Duration;
 use tonic::Status;
 use tonic::transport::{Channel, Endpoint};
@@ -76,37 +76,52 @@ impl Indy {
             let endpoint = endpoint.connect_timeout(CONNECT).tcp_nodelay(true);
             endpoint.connect().await.map_err(|e| Fault::unreachable(format!("{uri}: {}", innermost(&e))))
         };
-        Ok(Self {
-            control: ControlClient::new(channel(address.control).await?),
-            brake: ControlClient::new(channel(address.control).await?),
-            device: DeviceClient::new(channel(address.device).await?),
-            config: ConfigClient::new(channel(address.config).await?),
-            rtde: RtDataExchangeClient::new(channel(address.rtde).await?),
-            simulated: address.simulated,
-        })
+        let control = [channel(address.control).await?, channel(address.control).await?];
+        let device = channel(address.device).await?;
+        let config = channel(address.config).await?;
+        Ok(Self::over(control, device, config, channel(address.rtde).await?, address.simulated))
+    }
+
+    /// A controller at the other end of these channels; `Control` has a second one, for stops.
+    pub(crate) fn over(
+        [control, brake]: [Channel; 2],
+        device: Channel,
+        config: Channel,
+        rtde: Channel,
+        simulated: bool,
+    ) -> Self {
+        Self {
+            control: ControlClient::new(control),
+            brake: ControlClient::new(brake),
+            device: DeviceClient::new(device),
+            config: ConfigClient::new(config),
+            rtde: RtDataExchangeClient::new(rtde),
+            simulated,
+        }
     }
 
     /// The arm's state; an error if the controller is not idle or moving.
     pub(crate) async fn state(&self) -> Result<ArmState, Fault> {
-        let data = self.rtde.clone().get_control_data(Empty {}).await.map_err(link)?.into_inner();
-        let op_state = data.op_state();
-        let moving = match op_state {
-            OpState::OpIdle => false,
-            OpState::OpMoving | OpState::TrajMoving => true,
+        let data = self.control_data().await?;
+        match data.op_state() {
             OpState::OpViolate => return Err(Fault::Violation),
             OpState::OpCollision => return Err(Fault::Collision),
+            OpState::OpIdle | OpState::OpMoving | OpState::TrajMoving => {}
             other => return Err(Fault::NotReady { state: other.as_str_name().into() }),
-        };
+        }
         if !data.is_robot_connected {
             return Err(Fault::NotReady { state: "the controller has no connection to its robot".into() });
         }
-        Ok(ArmState { q_rad: radians(&data.q), moving, age_s: 0.0 })
+        Ok(arm_state(&data))
     }
 
-    /// The joint angles (rad), in any state of the controller.
-    pub(crate) async fn joint_angles(&self) -> Result<Vec<f64>, Fault> {
-        let data = self.rtde.clone().get_control_data(Empty {}).await.map_err(link)?.into_inner();
-        Ok(radians(&data.q))
+    /// The joint angles, in any state of the controller.
+    pub(crate) async fn reading(&self) -> Result<ArmState, Fault> {
+        Ok(arm_state(&self.control_data().await?))
+    }
+
+    async fn control_data(&self) -> Result<ControlData, Fault> {
+        Ok(self.rtde.clone().get_control_data(Empty {}).await.map_err(link)?.into_inner())
     }
 
     pub(crate) async fn send(&self, motion: &Motion) -> Result<(), Fault> {
@@ -120,13 +135,14 @@ impl Indy {
         accepted(motion.name, &answer.into_inner())
     }
 
-    pub(crate) async fn stop(&self, how: Stop) -> Result<(), Fault> {
+    pub(crate) async fn stop(&self, how: Stop) -> Result<StopAnswer, Fault> {
         let category = match how {
             Stop::Smooth => StopCategory::SmoothOnly,
             Stop::Brake => StopCategory::SmoothBrake,
         };
         let answer = self.brake.clone().stop_motion(requests::stop(category)).await.map_err(link)?;
-        accepted("the stop", &answer.into_inner())
+        accepted("the stop", &answer.into_inner())?;
+        Ok(StopAnswer::Confirmed)
     }
 
     pub(crate) async fn explanation(&self) -> Option<String> {
@@ -142,6 +158,11 @@ impl Indy {
 /// A violation's message with its code and joint.
 fn violation_text(violation: &ViolationData) -> String {
     format!("{} (code {:#x}, joint {})", violation.violation_str, violation.violation_code, violation.j_index)
+}
+
+fn arm_state(data: &ControlData) -> ArmState {
+    let moving = matches!(data.op_state(), OpState::OpMoving | OpState::TrajMoving);
+    ArmState { q_rad: radians(&data.q), moving, age_s: 0.0 }
 }
 
 fn radians(degrees: &[f32]) -> Vec<f64> {

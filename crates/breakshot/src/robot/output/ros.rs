@@ -10,7 +10,35 @@ use std::fmt::Write;
 pub struct FollowJointTrajectory {
     /// The trajectory.
     pub trajectory: JointTrajectory,
+    /// How far each joint may be from the path at any time.
+    pub path_tolerance: Vec<JointTolerance>,
+    /// How far each joint may be from the last point.
+    pub goal_tolerance: Vec<JointTolerance>,
+    /// How much later than planned the goal may be reached.
+    pub goal_time_tolerance: RosDuration,
 }
+
+/// The tolerance of a joint, `control_msgs/JointTolerance`; zero is the controller's own tolerance.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct JointTolerance {
+    /// The joint's name.
+    pub name: String,
+    /// Largest deviation of the angle (rad).
+    pub position: f64,
+    /// Largest deviation of the velocity (rad/s).
+    pub velocity: f64,
+    /// Largest deviation of the acceleration (rad/s2).
+    pub acceleration: f64,
+}
+
+/// Largest deviation of a joint from the path (rad), besides the one that is due to a delay.
+const PATH_RAD: f64 = 0.05;
+/// Largest delay of a servo along the path (s).
+const DELAY_S: f64 = 0.1;
+/// Largest deviation of a joint from the last point (rad).
+const GOAL_RAD: f64 = 0.01;
+/// Largest delay of the end (s).
+const GOAL_TIME_S: f64 = 1.0;
 
 /// The joint states over time.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -51,6 +79,32 @@ impl RosDuration {
     }
 }
 
+impl FollowJointTrajectory {
+    /// A goal with tolerances: each joint within 0.05 rad of the path and of what it moves in 0.1 s, and within 0.01 rad of
+    /// the last point at most 1 s late.
+    pub fn new(joint_names: Vec<String>, points: Vec<TrajectoryPoint>) -> Self {
+        let tolerances = |position: &dyn Fn(usize) -> f64| {
+            let tolerance = |(k, name): (usize, &String)| JointTolerance {
+                name: name.clone(),
+                position: position(k),
+                velocity: 0.0,
+                acceleration: 0.0,
+            };
+            joint_names.iter().enumerate().map(tolerance).collect()
+        };
+        let fastest = |k: usize| {
+            let speeds = points.iter().filter_map(|point| point.velocities.get(k));
+            speeds.fold(0.0, |most: f64, speed| most.max(speed.abs()))
+        };
+        Self {
+            path_tolerance: tolerances(&|k| PATH_RAD + DELAY_S * fastest(k)),
+            goal_tolerance: tolerances(&|_| GOAL_RAD),
+            goal_time_tolerance: RosDuration::from_seconds(GOAL_TIME_S),
+            trajectory: JointTrajectory { joint_names, points },
+        }
+    }
+}
+
 impl Command {
     /// The whole command as a goal of `FollowJointTrajectory`: every sample of the strike and every tenth of the other phases.
     /// A controller that interpolates with velocities and accelerations stays within micrometres of the path.
@@ -72,7 +126,7 @@ impl Command {
                 });
             }
         }
-        FollowJointTrajectory { trajectory: JointTrajectory { joint_names: self.joints.clone(), points } }
+        FollowJointTrajectory::new(self.joints.clone(), points)
     }
 }
 
@@ -91,6 +145,19 @@ impl FollowJointTrajectory {
                 point.positions, point.velocities, point.accelerations
             );
         }
+        for (key, tolerances) in
+            [("path_tolerance", &self.path_tolerance), ("goal_tolerance", &self.goal_tolerance)]
+        {
+            let _ = writeln!(yaml, "{key}:");
+            for JointTolerance { name, position, velocity, acceleration } in tolerances {
+                let _ = writeln!(
+                    yaml,
+                    "- {{name: {name:?}, position: {position:?}, velocity: {velocity:?}, acceleration: {acceleration:?}}}"
+                );
+            }
+        }
+        let RosDuration { sec, nanosec } = self.goal_time_tolerance;
+        let _ = writeln!(yaml, "goal_time_tolerance: {{sec: {sec}, nanosec: {nanosec}}}");
         yaml
     }
 }

@@ -229,18 +229,24 @@ impl<'a> JointPath<'a> {
 
 /// The largest speed of a joint-space motion as a fraction of its length per second (1/s), by joints and tip.
 fn fraction_per_s(arm: &Arm, speed_fraction: f64, from: &[f64], offsets: &[f64]) -> f64 {
-    /// Number of intervals between the poses at which the tip's speed is computed.
-    const STEPS: u32 = 32;
     let joints = offsets.iter().zip(&arm.links);
     let by_joint = joints.map(|(offset, link)| speed_fraction * link.joint.speed_rad_s / offset.abs());
-    let by_tip = (0..=STEPS).map(|k| {
+    let by_tip = std::iter::once(SLOW_M_S / tip_travel_m(arm, from, offsets));
+    // A motion of zero length has no limit of its own.
+    by_joint.chain(by_tip).fold(LARGEST_FRACTION_PER_S, f64::min)
+}
+
+/// The largest speed of the tip per fraction of a joint-space motion (m): of the whole motion in one second (m/s).
+pub(crate) fn tip_travel_m(arm: &Arm, from: &[f64], offsets: &[f64]) -> f64 {
+    /// Number of intervals between the poses at which the tip's speed is computed.
+    const STEPS: u32 = 32;
+    let speeds = (0..=STEPS).map(|k| {
         let fraction = f64::from(k) / f64::from(STEPS);
         let q_rad = from.iter().zip(offsets).map(|(from, offset)| from + offset * fraction).collect();
         let state = JointState { q_rad, qd_rad_s: offsets.to_vec(), qdd_rad_s2: Vec::new() };
-        SLOW_M_S / arm.tip_velocity(&state).norm()
+        arm.tip_velocity(&state).norm()
     });
-    // A motion of zero length has no limit of its own.
-    by_joint.chain(by_tip).fold(LARGEST_FRACTION_PER_S, f64::min)
+    speeds.fold(0.0, f64::max)
 }
 
 /// Upper bound for motions of nearly zero length (1/s).

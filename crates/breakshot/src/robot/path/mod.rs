@@ -2,7 +2,7 @@
 
 mod assembly;
 mod failure;
-mod joint_path;
+pub(crate) mod joint_path;
 mod limit_monitor;
 pub(crate) mod limits;
 mod profile;
