@@ -4,7 +4,7 @@ use super::super::figures::{Palette, escaped};
 use super::super::overlay::closed_outline;
 use super::{page_of, warnings};
 use crate::capture::{Camera, GreyImage};
-use crate::detect::{Sample, StrikerTrack, Track, Tracks};
+use crate::detect::{Sample, StrikerSample, StrikerTrack, Track, Tracks};
 use crate::geometry::{Pixel, Point, Pose, Vec2};
 use crate::object::{self, Object, Shape};
 use crate::scene::Strike;
@@ -198,7 +198,7 @@ impl Drawing<'_, '_> {
     /// The striker as it was seen: where it rested, its path, and the last position of that path.
     fn draw_striker(&self, svg: &mut String, seen: &StrikerTrack, shape: &Shape) {
         let path: Vec<Point> =
-            seen.start_m.into_iter().chain(seen.samples.iter().map(|sample| sample.position())).collect();
+            seen.start_m.into_iter().chain(seen.samples.iter().map(StrikerSample::position)).collect();
         self.draw_line(svg, &path, 0.0, "seen");
         let yaw_rad = seen.heading_rad().value;
         for position in seen.start_m.iter().chain(path.last()) {
