@@ -2,11 +2,10 @@
 
 use breakshot::Result;
 use breakshot::properties::Assumption;
-use breakshot::report::warning_kind;
-use breakshot::warning::{WarningGroup, by_cause};
+use breakshot::report::warning_lines;
+use breakshot::warning::WarningGroup;
 use indicatif::{ProgressBar, ProgressStyle};
 use serde::Serialize;
-use std::collections::BTreeSet;
 use std::fmt::Display;
 use std::io::IsTerminal;
 use std::path::Path;
@@ -38,33 +37,11 @@ pub(crate) fn warn(warnings: &[impl Display]) {
     }
 }
 
-/// Prints the warnings that a file contains to stderr: one line for each cause, the first warnings of each below it, and how many more the
-/// file has.
-pub(crate) fn warn_by_cause(lines: &[String], causes: &[WarningGroup], file: &Path) {
-    for line in cause_lines(lines, causes, file) {
+/// Prints the warnings that a file contains to stderr: of each cause the first ones ([`warning_lines`]).
+pub(crate) fn warn_by_cause(warnings: &[String], causes: &[WarningGroup], file: &Path) {
+    for line in warning_lines(warnings, causes, &file.display().to_string()) {
         eprintln!("{line}");
     }
-}
-
-/// More warnings of one cause than this are counted.
-const MOST_OF_A_CAUSE: usize = 4;
-
-/// The lines for the terminal: each cause with its first warnings, preferably of different kinds.
-fn cause_lines(lines: &[String], causes: &[WarningGroup], file: &Path) -> Vec<String> {
-    let mut shown = Vec::new();
-    for (group, own) in by_cause(lines, causes) {
-        shown.push(format!("warning: {}", group.summary));
-        let mut kinds = BTreeSet::new();
-        let (first, further): (Vec<&String>, Vec<&String>) =
-            own.iter().partition(|line| kinds.insert(warning_kind(line)));
-        let all = first.into_iter().chain(further);
-        let most = if own.len() > MOST_OF_A_CAUSE { MOST_OF_A_CAUSE - 1 } else { own.len() };
-        shown.extend(all.take(most).map(|line| format!("  {line}")));
-        if own.len() > most {
-            shown.push(format!("  and {} more: {} lists all", own.len() - most, file.display()));
-        }
-    }
-    shown
 }
 
 /// Prints the assumed values of properties that no clip measured to stderr.
@@ -102,40 +79,4 @@ pub(crate) fn print_json<T: Serialize>(value: &T) -> Result<()> {
         .map_err(|e| breakshot::Error::Write { path: "stdout".into(), source: std::io::Error::other(e) })?;
     println!("{text}");
     Ok(())
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use breakshot::warning::{Cause, GroupedWarnings, Warning};
-
-    #[test]
-    fn of_many_warnings_of_one_cause_some_of_each_kind_are_printed_and_the_others_counted() {
-        let strikes = (1..=30).map(|k| {
-            Warning::of_clip(
-                Cause::GivenStrike,
-                &format!("clip {k}.mp4"),
-                format!("`a` leaves {k}.5 degrees to the left"),
-            )
-        });
-        let mut warnings: Vec<Warning> = strikes.collect();
-        warnings.push(Warning::of_clip(Cause::GivenStrike, "clip 7.mp4", "`a` does not move"));
-        warnings
-            .insert(0, Warning::new(Cause::NotMeasured, "friction of `b` is absent: no clip shows it slide"));
-        let GroupedWarnings { lines, causes } = warnings.into();
-        let shown = cause_lines(&lines, &causes, Path::new("out.json"));
-        let expected = [
-            "  clip 1.mp4: `a` leaves 1.5 degrees to the left",
-            "  clip 7.mp4: `a` does not move",
-            "  clip 2.mp4: `a` leaves 2.5 degrees to the left",
-            "  and 28 more: out.json lists all",
-        ];
-        assert!(
-            shown[0].starts_with("warning: the given strike does not fit the film in 30 clips: "),
-            "{}",
-            shown[0]
-        );
-        assert_eq!(shown[1..5], expected);
-        assert_eq!(shown[6..], ["  friction of `b` is absent: no clip shows it slide"]);
-    }
 }

@@ -32,7 +32,7 @@ pub enum Cause {
 
 impl Cause {
     /// Whether one of the causes that are none may be the reason for its warnings.
-    fn is_consequence(self) -> bool {
+    pub(crate) fn is_consequence(self) -> bool {
         self >= Self::Contradiction
     }
 

@@ -7,11 +7,13 @@ mod figures;
 mod html;
 mod overlay;
 mod paper_figures;
+mod warning_lines;
 mod weighed;
 
 pub use html::{CheckPage, CheckedClip, ClipMotion, FilmedStrike, Page, SimulatedStrike};
 pub use overlay::{Overlay, RgbImage};
 pub use paper_figures::{FigureFile, PaperFigures};
+pub use warning_lines::warning_lines;
 
 use crate::detect::Tracks;
 use crate::error::{Error, Result};
@@ -83,14 +85,4 @@ pub fn plan_figure(plan: &Plan) -> String {
 /// striker's path to each contact, with the best of the speeds that were evaluated ([`crate::plan::evaluate_grid`]).
 pub fn strike_map(scene: &Scene, strikes: &[EvaluatedStrike]) -> String {
     paper_figures::map(scene, strikes)
-}
-
-/// What warnings about different clips, objects and values have in common: the text without the name of the clip, quoted names and
-/// numbers.
-pub fn warning_kind(warning: &str) -> String {
-    let clip = warning.split_once(": ").filter(|(name, _)| !name.contains(' '));
-    let text = clip.map_or(warning, |(_, text)| text);
-    // Every second part is between quotation marks.
-    let unquoted = text.split('`').step_by(2);
-    unquoted.flat_map(str::chars).filter(|c| !c.is_ascii_digit() && !"+-.".contains(*c)).collect()
 }
