@@ -70,8 +70,6 @@ pub fn campaign_warnings(
     let sizes = sizes::findings(&estimation.clips, objects);
     let striker = striker::findings(clips, sizes.scale_error);
     let known = departure::Known { cell, objects, properties: &estimation.properties };
-    let mut warnings = departure::warnings(clips, known, &striker);
-    warnings.extend(striker.warnings);
-    warnings.extend(sizes.warnings);
-    warnings
+    let departures = departure::warnings(clips, known, &striker);
+    [striker.warnings, departures, sizes.warnings].concat()
 }
