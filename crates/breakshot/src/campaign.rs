@@ -79,7 +79,12 @@ impl Campaign {
         for clip in &self.clips {
             let owner = format!("{file}: clip `{}`", clip.name);
             if clip.objects.is_empty() {
-                return Err(Error::invalid(owner, "objects", "none", "the struck object, then the others"));
+                return Err(Error::invalid(
+                    owner,
+                    "objects",
+                    "an empty list",
+                    "the struck object, then the others",
+                ));
             }
             for (k, name) in clip.objects.iter().enumerate() {
                 object::find(&self.objects, name, &owner)?;

@@ -59,6 +59,7 @@ pub(crate) fn run(args: &CampaignArgs) -> Result<Outcome> {
     console::warn(&all);
     files::write_whole(&args.output, text.as_bytes())?;
     println!("Wrote {}: fill in what its comments say, then run", args.output.display());
+    println!("  breakshot check {}", args.output.display());
     println!("  breakshot estimate {} -o properties.json", args.output.display());
     Ok(Outcome::doubtful_if(!all.is_empty()))
 }
@@ -126,7 +127,7 @@ fn draft(args: &CampaignArgs, head: &Head, clips: &[PathBuf], names: &[String]) 
         quoted(&head.cell),
         quoted(&head.objects)
     );
-    let mut warnings = Vec::new();
+    let (mut warnings, mut unnamed) = (Vec::new(), Vec::new());
     let repeated = files::repeats(clips)?;
     for (clip, earlier) in clips.iter().zip(repeated) {
         let path = quoted(&from_folder_of(&args.output, clip)?);
@@ -154,11 +155,13 @@ fn draft(args: &CampaignArgs, head: &Head, clips: &[PathBuf], names: &[String]) 
             "# strike = {{ speed_m_s = 0.4, heading_rad = 0.0, start_m = [-0.30, 0.0], travel_m = 0.07 }}"
         );
         if found.is_empty() {
-            warnings.push(format!(
-                "{}: no object of the objects file is in its name; fill in `objects`",
-                clip.display()
-            ));
+            unnamed.push(path);
         }
+    }
+    if let Some(first) = unnamed.first() {
+        let count = unnamed.len();
+        let clips = if count == 1 { first.clone() } else { format!("{count} clips ({first} ..)") };
+        warnings.push(format!("{clips}: no object of the objects file is in the name; fill in `objects`"));
     }
     Ok(Draft { text, warnings })
 }
