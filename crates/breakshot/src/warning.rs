@@ -69,8 +69,8 @@ impl Cause {
                 "`breakshot detect FILM --overlay` draws where; doubtful positions are not used",
             ),
             Self::Contradiction => (
-                "values contradict the other clips and are left out",
-                "compare the names of the objects and the strike of each clip with its film",
+                "values contradict those of the other clips",
+                "compare the names of the objects and the strike of each with its film; what contradicts is left out",
             ),
             Self::Motion => (
                 "a part of the motion gives no value",

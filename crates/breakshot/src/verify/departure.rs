@@ -105,12 +105,14 @@ pub(super) fn warnings(clips: &[ClipTracks], known: Known, striker: &Findings) -
     for (clip, strike, comparison) in unnamed {
         let others =
             Others { turns: &turns, speeds: &speeds, is_as_given: striker.as_given.contains(&clip.name) };
-        let Some(finding) = comparison.finding(strike, &clip.objects[0], &others) else { continue };
+        let Some(mut finding) = comparison.finding(strike, &clip.objects[0], &others) else { continue };
         let start = (finding.start_m_is_doubtful)
             .then(|| fitting_start(clip, strike, &mut scene, properties, turns.median))
             .flatten();
-        let text = start.map_or(finding.text.clone(), |start| finding.text.clone() + &offer(strike, start));
-        warnings.push(Warning::of_clip(Cause::GivenStrike, &clip.name, text));
+        if let Some(start) = start {
+            finding.text += &offer(strike, start);
+        }
+        warnings.push(Warning::of_clip(finding.cause, &clip.name, finding.text));
     }
     warnings
 }
@@ -126,6 +128,7 @@ struct Others<'a> {
 /// What is wrong with a given strike.
 struct Finding {
     text: String,
+    cause: Cause,
     /// Whether another start may explain it.
     start_m_is_doubtful: bool,
 }
@@ -133,7 +136,8 @@ struct Finding {
 impl Comparison {
     fn finding(&self, strike: &Strike, object: &str, others: &Others) -> Option<Finding> {
         let Others { turns, speeds, is_as_given } = *others;
-        let of_start = |text| Some(Finding { text, start_m_is_doubtful: !is_as_given });
+        let of_start =
+            |text| Some(Finding { text, cause: Cause::GivenStrike, start_m_is_doubtful: !is_as_given });
         match self {
             Self::Departure { turn_rad, turn_std_rad, speed_ratio } => {
                 let turn_off_rad = turn_rad - turns.median;
@@ -149,15 +153,20 @@ impl Comparison {
                 (speed_off.abs() > speeds.tolerance(least)).then(|| {
                     let (ratio, given) = (speed_off.exp(), strike.speed_m_s);
                     let fits = ratio * given;
-                    let cause = if is_as_given {
-                        ", although the striker is seen to move as given: check the clip's objects".to_owned()
+                    let (cause, remedy) = if is_as_given {
+                        let remedy =
+                            ", although the striker is seen to move as given: check the clip's objects";
+                        (Cause::Contradiction, remedy.to_owned())
                     } else {
-                        format!(": strike.speed_m_s is {given:.3}, and {fits:.3} would fit")
+                        (
+                            Cause::GivenStrike,
+                            format!(": strike.speed_m_s is {given:.3}, and {fits:.3} would fit"),
+                        )
                     };
                     let text = format!(
-                        "`{object}` leaves {ratio:.2} times as fast as the given strike makes it{cause}"
+                        "`{object}` leaves {ratio:.2} times as fast as the given strike makes it{remedy}"
                     );
-                    Finding { text, start_m_is_doubtful: false }
+                    Finding { text, cause, start_m_is_doubtful: false }
                 })
             }
             Self::Missed => of_start(format!(
