@@ -155,7 +155,7 @@ fn draft(args: &CampaignArgs, head: &Head, clips: &[PathBuf], names: &[String]) 
             "# strike = {{ speed_m_s = 0.4, heading_rad = 0.0, start_m = [-0.30, 0.0], travel_m = 0.07 }}"
         );
         if found.is_empty() {
-            unnamed.push(path);
+            unnamed.push(clip.display().to_string());
         }
     }
     if let Some(first) = unnamed.first() {
