@@ -122,9 +122,15 @@ pub fn placed(
     let clip = Clip { name: footage.name().to_string(), camera: &camera, targets, given: None };
     let frames = first_frames(&clip.name, &mut footage)?;
     let layout = Layout::Unknown;
-    let resized = clip.resized(objects, &frames, &layout, options);
-    let (starts, mut warnings) = clip.with_objects(&resized.objects)?.starts(&frames, &layout, options)?;
-    warnings.extend(resized.warnings);
+    let opening = Opening { starts: clip.starts(&frames, &layout, options), frames, skipped: 0 };
+    let (starts, warnings) = match clip.resized(objects, &opening, &layout, options) {
+        None => opening.starts?,
+        Some(Resized { objects, warnings: sizes }) => {
+            let (starts, warnings) =
+                clip.with_objects(&objects)?.starts(&opening.frames, &layout, options)?;
+            (starts, [warnings, sizes].concat())
+        }
+    };
     let placed = clip.targets.iter().zip(&starts).map(|(target, start)| Placed {
         object: target.name.to_string(),
         position_m: start.pose.position,
@@ -191,10 +197,9 @@ impl Clip<'_> {
         options: &Options,
     ) -> Result<Tracks> {
         let opening = self.opening(frames, layout, options)?;
-        if self.are_wholly_visible(&opening) {
+        let Some(resized) = self.resized(objects, &opening, layout, options) else {
             return self.followed(opening, frames, options);
-        }
-        let resized = self.resized(objects, &opening.frames, layout, options);
+        };
         let clip = self.with_objects(&resized.objects)?;
         let mut frames = opening.frames.into_iter().map(Ok).chain(frames);
         let opening = clip.opening(&mut frames, layout, options)?;
@@ -370,12 +375,21 @@ impl Clip<'_> {
         fits.into_iter().min_by(|a, b| a.visible_fraction.total_cmp(&b.visible_fraction))
     }
 
-    /// The objects, those without markers with the outlines at which the first frames show them wholly.
+    /// The objects, those without markers with the outlines at which the first frames show them wholly; `None` if all keep their sizes.
     ///
     /// An object that is found so in the given size, or in none, keeps it.
-    fn resized(&self, objects: &[Object], frames: &[Frame], layout: &Layout, options: &Options) -> Resized {
+    fn resized(
+        &self,
+        objects: &[Object],
+        opening: &Opening,
+        layout: &Layout,
+        options: &Options,
+    ) -> Option<Resized> {
+        if self.are_wholly_visible(opening) {
+            return None;
+        }
         let mut resized = Resized { objects: objects.to_vec(), warnings: Vec::new() };
-        let image = mean_image(&frames[..MOST_FRAMES.min(frames.len())]);
+        let image = mean_image(&opening.frames[..MOST_FRAMES.min(opening.frames.len())]);
         let markerless = self.targets.iter().filter(|target| target.is_markerless());
         let kinds: BTreeSet<&str> = markerless.map(|target| target.object.name.as_str()).collect();
         for kind in kinds {
@@ -388,19 +402,22 @@ impl Clip<'_> {
                 let found = clip.found(&image, layout, options).ok()?;
                 clip.outline_fit(&image, &found.starts, Some(kind))
             };
-            let least_visible = match fit(1.0) {
+            let in_given_size = fit(1.0);
+            let least_visible = match &in_given_size {
                 Some(fit) if fit.visible_fraction >= WHOLLY_VISIBLE => continue,
                 // A shadow may hide a part of the right outline, and be taken for a part of a larger one.
                 Some(_) => ALL_AROUND_VISIBLE,
                 None => WHOLLY_VISIBLE,
             };
-            let visible = |factor| fit(factor).filter(|fit| fit.visible_fraction >= least_visible);
-            if let Some(factor) = outline_size::factor(visible) {
+            let is_visible = |fit: &OutlineFit| fit.visible_fraction >= least_visible;
+            let in_given_size = in_given_size.filter(is_visible);
+            if let Some(factor) = outline_size::factor(in_given_size, |factor| fit(factor).filter(is_visible))
+            {
                 resized.objects[number].shape = given.shape.scaled(factor);
                 resized.warnings.push(outline_size::warning(given, factor));
             }
         }
-        resized
+        Some(resized).filter(|resized| !resized.warnings.is_empty())
     }
 
     /// An error unless the image of the empty table has the size of the film's frames.

@@ -13,10 +13,17 @@ const STEP: f64 = 0.01;
 const EQUALLY_VISIBLE: f64 = 0.05;
 
 /// The factor of the given size at which `fit` fits best; `None` if no size near the given one is found.
-pub(in crate::detect) fn factor(fit: impl Fn(f64) -> Option<OutlineFit>) -> Option<f64> {
+///
+/// `in_given_size` is the fit at the factor 1.
+pub(in crate::detect) fn factor(
+    in_given_size: Option<OutlineFit>,
+    fit: impl Fn(f64) -> Option<OutlineFit>,
+) -> Option<f64> {
     let steps = (LARGEST_ERROR / STEP).round() as i32;
-    let factors = (-steps..=steps).map(|k| 1.0 + f64::from(k) * STEP);
-    let fits: Vec<(f64, OutlineFit)> = factors.filter_map(|factor| Some((factor, fit(factor)?))).collect();
+    let other_factors = (-steps..=steps).filter(|&k| k != 0).map(|k| 1.0 + f64::from(k) * STEP);
+    let other_fits = other_factors.filter_map(|factor| Some((factor, fit(factor)?)));
+    let fits: Vec<(f64, OutlineFit)> =
+        in_given_size.map(|fit| (1.0, fit)).into_iter().chain(other_fits).collect();
     let best = fits.iter().map(|(_, fit)| fit.visible_fraction).fold(0.0, f64::max);
     let visible = fits.iter().filter(|(_, fit)| fit.visible_fraction > best - EQUALLY_VISIBLE);
     let (factor, _) =
