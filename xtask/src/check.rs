@@ -3,7 +3,8 @@
 use std::process::Command;
 use std::time::Instant;
 
-/// Formatting, lints, docs, generated code, the default features, tests, documented examples; prints the time that they take.
+/// Formatting, lints, docs, generated code, the default features, tests, documented examples, and dependencies where `cargo deny` is
+/// installed; prints the time that they take.
 ///
 /// The tests of [`NEEDS_FFMPEG`] run where the program `ffmpeg` is installed; elsewhere the last lines list them as
 /// skipped.
@@ -28,7 +29,15 @@ fn all() -> Result<(), String> {
     )?;
     proto(Proto::Check)?;
     cargo(&["test", "--workspace"], &[])?;
-    test_with_ffmpeg()
+    test_with_ffmpeg()?;
+    // Installing it takes longer than all tests: `cargo xtask deny` does.
+    if cargo_quiet(&["deny", "--version"]) {
+        return deny();
+    }
+    println!(
+        "xtask: SKIPPED licences, sources and advisories: `cargo deny` is not installed (`cargo xtask deny` installs it)"
+    );
+    Ok(())
 }
 
 /// The tests that `cargo test` ignores because they start the program `ffmpeg`; a test of the library names them.
@@ -96,7 +105,7 @@ pub(crate) fn deny() -> Result<(), String> {
     }
     cargo(&["deny", "--workspace", "check", "licenses", "bans", "sources"], &[])?;
     if !cargo_quiet(&["deny", "fetch", "db"]) {
-        println!("xtask: skipped: advisories (their database cannot be fetched)");
+        println!("xtask: SKIPPED advisories: their database cannot be fetched");
         return Ok(());
     }
     cargo(&["deny", "--workspace", "check", "advisories"], &[])

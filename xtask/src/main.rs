@@ -5,6 +5,7 @@
 
 mod bench;
 mod check;
+mod dist;
 mod example;
 mod fuzz;
 mod process;
@@ -80,9 +81,14 @@ usage: cargo xtask TASK
                    (NAME is a substring of a camera's name; use `cargo run --release -p xtask --`; needs ffmpeg and libosmesa)
   validate decode CLIPS
                    decoded films against ffmpeg's, bit for bit; the same as `bench decode`
-  fuzz [COUNT]     mutated films are opened, every seventh is played: no panic, no hang, no waste of memory
-  fuzz tables [COUNT]
-                   the same with mutated tables of tracks (CSV and JSON)
+  fuzz [TARGET] [COUNT]
+                   COUNT mutated files or messages for each reader (default 100,000): no panic, no hang, no waste of memory;
+                   `fuzz list` names the readers
+  fuzz guided [TARGET] [--seconds N]
+                   the same, guided by coverage, N seconds each (default 60), on the stable compiler (libFuzzer, needs a C++ compiler);
+                   a table of executions and edges reached
+  fuzz repeat TARGET FILE
+                   one input again
   bench decode CLIPS
                    decoded films against ffmpeg's, and the CPU time of both on a folder of MP4 clips
   bench build [OTHER]
@@ -100,6 +106,10 @@ usage: cargo xtask TASK
   python [PYTHON]  the Python package: its wheel is built, installed with NumPy alone and tested, its types are checked (PYTHON is an
                    interpreter, python3 if not given)
   deny             licences, sources and advisories of all dependencies (installs cargo-deny)
+  dist             a static program as an archive with documents, man pages, completions and checksums; the program is tried with an
+                   empty folder as its root
+  dist --try ROOT  the same trial in a folder that holds another distribution (debootstrap, a container's file system)
+  dist --publish   the crates that are published are packaged, and each is built from its package; nothing is uploaded
   sbom [FILE]      the bill of materials: all crates of the programs with versions, checksums and licences (CycloneDX, JSON)
 ";
 
@@ -157,8 +167,7 @@ fn main() -> ExitCode {
         ["bench", "estimate"] => speed::drawn(),
         ["bench", "estimate", lab, tracks] => speed::lab(lab.as_ref(), tracks.as_ref()),
         ["bench" | "validate", "decode", clips] => bench::decode::bench(clips.as_ref()),
-        ["bench", "build"] => bench::build::bench(None),
-        ["bench", "build", other] => bench::build::bench(Some(other.as_ref())),
+        ["bench", "build", rest @ ..] => bench::build::bench(rest.first().map(|other| (*other).as_ref())),
         ["bench", "detect"] => bench::detect::bench(None, None),
         ["bench", "detect", "--python", python] => bench::detect::bench(None, Some(python)),
         ["bench", "detect", lab] => bench::detect::bench(Some(lab.as_ref()), None),
@@ -169,6 +178,7 @@ fn main() -> ExitCode {
         ["bench", "physics", flags @ ..] => bench_physics(flags),
         ["python", rest @ ..] => python::python(rest.first().unwrap_or(&"python3")),
         ["deny"] => check::deny(),
+        ["dist", rest @ ..] => dist::run(rest),
         ["sbom", rest @ ..] => sbom::run(rest),
         _ => {
             eprint!("{USAGE}");

@@ -47,11 +47,6 @@ pub(crate) fn own_cpu_s() -> Result<f64, String> {
     cpu_seconds(Path::new("/proc/self")).ok_or_else(|| "/proc/self/stat cannot be read".into())
 }
 
-/// The most memory that this process has had (MB).
-pub(crate) fn peak_memory_mb() -> Option<f64> {
-    peak_megabytes(Path::new("/proc/self"))
-}
-
 /// CPU time of all child processes that have ended and were waited for (s).
 pub(crate) fn children_cpu_s() -> Result<f64, String> {
     let ticks = ticks(Path::new("/proc/self"), 13).ok_or("/proc/self/stat cannot be read")?;

@@ -1,7 +1,7 @@
 //! Builds the Python package and checks it: `cargo xtask python [PYTHON]`.
 //!
 //! The wheel is installed with NumPy alone, its size and the time of its import are measured, its tests run, and its declared types are
-//! compared with what is there.
+//! compared with what is there. The examples for many machines run on a cluster of several nodes of this machine, one of which is killed.
 
 use crate::check::cargo;
 use crate::example::target;
@@ -21,6 +21,10 @@ const BUILDER: [&str; 1] = ["maturin==1.16.0"];
 /// What tests and checks need besides the wheel.
 const CHECKERS: [&str; 4] = ["numpy", "gymnasium==1.4.0", "pytest==9.2.0", "mypy==2.4.1"];
 
+/// What the examples for many machines need besides the wheel.
+const CLUSTER: [&str; 4] = ["numpy", "gymnasium==1.4.0", "pytest==9.2.0", "ray==2.60.0"];
+const CLUSTER_TEST: &str = "tests/test_ray.py";
+
 /// Builds and checks the package for an interpreter.
 pub(crate) fn python(interpreter: &str) -> Result<(), String> {
     cargo(&["build", "--release", "--package", "breakshot-cli"], &[])?;
@@ -28,8 +32,10 @@ pub(crate) fn python(interpreter: &str) -> Result<(), String> {
     let megabytes = std::fs::metadata(&wheel).map_err(|e| e.to_string())?.len() as f64 * 1e-6;
     let import_ms = import_with_numpy_alone(interpreter, &wheel)?;
     let checkers = installed(interpreter, "breakshot-checks", &CHECKERS, &wheel)?;
-    tests(&checkers)?;
+    // Without Ray, whose test skips itself.
+    tests(&checkers, "tests")?;
     types(&checkers)?;
+    tests(&installed(interpreter, "breakshot-cluster", &CLUSTER, &wheel)?, CLUSTER_TEST)?;
     let rows = [
         Row::at_most("size of the wheel", megabytes, MOST_MEGABYTES, "MB"),
         Row::at_most(format!("import, median of {IMPORTS}"), import_ms, MOST_IMPORT_MS, "ms"),
@@ -77,14 +83,14 @@ fn import_with_numpy_alone(interpreter: &str, wheel: &Path) -> Result<f64, Strin
     Ok(median((0..IMPORTS).map(|_| time_ms()).collect::<Result<_, String>>()?))
 }
 
-/// The package's own tests, with the program beside which its answers are compared.
-fn tests(python: &Path) -> Result<(), String> {
+/// Tests of the package, with the program beside which its answers are compared.
+fn tests(python: &Path, which: &str) -> Result<(), String> {
     let program = target().join("release/breakshot").canonicalize().map_err(|e| e.to_string())?;
     let python = python.parent().and_then(|bin| bin.canonicalize().ok()).map(|bin| bin.join("python"));
     let python = python.ok_or("the interpreter of the environment is not there")?;
-    println!("xtask: pytest {PACKAGE}/tests");
+    println!("xtask: pytest {PACKAGE}/{which}");
     let status = Command::new(python)
-        .args(["-m", "pytest", "--quiet", "-p", "no:cacheprovider", "tests"])
+        .args(["-m", "pytest", "--quiet", "-p", "no:cacheprovider", which])
         .current_dir(PACKAGE)
         .env("BREAKSHOT_PROGRAM", program)
         .status()

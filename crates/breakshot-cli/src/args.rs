@@ -2,15 +2,13 @@
 
 use crate::campaign_args::CampaignArgs;
 use crate::check_args::CheckArgs;
-use crate::decoder_args::DecoderArgs;
+use crate::decoder_args::{DecoderArgs, RateArgs};
+use crate::detect_args::DetectArgs;
 use crate::laws::LawArgs;
 use crate::planning::{PlannerArgs, SurveyArgs};
 use crate::studio_args::StudioArgs;
-use breakshot::Result;
-use breakshot::capture::Footage;
-use breakshot::cell::Cell;
 use clap::{Args, Parser, Subcommand, ValueEnum};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 /// Estimates friction, restitution and mass ratios from strike videos and plans the strike that singulates a pile.
 #[derive(Debug, Parser)]
@@ -42,10 +40,11 @@ pub(crate) enum Command {
         after_help = "Example: breakshot look cell.toml objects.toml pile.png --objects a,b,c -o scene.toml"
     )]
     Look(LookArgs),
-    /// Tracks the objects in one clip.
+    /// Tracks the objects in one clip, or in the clips of a campaign.
     #[command(
         after_help = "Example: breakshot detect cell.toml objects.toml clip.mp4 --objects a,c --strike-heading-rad 0.1 -o tracks.csv\n\
-        Example: breakshot detect cell.toml objects.toml clip.mp4 --objects a,c -o tracks.csv --plot motion.svg --overlay overlay.mp4"
+        Example: breakshot detect cell.toml objects.toml clip.mp4 --objects a,c -o tracks.csv --plot motion.svg --overlay overlay.mp4\n\
+        Example: breakshot detect --campaign campaign.toml --tracks tracks --shard 3/64      (its share of all clips)"
     )]
     Detect(DetectArgs),
     /// Drafts the list of clips from a folder of films, to be completed.
@@ -105,6 +104,18 @@ pub(crate) enum Command {
     /// Serves a page for the browser of this machine: piles, strikes and plans of a folder, to look at and to drag.
     #[command(after_help = "Example: breakshot studio breakshot-demo")]
     Studio(StudioArgs),
+    /// Writes man pages and completions for bash, zsh, fish, elvish and `PowerShell`.
+    #[cfg(feature = "manual")]
+    #[command(after_help = "Example: breakshot manual share/")]
+    Manual(ManualArgs),
+}
+
+#[cfg(feature = "manual")]
+#[derive(Debug, Args)]
+pub(crate) struct ManualArgs {
+    /// The folder for `man/man1` and `completions`; created if it does not exist.
+    #[arg(value_name = "DIR")]
+    pub(crate) folder: PathBuf,
 }
 
 #[derive(Debug, Args)]
@@ -137,27 +148,6 @@ pub(crate) struct TagsArgs {
     pub(crate) output: PathBuf,
 }
 
-#[derive(Clone, Copy, Debug, Args)]
-pub(crate) struct RateArgs {
-    /// The frame rate at which the video was taken, where its file says another (slow motion); `[camera] frame_rate_hz` of the
-    /// cell if not given.
-    #[arg(long, value_name = "HZ", value_parser = positive)]
-    pub(crate) frame_rate_hz: Option<f64>,
-}
-
-fn positive(text: &str) -> std::result::Result<f64, String> {
-    let value = text.parse().ok().filter(|value: &f64| value.is_finite() && *value > 0.0);
-    value.ok_or_else(|| "needed: a positive number".into())
-}
-
-impl RateArgs {
-    /// Opens a film that was taken at this rate, or at that of the cell.
-    pub(crate) fn open(self, path: &Path, decoder: DecoderArgs, cell: &Cell) -> Result<Footage> {
-        let rate_hz = self.frame_rate_hz.or(cell.camera.frame_rate_hz);
-        Ok(Footage::open_with(path, decoder.into())?.at_frame_rate(rate_hz))
-    }
-}
-
 #[derive(Debug, Args)]
 pub(crate) struct CalibrateArgs {
     /// The cell file.
@@ -176,13 +166,16 @@ pub(crate) struct CalibrateArgs {
     pub(crate) json: bool,
 }
 
+/// The latest time of an image (s since 1970): the year 5138.
+const LATEST_S: f64 = 1e11;
+
 /// The time of an image: a number of seconds since 1970, or `now`.
 fn taken_time(text: &str) -> std::result::Result<f64, String> {
     if text == "now" {
         let since = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH);
         return since.map(|since| since.as_secs_f64()).map_err(|_| "the clock is before 1970".into());
     }
-    let number = text.parse::<f64>().ok().filter(|time_s| time_s.is_finite() && *time_s >= 0.0);
+    let number = text.parse::<f64>().ok().filter(|time_s| (0.0..=LATEST_S).contains(time_s));
     number.ok_or_else(|| format!("`{text}`; needed: seconds since 1970, or `now`"))
 }
 
@@ -220,52 +213,6 @@ pub(crate) struct LookArgs {
 }
 
 #[derive(Debug, Args)]
-pub(crate) struct DetectArgs {
-    /// The cell file.
-    #[arg(value_name = "CELL")]
-    pub(crate) cell: PathBuf,
-    /// The objects file.
-    #[arg(value_name = "OBJECTS")]
-    pub(crate) objects: PathBuf,
-    /// The video of the clip.
-    #[arg(value_name = "VIDEO")]
-    pub(crate) video: PathBuf,
-    /// The names of the objects in the clip, separated by commas, the struck object first.
-    #[arg(long = "objects", value_name = "NAMES", value_delimiter = ',', required = true)]
-    pub(crate) names: Vec<String>,
-    /// The heading of the strike (rad, from x towards y): objects with equal markers are identified by their order along it.
-    #[arg(long, value_name = "H", conflicts_with = "scene", allow_negative_numbers = true)]
-    pub(crate) strike_heading_rad: Option<f64>,
-    /// A scene file with the initial poses, by which objects with equal markers are identified.
-    #[arg(long, value_name = "FILE")]
-    pub(crate) scene: Option<PathBuf>,
-    /// The grey level (0 to 255) that separates markers from objects; computed from the clip if not given.
-    #[arg(long, value_name = "LEVEL")]
-    pub(crate) threshold: Option<u8>,
-    /// An image or video of the empty table; it improves the detection of objects without markers.
-    #[arg(long, value_name = "VIDEO_OR_IMAGE")]
-    pub(crate) table: Option<PathBuf>,
-    #[command(flatten)]
-    pub(crate) decoder: DecoderArgs,
-    #[command(flatten)]
-    pub(crate) rate: RateArgs,
-    /// Also plots distance, speed and acceleration over time (Fig. 6 of the paper; SVG).
-    #[arg(long, value_name = "FILE")]
-    pub(crate) plot: Option<PathBuf>,
-    /// Also writes the film with outlines, paths, velocities and the time drawn on it: an MP4 if `ffmpeg` is installed,
-    /// otherwise a folder of PNG images with this name. Up to 512 MiB of frames (258 of 1080p) are kept in memory; a
-    /// longer film is decoded a second time.
-    #[arg(long, value_name = "FILE")]
-    pub(crate) overlay: Option<PathBuf>,
-    /// The output file (tracks): `.csv` or `.json`.
-    #[arg(short, long, value_name = "FILE")]
-    pub(crate) output: PathBuf,
-    /// Prints the result as JSON.
-    #[arg(long)]
-    pub(crate) json: bool,
-}
-
-#[derive(Debug, Args)]
 pub(crate) struct EstimateArgs {
     /// The campaign file.
     #[arg(value_name = "CAMPAIGN")]
@@ -278,7 +225,8 @@ pub(crate) struct EstimateArgs {
     pub(crate) update: Option<PathBuf>,
     #[command(flatten)]
     pub(crate) decoder: DecoderArgs,
-    /// Also writes the tracks of every clip to this folder (JSON).
+    /// Also writes the tracks of every clip to this folder (JSON). Clips whose tracks are there already, made of the same content by the
+    /// same version (`detect --campaign` or an earlier run), are not tracked again.
     #[arg(long, value_name = "DIR")]
     pub(crate) tracks: Option<PathBuf>,
     /// Also writes Figs. 7, 8, 9 and Table 1 of the paper to this folder (SVG, and their numbers as CSV).

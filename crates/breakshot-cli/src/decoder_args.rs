@@ -1,7 +1,8 @@
-//! The flag that chooses the video decoder.
+//! The flags that choose the video decoder and the frame rate.
 
 use breakshot::capture::{Capture, Decoder, Footage, GreyImage};
 use breakshot::cell::Cell;
+use breakshot::error::bounds;
 use breakshot::{Error, Result};
 use clap::{Args, ValueEnum};
 use std::path::Path;
@@ -43,5 +44,27 @@ impl DecoderArgs {
     /// Opens a film and calibrates its camera.
     pub(crate) fn film(self, path: &Path, cell: &Cell) -> Result<Capture> {
         Capture::of(Footage::open_with(path, self.into())?, cell)
+    }
+}
+
+#[derive(Clone, Copy, Debug, Args)]
+pub(crate) struct RateArgs {
+    /// The frame rate at which the video was taken, where its file says another (slow motion); `[camera] frame_rate_hz` of the
+    /// cell if not given.
+    #[arg(long, value_name = "HZ", value_parser = frame_rate)]
+    pub(crate) frame_rate_hz: Option<f64>,
+}
+
+fn frame_rate(text: &str) -> std::result::Result<f64, String> {
+    let value = text.parse().map_err(|_| "needed: a positive number".to_owned())?;
+    bounds::frame_rate("--frame-rate-hz", "the rate", value).map_err(|error| error.to_string())?;
+    Ok(value)
+}
+
+impl RateArgs {
+    /// Opens a film that was taken at this rate, or at that of the cell.
+    pub(crate) fn open(self, path: &Path, decoder: DecoderArgs, cell: &Cell) -> Result<Footage> {
+        let rate_hz = self.frame_rate_hz.or(cell.camera.frame_rate_hz);
+        Ok(Footage::open_with(path, decoder.into())?.at_frame_rate(rate_hz))
     }
 }

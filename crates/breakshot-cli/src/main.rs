@@ -9,6 +9,7 @@ mod check_args;
 mod commands;
 mod console;
 mod decoder_args;
+mod detect_args;
 mod laws;
 mod outcome;
 mod planning;
@@ -78,5 +79,7 @@ fn run() -> Result<Outcome> {
         Command::Export(args) => commands::export::run(&args),
         Command::Verify(args) => commands::verify::run(&args),
         Command::Studio(args) => commands::studio::run(&args),
+        #[cfg(feature = "manual")]
+        Command::Manual(args) => commands::manual::run(&args),
     }
 }

@@ -157,6 +157,69 @@ fn a_matrix_that_is_no_covariance_is_refused() {
     );
 }
 
+/// Replaces a text of one of the files and asserts that `simulate` refuses it.
+fn assert_text_refused(file: &str, [old, new]: [&str; 2], words: &[&str]) {
+    let folder = workbench(0.25, 0.5, 0.2);
+    let path = folder.path().join(file);
+    let text = fs::read_to_string(&path).unwrap();
+    let changed = text.replacen(old, new, 1);
+    assert_ne!(changed, text, "`{old}` is not in {file}");
+    fs::write(&path, changed).unwrap();
+    assert_refused(folder.path(), &SIMULATE, words);
+}
+
+#[test]
+fn numbers_that_no_cell_and_no_pile_has_are_refused_by_their_key() {
+    let speeds = "speed_range_m_s = [0.05, 1.0]";
+    let robot = "[robot]\narm = \"indy7\"\n";
+    let with_robot = |key: &str| format!("{robot}{key}\n\n[workspace]");
+    for (old, new, word) in [
+        (speeds, "speed_range_m_s = [1e-7, 1.0]".to_owned(), "speed_range_m_s[0]"),
+        (speeds, "speed_range_m_s = [0.05, 1e6]".into(), "speed_range_m_s[1]"),
+        (speeds, format!("{speeds}\nretract_speed_m_s = 1e-9"), "retract_speed_m_s"),
+        ("min_m = [-0.48", "min_m = [-1e9".into(), "workspace"),
+        ("center_m = [0.4, -0.21]", "center_m = [nan, -0.21]".into(), "center_m"),
+        ("[camera]", "[camera]\nframe_rate_hz = 1e-30".into(), "frame_rate_hz"),
+        ("[workspace]", with_robot("home_rad = [0, 0, nan, 0, 0, 0]"), "home_rad"),
+        ("[workspace]", with_robot("tool_mass_kg = -1.0"), "tool_mass_kg"),
+        ("[workspace]", with_robot("base_from_table = { position_m = [inf, 0, 0] }"), "base_from_table"),
+    ] {
+        assert_text_refused("cell.toml", [old, &new], &["cell.toml", word, "needed"]);
+    }
+    for (old, new, word) in [
+        ("radius_m = 0.04", "radius_m = 1e5".to_owned(), "radius_m"),
+        (
+            "disc = { radius_m = 0.04 }",
+            format!("polygon = {{ points_m = [{}] }}", "[0, 0], ".repeat(1001)),
+            "1001 points",
+        ),
+        ("height_m = 0.05", "height_m = 1e-30".into(), "height_m"),
+        ("mass_kg = 0.143", "mass_kg = 1e300".into(), "mass_kg"),
+    ] {
+        assert_text_refused("objects.toml", [old, &new], &["object `a`", word, "needed"]);
+    }
+    for (old, new, word) in [
+        ("position_m = [-0.16855", "position_m = [1e200".to_owned(), "position_m"),
+        ("yaw_rad = 1.24729", "yaw_rad = 1e30".into(), "yaw_rad"),
+        (
+            "[goal]",
+            "[[walls]]\nfrom_m = [0, 0]\nto_m = [1e7, 0]\nrestitution = 0.5\n[goal]".into(),
+            "walls[0]",
+        ),
+        (
+            "[goal]",
+            "[[placed]]\nobject = \"a\"\nposition_m = [0, 0]\n".repeat(1000) + "[goal]",
+            "number of placed",
+        ),
+    ] {
+        assert_text_refused("pile.scene.toml", [old, &new], &["pile.scene.toml", word, "needed"]);
+    }
+    assert_properties_refused(
+        &|p| p["mass_ratio"]["e"]["mean"] = json!(1e9),
+        &["mass_ratio of `e`", "1000000000"],
+    );
+}
+
 #[test]
 fn option_values_that_are_no_deviations_are_refused() {
     let folder = workbench(0.25, 0.5, 0.2);
@@ -175,4 +238,33 @@ fn option_values_that_are_no_deviations_are_refused() {
     }
     let tags = ["tags", "--ids", "0", "-o", "out.json", "--size-m", "nan"];
     assert_refused(folder.path(), &tags, &["NaN", "needed"]);
+    let viscoelastic = ["--restitution-law", "viscoelastic", "--reference-speed-m-s"];
+    for (flags, word) in [
+        (&[&viscoelastic[..], &["1e30"]].concat()[..], "reference_speed_m_s"),
+        (&[&viscoelastic[..], &["nan"]].concat(), "reference_speed_m_s"),
+        (
+            &["--restitution-law", "power", "--reference-speed-m-s", "1", "--restitution-exponent", "2"],
+            "exponent",
+        ),
+        (&["--striker-mass-kg", "0"], "striker_mass_kg"),
+        (&["--friction-growth-s-m", "1e9"], "growth_s_m"),
+        (&["--friction-across-grain", "1e9"], "across"),
+        (&["--grain-rad", "nan"], "grain_rad"),
+        (&["--assume-restitution", "nan"], "restitution"),
+    ] {
+        assert_refused(folder.path(), &[&SIMULATE, flags].concat(), &[word, "needed"]);
+    }
+    // The parser of the arguments reports these with its usage.
+    for (flag, value) in [
+        ("--frame-rate-hz", "1e-30"),
+        ("--frame-rate-hz", "inf"),
+        ("--strike-heading-rad", "nan"),
+        ("--strike-heading-rad", "1e30"),
+    ] {
+        let detect = ["detect", "cell.toml", "objects.toml", "film.mp4", "--objects", "a", "-o", "out.csv"];
+        let output = breakshot(folder.path(), &[&detect[..], &[flag, value]].concat());
+        let message = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_eq!(output.status.code(), Some(2), "{message}");
+        assert!(message.contains(flag) && message.contains("needed"), "{message}");
+    }
 }

@@ -111,7 +111,7 @@ fn an_overlay_may_have_the_name_of_an_option_or_a_protocol_and_is_whole_or_absen
     }
     let output =
         breakshot().current_dir(folder.path()).args(input).arg("--overlay=no/o.mp4").output().unwrap();
-    assert_eq!(output.status.code(), Some(1), "{}", message(&output));
+    assert_not_written(&output, &["no/o", "cannot be written"]);
     let parts = fs::read_dir(folder.path()).unwrap().map(|entry| entry.unwrap().file_name());
     assert_eq!(
         parts.filter(|name| name.to_string_lossy().starts_with('.')).count(),
@@ -119,3 +119,140 @@ fn an_overlay_may_have_the_name_of_an_option_or_a_protocol_and_is_whole_or_absen
         "a part was left behind"
     );
 }
+
+/// A folder with a program called `ffmpeg`, to be searched first.
+fn with_ffmpeg(script: &str) -> (tempfile::TempDir, String) {
+    use std::os::unix::fs::PermissionsExt;
+    let programs = tempfile::tempdir().unwrap();
+    let ffmpeg = programs.path().join("ffmpeg");
+    fs::write(&ffmpeg, format!("#!/bin/sh\n{script}\n")).unwrap();
+    fs::set_permissions(&ffmpeg, fs::Permissions::from_mode(0o755)).unwrap();
+    let path = format!("{}:{}", programs.path().display(), std::env::var("PATH").unwrap());
+    (programs, path)
+}
+
+fn overlay(folder: &Path, path: &str, name: &str) -> Output {
+    let [cell, objects, film] =
+        ["cell.toml", "objects.toml", "single_a_3.mp4"].map(|file| demo(file).display().to_string());
+    let input =
+        ["detect", &cell, &objects, &film, "--objects", "a", "--decoder", "builtin", "-o", "tracks.csv"];
+    let overlay = format!("--overlay={name}");
+    breakshot().current_dir(folder).env("PATH", path).args(input).arg(overlay).output().unwrap()
+}
+
+/// The names of the files in a folder.
+fn names(folder: &Path) -> Vec<String> {
+    let entries =
+        fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().file_name().into_string().unwrap());
+    let mut names: Vec<String> = entries.collect();
+    names.sort();
+    names
+}
+
+#[test]
+fn an_encoder_that_fails_leaves_no_overlay_and_its_own_reason() {
+    let folder = tempfile::tempdir().unwrap();
+    let fails =
+        "for last; do :; done; echo half > \"${last#file:}\"; echo 'No space left on device' >&2; exit 1";
+    let (_programs, path) = with_ffmpeg(fails);
+    let output = overlay(folder.path(), &path, "o.mp4");
+    assert_not_written(&output, &["o.mp4", "`ffmpeg` ended with", "No space left on device"]);
+    assert_eq!(names(folder.path()), ["tracks.csv"]);
+    // One that succeeds gives the file its name.
+    let (_programs, path) = with_ffmpeg("for last; do :; done; cat > \"${last#file:}\"");
+    let output = overlay(folder.path(), &path, "o.mp4");
+    assert_eq!(output.status.code(), Some(0), "{}", message(&output));
+    assert_eq!(names(folder.path()), ["o.mp4", "tracks.csv"]);
+    assert!(fs::metadata(folder.path().join("o.mp4")).unwrap().len() > 1_000_000);
+}
+
+#[test]
+fn images_of_an_overlay_replace_those_of_an_earlier_one_and_nothing_else() {
+    let folder = tempfile::tempdir().unwrap();
+    let nowhere = tempfile::tempdir().unwrap();
+    let path = nowhere.path().to_str().unwrap();
+    for _ in 0..2 {
+        let output = overlay(folder.path(), path, "o.mp4");
+        assert_eq!(output.status.code(), Some(0), "{}", message(&output));
+        assert_eq!(names(folder.path()), ["o", "tracks.csv"]);
+    }
+    // The user's own images have times too.
+    let own = folder.path().join("own");
+    fs::create_dir(&own).unwrap();
+    fs::write(own.join("timing.toml"), "times_s = [0.0]\n").unwrap();
+    let output = overlay(folder.path(), path, "own.mp4");
+    let message = message(&output);
+    assert_eq!(output.status.code(), Some(2), "{message}");
+    assert!(message.contains("own") && message.contains("needed: a new name"), "{message}");
+    assert_eq!(names(&own), ["timing.toml"]);
+}
+
+#[test]
+fn what_a_killed_overlay_leaves_is_removed_by_the_next_run() {
+    let folder = tempfile::tempdir().unwrap();
+    let (programs, path) = with_ffmpeg("echo $$ > \"$(dirname \"$0\")/pid\"; exec sleep 1000");
+    let [cell, objects, film] =
+        ["cell.toml", "objects.toml", "single_a_3.mp4"].map(|file| demo(file).display().to_string());
+    let args = [
+        "detect",
+        &cell,
+        &objects,
+        &film,
+        "--objects",
+        "a",
+        "--decoder",
+        "builtin",
+        "-o",
+        "t.csv",
+        "--overlay=o.mp4",
+    ];
+    let mut child = breakshot().current_dir(folder.path()).env("PATH", &path).args(args).spawn().unwrap();
+    let pid = programs.path().join("pid");
+    while !fs::read_to_string(&pid).is_ok_and(|text| text.ends_with('\n')) {
+        assert!(child.try_wait().unwrap().is_none(), "it ended");
+        std::thread::sleep(std::time::Duration::from_millis(10));
+    }
+    child.kill().unwrap();
+    child.wait().unwrap();
+    Command::new("kill").arg(fs::read_to_string(&pid).unwrap().trim()).status().unwrap();
+    // The next output in the folder removes what is left, if there is anything.
+    let output = breakshot().current_dir(folder.path()).args(look("scene.toml")).output().unwrap();
+    assert_eq!(output.status.code(), Some(0), "{}", message(&output));
+    assert_eq!(names(folder.path()), ["scene.toml", "t.csv"]);
+}
+
+#[test]
+fn a_full_disk_is_one_sentence_for_every_command_that_writes() {
+    let folder = tempfile::tempdir().unwrap();
+    let init = breakshot().args(["init", folder.path().to_str().unwrap()]).output().unwrap();
+    assert_eq!(init.status.code(), Some(0), "{}", message(&init));
+    let file = |name: &str| demo(name).display().to_string();
+    let [cell, objects, film, scene, strike] =
+        ["cell.toml", "objects.toml", "single_a_3.mp4", "pile.scene.toml", "pile.strike.json"].map(file);
+    // All properties are assumed.
+    let properties = folder.path().join("properties.json").display().to_string();
+    fs::write(&properties, PROPERTIES).unwrap();
+    let of_strike = ["--properties", &properties, "--strike", &strike];
+    let commands: [Vec<&str>; 6] = [
+        vec!["tags"],
+        vec!["calibrate", &cell, &film],
+        vec!["look", &cell, &objects, &film, "--objects", "a"],
+        [&["simulate", &scene][..], &of_strike].concat(),
+        [&["export", &scene, "--to", "mjcf"][..], &of_strike].concat(),
+        vec!["plan", &scene, "--properties", &properties, "--method", "paper"],
+    ];
+    for command in commands {
+        let output =
+            breakshot().current_dir(folder.path()).args(&command).args(["-o", "/dev/full"]).output().unwrap();
+        let message = message(&output);
+        assert_eq!(output.status.code(), Some(1), "{command:?}: {message}");
+        let errors: Vec<&str> = message.lines().filter(|line| line.starts_with("error: ")).collect();
+        assert_eq!(errors.len(), 1, "{command:?}: {message}");
+        assert!(errors[0].contains("/dev/full") && errors[0].contains("No space left"), "{message}");
+        assert!(!message.contains("panicked"), "{message}");
+    }
+}
+
+/// Properties without measurements.
+const PROPERTIES: &str = r#"{ "version": 1, "reference": "a", "friction": {}, "striker_restitution": {}, "restitution": {},
+    "mass_ratio": {}, "pair_mass_ratio": {}, "contact_friction": {}, "warnings": [] }"#;

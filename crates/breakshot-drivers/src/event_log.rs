@@ -6,7 +6,7 @@ use crate::report::StopReport;
 use breakshot::files;
 use breakshot::robot::{Command, JointState, LogLevel, MountedArm, Recording};
 use serde::Serialize;
-use std::fs::OpenOptions;
+use std::fs::{File, OpenOptions};
 use std::io::{ErrorKind, Write};
 use std::path::{Path, PathBuf};
 use std::sync::mpsc::{Sender, channel};
@@ -92,7 +92,7 @@ pub struct EventLog {
 
 /// The log's file. A thread writes it, so that a slow disk does not delay the loop that monitors the arm.
 #[derive(Debug)]
-struct LogFile {
+pub(crate) struct LogFile {
     lines: Sender<String>,
     writer: JoinHandle<std::io::Result<()>>,
     path: PathBuf,
@@ -110,20 +110,25 @@ impl LogFile {
             return Err(exists(&recording));
         }
         let file = OpenOptions::new().write(true).create_new(true).open(path);
-        let mut file = file.map_err(|source| match source.kind() {
+        let file = file.map_err(|source| match source.kind() {
             ErrorKind::AlreadyExists => exists(path),
             _ => breakshot::Error::Write { path: path.into(), source },
         })?;
+        Ok(Self::over(path.into(), SyncedFile(file)))
+    }
+
+    /// A log that is written to `file`, each line as soon as it comes and at once: it is complete although the program is killed.
+    pub(crate) fn over(path: PathBuf, mut file: impl Write + Send + 'static) -> Self {
         let (lines, received) = channel::<String>();
         let writer = std::thread::spawn(move || {
             let mut result = Ok(());
             // After an error, such as a full disk, the lines are still received: `finish` returns the first error.
             for line in received {
-                result = result.and_then(|()| writeln!(file, "{line}"));
+                result = result.and_then(|()| file.write_all((line + "\n").as_bytes()));
             }
-            result.and_then(|()| file.sync_all())
+            result.and_then(|()| file.flush())
         });
-        Ok(Self { lines, writer, path: path.into() })
+        Self { lines, writer, path }
     }
 
     /// Waits until all lines are on the disk.
@@ -131,6 +136,19 @@ impl LogFile {
         drop(self.lines);
         let result = self.writer.join().unwrap_or_else(|_| Err(std::io::Error::other("its writer panicked")));
         result.map_err(|source| breakshot::Error::Write { path: self.path, source })
+    }
+}
+
+/// A file whose bytes are on the disk when it is flushed.
+struct SyncedFile(File);
+
+impl Write for SyncedFile {
+    fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
+        self.0.write(bytes)
+    }
+
+    fn flush(&mut self) -> std::io::Result<()> {
+        self.0.sync_all()
     }
 }
 
@@ -150,8 +168,16 @@ impl EventLog {
     /// # Errors
     /// A file that exists already or cannot be created, or an arm model that cannot be built.
     pub fn new(command: &Command, path: Option<&Path>, on_event: fn(&Event)) -> breakshot::Result<Self> {
+        Self::with(command, path.map(LogFile::create).transpose()?, on_event)
+    }
+
+    /// A log in a file that is open already.
+    pub(crate) fn with(
+        command: &Command,
+        file: Option<LogFile>,
+        on_event: fn(&Event),
+    ) -> breakshot::Result<Self> {
         let mounted = command.mounted_arm()?;
-        let file = path.map(LogFile::create).transpose()?;
         let mut recording = Recording::default();
         recording.add_arm(0.0, &mounted);
         if let Some(scene) = &command.scene {

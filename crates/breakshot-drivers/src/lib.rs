@@ -22,6 +22,9 @@ extern crate self as breakshot_drivers;
 
 mod event_log;
 mod fault;
+#[cfg(feature = "fuzzing")]
+#[doc(hidden)]
+pub mod fuzzing;
 mod interlock;
 mod job;
 mod motion;

@@ -74,7 +74,7 @@ impl<'a> Progress<'a> {
         if ahead_s > AHEAD_S {
             return Err(Fault::Ahead { motion: self.motion.name.into(), ahead_s });
         }
-        if largest_difference(&state.q_rad, self.motion.start()).1 > BEGUN_RAD {
+        if self.has_begun(state) {
             self.begins_by((elapsed_s - path_s / self.pace).max(0.0));
         }
         self.check_delay(state, elapsed_s)?;
@@ -87,6 +87,11 @@ impl<'a> Progress<'a> {
         let earliest_s = elapsed_s - state.age_s;
         self.readings.push_back(Reading { earliest_s, path_s, q_rad: state.q_rad.clone() });
         Ok(())
+    }
+
+    /// Whether the arm has left the start of the path.
+    pub(crate) fn has_begun(&self, state: &ArmState) -> bool {
+        largest_difference(&state.q_rad, self.motion.start()).1 > BEGUN_RAD
     }
 
     /// Whether the arm has passed all of the path but its end.

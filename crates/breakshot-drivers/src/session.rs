@@ -38,7 +38,7 @@ pub fn carry_out(driver: &Driver, job: &Job<'_>, log: &mut EventLog) -> Result<R
     let run = || runtime.block_on(strike(driver, job, log, interrupt_signal()));
     catch_unwind(AssertUnwindSafe(run)).unwrap_or_else(|panic| {
         // The stop that the unwinding has requested needs the runtime.
-        runtime.block_on(sleep(LAST_STOP));
+        runtime.block_on(async { sleep(LAST_STOP).await });
         resume_unwind(panic)
     })
 }
@@ -139,8 +139,8 @@ pub(crate) struct Session<'a, I> {
     pub(crate) interrupt: Pin<Box<I>>,
     /// When the first observation was made (s since 1970).
     pub(crate) first_look_unix_s: Option<f64>,
-    /// Whether the latest motion was sent, and neither confirmed nor refused.
-    pub(crate) is_unconfirmed: bool,
+    /// Whether the latest motion was sent, was not refused, and has not been seen to begin.
+    pub(crate) may_begin: bool,
 }
 
 impl<'a, I: Future<Output = ()>> Session<'a, I> {
@@ -150,7 +150,7 @@ impl<'a, I: Future<Output = ()>> Session<'a, I> {
         log: &'a mut EventLog,
         interrupt: Pin<Box<I>>,
     ) -> Self {
-        Self { robot, job, log, interrupt, first_look_unix_s: None, is_unconfirmed: false }
+        Self { robot, job, log, interrupt, first_look_unix_s: None, may_begin: false }
     }
 
     pub(crate) async fn run(&mut self) -> Result<Report, Fault> {
@@ -275,7 +275,7 @@ impl<'a, I: Future<Output = ()>> Session<'a, I> {
         let mut progress = Progress::new(motion, &self.job.command.joints, watchdog.pace);
         let mut sending = std::pin::pin!(timeout(watchdog.grace, robot.send(motion)));
         let (sent, mut is_accepted, mut moving_since) = (Instant::now(), false, None);
-        self.is_unconfirmed = true;
+        self.may_begin = true;
         let unconfirmed = |silent: Duration| {
             let cause = format!("the {name} was not confirmed");
             Fault::LostLink { silent_s: silent.as_secs_f64(), cause }
@@ -288,7 +288,7 @@ impl<'a, I: Future<Output = ()>> Session<'a, I> {
                 () = self.interrupt.as_mut() => return Err(Fault::Interrupted),
                 answer = &mut sending, if !is_accepted => {
                     let answer = answer.map_err(|_| unconfirmed(sent.elapsed()))?;
-                    self.is_unconfirmed = matches!(answer, Err(Fault::LostLink { .. }));
+                    self.may_begin = matches!(answer, Ok(()) | Err(Fault::LostLink { .. }));
                     answer?;
                     is_accepted = true;
                     progress.accepted(sent.elapsed().as_secs_f64());
@@ -297,6 +297,9 @@ impl<'a, I: Future<Output = ()>> Session<'a, I> {
                     let state = self.state().await?;
                     let elapsed_s = sent.elapsed().as_secs_f64();
                     self.check_deviation(motion, &state, OFF_PATH_RAD, &[])?;
+                    if is_accepted && progress.has_begun(&state) {
+                        self.may_begin = false;
+                    }
                     progress.check(&state, elapsed_s)?;
                     // A motion that is under way has been accepted: its confirmation is lost.
                     if state.moving && !is_accepted {
@@ -340,7 +343,7 @@ impl<'a, I: Future<Output = ()>> Session<'a, I> {
                 Ok(Ok(mut state)) => {
                     state.age_s += requested.elapsed().as_secs_f64();
                     if state.age_s > watchdog.silence.as_secs_f64() {
-                        let cause = "the joint angles are not measured any more".into();
+                        let cause = format!("the latest joint angles are {:.2} s old", state.age_s);
                         return Err(Fault::LostLink { silent_s: state.age_s, cause });
                     }
                     let (q_rad, moving) = (state.q_rad.clone(), state.moving);
@@ -389,7 +392,7 @@ impl<'a, I: Future<Output = ()>> Session<'a, I> {
     async fn stopped(&mut self, motion: &Motion, fault: Fault) -> Ending {
         self.log.note(Event::Fault { message: fault.to_string(), fault: fault.clone() });
         let mut stop = self.stop().await;
-        if self.is_unconfirmed {
+        if self.may_begin {
             self.watch_for_late_start(&mut stop).await;
         }
         self.log.note(Event::Stopped(stop.clone()));
@@ -464,8 +467,8 @@ impl<'a, I: Future<Output = ()>> Session<'a, I> {
         None
     }
 
-    /// A motion that was sent and neither confirmed nor refused may still begin: the arm is watched for as long as a
-    /// confirmation may take, and stopped again if it moves.
+    /// A motion that was sent and not seen to begin may still begin, or the readings may be late: the arm is watched for as long
+    /// as a confirmation may take, and stopped again if it moves.
     async fn watch_for_late_start(&mut self, report: &mut StopReport) {
         let (begun, watchdog) = (Instant::now(), self.job.watchdog);
         let mut rest: Option<Vec<f64>> = None;

@@ -3,6 +3,8 @@
 #[cfg(feature = "network")]
 mod faults;
 #[cfg(feature = "network")]
+mod over_indy;
+#[cfg(feature = "network")]
 mod over_rosbridge;
 #[cfg(feature = "network")]
 mod simulated;
@@ -15,10 +17,11 @@ use simulated::mock::example;
 #[allow(unreachable_pub, reason = "shared with the integration tests")]
 mod example;
 
+use crate::event_log::LogFile;
 use crate::robot::driver::Robot;
 use crate::robot::sim::{InjectedFault, Sim};
 use crate::session::Session;
-use crate::{Ending, EventLog, Fault, Job, Permission, Watchdog, objections};
+use crate::{Ending, Event, EventLog, Fault, Job, Permission, Watchdog, objections};
 use breakshot::geometry::Point;
 use breakshot::properties::Properties;
 use breakshot::robot::Command;
@@ -247,7 +250,7 @@ fn an_observation_of_another_table_is_refused() {
     type Change = fn(&mut Scene);
 
     let command = command(0.2);
-    let changes: [(&str, Change); 2] = [
+    let changes: [(&str, Change); 4] = [
         ("base_from_table", |s| {
             let robot = s.cell.robot.as_mut().expect("a robot");
             robot.base_from_table.as_mut().expect("a pose").position_m[0] += 0.01;
@@ -255,6 +258,14 @@ fn an_observation_of_another_table_is_refused() {
         ("walls", |s| {
             let (from_m, to_m) = (Point::new(0.2, 0.2), Point::new(0.3, 0.2));
             s.walls.push(breakshot::scene::Wall { from_m, to_m, restitution: 0.4 });
+        }),
+        ("keep_out", |s| {
+            let points_m = [[0.2, 0.1], [0.25, 0.1], [0.25, 0.15]].map(Point::from).to_vec();
+            s.keep_out.push(breakshot::scene::KeepOut { points_m });
+        }),
+        ("[table]", |s| {
+            let outline_m = [[-0.4, -0.3], [0.4, -0.3], [0.4, 0.3], [-0.4, 0.3]].map(Point::from).to_vec();
+            s.cell.table = Some(breakshot::cell::Table { outline_m });
         }),
     ];
     for (word, change) in changes {
@@ -296,6 +307,49 @@ fn poses_of_another_length_differ_without_bound() {
     use crate::motion::largest_difference;
     assert!(largest_difference(&[0.0; 6], &[0.0; 5]).1.is_infinite());
     assert!(largest_difference(&[], &[]).1.is_infinite());
+}
+
+/// A disk that takes nothing before it is released.
+struct BlockedDisk {
+    released: std::sync::mpsc::Receiver<()>,
+    bytes: Arc<std::sync::Mutex<Vec<u8>>>,
+}
+
+impl std::io::Write for BlockedDisk {
+    fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
+        // After the release the sender is gone.
+        let _ = self.released.recv();
+        self.bytes.lock().expect("no writer panics").extend(bytes);
+        Ok(bytes.len())
+    }
+
+    fn flush(&mut self) -> std::io::Result<()> {
+        Ok(())
+    }
+}
+
+#[test]
+fn a_disk_that_blocks_does_not_delay_the_events() {
+    const EVENTS: usize = 3000;
+    let (folder, command) = (tempfile::tempdir().expect("a folder"), command(0.2));
+    let (release, released) = std::sync::mpsc::channel();
+    let bytes = Arc::default();
+    let disk = BlockedDisk { released, bytes: Arc::clone(&bytes) };
+    let file = LogFile::over(folder.path().join("strike.jsonl"), disk);
+    let mut log = EventLog::with(&command, Some(file), |_| ()).expect("an arm");
+    let (done, is_done) = std::sync::mpsc::channel();
+    std::thread::spawn(move || {
+        for _ in 0..EVENTS {
+            log.note(Event::State { q_rad: vec![0.0; 6], moving: true });
+        }
+        done.send(log).expect("the test waits");
+    });
+    let log = is_done.recv_timeout(Duration::from_mins(1)).expect("the disk delayed the events");
+    assert!(bytes.lock().expect("no writer panics").is_empty());
+    drop(release);
+    log.finish().expect("a folder that can be written");
+    let text = String::from_utf8(bytes.lock().expect("no writer panics").clone()).expect("text");
+    assert_eq!(text.lines().count(), EVENTS);
 }
 
 #[test]

@@ -2,7 +2,9 @@
 
 mod mock;
 
-use breakshot_drivers::{Driver, Ending, EventLog, Fault, Job, Permission, Report, Watchdog, strike};
+use breakshot_drivers::{
+    Driver, Ending, Event, EventLog, Fault, Job, Permission, Report, Watchdog, carry_out, strike,
+};
 use mock::example::{command, just_after};
 use mock::{InjectedFault, Mock, Setup};
 use std::time::Duration;
@@ -184,6 +186,29 @@ async fn an_interrupt_stops_the_arm_during_a_motion() {
     }
     let recording = std::fs::read(log_path.with_extension("mcap")).expect("a recording");
     assert!(recording.starts_with(b"\x89MCAP"), "no MCAP file");
+}
+
+#[test]
+fn a_panic_during_a_motion_stops_the_arm() {
+    let runtime = tokio::runtime::Builder::new_multi_thread().worker_threads(2).enable_all().build();
+    let runtime = runtime.expect("a runtime");
+    let mock = runtime.block_on(Mock::start(Setup::default()));
+    let command = command(0.2);
+    let permission = Permission { hash: Some(command.short_hash()), allow_fast: false };
+    let (observe, now_unix_s) = (&|| Ok(None), just_after);
+    let watchdog = Watchdog { pace: 1.0, ..PATIENT };
+    let job = Job { command: &command, permission, live: true, observe, now_unix_s, watchdog };
+    let panics = |event: &Event| {
+        assert!(!matches!(event, Event::State { moving: true, .. }), "a mistake of the program, on purpose");
+    };
+    let mut log = EventLog::new(&command, None, panics).expect("an arm");
+    let driver = Driver::Indy(mock.address.clone());
+    let run = || carry_out(&driver, &job, &mut log);
+    std::panic::catch_unwind(std::panic::AssertUnwindSafe(run)).expect_err("it panics");
+    assert_eq!(moves(&mock), ["MoveJointTraj", "StopMotion 2"]);
+    let stopped_rad = mock.controller.true_rad();
+    std::thread::sleep(Duration::from_millis(300));
+    assert_eq!(mock.controller.true_rad(), stopped_rad, "the arm still moves");
 }
 
 #[tokio::test]

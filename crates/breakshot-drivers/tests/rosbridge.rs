@@ -43,14 +43,16 @@ async fn a_strike_is_five_goals_in_rosbridges_message_layout() {
         [
             "subscribe",
             "advertise",
+            "call_service",
             "send_action_goal",
             "send_action_goal",
+            "call_service",
             "send_action_goal",
             "send_action_goal",
             "send_action_goal"
         ]
     );
-    for message in &messages[2..] {
+    for message in messages.iter().filter(|message| message["op"] == "send_action_goal") {
         assert_eq!(message["action"], "/joint_trajectory_controller/follow_joint_trajectory");
         assert_eq!(message["action_type"], "control_msgs/action/FollowJointTrajectory");
         let trajectory = &message["args"]["trajectory"];
@@ -72,7 +74,8 @@ async fn an_aborted_goal_is_cancelled_and_the_joints_are_held_if_they_are_known(
     };
     assert_eq!(motion, "strike");
     assert!(matches!(&fault, Fault::Refused { answer, .. } if answer.contains("-4")), "{fault:?}");
-    let messages = bridge.messages();
+    let mut messages = bridge.messages();
+    messages.retain(|message| message["op"] != "call_service");
     let last: Vec<&str> = messages[5..].iter().filter_map(|message| message["op"].as_str()).collect();
     assert_eq!(last.first(), Some(&"cancel_action_goal"), "{last:?}");
     assert_eq!(messages[5]["id"], messages[4]["id"], "another goal was cancelled");

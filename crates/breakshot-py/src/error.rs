@@ -27,7 +27,8 @@ pub(crate) fn internal(error: impl std::fmt::Display) -> PyErr {
     PyRuntimeError::new_err(format!("{error}"))
 }
 
-/// A panic of the built-in decoder becomes an error that names the film: it is not printed as well.
+/// A panic of the built-in decoder becomes an error that names the film: it is not printed as well. The hook concerns this module alone,
+/// whose shared object has a standard library of its own.
 pub(crate) fn quiet_decoder_panics() {
     let previous = take_hook();
     set_hook(Box::new(move |panic| {

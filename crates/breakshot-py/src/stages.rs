@@ -10,6 +10,7 @@ use crate::values::{
 use crate::work::{Stop, run};
 use breakshot::capture::{Capture, Decoder, Footage};
 use breakshot::detect::Layout;
+use breakshot::error::bounds;
 use breakshot::plan::{Aim, ExecutionNoise, GridSize, Method, Options};
 use breakshot::robot::Answer;
 use breakshot::verify::Observed;
@@ -76,13 +77,11 @@ pub(crate) fn track(
     strike_heading_rad: Option<f64>,
     frame_rate_hz: Option<f64>,
 ) -> PyResult<Tracks> {
-    if frame_rate_hz.is_some_and(|rate| !(rate.is_finite() && rate > 0.0)) {
-        return Err(invalid(
-            "track",
-            "frame_rate_hz",
-            frame_rate_hz.unwrap_or_default(),
-            "a positive number",
-        ));
+    if let Some(rate_hz) = frame_rate_hz {
+        bounds::frame_rate("track", "frame_rate_hz", rate_hz).map_err(raised)?;
+    }
+    if let Some(heading_rad) = strike_heading_rad {
+        bounds::angle("track", "strike_heading_rad", heading_rad).map_err(raised)?;
     }
     let layout = match (scene, strike_heading_rad) {
         (Some(scene), _) => Layout::Placed(scene.0.placed.clone()),

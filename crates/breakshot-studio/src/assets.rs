@@ -12,7 +12,7 @@ const HTML: &str = "text/html; charset=utf-8";
 const INDEX: &[u8] = include_bytes!("../assets/index.html");
 
 /// Palette and drawing style of `report.html`: the page has the same.
-const REPORT_STYLE: &[u8] = include_bytes!("../../breakshot/src/report/html/report.css");
+const REPORT_STYLE: &[u8] = include_bytes!("../assets/report.css");
 
 /// Path, media type and content of each file.
 const FILES: [(&str, &str, &[u8]); 22] = assets![

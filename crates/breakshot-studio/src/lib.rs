@@ -27,6 +27,16 @@ use std::net::{Ipv4Addr, SocketAddr, TcpListener};
 use std::path::Path;
 use std::sync::Arc;
 
+/// Entry points of the fuzz targets.
+#[cfg(feature = "fuzzing")]
+#[doc(hidden)]
+pub mod fuzzing {
+    /// The status with which the head of a request is refused; `None` if it is accepted.
+    pub fn request(head: &[u8]) -> Option<u16> {
+        crate::http::request::refusal(head)
+    }
+}
+
 /// The server of the page, bound to a port of this machine.
 pub struct Server {
     listener: TcpListener,

@@ -2,7 +2,7 @@
 
 use crate::cell::Cell;
 use crate::columns::Columns;
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, bounds};
 use crate::object::{self, Object};
 use crate::scene::{Placed, Strike};
 use std::path::{Path, PathBuf};
@@ -98,7 +98,7 @@ impl Campaign {
                 self.cell.require_striker(&format!("{owner}: cell"))?;
             }
             if let Some(rate) = clip.frame_rate_hz {
-                object::positive(&owner, "frame_rate_hz", rate)?;
+                bounds::frame_rate(&owner, "frame_rate_hz", rate)?;
             }
             match &clip.source {
                 Source::Film(_) => self.cell.require_camera_pose(&format!("{owner}: cell"))?,

@@ -1,7 +1,7 @@
 //! Which columns of a table of tracks hold what (`columns` in `campaign.toml`).
 
+use crate::error::bounds::positive;
 use crate::error::{Error, Result};
-use crate::object::positive;
 use serde::Deserialize;
 use std::collections::BTreeMap;
 

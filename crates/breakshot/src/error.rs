@@ -1,5 +1,7 @@
 //! Errors in files, measurements and requests. Every message names the file or object, the value found and the value needed.
 
+pub mod bounds;
+
 use std::path::{Path, PathBuf};
 
 /// Result of a fallible function of this library.

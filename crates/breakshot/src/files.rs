@@ -7,6 +7,8 @@
 //! compiled in the program that calls a loader and not in the library, which would build longer (ARCHITECTURE.md, "Building").
 
 mod content;
+mod temporary;
+mod unfinished;
 mod whole;
 
 use crate::campaign::{Campaign, Clip, Source};
@@ -17,11 +19,14 @@ use crate::error::{Error, Result};
 use crate::object::Object;
 use crate::properties::Properties;
 use crate::scene::{Goal, KeepOut, Placed, Scene, Strike, Wall};
+pub use content::clip_input;
 use content::{Content, first_equal};
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
+use std::collections::{BTreeMap, BTreeSet};
 use std::io::Read;
 use std::path::{Path, PathBuf};
+pub use unfinished::Unfinished;
 pub use whole::{check_file_name, write_whole};
 
 /// A value from a file, and warnings for the user about how it was read.
@@ -138,14 +143,15 @@ fn nearest_hint(key: &str, known: &[&str]) -> String {
 /// A clip's extension is left out where that is possible, and its folders are joined to its name.
 pub fn track_file_names(clips: &[&str]) -> Vec<String> {
     let flat: Vec<String> = clips.iter().map(|clip| clip.replace(['/', '\\'], "_")).collect();
-    let stem = |name: &str| Path::new(name).with_extension("").to_string_lossy().into_owned();
-    let mut names: Vec<String> = Vec::new();
-    for name in &flat {
-        let is_alone = flat.iter().filter(|other| stem(other) == stem(name)).count() == 1;
-        let wanted = if is_alone { stem(name) } else { name.clone() };
+    let stem = |name: &String| Path::new(name).with_extension("").to_string_lossy().into_owned();
+    let stems: Vec<String> = flat.iter().map(stem).collect();
+    let alike = counts(&stems);
+    let (mut names, mut taken) = (Vec::new(), BTreeSet::new());
+    for (name, stem) in flat.iter().zip(&stems) {
+        let wanted = if alike[stem.as_str()] == 1 { stem } else { name };
         let numbered = (2..).map(|number| format!("{wanted}_{number}.json"));
         let mut candidates = std::iter::once(format!("{wanted}.json")).chain(numbered);
-        names.extend(candidates.find(|candidate| !names.contains(candidate)));
+        names.extend(candidates.find(|candidate| taken.insert(candidate.clone())));
     }
     names
 }
@@ -372,14 +378,31 @@ fn name_clips(clips: &mut [Clip]) {
         parts[parts.len().saturating_sub(folders + 1)..].join("/")
     };
     let deepest = clips.iter().map(|clip| clip.source.path().iter().count()).max().unwrap_or(0);
-    for k in 0..clips.len() {
-        let is_alone = |folders: &usize| {
-            let own = name(&clips[k], *folders);
-            clips.iter().enumerate().all(|(other, clip)| other == k || name(clip, *folders) != own)
-        };
-        let folders = (0..deepest).find(is_alone).unwrap_or(0);
-        clips[k].name = name(&clips[k], folders);
+    let mut chosen: Vec<Option<String>> = vec![None; clips.len()];
+    for folders in 0..deepest {
+        let names: Vec<String> = clips.iter().map(|clip| name(clip, folders)).collect();
+        let counts = counts(&names);
+        for (chosen, own) in chosen.iter_mut().zip(&names) {
+            if chosen.is_none() && counts[own.as_str()] == 1 {
+                *chosen = Some(own.clone());
+            }
+        }
+        if chosen.iter().all(Option::is_some) {
+            break;
+        }
     }
+    for (clip, chosen) in clips.iter_mut().zip(chosen) {
+        clip.name = chosen.unwrap_or_else(|| name(clip, 0));
+    }
+}
+
+/// How often each name occurs.
+fn counts(names: &[String]) -> BTreeMap<&str, usize> {
+    let mut counts = BTreeMap::new();
+    for name in names {
+        *counts.entry(name.as_str()).or_insert(0) += 1;
+    }
+    counts
 }
 
 fn load_clip(campaign: impl AsRef<Path>, entry: ClipEntry, columns: Option<&Columns>) -> Result<Clip> {

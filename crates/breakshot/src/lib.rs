@@ -55,6 +55,7 @@ pub mod detect;
 pub mod error;
 pub mod estimate;
 pub mod files;
+mod fingerprint;
 pub mod geometry;
 pub mod object;
 mod ordered_map;

@@ -1,5 +1,6 @@
 //! What is measured on the objects with a ruler: outline, height and marker.
 
+use crate::error::bounds::{length, position, positive, zero_or_more};
 use crate::error::{Error, Result};
 use crate::geometry::{Point, Vec2};
 use serde::{Deserialize, Serialize};
@@ -130,10 +131,10 @@ impl Shape {
     /// A length that is not a positive number; a polygon that is clockwise, self-crossing or without area.
     pub fn check_and_centre(&mut self, owner: &str) -> Result<Vec2> {
         match self {
-            Self::Disc { radius_m } => positive(owner, "radius_m", *radius_m)?,
+            Self::Disc { radius_m } => length(owner, "radius_m", *radius_m)?,
             Self::Rectangle { size_m } => {
-                positive(owner, "size_m[0]", size_m[0])?;
-                positive(owner, "size_m[1]", size_m[1])?;
+                length(owner, "size_m[0]", size_m[0])?;
+                length(owner, "size_m[1]", size_m[1])?;
             }
             Self::Polygon { points_m } => {
                 check_polygon(owner, points_m)?;
@@ -212,16 +213,12 @@ impl Marker {
         let equal = self.has_equal_dots();
         self.at_m = self.at_m - shift;
         self.at_m += self.shape.check_and_centre(&format!("{owner}, marker"))?;
-        if !self.at_m.is_finite() {
-            return Err(Error::invalid(owner, "marker.at_m", "not a number", "two numbers in m"));
-        }
+        position(owner, "marker.at_m", &[self.at_m.x, self.at_m.y])?;
         zero_or_more(owner, "marker.thickness_m", self.thickness_m, "metres")?;
         let Some(dot) = &mut self.dot else { return Ok(()) };
         dot.at_m = dot.at_m - shift;
         positive(owner, "marker.dot.radius_m", dot.radius_m)?;
-        if !dot.at_m.is_finite() {
-            return Err(Error::invalid(owner, "marker.dot.at_m", "not a number", "two numbers in m"));
-        }
+        position(owner, "marker.dot.at_m", &[dot.at_m.x, dot.at_m.y])?;
         let Shape::Disc { radius_m } = self.shape else {
             return Err(Error::invalid(
                 owner,
@@ -287,9 +284,13 @@ impl Support {
                 for foot in feet.iter_mut() {
                     *foot = *foot - shift;
                 }
-                if feet.len() < 3 || !feet.iter().all(|foot| foot.is_finite()) {
+                if !(3..=MOST_CORNERS).contains(&feet.len()) {
                     let found = format!("{} feet", feet.len());
-                    return Err(Error::invalid(owner, "support.feet_m", found, "three or more positions"));
+                    let needed = format!("three or more positions (at most {MOST_CORNERS})");
+                    return Err(Error::invalid(owner, "support.feet_m", found, needed));
+                }
+                for foot in feet {
+                    position(owner, "support.feet_m", &[foot.x, foot.y])?;
                 }
             }
             Self::Gradient(gradient_per_m) if !gradient_per_m.is_finite() => {
@@ -338,7 +339,7 @@ impl Object {
     pub fn check(&mut self) -> Result<Option<String>> {
         let owner = format!("object `{}`", self.name);
         check_name(&self.name)?;
-        positive(&owner, "height_m", self.height_m)?;
+        length(&owner, "height_m", self.height_m)?;
         if let Some(mass_kg) = self.mass_kg {
             positive(&owner, "mass_kg", mass_kg)?;
         }
@@ -369,32 +370,17 @@ fn check_name(name: &str) -> Result<()> {
     Ok(())
 }
 
-/// Checks that a value is a positive number.
-///
-/// # Errors
-/// NaN, infinity, zero or a negative number.
-pub fn positive(owner: &str, what: &str, value: f64) -> Result<()> {
-    if value.is_finite() && value > 0.0 {
-        return Ok(());
-    }
-    Err(Error::invalid(owner, what, value, "a positive number"))
-}
-
-/// Checks that a value is a non-negative number, in the given unit.
-pub(crate) fn zero_or_more(owner: &str, what: &str, value: f64, unit: &str) -> Result<()> {
-    if value.is_finite() && value >= 0.0 {
-        return Ok(());
-    }
-    Err(Error::invalid(owner, what, value, format!("zero or more {unit}")))
-}
+/// Largest number of corners or feet of an outline: all pairs of its sides are compared.
+const MOST_CORNERS: usize = 1000;
 
 fn check_polygon(owner: &str, points: &[Point]) -> Result<()> {
     let n = points.len();
-    if n < 3 {
-        return Err(Error::invalid(owner, "points_m", format!("{n} points"), "at least 3 corner points"));
+    if !(3..=MOST_CORNERS).contains(&n) {
+        let needed = format!("at least 3 corner points (at most {MOST_CORNERS})");
+        return Err(Error::invalid(owner, "points_m", format!("{n} points"), needed));
     }
-    if let Some(k) = points.iter().position(|p| !p.is_finite()) {
-        return Err(Error::invalid(owner, format!("points_m[{k}]"), "not a number", "two numbers in m"));
+    for (k, point) in points.iter().enumerate() {
+        position(owner, &format!("points_m[{k}]"), &[point.x, point.y])?;
     }
     let area_m2 = polygon_area_m2(points);
     if let Some((i, k)) = crossing_edges(points) {

@@ -33,12 +33,13 @@ const LONGEST_FILE_LINES: usize = 600;
 const LONGEST_FUNCTION_LINES: usize = 80;
 const MOST_FILES_IN_A_FOLDER: usize = 12;
 /// The crates of the workspace, by the folder of their sources.
-const CRATES: [&str; 6] = [
+const CRATES: [&str; 7] = [
     "crates/breakshot/src",
     "crates/breakshot-cli/src",
     "crates/breakshot-drivers/src",
     "crates/breakshot-py/src",
     "crates/breakshot-studio/src",
+    "fuzz/src",
     "xtask/src",
 ];
 
@@ -53,7 +54,7 @@ fn library() -> PathBuf {
 /// Every Rust file of the workspace that people write.
 fn written_files() -> Vec<PathBuf> {
     let mut found = Vec::new();
-    for folder in ["crates", "xtask"] {
+    for folder in ["crates", "fuzz", "xtask"] {
         collect(&workspace().join(folder), &mut found);
     }
     let unwritten = |path: &Path| path.iter().any(|part| part == "generated" || part == "target");

@@ -129,12 +129,18 @@ fn ffmpeg_decodes_the_codings_that_the_built_in_decoder_does_not() {
 #[ignore = "needs ffmpeg"]
 fn ffmpeg_and_the_built_in_decoder_give_the_same_frames() {
     let listing = std::fs::read_to_string(data("luma.txt")).unwrap();
+    // A name that `ffmpeg` writes into its log is no message about damage.
+    let folder = tempfile::tempdir().unwrap();
+    let concealing = folder.path().join("concealing x [error] ");
+    std::fs::create_dir(&concealing).unwrap();
     // Only a title has an `x`, between width and height.
     let titles = listing.lines().filter(|line| !line.starts_with('#') && line.contains('x'));
     for film in titles.filter_map(|line| line.split(' ').next()) {
         let own: Vec<Frame> =
             Footage::open_with(&data(film), Decoder::Builtin).unwrap().map(Result::unwrap).collect();
-        let footage = Footage::open_with(&data(film), Decoder::Ffmpeg).unwrap();
+        let copy = concealing.join(film);
+        std::fs::copy(data(film), &copy).unwrap();
+        let footage = Footage::open_with(&copy, Decoder::Ffmpeg).unwrap();
         let theirs: Vec<Frame> = footage.map(Result::unwrap).collect();
         assert_eq!(own.len(), theirs.len(), "{film}");
         for (own, their) in own.iter().zip(&theirs) {

@@ -20,7 +20,7 @@ const SHOWN_CLIP: &str = "pair_a_c_3.mp4";
 
 macro_rules! example {
     ($($file:literal),* $(,)?) => {
-        [$(($file, include_bytes!(concat!("../../../../fixtures/demo/", $file)).as_slice())),*]
+        [$(($file, include_bytes!(concat!("../../example/", $file)).as_slice())),*]
     };
 }
 

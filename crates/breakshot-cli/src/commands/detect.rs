@@ -1,8 +1,9 @@
-//! `breakshot detect`: tracks of the objects in one clip.
+//! `breakshot detect`: tracks of the objects in one clip, or in those of a campaign.
 
+use super::detect_campaign;
 use super::frames::{FRAME_MEMORY_BYTES, FrameBuffer};
 use super::overlay_film;
-use crate::args::DetectArgs;
+use crate::detect_args::DetectArgs;
 use crate::{Outcome, console};
 use breakshot::capture::{Capture, Frame};
 use breakshot::detect::{Layout, Tracks};
@@ -11,11 +12,38 @@ use breakshot::{Error, Result, detect, files};
 use std::fmt::Write;
 use std::path::Path;
 
-/// Tracks the named objects and writes the tracks as CSV or JSON, the plot and the overlay.
+/// The files of one clip.
+struct ClipFiles<'a> {
+    cell: &'a Path,
+    objects: &'a Path,
+    video: &'a Path,
+    output: &'a Path,
+}
+
+/// Tracks the clips of a campaign, or one clip.
 pub(crate) fn run(args: &DetectArgs) -> Result<Outcome> {
-    let is_csv = csv_wanted(&args.output)?;
-    let cell = files::load_cell(&args.cell)?;
-    let objects = files::load_objects(&args.objects)?;
+    if let (Some(campaign), Some(tracks)) = (&args.batch.campaign, &args.batch.tracks) {
+        return detect_campaign::run(campaign, tracks, args.batch.shard, args.decoder.into(), args.json);
+    }
+    match (&args.cell, &args.objects, &args.video, &args.output) {
+        (Some(cell), Some(objects), Some(video), Some(output)) => {
+            one_clip(args, &ClipFiles { cell, objects, video, output })
+        }
+        _ => Err(Error::invalid(
+            "detect",
+            "its files",
+            "not all given",
+            "CELL OBJECTS VIDEO and --output, or --campaign",
+        )),
+    }
+}
+
+/// Tracks the named objects and writes the tracks as CSV or JSON, the plot and the overlay.
+fn one_clip(args: &DetectArgs, named: &ClipFiles) -> Result<Outcome> {
+    let ClipFiles { cell, objects, video, output } = *named;
+    let is_csv = csv_wanted(output)?;
+    let cell = files::load_cell(cell)?;
+    let objects = files::load_objects(objects)?;
     console::note(&objects.notes);
     let layout = match (&args.scene, args.strike_heading_rad) {
         (Some(scene), _) => Layout::Placed(files::load_scene(scene)?.value.placed),
@@ -24,7 +52,7 @@ pub(crate) fn run(args: &DetectArgs) -> Result<Outcome> {
     };
 
     // The frames for the overlay are kept while the film is tracked.
-    let mut film = Capture::of(args.rate.open(&args.video, args.decoder, &cell)?, &cell)?;
+    let mut film = Capture::of(args.rate.open(video, args.decoder, &cell)?, &cell)?;
     let (camera, size_px) = (film.camera.clone(), film.footage.size_px());
     let buffer = FrameBuffer::default();
     if args.overlay.is_some() {
@@ -45,20 +73,20 @@ pub(crate) fn run(args: &DetectArgs) -> Result<Outcome> {
 
     // Output files.
     if is_csv {
-        files::write_whole(&args.output, csv(&tracks).as_bytes())?;
+        files::write_whole(output, csv(&tracks).as_bytes())?;
     } else {
-        files::write_json(&args.output, &tracks)?;
+        files::write_json(output, &tracks)?;
     }
     if let Some(plot) = &args.plot {
         files::write_whole(plot, report::motion_figure(&tracks)?.as_bytes())?;
     }
-    let mut written = vec![args.output.clone()];
+    let mut written = vec![output.to_path_buf()];
     written.extend(args.plot.clone());
     if let Some(film) = &args.overlay {
         let overlay = Overlay { camera: &camera, tracks: &tracks, objects: &objects.value };
         let frames: Box<dyn Iterator<Item = Result<Frame>>> = match buffer.into_frames() {
             Some(frames) => Box::new(frames.into_iter().map(Ok)),
-            None => Box::new(args.rate.open(&args.video, args.decoder, &cell)?),
+            None => Box::new(args.rate.open(video, args.decoder, &cell)?),
         };
         written.push(overlay_film::write(&overlay, overlay_film::Frames { frames, size_px }, film)?);
     }

@@ -1,8 +1,9 @@
 //! `breakshot estimate`: the properties of all objects from the clips of a campaign.
 
+use super::track_folder::TrackFolder;
 use crate::args::EstimateArgs;
 use crate::{Outcome, console};
-use breakshot::campaign::Campaign;
+use breakshot::campaign::{Campaign, Clip};
 use breakshot::capture::Decoder;
 use breakshot::cell::Cell;
 use breakshot::estimate::{self, Advice, AdviceOptions, ClipTracks, Experiment};
@@ -13,6 +14,7 @@ use breakshot::warning::Warning;
 use breakshot::{Error, Result, files, report};
 use std::collections::BTreeMap;
 use std::path::Path;
+use std::sync::{Mutex, PoisonError};
 
 /// Tracks all clips, estimates the properties and writes them.
 pub(crate) fn run(args: &EstimateArgs) -> Result<Outcome> {
@@ -27,10 +29,10 @@ pub(crate) fn run(args: &EstimateArgs) -> Result<Outcome> {
         let names: Vec<&str> = campaign.clips.iter().map(|clip| clip.name.as_str()).collect();
         estimate::check_update(old, &names, cell, objects, &options)?;
     }
-    let (clips, unreadable) = tracked(&campaign, args.decoder.into())?;
-    if let Some(folder) = &args.tracks {
-        write_tracks(folder, &clips)?;
-    }
+    let (clips, unreadable) = match &args.tracks {
+        Some(folder) => tracked_into(folder, &campaign, args.decoder.into())?,
+        None => tracked(&campaign, args.decoder.into())?,
+    };
     let mut properties =
         breakshot::campaign_properties(&campaign, old.as_ref(), &clips, unreadable, &options)?;
     console::warn_by_cause(&properties.warnings, &properties.causes, &args.output);
@@ -123,24 +125,45 @@ fn print_advice(advice: &Advice) {
 ///
 /// Clips are processed in parallel; each is decoded frame by frame.
 pub(crate) fn tracked(campaign: &Campaign, decoder: Decoder) -> Result<(Vec<ClipTracks>, Vec<Warning>)> {
+    with_progress(campaign, |clip| breakshot::clip_tracks(campaign, clip, decoder))
+}
+
+/// As [`tracked`]; the tracks that are in the folder are used, the others are written to it.
+fn tracked_into(
+    folder: &Path,
+    campaign: &Campaign,
+    decoder: Decoder,
+) -> Result<(Vec<ClipTracks>, Vec<Warning>)> {
+    let folder = TrackFolder::new(folder, campaign, decoder)?;
+    let unwritable = Mutex::new(None);
+    let tracks = |clip: &Clip| match folder.tracks(clip) {
+        Ok(found) => Ok(found.clip),
+        // Not a reason to leave the clip out.
+        Err(error @ Error::Write { .. }) => {
+            *unwritable.lock().unwrap_or_else(PoisonError::into_inner) = Some(error);
+            Err(Error::Stopped)
+        }
+        Err(error) => Err(error),
+    };
+    let tracked = with_progress(campaign, tracks);
+    match unwritable.into_inner().unwrap_or_else(PoisonError::into_inner) {
+        Some(error) => Err(error),
+        None => tracked,
+    }
+}
+
+fn with_progress(
+    campaign: &Campaign,
+    tracks: impl Fn(&Clip) -> Result<ClipTracks> + Sync + Send,
+) -> Result<(Vec<ClipTracks>, Vec<Warning>)> {
     let bar = console::progress(campaign.clips.len(), "clips");
     let tracked = breakshot::campaign_tracks(campaign, |clip| {
-        let tracks = breakshot::clip_tracks(campaign, clip, decoder);
+        let tracks = tracks(clip);
         bar.inc(1);
         tracks
     });
     bar.finish_and_clear();
     tracked
-}
-
-/// Writes one JSON file for each clip.
-fn write_tracks(folder: &Path, clips: &[ClipTracks]) -> Result<()> {
-    std::fs::create_dir_all(folder).map_err(|source| Error::Write { path: folder.into(), source })?;
-    let names: Vec<&str> = clips.iter().map(|clip| clip.name.as_str()).collect();
-    clips
-        .iter()
-        .zip(files::track_file_names(&names))
-        .try_for_each(|(clip, name)| files::write_json(&folder.join(name), &clip.tracks))
 }
 
 /// Missing values that are named one by one; further ones are counted.

@@ -10,7 +10,7 @@ const TEMPLATES: [(&str, &str); 5] = [
     ("objects.toml", include_str!("../../templates/objects.toml")),
     ("campaign.toml", include_str!("../../templates/campaign.toml")),
     ("scene.toml", include_str!("../../templates/scene.toml")),
-    ("FILMING.md", include_str!("../../../../docs/filming.md")),
+    ("FILMING.md", include_str!("../../templates/FILMING.md")),
 ];
 
 /// Writes the templates; if one of the files already exists, this is an error and nothing is written.

@@ -2,11 +2,12 @@
 
 use breakshot::capture::Frame;
 use breakshot::report::Overlay;
-use breakshot::{Error, Result, files};
+use breakshot::{Error, files};
 use std::ffi::OsString;
-use std::io::Write;
+use std::io::{BufRead, BufReader, Write};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
+use std::thread::JoinHandle;
 
 /// The frame rate of a film whose tracks have fewer than two samples (1/s).
 const DEFAULT_RATE_HZ: f64 = 60.0;
@@ -20,23 +21,19 @@ pub(crate) struct Frames<I> {
 }
 
 /// Writes the film, or a folder of PNG images with the same name without its extension; returns the path written.
-pub(crate) fn write<I>(overlay: &Overlay, frames: Frames<I>, film: &Path) -> Result<PathBuf>
+pub(crate) fn write<I>(overlay: &Overlay, frames: Frames<I>, film: &Path) -> breakshot::Result<PathBuf>
 where
-    I: Iterator<Item = Result<Frame>>,
+    I: Iterator<Item = breakshot::Result<Frame>>,
 {
     let times_s =
         || overlay.tracks.tracks.iter().map(|t| t.samples.iter().map(|s| s.time_s).collect::<Vec<_>>());
     let rate_hz = times_s().find_map(|times_s| frame_rate_hz(&times_s)).unwrap_or(DEFAULT_RATE_HZ);
-    files::check_file_name(film)?;
-    let part = part_of(film);
-    match encoder(&part, frames.size_px, rate_hz) {
+    let output = files::Unfinished::file(film)?;
+    match Encoder::start(&output.path(), frames.size_px, rate_hz) {
         Ok(encoder) => {
-            let written = encode(overlay, frames.frames, &part, encoder)
-                .and_then(|()| std::fs::rename(&part, film).map_err(|source| write_error(film, source)));
-            if written.is_err() {
-                let _ = std::fs::remove_file(&part);
-            }
-            written.map(|()| film.into())
+            encoder.encode(overlay, frames.frames, film)?;
+            output.finish()?;
+            Ok(film.into())
         }
         Err(e) if e.kind() == std::io::ErrorKind::NotFound => {
             write_images(overlay, frames.frames, &film.with_extension(""))
@@ -49,12 +46,6 @@ fn write_error(path: &Path, source: std::io::Error) -> Error {
     Error::Write { path: path.into(), source }
 }
 
-/// The path of an output beside it while it is not complete.
-fn part_of(output: &Path) -> PathBuf {
-    let name = output.file_name().unwrap_or_default().to_string_lossy();
-    output.with_file_name(format!(".{name}.{}.part", std::process::id()))
-}
-
 /// The frame rate from the median time step (1/s).
 fn frame_rate_hz(times_s: &[f64]) -> Option<f64> {
     let mut steps: Vec<f64> = times_s.windows(2).map(|pair| pair[1] - pair[0]).collect();
@@ -62,68 +53,109 @@ fn frame_rate_hz(times_s: &[f64]) -> Option<f64> {
     steps.get(steps.len() / 2).filter(|step| **step > 0.0).map(|step| 1.0 / step)
 }
 
-/// A running `ffmpeg` that encodes the raw RGB images it receives on its standard input.
-fn encoder(film: &Path, [width, height]: [usize; 2], rate_hz: f64) -> std::io::Result<Child> {
-    let mut command = Command::new("ffmpeg");
-    command.args(["-v", "error", "-nostdin", "-f", "rawvideo", "-pix_fmt", "rgb24"]);
-    command.args(["-s", &format!("{width}x{height}"), "-r", &format!("{rate_hz:.4}"), "-i", "pipe:0"]);
-    // Many players need even sizes and 4:2:0 chroma subsampling.
-    command.args(["-vf", "pad=ceil(iw/2)*2:ceil(ih/2)*2", "-c:v", "libx264", "-crf", "18"]);
-    command.args(["-pix_fmt", "yuv420p", "-movflags", "+faststart", "-f", "mp4", "-y"]);
-    // A name with a colon would be a protocol, one with a hyphen an option.
-    let mut file = OsString::from("file:");
-    file.push(std::path::absolute(film)?);
-    command.arg(file).stdin(Stdio::piped()).spawn()
+/// A running `ffmpeg` that encodes the raw RGB images it receives on its standard input; it is ended when it is dropped.
+struct Encoder {
+    process: Child,
+    /// Reads its messages and returns the last one.
+    messages: Option<JoinHandle<String>>,
 }
 
-fn encode(
-    overlay: &Overlay,
-    frames: impl Iterator<Item = Result<Frame>>,
-    film: &Path,
-    mut encoder: Child,
-) -> Result<()> {
-    let failed = |source| write_error(film, source);
-    if let Some(mut pipe) = encoder.stdin.take() {
-        for frame in frames {
-            pipe.write_all(&overlay.drawn(&frame?).rgb).map_err(failed)?;
+impl Encoder {
+    fn start(film: &Path, [width, height]: [usize; 2], rate_hz: f64) -> std::io::Result<Self> {
+        let mut command = Command::new("ffmpeg");
+        command.args(["-v", "error", "-nostdin", "-f", "rawvideo", "-pix_fmt", "rgb24"]);
+        command.args(["-s", &format!("{width}x{height}"), "-r", &format!("{rate_hz:.4}"), "-i", "pipe:0"]);
+        // Many players need even sizes and 4:2:0 chroma subsampling.
+        command.args(["-vf", "pad=ceil(iw/2)*2:ceil(ih/2)*2", "-c:v", "libx264", "-crf", "18"]);
+        command.args(["-pix_fmt", "yuv420p", "-movflags", "+faststart", "-f", "mp4", "-y"]);
+        // A name with a colon would be a protocol, one with a hyphen an option.
+        let mut file = OsString::from("file:");
+        file.push(std::path::absolute(film)?);
+        command.arg(file).stdin(Stdio::piped()).stdout(Stdio::null()).stderr(Stdio::piped());
+        let mut process = command.spawn()?;
+        let log = process.stderr.take();
+        let messages = std::thread::spawn(move || {
+            let lines =
+                log.into_iter().flat_map(|log| BufReader::new(log).split(b'\n').map_while(Result::ok));
+            let texts = lines.map(|line| String::from_utf8_lossy(&line).replace(char::is_control, " "));
+            texts.filter(|text| !text.trim().is_empty()).last().unwrap_or_default()
+        });
+        Ok(Self { process, messages: Some(messages) })
+    }
+
+    fn encode(
+        mut self,
+        overlay: &Overlay,
+        frames: impl Iterator<Item = breakshot::Result<Frame>>,
+        film: &Path,
+    ) -> breakshot::Result<()> {
+        let mut written = Ok(());
+        if let Some(mut pipe) = self.process.stdin.take() {
+            for frame in frames {
+                written = pipe.write_all(&overlay.drawn(&frame?).rgb);
+                if written.is_err() {
+                    break;
+                }
+            }
         }
+        // Where `ffmpeg` has given up, its own reason comes before that of the closed pipe.
+        self.finished().and(written).map_err(|source| write_error(film, source))
     }
-    let status = encoder.wait().map_err(failed)?;
-    if status.success() {
-        return Ok(());
+
+    fn finished(&mut self) -> std::io::Result<()> {
+        let status = self.process.wait()?;
+        if status.success() {
+            return Ok(());
+        }
+        let message = self.messages.take().and_then(|thread| thread.join().ok()).unwrap_or_default();
+        Err(std::io::Error::other(format!("`ffmpeg` ended with {status}: {message}")))
     }
-    Err(failed(std::io::Error::other(format!("`ffmpeg` ended with {status}"))))
 }
 
-/// Writes the images and their times in the layout that breakshot reads as a film; the folder is complete when it has its name.
-fn write_images(
-    overlay: &Overlay,
-    frames: impl Iterator<Item = Result<Frame>>,
-    folder: &Path,
-) -> Result<PathBuf> {
-    let part = part_of(folder);
-    std::fs::create_dir_all(&part).map_err(|source| write_error(folder, source))?;
-    let written = write_each_image(overlay, frames, &part).and_then(|()| {
-        // Images of an earlier film would be taken for frames of this one.
-        if folder.join(TIMING).exists() {
-            std::fs::remove_dir_all(folder).map_err(|source| write_error(folder, source))?;
-        }
-        std::fs::rename(&part, folder).map_err(|source| write_error(folder, source))
-    });
-    if written.is_err() {
-        let _ = std::fs::remove_dir_all(&part);
+impl Drop for Encoder {
+    fn drop(&mut self) {
+        // Errors mean that the process has already ended.
+        let _ = self.process.kill();
+        let _ = self.process.wait();
     }
-    written.map(|()| folder.into())
 }
 
 /// The file of the images' times.
 const TIMING: &str = "timing.toml";
+/// Its first line: only what it says is replaced by a later overlay.
+const DRAWN: &str = "# Drawn by `breakshot detect --overlay`.";
+
+/// Writes the images and their times in the layout that breakshot reads as a film; the folder is complete when it has its name.
+fn write_images(
+    overlay: &Overlay,
+    frames: impl Iterator<Item = breakshot::Result<Frame>>,
+    folder: &Path,
+) -> breakshot::Result<PathBuf> {
+    let is_earlier =
+        std::fs::read_to_string(folder.join(TIMING)).is_ok_and(|text| text.lines().next() == Some(DRAWN));
+    if !is_earlier && std::fs::read_dir(folder).is_ok_and(|mut entries| entries.next().is_some()) {
+        let needed = "a new name, or the folder of an earlier overlay";
+        return Err(Error::invalid(
+            folder.display().to_string(),
+            "the folder",
+            "one that holds something",
+            needed,
+        ));
+    }
+    let output = files::Unfinished::folder(folder)?;
+    write_each_image(overlay, frames, &output.path())?;
+    if is_earlier {
+        std::fs::remove_dir_all(folder).map_err(|source| write_error(folder, source))?;
+    }
+    output.finish()?;
+    Ok(folder.into())
+}
 
 fn write_each_image(
     overlay: &Overlay,
-    frames: impl Iterator<Item = Result<Frame>>,
+    frames: impl Iterator<Item = breakshot::Result<Frame>>,
     folder: &Path,
-) -> Result<()> {
+) -> breakshot::Result<()> {
     let mut times_s: Vec<String> = Vec::new();
     for frame in frames {
         let frame = frame?;
@@ -134,6 +166,7 @@ fn write_each_image(
         std::fs::write(&file, &bytes).map_err(|source| write_error(&file, source))?;
         times_s.push(format!("{:.6}", frame.time_s));
     }
-    let timing = format!("times_s = [{}]\n", times_s.join(", "));
-    files::write_whole(&folder.join(TIMING), timing.as_bytes())
+    let file = folder.join(TIMING);
+    let timing = format!("{DRAWN}\ntimes_s = [{}]\n", times_s.join(", "));
+    std::fs::write(&file, timing).map_err(|source| write_error(&file, source))
 }

@@ -48,6 +48,30 @@ fn joint_states_that_come_too_seldom_are_refused() {
 }
 
 #[test]
+fn joint_states_that_are_all_late_are_refused_by_the_robots_clock() {
+    let late = Duration::from_secs(1);
+    let run = bridge(Setup { states_late: late, ..Setup::default() }, None);
+    assert!(
+        matches!(&run.ending, Err(Fault::LostLink { cause, .. }) if cause.contains("s old")),
+        "{:?}",
+        run.ending
+    );
+    assert!(run.played.is_empty());
+
+    // Without the robot's clock the arm begins to move, and is not said to rest before the late states show that it does.
+    let run = bridge(Setup { states_late: late, has_rosapi: false, ..Setup::default() }, None);
+    let (fault, stop) = stopped(&run);
+    assert!(matches!(fault, Fault::Behind { .. }), "{fault:?}");
+    assert!(stop.at_rest_after_s.is_some() && run.moved_afterwards_rad < 1e-3, "{stop:?}");
+}
+
+#[test]
+fn a_robot_without_rosapi_strikes() {
+    let run = bridge(Setup { has_rosapi: false, ..Setup::default() }, None);
+    assert!(matches!(run.ending, Ok(Ending::Struck { .. })), "{:?}", run.ending);
+}
+
+#[test]
 fn ctrl_c_cancels_the_goal_and_holds_the_arm_where_it_comes_to_rest() {
     for ignores_cancel in [false, true] {
         let run = bridge(Setup { ignores_cancel, ..Setup::default() }, IN_THE_STRIKE);
@@ -124,5 +148,5 @@ fn a_link_that_is_closed_or_silent_is_lost() {
 #[test]
 fn a_run_that_is_dropped_cancels_its_goal_before_the_connection_closes() {
     let kinds = dropped_over_bridge();
-    assert_eq!(kinds[2..], ["send_action_goal", "cancel_action_goal", "publish"]);
+    assert_eq!(kinds[3..], ["send_action_goal", "cancel_action_goal", "publish"]);
 }

@@ -42,6 +42,8 @@ pub(super) struct Run {
     pub(super) seen: Vec<Seen>,
     /// When the mishap happened.
     pub(super) happened: Option<Instant>,
+    /// The largest difference of a reported joint angle from the true one, at each wrong report (rad).
+    pub(super) misreported: Vec<(Instant, f64)>,
     pub(super) ended: Instant,
     /// How far a joint moved after the run had ended (rad).
     pub(super) moved_afterwards_rad: f64,
@@ -107,6 +109,7 @@ async fn over_indy(
         played,
         seen: std::mem::take(&mut messages.seen),
         happened: messages.happened,
+        misreported: std::mem::take(&mut messages.misreported),
         ended,
         moved_afterwards_rad,
     }
@@ -142,6 +145,7 @@ async fn over_bridge(
         played,
         seen: std::mem::take(&mut shared.messages.seen),
         happened,
+        misreported: std::mem::take(&mut shared.messages.misreported),
         ended,
         moved_afterwards_rad,
     }

@@ -44,12 +44,24 @@ pub struct Setup {
     pub ignores_cancel: bool,
     pub publishes_every: Duration,
     pub has_velocities: bool,
+    /// Whether the node `rosapi` runs.
+    pub has_rosapi: bool,
+    /// Delay of all joint states.
+    pub states_late: Duration,
 }
 
 impl Default for Setup {
     fn default() -> Self {
         let publishes_every = Duration::from_millis(20);
-        Self { speedup: 1.0, injected: None, ignores_cancel: false, publishes_every, has_velocities: true }
+        Self {
+            speedup: 1.0,
+            injected: None,
+            ignores_cancel: false,
+            publishes_every,
+            has_velocities: true,
+            has_rosapi: true,
+            states_late: Duration::ZERO,
+        }
     }
 }
 
@@ -217,7 +229,16 @@ impl Shared {
                 let earlier = self.messages.earlier(kind, count);
                 vec![earlier.map_or(message, |text| serde_json::from_slice(&text).expect("JSON"))]
             }
-            Some(Mishap::Wrong(k)) => vec![changes_of(&message).swap_remove(k)],
+            Some(Mishap::Wrong(k)) => {
+                let changed = changes_of(&message).swap_remove(k);
+                let angles = |message: &Value| -> Option<Vec<f64>> {
+                    message["msg"]["position"].as_array()?.iter().map(Value::as_f64).collect()
+                };
+                if let (Some(true_rad), Some(reported_rad)) = (angles(&message), angles(&changed)) {
+                    self.messages.report(&true_rad, &reported_rad);
+                }
+                vec![changed]
+            }
         }
     }
 
@@ -258,6 +279,7 @@ impl Shared {
                 self.goal = Some(message.clone());
                 Vec::new()
             }
+            Some("call_service") => self.service_response(message),
             Some("cancel_action_goal") if ours(self) && !self.setup.ignores_cancel => {
                 self.arm.stop();
                 self.ended(5, 0)
@@ -272,6 +294,17 @@ impl Shared {
             }
             _ => Vec::new(),
         }
+    }
+
+    fn service_response(&mut self, request: &Value) -> Vec<String> {
+        let is_known = self.setup.has_rosapi && request["service"] == "/rosapi/get_time";
+        let values =
+            if is_known { json!({ "time": stamp(self.begun.elapsed()) }) } else { json!("no such service") };
+        let response = json!({
+            "op": "service_response", "id": request["id"], "service": request["service"], "values": values,
+            "result": is_known,
+        });
+        self.sent("service_response", response)
     }
 
     /// The goal ends.
@@ -335,14 +368,21 @@ impl Shared {
         if !self.setup.has_velocities {
             velocity.clear();
         }
-        let stamp =
-            json!({ "sec": ROBOTS_CLOCK_S + since.as_secs().cast_signed(), "nanosec": since.subsec_nanos() });
         let state = json!({
             "op": "publish", "topic": "/joint_states",
-            "msg": { "header": { "stamp": stamp, "frame_id": "" }, "name": name, "position": position, "velocity": velocity, "effort": [] },
+            "msg": { "header": { "stamp": stamp(since), "frame_id": "" }, "name": name, "position": position, "velocity": velocity, "effort": [] },
         });
+        if self.setup.states_late > Duration::ZERO {
+            self.delayed.push_back((Instant::now() + self.setup.states_late, false, state));
+            return Vec::new();
+        }
         self.sent("joint_states", state)
     }
+}
+
+/// A time of the robot's clock, this long after it was started.
+fn stamp(since: Duration) -> Value {
+    json!({ "sec": ROBOTS_CLOCK_S + since.as_secs().cast_signed(), "nanosec": since.subsec_nanos() })
 }
 
 fn result(goal: &Value, values: Value, status: i64) -> Value {

@@ -52,6 +52,8 @@ pub struct Messages {
     before: BTreeMap<String, Vec<Vec<u8>>>,
     /// When the mishap first happened.
     pub happened: Option<Instant>,
+    /// The largest difference of a reported joint angle from the true one, at each instant of a wrong report (rad).
+    pub misreported: Vec<(Instant, f64)>,
 }
 
 impl Messages {
@@ -77,6 +79,13 @@ impl Messages {
         }
         self.happened.get_or_insert(Instant::now());
         Some(injection.mishap)
+    }
+
+    /// Joint angles are reported that differ from the true ones (rad).
+    pub fn report(&mut self, true_rad: &[f64], reported_rad: &[f64]) {
+        let differences = true_rad.iter().zip(reported_rad).map(|(a, b)| (a - b).abs());
+        let all = if true_rad.len() == reported_rad.len() { 0.0 } else { f64::INFINITY };
+        self.misreported.push((Instant::now(), differences.fold(all, f64::max)));
     }
 
     /// The message of this kind that was sent so many before the latest one.

@@ -60,6 +60,8 @@ pub struct Setup {
     pub speed_ratio: i32,
     pub detects_collisions: bool,
     pub tool_kg: f32,
+    /// The tool's mass once the arm has moved (kg); none: it stays the same.
+    pub tool_kg_later: Option<f32>,
     /// Error of its kinematics along x (m).
     pub off_m: f64,
     pub q_deg: [f64; 6],
@@ -79,6 +81,7 @@ impl Default for Setup {
             speed_ratio: 100,
             detects_collisions: true,
             tool_kg: 0.3,
+            tool_kg_later: None,
             off_m: 0.0,
             q_deg: HOME_DEG,
             op_state: OpState::OpIdle,

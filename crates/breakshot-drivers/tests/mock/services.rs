@@ -321,7 +321,9 @@ impl Config for Service {
 
     async fn get_tool_property(&self, request: Request<Empty>) -> Answer<ToolProperties> {
         self.serve("GetToolProperty", request, |controller, _| {
-            Ok(ToolProperties { mass: controller.setup.tool_kg, ..ToolProperties::default() })
+            let later = controller.setup.tool_kg_later.filter(|_| controller.state().motions > 0);
+            let mass = later.unwrap_or(controller.setup.tool_kg);
+            Ok(ToolProperties { mass, ..ToolProperties::default() })
         })
         .await
     }

@@ -164,6 +164,16 @@ fn parsed(head: &[u8]) -> Result<(Request, usize), NoRequest> {
     Ok((request, length))
 }
 
+/// The status with which a head is refused; `None` if it is accepted.
+#[cfg(feature = "fuzzing")]
+pub(crate) fn refusal(head: &[u8]) -> Option<u16> {
+    match parsed(head) {
+        Ok(_) => None,
+        Err(NoRequest::Refused(response)) => Some(response.status),
+        Err(NoRequest::Ended) => Some(0),
+    }
+}
+
 fn body_length(request: &Request) -> Result<usize, NoRequest> {
     if request.header("transfer-encoding").is_some() || request.header("expect").is_some() {
         return Err(refused(411, "a body needs its length"));

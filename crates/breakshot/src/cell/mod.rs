@@ -3,9 +3,10 @@
 pub(crate) mod camera_info;
 pub(crate) mod yaml;
 
+use crate::error::bounds::{self, angle, length, position, positive, zero_or_more};
 use crate::error::{Error, Result};
 use crate::geometry::{Pixel, Point};
-use crate::object::{Shape, positive, zero_or_more};
+use crate::object::Shape;
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 
@@ -272,6 +273,21 @@ pub struct RobotSpec {
 }
 
 impl RobotSpec {
+    /// Checks the numbers that do not depend on the arm; errors name `owner`.
+    fn check(&self, owner: &str) -> Result<()> {
+        if let Some(base) = &self.base_from_table {
+            position(owner, "base_from_table.position_m", &base.position_m)?;
+            base.rpy_rad.iter().try_for_each(|q| angle(owner, "base_from_table.rpy_rad", *q))?;
+        }
+        position(owner, "tool_offset_m", &self.tool_offset_m)?;
+        zero_or_more(owner, "tool_mass_kg", self.tool_mass_kg, "kilograms")?;
+        for value in self.armature_kg_m2.iter().flatten() {
+            zero_or_more(owner, "armature_kg_m2", *value, "kg m2")?;
+        }
+        self.home_rad.iter().flatten().try_for_each(|q| angle(owner, "home_rad", *q))?;
+        self.strike_height_m.map_or(Ok(()), |height_m| length(owner, "strike_height_m", height_m))
+    }
+
     /// Whether the arm is a URDF file, not a built-in model.
     pub fn is_file(&self) -> bool {
         Path::new(&self.arm).extension().is_some_and(|extension| extension.eq_ignore_ascii_case("urdf"))
@@ -366,15 +382,25 @@ impl Cell {
             self.require_camera_pose(file)?;
         }
         self.check_tags(file)?;
+        for (k, point) in self.points.iter().enumerate() {
+            position(file, &format!("points[{k}].table_m"), &[point.table_m.x, point.table_m.y])?;
+            if !(point.image_px.x.is_finite() && point.image_px.y.is_finite()) {
+                let what = format!("points[{k}].image_px");
+                return Err(Error::invalid(file, what, "not a number", "two numbers in px"));
+            }
+        }
         let Workspace { min_m, max_m } = self.workspace;
-        let ordered = min_m.is_finite() && max_m.is_finite() && min_m.x < max_m.x && min_m.y < max_m.y;
-        if !ordered {
+        position(file, "workspace", &[min_m.x, min_m.y, max_m.x, max_m.y])?;
+        if !(min_m.x < max_m.x && min_m.y < max_m.y) {
             let found = format!("from ({}, {}) to ({}, {})", min_m.x, min_m.y, max_m.x, max_m.y);
             return Err(Error::invalid(file, "workspace", found, "min_m below max_m in both axes"));
         }
         if let Some(table) = &self.table {
             let mut outline = Shape::Polygon { points_m: table.outline_m.clone() };
             outline.check_and_centre(&format!("{file}: table.outline_m"))?;
+        }
+        if let Some(robot) = &self.robot {
+            robot.check(&format!("{file}: robot"))?;
         }
         self.check_striker(file)
     }
@@ -387,11 +413,9 @@ impl Cell {
                 positive(file, what, value)?;
             }
         }
-        for (what, value) in [
-            ("scale_px_per_m", self.scale_px_per_m()),
-            ("camera.exposure_s", camera.exposure_s),
-            ("camera.frame_rate_hz", camera.frame_rate_hz),
-        ] {
+        for (what, value) in
+            [("scale_px_per_m", self.scale_px_per_m()), ("camera.exposure_s", camera.exposure_s)]
+        {
             if let Some(value) = value {
                 positive(file, what, value)?;
             }
@@ -403,6 +427,9 @@ impl Cell {
             if let Some(value) = value {
                 zero_or_more(file, what, value, unit)?;
             }
+        }
+        if let Some(rate_hz) = camera.frame_rate_hz {
+            bounds::frame_rate(file, "camera.frame_rate_hz", rate_hz)?;
         }
         if let Some(distortion) = &camera.distortion
             && (distortion.len() > 5 || distortion.iter().any(|k| !k.is_finite()))
@@ -430,10 +457,9 @@ impl Cell {
             if tag.family.trim_start_matches("tag") != "36h11" {
                 return Err(Error::invalid(owner, "family", format!("`{}`", tag.family), "`36h11`"));
             }
-            positive(&owner, "size_m", tag.size_m)?;
-            if !tag.center_m.is_finite() || !tag.yaw_rad.is_finite() {
-                return Err(Error::invalid(owner, "center_m or yaw_rad", "not a number", "numbers"));
-            }
+            length(&owner, "size_m", tag.size_m)?;
+            position(&owner, "center_m", &[tag.center_m.x, tag.center_m.y])?;
+            angle(&owner, "yaw_rad", tag.yaw_rad)?;
             if self.tags[..k].iter().any(|other| other.id == tag.id) {
                 return Err(Error::invalid(owner, "id", "given twice", "every tag once"));
             }
@@ -447,11 +473,15 @@ impl Cell {
         }
         let owner = format!("{file}: striker");
         self.striker.shape.check_and_centre(&owner)?;
-        positive(&owner, "height_m", self.striker.height_m)?;
-        positive(&owner, "retract_speed_m_s", self.striker.retract_speed_m_s)?;
+        length(&owner, "height_m", self.striker.height_m)?;
         let [slowest, fastest] = self.striker.speed_range_m_s;
-        positive(&owner, "speed_range_m_s[0]", slowest)?;
-        positive(&owner, "speed_range_m_s[1]", fastest)?;
+        for (what, speed_m_s) in [
+            ("retract_speed_m_s", self.striker.retract_speed_m_s),
+            ("speed_range_m_s[0]", slowest),
+            ("speed_range_m_s[1]", fastest),
+        ] {
+            bounds::strike_speed(&owner, what, speed_m_s)?;
+        }
         if slowest > fastest {
             let found = format!("[{slowest}, {fastest}]");
             return Err(Error::invalid(owner, "speed_range_m_s", found, "the slower speed first"));

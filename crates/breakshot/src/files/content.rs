@@ -1,7 +1,12 @@
-//! Do two files have the same content?
+//! Do two files have the same content, and is it the one of an earlier run?
 
+use crate::campaign::{Campaign, Clip, Source};
+use crate::cell::Cell;
+use crate::error::{Error, Result};
+use crate::fingerprint::Fingerprint;
+use crate::object::kind;
 use std::fs::File;
-use std::io::{BufReader, Read, Result};
+use std::io::{BufReader, Read, Result as IoResult};
 use std::path::{Path, PathBuf};
 
 /// A file or folder whose content is compared with others.
@@ -19,13 +24,13 @@ impl Content {
     }
 
     /// Whether both are the same file or folder, or files of the same bytes.
-    fn equals(&self, other: &Self) -> Result<bool> {
-        let (Some(one), Some(two)) = (&self.path, &other.path) else { return Ok(false) };
-        match (self.length, other.length) {
-            _ if one == two => Ok(true),
-            (Some(length), Some(of_other)) if length == of_other => same_bytes(one, two),
-            _ => Ok(false),
+    fn equals(&self, other: &Self) -> IoResult<bool> {
+        // Lengths first: among very many films most pairs differ in them.
+        if self.length != other.length {
+            return Ok(false);
         }
+        let (Some(one), Some(two)) = (&self.path, &other.path) else { return Ok(false) };
+        Ok(one == two || (self.length.is_some() && same_bytes(one, two)?))
     }
 }
 
@@ -34,7 +39,7 @@ pub(super) fn first_equal(
     contents: &[Content],
     k: usize,
     comparable: impl Fn(usize) -> bool,
-) -> Result<Option<usize>> {
+) -> IoResult<Option<usize>> {
     for other in (0..k).filter(|other| comparable(*other)) {
         if contents[k].equals(&contents[other])? {
             return Ok(Some(other));
@@ -44,7 +49,7 @@ pub(super) fn first_equal(
 }
 
 /// Whether two files have the same bytes.
-fn same_bytes(one: &Path, two: &Path) -> Result<bool> {
+fn same_bytes(one: &Path, two: &Path) -> IoResult<bool> {
     /// Bytes that are compared at a time.
     const BLOCK: u64 = 1 << 16;
     let (mut one, mut two) = (BufReader::new(File::open(one)?), BufReader::new(File::open(two)?));
@@ -60,5 +65,61 @@ fn same_bytes(one: &Path, two: &Path) -> Result<bool> {
         if block.is_empty() {
             return Ok(true);
         }
+    }
+}
+
+/// A hash (32 hexadecimal digits) of all that the tracks of a clip depend on: the bytes of its film or table, its entry in the campaign,
+/// the kinds of its objects, the cell without the robot, and the version of this library. Where the files lie does not matter.
+///
+/// # Errors
+/// A film that cannot be read; a cell whose camera contradicts itself.
+pub fn clip_input(campaign: &Campaign, clip: &Clip) -> Result<String> {
+    let cell =
+        Cell { robot: None, camera: campaign.cell.camera.resolved("the cell")?, ..campaign.cell.clone() };
+    let kinds = campaign.objects.iter().filter(|o| clip.objects.iter().any(|name| kind(name) == o.name));
+    let columns = match &clip.source {
+        Source::Film(_) => None,
+        Source::Tracks { columns, .. } => columns.as_ref(),
+    };
+    let description = (
+        env!("CARGO_PKG_VERSION"),
+        cell,
+        kinds.collect::<Vec<_>>(),
+        (&clip.objects, &clip.strike, &clip.placed),
+        (clip.source.key(), clip.frame_rate_hz, columns),
+    );
+    let hash = Fingerprint::default().with(format!("{description:?}").as_bytes());
+    let path = clip.source.path();
+    hash_of_file(hash, path)
+        .map(|hash| hash.to_string())
+        .map_err(|source| Error::Read { path: path.into(), source })
+}
+
+/// A hash continued by the bytes of a file, or by names and bytes of all files in a folder; lengths keep them apart.
+fn hash_of_file(hash: Fingerprint, path: &Path) -> IoResult<Fingerprint> {
+    /// Bytes that are read at a time.
+    const BLOCK: usize = 1 << 16;
+    if path.is_dir() {
+        let entries = std::fs::read_dir(path)?.map(|entry| Ok(entry?.path()));
+        let mut files = entries
+            .filter(|file| !matches!(file, Ok(file) if !file.is_file()))
+            .collect::<IoResult<Vec<_>>>()?;
+        files.sort();
+        return files.iter().try_fold(hash, |hash, file| {
+            let name = file.file_name().unwrap_or_default().as_encoded_bytes();
+            hash_of_file(hash.with(&(name.len() as u64).to_le_bytes()).with(name), file)
+        });
+    }
+    let mut reader = BufReader::with_capacity(BLOCK, File::open(path)?);
+    let (mut hash, mut length) = (hash, 0_u64);
+    loop {
+        let block = std::io::BufRead::fill_buf(&mut reader)?;
+        if block.is_empty() {
+            return Ok(hash.with(&length.to_le_bytes()));
+        }
+        let read = block.len();
+        hash = hash.with(block);
+        length += read as u64;
+        std::io::BufRead::consume(&mut reader, read);
     }
 }

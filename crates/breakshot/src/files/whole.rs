@@ -1,12 +1,14 @@
 //! Output files: whole or not at all, whatever ends the program.
 //!
 //! The bytes are written to a file without a name where the system has such files, and get their name when they are on the disk:
-//! a program that is killed leaves nothing behind. An existing file is replaced in one step and keeps its permissions.
+//! a program that is killed leaves nothing behind, or what the next one removes. An existing file is replaced in one step and keeps its permissions.
 
+use super::temporary::{locked_file, remove_leftovers, temporary_name};
 use crate::error::{Error, Result};
 use std::fs::{File, OpenOptions, Permissions};
 use std::io::{Result as IoResult, Write};
 use std::path::{Path, PathBuf};
+use tempfile::NamedTempFile;
 
 /// Writes a file whole or not at all. A device or a pipe gets the bytes as they are.
 ///
@@ -35,80 +37,107 @@ pub fn check_file_name(path: &Path) -> Result<()> {
 }
 
 fn write(path: &Path, bytes: &[u8]) -> IoResult<()> {
-    // A link stays a link: the file that it names is replaced.
-    let target = std::fs::canonicalize(path).unwrap_or_else(|_| path.into());
-    let existing = std::fs::metadata(&target).ok();
-    if existing.as_ref().is_some_and(|file| !file.is_file() && !file.is_dir()) {
-        return OpenOptions::new().write(true).open(&target)?.write_all(bytes);
+    let Some(new) = NewFile::at(path) else {
+        return OpenOptions::new().write(true).open(path)?.write_all(bytes);
+    };
+    match new.nameless() {
+        Some(mut file) => {
+            file.write_all(bytes)?;
+            if new.named(&file)? { Ok(()) } else { new.write_temporary(bytes) }
+        }
+        None => new.write_temporary(bytes),
     }
-    let folder =
-        target.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new(".")).to_path_buf();
-    let new = NewFile { permissions: existing.map(|file| file.permissions()), folder, target };
-    if !new.write_nameless(bytes)? {
-        new.write_temporary(bytes)?;
-    }
-    // The name is on the disk when its folder is; a system that cannot do that has written the file nevertheless.
-    let _ = File::open(&new.folder).and_then(|folder| folder.sync_all());
-    Ok(())
-}
-
-/// The form of the names of files that are not complete.
-fn temporary_name() -> tempfile::Builder<'static, 'static> {
-    let mut builder = tempfile::Builder::new();
-    builder.prefix(".breakshot-").suffix(".part");
-    builder
 }
 
 /// A file that is about to be written.
-struct NewFile {
+#[derive(Debug)]
+pub(super) struct NewFile {
     target: PathBuf,
-    folder: PathBuf,
+    pub(super) folder: PathBuf,
     /// The permissions of the file that is replaced.
     permissions: Option<Permissions>,
 }
 
 impl NewFile {
-    fn fill(&self, file: &mut File, bytes: &[u8]) -> IoResult<()> {
+    /// A file at a path, or in the place of the one there; `None` for a device or a pipe. What killed programs have left beside it
+    /// is removed.
+    pub(super) fn at(path: &Path) -> Option<Self> {
+        // A link stays a link: the file that it names is replaced.
+        let target = std::fs::canonicalize(path).unwrap_or_else(|_| path.into());
+        let existing = std::fs::metadata(&target).ok();
+        if existing.as_ref().is_some_and(|file| !file.is_file() && !file.is_dir()) {
+            return None;
+        }
+        let folder =
+            target.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new(".")).to_path_buf();
+        remove_leftovers(&folder);
+        Some(Self { permissions: existing.map(|file| file.permissions()), folder, target })
+    }
+
+    /// A file without a name; `None` where the system has no such files.
+    #[cfg(target_os = "linux")]
+    pub(super) fn nameless(&self) -> Option<File> {
+        use rustix::fs::{Mode, OFlags, open};
+
+        let flags = OFlags::WRONLY | OFlags::TMPFILE | OFlags::CLOEXEC;
+        // The system removes what the user's mask forbids.
+        let file = File::from(open(&self.folder, flags, Mode::from_raw_mode(0o666)).ok()?);
+        // Before it has a temporary name: another program removes files that nobody has locked.
+        file.lock().is_ok().then_some(file)
+    }
+
+    #[cfg(not(target_os = "linux"))]
+    pub(super) fn nameless(&self) -> Option<File> {
+        None
+    }
+
+    /// Gives a file without a name its name; false where the system cannot do that.
+    #[cfg(target_os = "linux")]
+    pub(super) fn named(&self, file: &File) -> IoResult<bool> {
+        use rustix::fs::{AtFlags, CWD, linkat};
+        use std::os::fd::AsRawFd;
+
+        self.complete(file)?;
+        // A name of its own first: a link cannot replace the target.
+        let nameless = format!("/proc/self/fd/{}", file.as_raw_fd());
+        let link = |name: &Path| Ok(linkat(CWD, nameless.as_str(), CWD, name, AtFlags::SYMLINK_FOLLOW)?);
+        let Ok(named) = temporary_name().make_in(&self.folder, link) else { return Ok(false) };
+        named.persist(&self.target).map_err(|e| e.error)?;
+        self.sync_folder();
+        Ok(true)
+    }
+
+    #[cfg(not(target_os = "linux"))]
+    pub(super) fn named(&self, _file: &File) -> IoResult<bool> {
+        Ok(false)
+    }
+
+    /// Gives a file with a temporary name its name.
+    pub(super) fn renamed(&self, file: NamedTempFile) -> IoResult<()> {
+        self.complete(file.as_file())?;
+        file.persist(&self.target).map_err(|e| e.error)?;
+        self.sync_folder();
+        Ok(())
+    }
+
+    /// Writes a temporary file beside the target and renames it.
+    fn write_temporary(&self, bytes: &[u8]) -> IoResult<()> {
+        let mut file = locked_file(&self.folder)?;
         file.write_all(bytes)?;
+        self.renamed(file)
+    }
+
+    /// Sets the permissions of a file whose bytes are written, and waits until they are on the disk.
+    fn complete(&self, file: &File) -> IoResult<()> {
         if let Some(permissions) = &self.permissions {
             file.set_permissions(permissions.clone())?;
         }
         file.sync_all()
     }
 
-    /// Writes a file without a name and names it at its end; false where the system cannot do that.
-    #[cfg(target_os = "linux")]
-    fn write_nameless(&self, bytes: &[u8]) -> IoResult<bool> {
-        use rustix::fs::{AtFlags, CWD, Mode, OFlags, linkat, open};
-        use std::os::fd::AsRawFd;
-
-        let flags = OFlags::WRONLY | OFlags::TMPFILE | OFlags::CLOEXEC;
-        // The system removes what the user's mask forbids.
-        let Ok(file) = open(&self.folder, flags, Mode::from_raw_mode(0o666)) else { return Ok(false) };
-        let mut file = File::from(file);
-        self.fill(&mut file, bytes)?;
-        // A name of its own first: a link cannot replace the target.
-        let nameless = format!("/proc/self/fd/{}", file.as_raw_fd());
-        let link = |name: &Path| Ok(linkat(CWD, nameless.as_str(), CWD, name, AtFlags::SYMLINK_FOLLOW)?);
-        let Ok(named) = temporary_name().make_in(&self.folder, link) else { return Ok(false) };
-        named.persist(&self.target).map_err(|e| e.error)?;
-        Ok(true)
-    }
-
-    #[cfg(not(target_os = "linux"))]
-    fn write_nameless(&self, _bytes: &[u8]) -> IoResult<bool> {
-        Ok(false)
-    }
-
-    /// Writes a temporary file beside the target and renames it.
-    fn write_temporary(&self, bytes: &[u8]) -> IoResult<()> {
-        let mut builder = temporary_name();
-        #[cfg(unix)]
-        builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
-        let mut file = builder.tempfile_in(&self.folder)?;
-        self.fill(file.as_file_mut(), bytes)?;
-        file.persist(&self.target).map_err(|e| e.error)?;
-        Ok(())
+    /// The name is on the disk when its folder is; a system that cannot do that has written the file nevertheless.
+    fn sync_folder(&self) {
+        let _ = File::open(&self.folder).and_then(|folder| folder.sync_all());
     }
 }
 

@@ -1,7 +1,7 @@
 //! Which laws does a simulation follow?
 
+use crate::error::bounds::positive;
 use crate::error::{Error, Result};
-use crate::object::positive;
 use crate::physics::contact::time_of_impact::SUSTAINED_CONTACT_M_S;
 use crate::physics::event_loop::striker::AfterStrike;
 use crate::physics::impact::compliant::Compliance;

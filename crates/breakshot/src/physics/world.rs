@@ -3,9 +3,9 @@
 //! A [`World`] holds everything that is the same for all strikes.  Bodies are sorted by position (x, then y), so that the
 //! result does not depend, to the last bit, on the order in which objects are listed.
 
+use crate::error::bounds::positive;
 use crate::error::{Error, Result};
 use crate::geometry::{Point, Pose, Vec2};
-use crate::object::positive;
 use crate::ordered_map::map_of;
 use crate::physics::bodies::{
     Material, ShapeCache, area_body, counter_clockwise, inverse_inertia, wall_body,
@@ -319,7 +319,7 @@ impl World {
     }
 
     fn set_pair_friction(&mut self, bodies: [usize; 2], friction: f64) -> Result<()> {
-        crate::object::zero_or_more("world", "contact friction", friction, "")?;
+        crate::error::bounds::zero_or_more("world", "contact friction", friction, "")?;
         let [a, b] = bodies.map(|body| self.bodies[body].kind);
         let count = self.kinds.count();
         for index in [a * count + b, b * count + a] {

@@ -369,7 +369,9 @@ struct Domain {
     description: &'static str,
 }
 
-const POSITIVE: Domain = Domain { contains: |v| v > 0.0 && v.is_finite(), description: "a positive number" };
+/// Masses that differ more than a grain of sand and a car are no masses of objects on one table.
+const POSITIVE: Domain =
+    Domain { contains: |v| (1e-6..=1e6).contains(&v), description: "a positive number (from 1e-6 to 1e6)" };
 const FRACTION: Domain =
     Domain { contains: |v| (0.0..=1.0).contains(&v), description: "a number from 0 to 1" };
 /// Rubber has 3. Above, a push takes millions of steps.

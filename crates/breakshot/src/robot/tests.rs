@@ -345,6 +345,35 @@ fn a_home_pose_with_the_tip_below_the_table_is_refused() {
 }
 
 #[test]
+fn a_low_home_pose_outside_the_box_is_refused_and_a_high_one_is_not() {
+    let max = cell().workspace.max_m;
+    let outside = Point::new(max.x + 0.155, 0.0);
+    for (height_m, is_refused) in [(0.05, true), (0.2, false)] {
+        let cell = cell_at_home(pose_at(outside, height_m));
+        let answer =
+            command(&cell, &strike(0.0, 0.2), Some(&scene()), &Options::default()).expect("an answer");
+        match answer {
+            Answer::Refused(refusal) if is_refused => {
+                assert!(refusal.reason.contains("edge of the workspace"), "{}", refusal.reason);
+            }
+            Answer::Refused(refusal) => panic!("{height_m} m: {}", refusal.reason),
+            Answer::Ready(_) => assert!(!is_refused, "{height_m} m: accepted"),
+        }
+    }
+}
+
+#[test]
+fn a_sample_that_is_no_number_breaks_a_limit_wherever_it_is() {
+    let command = ready(&strike(0.3, 0.2));
+    for sample in [0, 5, 9] {
+        let mut damaged = command.clone();
+        damaged.phases[2].qdd_rad_s2[sample][1] = f64::NAN;
+        let checks = damaged.checked_again().expect("an arm and a scene");
+        assert!(checks.iter().any(|check| !check.holds()), "sample {sample}");
+    }
+}
+
+#[test]
 fn the_tool_goes_around_objects_in_joint_moves_too() {
     // Home is as low as the strike, and the object lies between it and the run-up.
     let cell = cell_at_home(pose_at(Point::new(0.12, 0.0), 0.02));

@@ -1,9 +1,9 @@
 //! Can a parallel gripper grasp an object from above without touching its neighbours?
 
-use crate::error::Result;
+use crate::error::{Result, bounds};
 use crate::geometry::outline::Outline;
 use crate::geometry::{Point, Pose, Vec2};
-use crate::object::{self, Shape};
+use crate::object::Shape;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;
 
@@ -33,10 +33,10 @@ impl Gripper {
     /// # Errors
     /// Sizes that are not positive.
     pub fn check(&self, owner: &str) -> Result<()> {
-        object::positive(owner, "gripper.opening_m", self.opening_m)?;
-        object::positive(owner, "gripper.finger_size_m[0]", self.finger_size_m[0])?;
-        object::positive(owner, "gripper.finger_size_m[1]", self.finger_size_m[1])?;
-        object::zero_or_more(owner, "gripper.clearance_m", self.clearance_m, "metres")
+        bounds::positive(owner, "gripper.opening_m", self.opening_m)?;
+        bounds::positive(owner, "gripper.finger_size_m[0]", self.finger_size_m[0])?;
+        bounds::positive(owner, "gripper.finger_size_m[1]", self.finger_size_m[1])?;
+        bounds::zero_or_more(owner, "gripper.clearance_m", self.clearance_m, "metres")
     }
 
     /// Every grasp of a shape that the opening permits.

@@ -7,7 +7,7 @@ pub mod singulation;
 pub use goal_margin::{GoalEvaluator, GoalMargin};
 
 use crate::cell::Cell;
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, bounds};
 use crate::geometry::{Point, Pose};
 use crate::object::{self, Object};
 use crate::ordered_map::map_of;
@@ -135,10 +135,10 @@ pub struct Strike {
     pub travel_m: f64,
 }
 
-/// The speeds of a strike that are simulated (m/s): twice the break of a billiard player at most.
-const STRIKE_SPEEDS_M_S: std::ops::RangeInclusive<f64> = 1e-4..=20.0;
 /// The longest travel that is simulated (m).
 const LONGEST_TRAVEL_M: f64 = 20.0;
+/// The largest number of objects, walls or areas of a scene: all pairs are compared.
+const MOST_ENTRIES: usize = 1000;
 
 impl Strike {
     /// Checks that the strike can be executed; errors name `owner`.
@@ -146,20 +146,14 @@ impl Strike {
     /// # Errors
     /// Numbers that are not finite, a speed or travel that is not positive or that no striker has.
     pub fn check(&self, owner: &str) -> Result<()> {
-        object::positive(owner, "speed_m_s", self.speed_m_s)?;
-        object::positive(owner, "travel_m", self.travel_m)?;
-        if !STRIKE_SPEEDS_M_S.contains(&self.speed_m_s) {
-            let needed = format!("from {} to {} m/s", STRIKE_SPEEDS_M_S.start(), STRIKE_SPEEDS_M_S.end());
-            return Err(Error::invalid(owner, "speed_m_s", self.speed_m_s, needed));
-        }
+        bounds::strike_speed(owner, "speed_m_s", self.speed_m_s)?;
+        bounds::positive(owner, "travel_m", self.travel_m)?;
         if self.travel_m > LONGEST_TRAVEL_M {
             let needed = format!("at most {LONGEST_TRAVEL_M} m");
             return Err(Error::invalid(owner, "travel_m", self.travel_m, needed));
         }
-        if !self.start_m.is_finite() || !self.heading_rad.is_finite() {
-            return Err(Error::invalid(owner, "start_m or heading_rad", "not a number", "numbers"));
-        }
-        Ok(())
+        bounds::position(owner, "start_m", &[self.start_m.x, self.start_m.y])?;
+        bounds::angle(owner, "heading_rad", self.heading_rad)
     }
 }
 
@@ -231,6 +225,14 @@ impl Scene {
     /// # Errors
     /// Unknown or repeated names, numbers that are not finite, a contradictory goal.
     pub fn check(&self, file: &str) -> Result<()> {
+        for (what, found) in
+            [("placed", self.placed.len()), ("walls", self.walls.len()), ("keep_out", self.keep_out.len())]
+        {
+            if found > MOST_ENTRIES {
+                let needed = format!("at most {MOST_ENTRIES}");
+                return Err(Error::invalid(file, format!("the number of {what}"), found, needed));
+            }
+        }
         let mut names = BTreeSet::new();
         for placed in &self.placed {
             object::find(&self.objects, &placed.object, file)?;
@@ -239,17 +241,19 @@ impl Scene {
                 let needed = format!("every copy once; a second one is `{}#2`", object::kind(&placed.object));
                 return Err(Error::invalid(owner, "name", "given twice", needed));
             }
-            if !placed.position_m.is_finite() || !placed.yaw_rad.is_finite() {
-                return Err(Error::invalid(owner, "position_m or yaw_rad", "not a number", "numbers"));
-            }
+            bounds::position(&owner, "position_m", &[placed.position_m.x, placed.position_m.y])?;
+            bounds::angle(&owner, "yaw_rad", placed.yaw_rad)?;
         }
         for (k, wall) in self.walls.iter().enumerate() {
             let owner = format!("{file}: walls[{k}]");
             if !(0.0..=1.0).contains(&wall.restitution) {
                 return Err(Error::invalid(owner, "restitution", wall.restitution, "a number from 0 to 1"));
             }
+            for end in [wall.from_m, wall.to_m] {
+                bounds::position(&owner, "from_m or to_m", &[end.x, end.y])?;
+            }
             let length_m = wall.from_m.distance(wall.to_m);
-            object::positive(&owner, "length", length_m)?;
+            bounds::positive(&owner, "length", length_m)?;
         }
         for (k, area) in self.keep_out.iter().enumerate() {
             let mut outline = object::Shape::Polygon { points_m: area.points_m.clone() };
@@ -293,7 +297,7 @@ impl Goal {
             ("min_gap_m", self.min_gap_m),
             ("mean_distance_m[0]", self.mean_distance_m[0]),
         ] {
-            object::zero_or_more(&owner, what, value, "metres")?;
+            bounds::zero_or_more(&owner, what, value, "metres")?;
         }
         let [least, most] = self.mean_distance_m;
         if most.is_nan() || most <= least {

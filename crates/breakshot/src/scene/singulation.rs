@@ -108,10 +108,15 @@ pub enum Violation {
     OutOfGrasp(OutOfGrasp),
     /// An object that must not move was moved.
     Moved(Moved),
+    /// The objects still move: their simulation was given up.
+    Unfinished {
+        /// The time until then (s).
+        after_s: f64,
+    },
 }
 
 impl Violation {
-    /// The difference between the value found and the value required (m), never negative.
+    /// The difference between the value found and the value required (m), never negative; infinite where no value was found.
     pub fn shortfall_m(&self) -> f64 {
         match self {
             Self::Close { distance_m: found, wanted_m, .. }
@@ -121,6 +126,7 @@ impl Violation {
             Self::Misplaced(misplaced) => misplaced.by_m,
             Self::OutOfGrasp(out) => out.lacks_m,
             Self::Moved(moved) => moved.by_m,
+            Self::Unfinished { .. } => f64::INFINITY,
         }
     }
 
@@ -158,6 +164,9 @@ impl fmt::Display for Violation {
             },
             Self::OutOfGrasp(OutOfGrasp { object, .. }) => {
                 write!(f, "the gripper finds no room around {object}")
+            }
+            Self::Unfinished { after_s } => {
+                write!(f, "the objects still move after {after_s:.3} s, when the simulation was given up")
             }
             Self::Moved(Moved { object, by_m }) => {
                 write!(f, "{object} is moved by {}, at most {} wanted", mm(*by_m), mm(STILL_M))

@@ -13,6 +13,8 @@ use crate::wire::rt_data_exchange_client::RtDataExchangeClient;
 use crate::wire::{ControlData, Empty, OpState, Response, StopCategory, ViolationData};
 use std::time::Duration;
 use tonic::Status;
+use tonic::body::Body;
+use tonic::client::GrpcService;
 use tonic::transport::{Channel, Endpoint};
 
 /// The addresses of the controller's services.
@@ -56,14 +58,14 @@ const CONNECT: Duration = Duration::from_secs(3);
 /// Default size limit of a gRPC server's messages (bytes).
 const LARGEST_MESSAGE: usize = 4 << 20;
 
-/// A connected controller.
-pub(crate) struct Indy {
-    control: ControlClient<Channel>,
+/// A connected controller. `T` carries its requests: the network's channels, or answers without a network.
+pub(crate) struct Indy<T = Channel> {
+    control: ControlClient<T>,
     /// A connection for stops only, so that a stop never waits behind a large message.
-    brake: ControlClient<Channel>,
-    device: DeviceClient<Channel>,
-    config: ConfigClient<Channel>,
-    rtde: RtDataExchangeClient<Channel>,
+    brake: ControlClient<T>,
+    device: DeviceClient<T>,
+    config: ConfigClient<T>,
+    rtde: RtDataExchangeClient<T>,
     simulated: bool,
 }
 
@@ -81,15 +83,11 @@ impl Indy {
         let config = channel(address.config).await?;
         Ok(Self::over(control, device, config, channel(address.rtde).await?, address.simulated))
     }
+}
 
+impl<T: GrpcService<Body, ResponseBody = Body> + Clone> Indy<T> {
     /// A controller at the other end of these channels; `Control` has a second one, for stops.
-    pub(crate) fn over(
-        [control, brake]: [Channel; 2],
-        device: Channel,
-        config: Channel,
-        rtde: Channel,
-        simulated: bool,
-    ) -> Self {
+    pub(crate) fn over([control, brake]: [T; 2], device: T, config: T, rtde: T, simulated: bool) -> Self {
         Self {
             control: ControlClient::new(control),
             brake: ControlClient::new(brake),

@@ -8,6 +8,8 @@ use crate::preflight::PreflightCheck;
 use crate::wire::{CollisionPolicyType, ControlData, Empty, GetMotionRes, OpState};
 use breakshot::geometry::Vec2;
 use breakshot::robot::{Arm, Command, Frame, JointState, MountedArm, PhaseName};
+use tonic::body::Body;
+use tonic::client::GrpcService;
 
 /// Largest distance between the controller's tool position and ours (mm); 0.5 mm of it is a known offset.
 const POSITION_MM: f64 = 1.0;
@@ -18,7 +20,7 @@ const TOOL_KG: f64 = 0.1;
 /// Largest relative difference between the previewed and the requested speed that is not reported.
 const PREVIEW_TOLERANCE: f64 = 0.05;
 
-impl Indy {
+impl<T: GrpcService<Body, ResponseBody = Body> + Clone> Indy<T> {
     pub(crate) async fn preflight(&self, command: &Command) -> Result<Vec<PreflightCheck>, Fault> {
         let mounted = command.mounted_arm().map_err(|error| Fault::Refused {
             request: "the command's arm".into(),

@@ -18,8 +18,11 @@ const NOISE_RAD: f64 = 0.005;
 const STILL_RAD_S: f64 = 0.05;
 /// Largest deviation from the path of an arm that is brought to rest on it (rad).
 const NEAR_PATH_RAD: f64 = 0.05;
+const NS_PER_S: i64 = 1_000_000_000;
+/// By how much a state may be younger than the robot's time that is taken after it: the clocks of two computers of one robot (s).
+const CLOCK_ROUNDING_S: f64 = 0.05;
 /// Limits of the time in which the arm is brought to rest (s): a shorter one is a step for the servo loop.
-const HOLD_S: [f64; 2] = [0.1, 0.5];
+pub(super) const HOLD_S: [f64; 2] = [0.1, 0.5];
 
 /// The joint angles of one message.
 #[derive(Clone, Debug)]
@@ -33,9 +36,9 @@ struct Reading {
 
 /// The latest joint states of an arm.
 ///
-/// A message counts once, and only if its stamp is later than all before. Its age follows from its stamp: the clocks of the
-/// robot and of this computer differ by the shortest delay of all messages, so that a message that was held up is known to be
-/// old.
+/// A message counts once, and only if its stamp is later than all before. Its age follows from its stamp: the difference of the
+/// clocks of the robot and of this computer is known to the shortest delay of all messages, so that a message that was held up is
+/// known to be old. Where the robot's time is known ([`Self::synchronize`]), so is a delay that all messages share.
 #[derive(Debug)]
 pub(super) struct JointStates {
     joints: Vec<String>,
@@ -92,6 +95,23 @@ impl JointStates {
         if self.readings.len() > KEPT {
             self.readings.pop_front();
         }
+    }
+
+    /// Takes the robot's time, requested and received at these instants; returns the delay of the fastest message (s), or `None`
+    /// if the messages' stamps do not count from that clock.
+    pub(super) fn synchronize(&mut self, robot_ns: i64, [requested, received]: [Instant; 2]) -> Option<f64> {
+        let robot_s = robot_ns.saturating_sub(self.first_ns?) as f64 * 1e-9;
+        // The robot's clock was read before its time was received: no message is later than this delay shows.
+        let fastest_s = (received - self.origin).as_secs_f64() - robot_s;
+        let delay_s = self.least_delay_s - fastest_s;
+        let round_trip_s = (received - requested).as_secs_f64();
+        // No message is older than its subscription.
+        let possible_s = -round_trip_s - CLOCK_ROUNDING_S..=(received - self.origin).as_secs_f64();
+        if !possible_s.contains(&delay_s) {
+            return None;
+        }
+        self.least_delay_s = self.least_delay_s.min(fastest_s);
+        Some(delay_s.max(0.0))
     }
 
     /// The columns of this arm's joints, in any order; `None` if one is missing.
@@ -160,7 +180,12 @@ impl JointStates {
 
 /// A message's `header.stamp` (ns); `None` without one, or at zero.
 fn stamp_ns(message: &Value) -> Option<i64> {
-    let stamp = &message["header"]["stamp"];
-    let ns = stamp["sec"].as_i64()?.checked_mul(1_000_000_000)?.checked_add(stamp["nanosec"].as_i64()?)?;
-    (ns != 0).then_some(ns)
+    time_ns(&message["header"]["stamp"]).filter(|ns| *ns != 0)
+}
+
+/// A `builtin_interfaces/Time` since its epoch (ns); `None` if it is none, or lies before it.
+pub(super) fn time_ns(time: &Value) -> Option<i64> {
+    let nanosec = time["nanosec"].as_i64().filter(|ns| (0..NS_PER_S).contains(ns))?;
+    let sec = time["sec"].as_i64().filter(|sec| *sec >= 0)?;
+    sec.checked_mul(NS_PER_S)?.checked_add(nanosec)
 }

@@ -2,8 +2,11 @@
 //!
 //! A goal is a whole motion. A stop cancels the goal and, where fresh joint states give the arm's position and velocity,
 //! publishes a trajectory that brings it to rest on its path: not every rosbridge processes a cancellation while its action runs
-//! (issue 909 of `rosbridge_suite`). Neither is answered: a stop is asked for, and joint states show whether the arm rests.
+//! (issue 909 of `rosbridge_suite`). Neither is answered: a stop is asked for, and joint states show whether the arm rests. How old
+//! the joint states are follows from the robot's time, which the node `rosapi` gives.
 
+#[cfg(feature = "fuzzing")]
+pub(crate) mod fuzzing;
 mod goal;
 mod joint_states;
 
@@ -54,8 +57,12 @@ const SLOWEST_S: f64 = 0.12;
 const POLL: Duration = Duration::from_millis(10);
 /// Longest wait for joint states that show where the arm can be held.
 const HOLD: Duration = Duration::from_millis(100);
+/// Longest wait for the robot's time.
+const CLOCK: Duration = Duration::from_millis(500);
 /// A joint that has moved this far shows that the motion has begun (rad).
 const BEGUN_RAD: f64 = 0.01;
+const GET_TIME: &str = "/rosapi/get_time";
+const GET_TIME_ID: &str = "call_service:/rosapi/get_time:3";
 const ACTION_TYPE: &str = "control_msgs/action/FollowJointTrajectory";
 
 /// A connected rosbridge.
@@ -73,6 +80,8 @@ struct Shared {
     /// The network's message when the link closed.
     closed: Option<String>,
     joint_states: JointStates,
+    /// When the robot's time was received, and the time (ns), if the answer holds one.
+    robot_time: Option<(Instant, Option<i64>)>,
     /// The number of goals sent, and the latest one.
     goals: u32,
     goal: Option<Goal>,
@@ -100,13 +109,7 @@ impl Rosbridge {
         let opened = timeout(CONNECT, open).await.unwrap_or_else(|_| Err("no answer".into()));
         let (socket, _) = opened.map_err(|e| Fault::unreachable(format!("{url}: {e}")))?;
         let (outgoing, queue) = unbounded_channel();
-        let shared = Arc::new(Mutex::new(Shared {
-            last_message: Instant::now(),
-            closed: None,
-            joint_states: JointStates::new(joints),
-            goals: 0,
-            goal: None,
-        }));
+        let shared = Arc::new(Mutex::new(Shared::new(joints)));
         let pump = tokio::spawn(pump_messages(socket, queue, Arc::clone(&shared)));
         let bridge = Self { address: address.clone(), joints: joints.to_vec(), outgoing, shared, pump };
         bridge.send_json(&json!({
@@ -156,12 +159,30 @@ impl Rosbridge {
         let holds = period_s.is_some_and(|period_s| period_s <= SLOWEST_S);
         Ok(vec![
             PreflightCheck::new("joint states", found, needed, holds),
+            self.age_note().await?,
             PreflightCheck::note("controller", self.action()),
             PreflightCheck::note(
                 "not available through a rosbridge",
                 "collision detection, violations, the model: check them at the controller",
             ),
         ])
+    }
+
+    /// The age of the joint states by the robot's clock, which the readings count from then on; states that are too old are refused
+    /// as those of a lost link.
+    async fn age_note(&self) -> Result<PreflightCheck, Fault> {
+        let what = "age of the joint states";
+        let requested = Instant::now();
+        self.shared().robot_time = None;
+        self.send_json(&json!({ "op": "call_service", "id": GET_TIME_ID, "service": GET_TIME, "args": {} }))?;
+        while requested.elapsed() < CLOCK {
+            self.linked()?;
+            if let Some(found) = self.shared().age_since(requested) {
+                return Ok(PreflightCheck::note(what, found));
+            }
+            sleep(POLL).await;
+        }
+        Ok(PreflightCheck::note(what, format!("not known: {GET_TIME} does not answer")))
     }
 
     /// An error if the link is broken or silent.
@@ -274,7 +295,7 @@ impl Rosbridge {
             time_from_start: RosDuration::from_seconds(after_s),
         };
         let hold = JointTrajectory { joint_names: self.joints.clone(), points: vec![point] };
-        let id = format!("publish:{}:3", self.topic());
+        let id = format!("publish:{}:4", self.topic());
         self.send_json(
             &json!({ "op": "publish", "id": id, "topic": self.topic(), "msg": hold, "latch": false }),
         )
@@ -310,10 +331,8 @@ async fn pump_messages<S: AsyncRead + AsyncWrite + Unpin>(
                 Some(Ok(message)) => {
                     let mut shared = shared.lock().unwrap_or_else(PoisonError::into_inner);
                     shared.last_message = Instant::now();
-                    if let Message::Text(text) = &message
-                        && let Ok(value) = serde_json::from_str::<Value>(text)
-                    {
-                        shared.update(&value);
+                    if let Message::Text(text) = &message {
+                        shared.receive(text);
                     }
                 }
                 Some(Err(error)) => break error.to_string(),
@@ -325,10 +344,38 @@ async fn pump_messages<S: AsyncRead + AsyncWrite + Unpin>(
 }
 
 impl Shared {
+    fn new(joints: &[String]) -> Self {
+        Self {
+            last_message: Instant::now(),
+            closed: None,
+            joint_states: JointStates::new(joints),
+            robot_time: None,
+            goals: 0,
+            goal: None,
+        }
+    }
+
+    /// Updates the state from the text of a message; one that is not JSON is ignored.
+    fn receive(&mut self, text: &str) {
+        if let Ok(value) = serde_json::from_str::<Value>(text) {
+            self.update(&value);
+        }
+    }
+
+    /// The age of the fastest joint states by the robot's time, which was requested at this instant; `None` before the answer.
+    fn age_since(&mut self, requested: Instant) -> Option<String> {
+        let (received, time_ns) = self.robot_time?;
+        let delay_s = time_ns.and_then(|ns| self.joint_states.synchronize(ns, [requested, received]));
+        let unknown = || format!("not known: they are not stamped by the clock of {GET_TIME}");
+        Some(delay_s.map_or_else(unknown, |delay_s| format!("{:.0} ms", delay_s * 1e3)))
+    }
+
     /// Updates the state from a message.
     fn update(&mut self, message: &Value) {
         if message["op"] == "publish" && message["topic"] == "/joint_states" {
             self.joint_states.receive(&message["msg"]);
+        } else if message["op"] == "service_response" && message["id"] == GET_TIME_ID {
+            self.robot_time = Some((Instant::now(), joint_states::time_ns(&message["values"]["time"])));
         } else if let Some(goal) = &mut self.goal {
             goal.receive(message);
         }

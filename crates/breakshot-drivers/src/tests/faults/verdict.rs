@@ -1,6 +1,6 @@
 //! Is the ending of a run true, and did the arm stop in time?
 
-use super::super::simulated::mock::mishap::Injection;
+use super::super::simulated::mock::mishap::{Injection, Mishap};
 use super::super::simulated::mock::simulated_arm::Played;
 use super::super::simulated::{COMMAND, Interrupt, Run};
 use crate::motion::{Motion, Motions, largest_difference};
@@ -23,7 +23,7 @@ pub(super) struct Verdict {
     pub(super) outcome: Outcome,
     /// How long the arm moved after the mishap, until it began to brake (s): of the runs that were stopped.
     pub(super) moved_s: f64,
-    /// Whether no stop took effect: the arm was beyond the driver's reach.
+    /// Whether no stop took effect, or each was held up: the arm was beyond the driver's reach.
     pub(super) unreachable: bool,
     /// What the run got wrong.
     pub(super) wrong: Option<String>,
@@ -35,6 +35,8 @@ const LONGEST_S: f64 = 0.2;
 const SAME_RAD: f64 = 0.01;
 /// Largest motion of an arm that is said to rest (rad): twice the noise that the driver allows for.
 const REST_RAD: f64 = 2e-3;
+/// The requests that stop the arm.
+const STOPS: [&str; 2] = ["StopMotion request", "cancel_action_goal request"];
 /// A time that is clocks' rounding (s).
 const ROUNDING_S: f64 = 2e-3;
 
@@ -49,6 +51,10 @@ impl Verdict {
             None if injection.is_some_and(|injection| goal(&injection.kind)) => {
                 departure(&motions, run.ended)
             }
+            // Wrong joint angles are amiss where they are not on the path.
+            None if !run.misreported.is_empty() => {
+                run.misreported.iter().find(|(_, off_rad)| *off_rad > OFF_PATH_RAD).map(|(at, _)| *at)
+            }
             None => run.happened,
         };
         let (outcome, fault) = match &run.ending {
@@ -62,7 +68,7 @@ impl Verdict {
             }
             _ => 0.0,
         };
-        let unreachable = moved_s > 0.0 && is_unreachable(run);
+        let unreachable = moved_s > 0.0 && (is_unreachable(run) || injection.is_some_and(delays_stops));
         let wrong = wrong(run, &motions, outcome).or_else(|| match (unreachable, fault, amiss) {
             (false, _, _) if moved_s > LONGEST_S + ROUNDING_S => {
                 Some(format!("the arm moved for {moved_s:.3} s"))
@@ -101,11 +107,16 @@ fn is_unreachable(run: &Run) -> bool {
     run.played.last().is_some_and(|played| played.stopped.is_none())
 }
 
+/// Whether every request of a stop is held up: the arm moves until it arrives.
+fn delays_stops(injection: &Injection) -> bool {
+    let is_stop = STOPS.contains(&injection.kind.as_str()) || injection.kind == "*";
+    is_stop && injection.lasting && matches!(injection.mishap, Mishap::Late(_))
+}
+
 /// Where no stop takes effect, it must at least have been sent in time; over a dead link the mock does not see it, and the loss
 /// must have been found in time.
 fn too_late(run: &Run, fault: &Fault, amiss: Instant, dead: bool) -> Option<String> {
-    let stop = |kind: &str| kind == "StopMotion request" || kind == "cancel_action_goal request";
-    let sent = run.seen.iter().find(|message| stop(&message.kind));
+    let sent = run.seen.iter().find(|message| STOPS.contains(&message.kind.as_str()));
     let after_s = match (sent, fault) {
         (Some(sent), _) => sent.at.saturating_duration_since(amiss).as_secs_f64(),
         (None, Fault::LostLink { silent_s, .. }) if dead => *silent_s,

@@ -15,10 +15,13 @@ import breakshot
 
 from ._episodes import GRID_STRIKES, Episode, Game, begun, struck
 from ._picture import picture
+from ._pushes import DIRECTIONS, PRIMITIVES, PUSHES
 
 Observation = npt.NDArray[np.float32]
 Frame = npt.NDArray[np.uint8]
 
+TARGET_OBJECTS = 6
+"""Objects where a target is freed, if not given."""
 _MOST_M = 20.0
 """No object slides farther (m)."""
 
@@ -29,6 +32,8 @@ def _spaces(game: Game) -> tuple[spaces.Space[Observation], spaces.Space[Any]]:
     action: spaces.Space[Any] = spaces.Box(-1.0, 1.0, (4,), np.float32)
     if game.discrete:
         action = spaces.Discrete(GRID_STRIKES)
+    if game.pushes:
+        action = spaces.Discrete(DIRECTIONS * PRIMITIVES)
     observation: spaces.Space[Any] = spaces.Box(-most, most, dtype=np.float32)
     return observation, action
 
@@ -39,6 +44,8 @@ class SingulateEnv(gymnasium.Env[Observation, Any]):
     metadata: dict[str, Any] = {"render_modes": ["rgb_array"], "render_fps": 1}
     _strikes = 1
     _discrete = False
+    _pushes = False
+    _objects: int | None = None
 
     def __init__(
         self,
@@ -50,13 +57,13 @@ class SingulateEnv(gymnasium.Env[Observation, Any]):
         """Args:
         scene: The cell, the kinds of objects and the goal; its placed objects are not used.
         properties: Their learned properties.
-        objects: Number of objects; more than the kinds are copies.  By default each kind once.
+        objects: Number of objects; more than the kinds are copies.  By default each kind once; six in `PushTargetEnv`.
         render_mode: `rgb_array`, or none.
         """
         if render_mode not in (None, *self.metadata["render_modes"]):
             raise breakshot.Error(f"gym: render_mode is `{render_mode}`; needed: `rgb_array` or None")
         self.render_mode = render_mode
-        self._game = Game.of(scene, properties, objects, self._strikes, self._discrete)
+        self._game = Game.of(scene, properties, self._objects if objects is None else objects, self._strikes, self._discrete, self._pushes)
         self.observation_space, self.action_space = _spaces(self._game)
         self._episode: Episode | None = None
 
@@ -92,6 +99,14 @@ class StrikesEnv(SingulateEnv):
     _strikes = 3
 
 
+class PushTargetEnv(SingulateEnv):
+    """Up to ten slow pushes that free a target in a random pile in a scenario; see `breakshot.gym`."""
+
+    _strikes = PUSHES
+    _pushes = True
+    _objects = TARGET_OBJECTS
+
+
 class SingulateVectorEnv(VectorEnv[Observation, Any, npt.NDArray[Any]]):
     """Many piles, struck in one call of the simulator; environment `k` is the single one with the seed `seed + k`.
 
@@ -105,6 +120,8 @@ class SingulateVectorEnv(VectorEnv[Observation, Any, npt.NDArray[Any]]):
     }
     _strikes = 1
     _discrete = False
+    _pushes = False
+    _objects: int | None = None
 
     def __init__(
         self,
@@ -120,7 +137,7 @@ class SingulateVectorEnv(VectorEnv[Observation, Any, npt.NDArray[Any]]):
         scene, properties, objects, render_mode: As those of the single environment.
         threads: Threads of the simulator; by default one for each core.
         """
-        self._game = Game.of(scene, properties, objects, self._strikes, self._discrete)
+        self._game = Game.of(scene, properties, self._objects if objects is None else objects, self._strikes, self._discrete, self._pushes)
         self.num_envs = num_envs
         self.render_mode = render_mode
         self._threads = threads
@@ -178,3 +195,11 @@ class StrikesVectorEnv(SingulateVectorEnv):
     """Many piles for `StrikesEnv`."""
 
     _strikes = 3
+
+
+class PushTargetVectorEnv(SingulateVectorEnv):
+    """Many piles for `PushTargetEnv`."""
+
+    _strikes = PUSHES
+    _pushes = True
+    _objects = TARGET_OBJECTS

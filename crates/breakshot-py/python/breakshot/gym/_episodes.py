@@ -11,6 +11,7 @@ import numpy.typing as npt
 import breakshot
 
 from ._piles import names_of, outer_radius_m, random_pile, shapes_of
+from ._pushes import FREE_M, push_numbers, push_result
 
 GRID_STRIKES = 200
 """Strikes of the planner's grid among which a discrete action chooses."""
@@ -31,6 +32,7 @@ class Game:
     names: list[str]
     strikes: int = 1
     discrete: bool = False
+    pushes: bool = False
 
     @staticmethod
     def of(
@@ -39,6 +41,7 @@ class Game:
         objects: int | None,
         strikes: int,
         discrete: bool,
+        pushes: bool = False,
     ) -> Game:
         """The game of these settings; the example's scene and properties where none are given."""
         if (scene is None) != (properties is None):
@@ -50,7 +53,13 @@ class Game:
         count = len(scene.objects) if objects is None else int(objects)
         if not 1 <= count <= 50:
             raise breakshot.Error(f"gym: objects is {count}; needed: from 1 to 50")
-        return Game(scene, properties, names_of(scene, count), strikes, discrete)
+        names = names_of(scene, count)
+        if pushes:
+            if count < 2:
+                raise breakshot.Error(f"gym: objects is {count}; needed: at least 2, a target and another one")
+            # Of the scene's goal nothing is used.
+            scene = scene.replace(goal={"target": names[0], "min_distance_m": 0.0, "min_gap_m": FREE_M, "inside_workspace": False})
+        return Game(scene, properties, names, strikes, discrete, pushes)
 
 
 @dataclass
@@ -120,16 +129,19 @@ def strike_numbers(game: Game, episode: Episode, action: Any) -> Array:
     """Start x, y (m), heading (rad), speed (m/s) and travel (m) of an action."""
     if episode.grid is not None:
         return np.asarray(episode.grid[int(action)])
-    heading, offset, pace, end = np.clip(np.asarray(action, dtype=np.float64), -1.0, 1.0)
     radii_m = np.array([outer_radius_m(shape) for shape in shapes_of(episode.scene, game.names)])
+    striker = game.scene.cell.striker
+    striker_m = outer_radius_m(striker["shape"])
+    slowest_m_s, fastest_m_s = striker["speed_range_m_s"]
+    if game.pushes:
+        return push_numbers(episode.poses, radii_m, striker_m, RUN_UP_M, slowest_m_s, int(action))
+    heading, offset, pace, end = np.clip(np.asarray(action, dtype=np.float64), -1.0, 1.0)
     centre_m = episode.poses[:, :2].mean(axis=0)
     radius_m = float((np.linalg.norm(episode.poses[:, :2] - centre_m, axis=1) + radii_m).max())
     heading_rad = np.pi * heading
     along = np.array([np.cos(heading_rad), np.sin(heading_rad)])
-    striker = game.scene.cell.striker
-    before_m = radius_m + outer_radius_m(striker["shape"]) + RUN_UP_M
+    before_m = radius_m + striker_m + RUN_UP_M
     start_m = centre_m + offset * radius_m * np.array([-along[1], along[0]]) - before_m * along
-    slowest_m_s, fastest_m_s = striker["speed_range_m_s"]
     speed_m_s = slowest_m_s + 0.5 * (pace + 1.0) * (fastest_m_s - slowest_m_s)
     return np.array([*start_m, heading_rad, speed_m_s, before_m + end * radius_m])
 
@@ -145,19 +157,35 @@ def struck(game: Game, episodes: list[Episode], actions: Any, threads: int | Non
         episode.strikes += 1
         episode.last_strike = numbers[k]
         margin_m, singulated = world.goal(rollouts.poses[k], rollouts.fallen[k])
-        steps.append(_judged(game, episode, float(margin_m), int(singulated), bool(rollouts.fallen[k].any())))
+        result = _Result(float(margin_m), int(singulated), bool(rollouts.fallen[k].any()), rollouts.poses[k])
+        steps.append(_judged(game, episode, result))
         if rollouts.complete[k]:
             _move(episode, rollouts.poses[k])
     return steps
 
 
-def _judged(game: Game, episode: Episode, margin_m: float, singulated: int, fell: bool) -> Step:
-    success = margin_m >= 0.0
-    reward = float(success) - (STRIKE_COST if game.strikes > 1 else 0.0)
+@dataclass(frozen=True)
+class _Result:
+    """What a strike has done."""
+
+    margin_m: float
+    singulated: int
+    fell: bool
+    poses: Array
+
+
+def _judged(game: Game, episode: Episode, result: _Result) -> Step:
+    success = result.margin_m >= 0.0
     is_last = episode.strikes >= game.strikes
-    # A game of one strike ends with it; several strikes end early where there is nothing left to gain.
-    terminated = success or fell or game.strikes == 1
-    info = {"success": success, "margin_m": margin_m, "singulated": singulated}
+    if game.pushes:
+        workspace = game.scene.cell.workspace
+        reward, terminated = push_result(episode.poses, result.poses, result.fell, success, workspace)
+        success = success and reward > 0.0
+    else:
+        reward = float(success) - (STRIKE_COST if game.strikes > 1 else 0.0)
+        # A game of one strike ends with it; several strikes end early where there is nothing left to gain.
+        terminated = success or result.fell or game.strikes == 1
+    info = {"success": success, "margin_m": result.margin_m, "singulated": result.singulated}
     return Step(reward, terminated, is_last and not terminated, info)
 
 

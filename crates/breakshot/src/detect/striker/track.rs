@@ -1,8 +1,7 @@
 //! The striker's own motion as a film shows it: the output of this part of the stage.
 
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, bounds};
 use crate::geometry::{Point, Vec2};
-use crate::object;
 use crate::uncertain::Measured;
 use serde::{Deserialize, Serialize};
 
@@ -63,7 +62,7 @@ impl StrikerTrack {
         for (what, std) in
             [("std_m", self.std_m), ("offset_std_m", self.offset_std_m), ("scale_std", self.scale_std)]
         {
-            object::positive(owner, &format!("striker.{what}"), std)?;
+            bounds::positive(owner, &format!("striker.{what}"), std)?;
         }
         Ok(())
     }

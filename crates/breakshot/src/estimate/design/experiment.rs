@@ -2,7 +2,7 @@
 
 use super::simulated_clip::{SimulatedCamera, simulated_clip};
 use crate::cell::Cell;
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, bounds};
 use crate::estimate::clip_tracks::ClipTracks;
 use crate::geometry::conservative_advancement::{Step, advance};
 use crate::geometry::outline::Outline;
@@ -60,7 +60,7 @@ impl Experiment {
     pub fn layout(&self, setup: Setup) -> Result<(Scene, Strike)> {
         let Setup { cell, objects } = setup;
         let find = |name: &str| object::find(objects, name, "experiment");
-        object::positive("experiment", "speed_m_s", self.speed_m_s)?;
+        bounds::positive("experiment", "speed_m_s", self.speed_m_s)?;
         if !self.offset_m.is_finite() {
             return Err(Error::invalid("experiment", "offset_m", self.offset_m, "a number"));
         }

@@ -4,10 +4,10 @@
 //! with known truth use such clips.
 
 use crate::detect::{Sample, Track, Tracks};
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, bounds};
 use crate::estimate::clip_tracks::ClipTracks;
 use crate::geometry::{Pose, Vec2};
-use crate::object::{self, Object, Shape};
+use crate::object::{Object, Shape};
 use crate::physics;
 use crate::properties::Properties;
 use crate::scene::{Scene, Strike};
@@ -34,8 +34,8 @@ const TAIL_S: f64 = 0.2;
 
 impl SimulatedCamera {
     fn check(&self) -> Result<()> {
-        object::positive("camera", "frame_rate_hz", self.frame_rate_hz)?;
-        object::positive("camera", "position_std_m", self.position_std_m)?;
+        bounds::positive("camera", "frame_rate_hz", self.frame_rate_hz)?;
+        bounds::positive("camera", "position_std_m", self.position_std_m)?;
         if !(self.yaw_std_rad >= 0.0 && self.yaw_std_rad.is_finite()) {
             return Err(Error::invalid("camera", "yaw_std_rad", self.yaw_std_rad, "zero or more"));
         }

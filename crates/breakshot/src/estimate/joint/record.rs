@@ -8,6 +8,7 @@ use crate::detect::Track;
 use crate::error::{Error, Result};
 use crate::estimate::clip_tracks::ClipTracks;
 use crate::estimate::measure::ClipMeasurements;
+use crate::fingerprint::Fingerprint;
 use crate::object::{self, Object, kind};
 use crate::properties::Properties;
 use crate::properties::evidence::{ClipRecord, Difference, Evidence, FilmedWith};
@@ -25,7 +26,8 @@ impl ClipMeasurements {
     /// The measurements of a stored record.
     ///
     /// # Errors
-    /// A record that does not have the format of this version, or has lists of different lengths or values that are not finite.
+    /// A record that does not have the format of this version, or has lists of different lengths or values that are not finite, or
+    /// a matrix that is no covariance.
     pub(crate) fn from_evidence(record: &ClipRecord) -> Result<Self> {
         let owner = || format!("properties: evidence of `{}`", record.clip);
         let mut measurements: Self = serde_json::from_value(record.measurements.clone()).map_err(|e| {
@@ -35,6 +37,7 @@ impl ClipMeasurements {
             let needed = "as many values and covariances as keys, all of them finite numbers";
             return Err(Error::invalid(owner(), "readings", "not valid", needed));
         }
+        measurements.measurements.named_covariance().check(&owner())?;
         measurements.name.clone_from(&record.clip);
         measurements.objects.clone_from(&record.objects);
         Ok(measurements)
@@ -159,10 +162,11 @@ fn check_new(clips: &[ClipTracks], evidence: &Evidence) -> Result<()> {
 /// # Errors
 /// Two clips with a track of the same times and positions, in which the object moves.
 pub(crate) fn check_distinct(clips: &[ClipTracks]) -> Result<()> {
-    let mut known: BTreeMap<u128, &str> = BTreeMap::new();
+    let mut known: BTreeMap<Fingerprint, &str> = BTreeMap::new();
     for clip in clips {
         let moving = clip.tracks.tracks.iter().filter(|track| has_moved(track));
-        let prints: BTreeSet<u128> = moving.map(|track| motion_hash(START, track)).collect();
+        let prints: BTreeSet<Fingerprint> =
+            moving.map(|track| motion_hash(Fingerprint::default(), track)).collect();
         for print in prints {
             if let Some(other) = known.insert(print, &clip.name) {
                 return Err(given_twice(&clip.name, other));
@@ -186,23 +190,16 @@ fn has_moved(track: &Track) -> bool {
 
 /// Hash of the kinds of objects, times and positions of a clip (FNV-1a, 128 bits).
 fn fingerprint(clip: &ClipTracks) -> String {
-    let tracks = clip.tracks.tracks.iter();
-    let hash =
-        tracks.fold(START, |hash, track| motion_hash(hashed(hash, kind(&track.object).as_bytes()), track));
-    format!("{hash:032x}")
+    let mut hash = Fingerprint::default();
+    for track in &clip.tracks.tracks {
+        hash = hash.with(kind(&track.object).as_bytes());
+        hash = motion_hash(hash, track);
+    }
+    hash.to_string()
 }
-
-/// The hash of nothing.
-const START: u128 = 0x6c62_272e_07bb_0142_62b8_2175_6295_c58d;
 
 /// A hash continued by the times and positions of a track.
-fn motion_hash(hash: u128, track: &Track) -> u128 {
+fn motion_hash(hash: Fingerprint, track: &Track) -> Fingerprint {
     let numbers = track.samples.iter().flat_map(|sample| [sample.time_s, sample.x_m, sample.y_m]);
-    numbers.fold(hash, |hash, number| hashed(hash, &number.to_bits().to_le_bytes()))
-}
-
-/// A hash continued by some bytes.
-fn hashed(hash: u128, bytes: &[u8]) -> u128 {
-    const PRIME: u128 = 0x0000_0000_0100_0000_0000_0000_0000_013b;
-    bytes.iter().fold(hash, |hash, byte| (hash ^ u128::from(*byte)).wrapping_mul(PRIME))
+    numbers.fold(hash, |hash, number| hash.with(&number.to_bits().to_le_bytes()))
 }

@@ -187,6 +187,12 @@ fn damaged_evidence_is_an_error_without_a_panic() {
             updated(&old, &clips(3..4), &cell(), &objects(), &options).expect_err("a refusal").to_string();
         assert!(message.contains("1.mp4"), "{key}: {message}");
     }
+    let mut old = whole.clone();
+    let readings = &mut old.evidence.as_mut().expect("evidence").clips[1].measurements["readings"];
+    readings["covariance"][0][0] = serde_json::json!(-1.0);
+    let message =
+        updated(&old, &clips(3..4), &cell(), &objects(), &options).expect_err("a refusal").to_string();
+    assert!(message.contains("1.mp4") && message.contains("variance of `0: friction/"), "{message}");
     let without = Properties { evidence: None, ..whole };
     let message =
         updated(&without, &clips(3..4), &cell(), &objects(), &options).expect_err("a refusal").to_string();

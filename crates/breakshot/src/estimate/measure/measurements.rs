@@ -4,6 +4,7 @@ use super::matrix_serde;
 use super::quantity::Quantity;
 use super::restitution::DOUBLE_CONTACT_STD;
 use crate::estimate::clip::result::Measured;
+use crate::properties::Covariance;
 use nalgebra::{DMatrix, DVector};
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, BTreeSet};
@@ -56,6 +57,14 @@ impl Measurements {
         sizes == [n; 3]
             && self.covariance.shape() == (n, n)
             && self.values.iter().chain(self.covariance.iter()).all(|v| v.is_finite())
+    }
+
+    /// The covariance with a name for each value: a quantity may be measured several times.
+    pub(crate) fn named_covariance(&self) -> Covariance {
+        let names =
+            self.quantities.iter().enumerate().map(|(k, quantity)| format!("{k}: {}", quantity.name()));
+        let matrix = self.covariance.row_iter().map(|row| row.iter().copied().collect());
+        Covariance { names: names.collect(), matrix: matrix.collect() }
     }
 
     /// Value `k` with the standard deviation of its noise.

@@ -1,8 +1,8 @@
 //! What are the velocities of two bodies after one impact?
 
+use crate::error::bounds::positive;
 use crate::error::{Error, Result};
 use crate::geometry::{Point, Vec2};
-use crate::object::positive;
 use crate::physics::impact::routh::{ContactPoint, Impact, ImpactLaw, Impulse, InverseInertia};
 use crate::physics::pair_coefficients::Coefficients;
 use crate::physics::sliding::motion::State;

@@ -6,9 +6,10 @@
 //! Papadopoulos 1991; Howe and Cutkosky 1996).  It is tabulated over the ratio of sliding to spinning and the direction of
 //! sliding, both in the body's frame.
 
+use crate::error::bounds::angle;
 use crate::error::{Error, Result};
 use crate::geometry::Vec2;
-use crate::object::{Shape, Support, positive};
+use crate::object::{Shape, Support};
 use crate::physics::rotation::{Rotation, length};
 use crate::physics::sliding::pressure::{is_elongated, pressure_points};
 use std::f64::consts::{FRAC_PI_2, TAU};
@@ -33,15 +34,24 @@ impl Default for Surface {
 
 impl Surface {
     pub(crate) fn check(&self) -> Result<()> {
-        positive("options: surface", "across", self.across)?;
-        if !(self.grain_rad.is_finite() && self.growth_s_m > -1.0 && self.growth_s_m.is_finite()) {
-            let found = format!("{} and {}", self.grain_rad, self.growth_s_m);
-            let needed = "a direction, and a growth above -1 s/m";
-            return Err(Error::invalid("options: surface", "grain_rad and growth_s_m", found, needed));
+        let owner = "options: surface";
+        angle(owner, "grain_rad", self.grain_rad)?;
+        if !(self.growth_s_m > -1.0 && self.growth_s_m <= MOST_GROWTH_S_M) {
+            let needed = format!("above -1 s/m, at most {MOST_GROWTH_S_M} s/m");
+            return Err(Error::invalid(owner, "growth_s_m", self.growth_s_m, needed));
+        }
+        if !ACROSS.contains(&self.across) {
+            let needed = format!("a positive number (from {} to {})", ACROSS.start(), ACROSS.end());
+            return Err(Error::invalid(owner, "across", self.across, needed));
         }
         Ok(())
     }
 }
+
+/// The largest growth of friction (s/m): at the fastest strike it has two hundred times its value at rest.
+const MOST_GROWTH_S_M: f64 = 10.0;
+/// The friction across the grain over that along it: a factor of a hundred is more than any cloth or brushed sheet has.
+const ACROSS: std::ops::RangeInclusive<f64> = 0.01..=100.0;
 
 /// Cells of the table over the ratio of spinning to sliding, and over the direction of sliding.
 const RATIOS: usize = 24;

@@ -136,6 +136,7 @@ impl<'a> Search<'a> {
         Ok(longest.into_iter().nth(middle))
     }
 
+    /// A strike of this speed; one whose simulation is given up does not fulfil the goal.
     fn simulate(&mut self, central: &CentralStrike, speed_m_s: f64) -> Result<Trial> {
         let [slowest, fastest] = central.speed_range_m_s;
         let mut strike = central.strike(speed_m_s);
@@ -155,6 +156,9 @@ impl<'a> Search<'a> {
                 area: Area::Table,
                 by_m: 0.0,
             }));
+        }
+        if !outcome.complete {
+            violations.insert(0, Violation::Unfinished { after_s: outcome.duration_s });
         }
         let follow_through_m = strike.travel_m - central.lead_in_m;
         let scatters = central.catch_up_m(strike.speed_m_s) > follow_through_m;
@@ -179,5 +183,32 @@ impl<'a> Search<'a> {
         let goal = &self.scene.goal;
         let scale_m = goal.min_distance_m.max(goal.mean_distance_m[0]).max(goal.min_gap_m);
         if scale_m > 0.0 { scale_m } else { FALLBACK_SCALE_M }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::physics::Options;
+    use crate::plan::paper::central_strikes::central_strikes;
+    use crate::plan::tests::{properties, scene};
+    use crate::uncertain::Estimate;
+
+    #[test]
+    fn a_strike_whose_simulation_is_given_up_fulfils_no_goal() {
+        // A slow push into a pile against much friction is more than a hundred thousand hops.
+        let mut scene = scene(&[("a", 0.0, 0.0, 0.0), ("c", 0.07, 0.028, 0.0), ("e", 0.05, -0.0495, 0.0)]);
+        scene.cell.striker.speed_range_m_s = [0.0005, 0.002];
+        let mut properties = properties();
+        for friction in properties.friction.values_mut() {
+            *friction = Estimate::exact(10.0);
+        }
+        let world = World::new(&scene, &properties, &Options::default()).expect("a scene");
+        let strikes = central_strikes(&scene, &properties, None, &scene.placed[0]).expect("an object");
+        let Ok(strikes) = strikes else { panic!("not free") };
+        let central = strikes.iter().max_by(|a, b| a.towards_pile.total_cmp(&b.towards_pile)).expect("one");
+        let trial = Search::new(&scene, &world).simulate(central, 0.0005).expect("a strike");
+        assert!(matches!(trial.violations[0], Violation::Unfinished { .. }), "{:?}", trial.violations);
+        assert!(!trial.fulfilled() && trial.violations[0].to_string().contains("given up"));
     }
 }

@@ -39,7 +39,7 @@ pub struct BaseRegistration {
 /// Fits the rigid transform from the table points to the tip's positions (least squares; Kabsch 1976).
 ///
 /// # Errors
-/// Fewer than three touched points, all on one line, or one without a tip position.
+/// Fewer than three touched points, all on one line, or one without a tip position or 100 m away.
 pub fn base_registration(arm: &Arm, touches: &[TouchedPoint]) -> Result<BaseRegistration> {
     if touches.len() < 3 {
         let needed = "three or more touched points, not on one line";
@@ -49,6 +49,15 @@ pub fn base_registration(arm: &Arm, touches: &[TouchedPoint]) -> Result<BaseRegi
         touches.iter().map(|touch| Vector3::new(touch.table_m[0], touch.table_m[1], 0.0)).collect();
     let base =
         touches.iter().enumerate().map(|(k, touch)| touch.tip_m(arm, k)).collect::<Result<Vec<_>>>()?;
+    for (k, (table, base)) in table.iter().zip(&base).enumerate() {
+        for (what, point) in [("table_m", table), ("the tip", base)] {
+            if !point.iter().all(|x| x.abs() <= FARTHEST_M) {
+                let found = format!("{:?}", point.as_slice());
+                let needed = format!("numbers of at most {FARTHEST_M} m");
+                return Err(Error::invalid(format!("touches[{k}]"), what, found, needed));
+            }
+        }
+    }
     let mean = |points: &[Vector3<f64>]| points.iter().sum::<Vector3<f64>>() / points.len() as f64;
     let (table_mean, base_mean) = (mean(&table), mean(&base));
     let mut covariance = Matrix3::zeros();
@@ -73,6 +82,8 @@ pub fn base_registration(arm: &Arm, touches: &[TouchedPoint]) -> Result<BaseRegi
     Ok(BaseRegistration { base_from_table, residuals_mm, rms_mm: square.sqrt() })
 }
 
+/// No arm or table is as large (m); numbers that are none are not within it either.
+const FARTHEST_M: f64 = 100.0;
 /// Largest ratio of the second to the first singular value of points on one line.
 const LINE_FRACTION: f64 = 1e-3;
 
@@ -102,6 +113,23 @@ mod tests {
 
     fn touched(table_m: [f64; 2], tip: Vector3<f64>) -> TouchedPoint {
         TouchedPoint { table_m, q_rad: None, q_deg: None, base_m: Some(tip.into()) }
+    }
+
+    #[test]
+    fn a_touched_point_without_numbers_is_refused() {
+        for wrong in [f64::NAN, f64::INFINITY, 1e200] {
+            let good =
+                [[0.1, 0.1], [-0.1, 0.1], [0.1, -0.1]].map(|p| touched(p, Vector3::new(p[0], p[1], 0.0)));
+            assert!(base_registration(&arm(), &good).is_ok());
+            let mut tip = good.clone();
+            tip[1].base_m = Some([wrong, 0.1, 0.0]);
+            let mut table = good;
+            table[2].table_m[1] = wrong;
+            for (touches, named) in [(tip, "touches[1]"), (table, "touches[2]")] {
+                let said = base_registration(&arm(), &touches).expect_err("no numbers").to_string();
+                assert!(said.contains(named) && said.contains("100 m"), "{said}");
+            }
+        }
     }
 
     fn arm() -> Arm {

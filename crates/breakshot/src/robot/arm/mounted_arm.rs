@@ -49,7 +49,7 @@ impl MountedArm {
             .ok_or_else(|| Error::invalid("cell: robot", "base_from_table", "missing", needed))?;
         let arm = Arm::of_cell(robot)?;
         let strike_height_m = robot.strike_height_m.unwrap_or(STRIKE_HEIGHT_M);
-        crate::object::positive("cell: robot", "strike_height_m", strike_height_m)?;
+        crate::error::bounds::positive("cell: robot", "strike_height_m", strike_height_m)?;
         let home_rad = home(&arm, robot)?;
         let base_from_table = frame(base_from_table.position_m, base_from_table.rpy_rad);
         Ok(Self { arm, base_from_table, strike_height_m, striker, home_rad })

@@ -172,8 +172,11 @@ impl LimitMonitor<'_> {
 
     /// Keeps a check if it is nearer to its limit, or farther past it, than the previous one of its quantity.
     fn keep_worst(&mut self, mut check: LimitCheck, part: impl FnOnce() -> String) {
-        let known = self.worst.get(&check.quantity);
-        if known.is_none_or(|known| check.excess() > known.excess()) {
+        // A value that is no number breaks its limit.
+        let is_worse = |known: &LimitCheck| {
+            check.excess() > known.excess() || (check.found.is_nan() && !known.found.is_nan())
+        };
+        if self.worst.get(&check.quantity).is_none_or(is_worse) {
             check.part = part();
             self.worst.insert(check.quantity, check);
         }

@@ -3,3 +3,4 @@
 pub(super) mod h264;
 pub(super) mod process;
 mod showinfo;
+mod watched;

@@ -5,6 +5,7 @@
 //! dropped to keep a rate, and grey levels are not rescaled.
 
 use super::showinfo::{Info, Line};
+use super::watched::Watched;
 use crate::capture::image::{Frame, GreyImage};
 use crate::capture::source::error::SourceError;
 use crate::capture::source::limits::check_size;
@@ -15,8 +16,8 @@ use crate::files::check_file_name;
 use std::ffi::OsString;
 use std::io::{BufRead, BufReader, ErrorKind, Read};
 use std::path::{Path, PathBuf};
-use std::process::{Child, ChildStdout, Command, Stdio};
-use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
+use std::process::{ChildStdout, Command, Stdio};
+use std::sync::mpsc::{Receiver, channel};
 use std::time::Duration;
 
 /// Pixel formats whose luma plane is extracted unchanged; `ffmpeg` converts any other format into the nearest of these.
@@ -50,7 +51,7 @@ pub(crate) fn open(path: &Path, reason: &SourceError) -> Result<Opened> {
 /// A running `ffmpeg` process and what is known about its frames.
 struct Process {
     path: PathBuf,
-    child: Child,
+    watched: Watched,
     luma: ChildStdout,
     lines: Receiver<Line>,
     /// The period of the clock as a fraction (s).
@@ -95,9 +96,10 @@ impl Process {
                 }
             }
         });
+        let watched = Watched::new(child, PATIENCE);
         let mut process = Self {
             path: path.into(),
-            child,
+            watched,
             luma,
             lines,
             tick: [f64::NAN; 2],
@@ -106,7 +108,7 @@ impl Process {
             last_ticks: None,
             size_px: None,
         };
-        let first = process.info().map_err(|error| error.for_file(path))?;
+        let first = process.timed(Self::info).map_err(|error| error.for_file(path))?;
         let first = first.ok_or_else(|| {
             SourceError::damaged(format!("{}, and no frame in it", reason.found)).for_file(path)
         })?;
@@ -118,7 +120,8 @@ impl Process {
         if let Some(info) = self.next.take() {
             return Ok(Some(info));
         }
-        while let Some(line) = next_line(&self.lines, PATIENCE)? {
+        // The log ends with the process.
+        while let Ok(line) = self.lines.recv() {
             match line {
                 Line::Tick(tick) => self.tick = tick,
                 Line::Frame(info) => return Ok(Some(info)),
@@ -127,11 +130,25 @@ impl Process {
                 }
             }
         }
-        match self.child.wait() {
+        match self.watched.ended() {
             Ok(status) if status.success() => Ok(None),
             Ok(status) => Err(SourceError::damaged(format!("`ffmpeg` gave up ({status})"))),
             Err(e) => Err(SourceError::damaged(format!("`ffmpeg` was lost ({e})"))),
         }
+    }
+
+    /// The result of `work`, which waits for the process; an error if it takes too long.
+    fn timed<T>(
+        &mut self,
+        work: impl FnOnce(&mut Self) -> std::result::Result<T, SourceError>,
+    ) -> std::result::Result<T, SourceError> {
+        self.watched.begin();
+        let result = work(self);
+        if self.watched.end() {
+            let silent_s = PATIENCE.as_secs_f64();
+            return Err(SourceError::damaged(format!("`ffmpeg` gave no frame for {silent_s:.0} s")));
+        }
+        result
     }
 
     fn advance(&mut self) -> std::result::Result<Option<Frame>, SourceError> {
@@ -198,28 +215,7 @@ impl Iterator for Process {
     type Item = Result<Frame>;
 
     fn next(&mut self) -> Option<Self::Item> {
-        self.advance().map_err(|error| error.for_file(&self.path)).transpose()
-    }
-}
-
-impl Drop for Process {
-    /// Ends the process when its frames are no longer read.
-    fn drop(&mut self) {
-        // An error means that the process has already ended.
-        let _ = self.child.kill();
-        let _ = self.child.wait();
-    }
-}
-
-/// The next line of the log; `None` at its end.
-fn next_line(lines: &Receiver<Line>, patience: Duration) -> std::result::Result<Option<Line>, SourceError> {
-    match lines.recv_timeout(patience) {
-        Ok(line) => Ok(Some(line)),
-        Err(RecvTimeoutError::Disconnected) => Ok(None),
-        Err(RecvTimeoutError::Timeout) => {
-            let silent_s = patience.as_secs_f64();
-            Err(SourceError::damaged(format!("`ffmpeg` gave no frame for {silent_s:.0} s")))
-        }
+        self.timed(Self::advance).map_err(|error| error.for_file(&self.path)).transpose()
     }
 }
 
@@ -244,20 +240,4 @@ fn not_started(error: &std::io::Error, reason: &SourceError) -> SourceError {
     };
     let needed = format!("the program `ffmpeg`, {why}; without it: {}", reason.needed);
     SourceError { needed, ..reason.clone() }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn an_ffmpeg_that_gives_no_more_frames_is_given_up() {
-        let (sender, lines) = channel();
-        sender.send(Line::Tick([1.0, 60.0])).unwrap();
-        let patience = Duration::from_millis(20);
-        assert_eq!(next_line(&lines, patience).unwrap(), Some(Line::Tick([1.0, 60.0])));
-        assert!(next_line(&lines, patience).unwrap_err().found.contains("no frame for"));
-        drop(sender);
-        assert_eq!(next_line(&lines, patience).unwrap(), None);
-    }
 }

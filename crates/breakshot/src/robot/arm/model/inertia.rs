@@ -4,7 +4,7 @@ use super::frame::Frame;
 use nalgebra::{Matrix3, SymmetricEigen, Vector3};
 
 /// The inertial parameters of a rigid body, in its link's frame.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct LinkInertia {
     /// The mass (kg).
     pub mass_kg: f64,

@@ -1,16 +1,17 @@
 //! Reading an arm from a URDF, and writing one.
 //!
-//! Links with inertials and primitive collision shapes, and joints with origin, axis and limits are read; meshes,
-//! transmissions and materials are ignored.
+//! Links with inertials and primitive collision shapes, and joints with origin, axis and limits are read; meshes are named in a
+//! warning, transmissions and materials are ignored.
 
 use super::capsule::Capsule;
 use super::frame::{Frame, frame, rpy_rad};
 use super::inertia::LinkInertia;
 use super::serial_arm::{Arm, Base, GRAVITY_M_S2, Joint, Link, Tool};
+use crate::error::bounds::{angle, length, position, positive, zero_or_more};
 use crate::error::{Error, Result};
 use nalgebra::{Matrix3, UnitVector3, Vector3};
-use roxmltree::{Document, Node};
-use std::collections::BTreeMap;
+use roxmltree::{Document, Node, ParsingOptions};
+use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write;
 
 /// The kind of a joint.
@@ -55,6 +56,12 @@ const MOST_JOINTS: usize = 1000;
 const MOST_SHAPES: usize = 5000;
 /// Largest size of a file (bytes); meshes are in files of their own.
 const MOST_BYTES: usize = 32 << 20;
+/// Largest number of elements and texts: the parser needs 80 bytes for each, the smallest element has four bytes.
+const MOST_NODES: u32 = 1_000_000;
+/// Largest number of attributes of an element, which the parser compares with each other; an element of a URDF has up to eight.
+const MOST_ATTRIBUTES: usize = 100;
+/// Largest number of name spaces, which the parser copies from element to element.
+const MOST_NAMESPACES: usize = 1000;
 /// Number of names in a message.
 const NAMES_SHOWN: usize = 5;
 
@@ -74,11 +81,15 @@ const COMMON_FLANGES: [&str; 6] = ["tcp", "tool0", "hand_tcp", "flange", "ee_lin
 /// Not a URDF, a xacro file, more links, joints or shapes than a robot has, not one root, not six or seven revolute joints, joints without limits; the message starts
 /// with `file`.
 pub(crate) fn arm(text: &str, file: &str, flange: Option<&str>) -> Result<Arm> {
-    if text.len() > MOST_BYTES {
-        let needed = format!("at most {MOST_BYTES} bytes");
-        return Err(Error::invalid(file, "its size", format!("{} bytes", text.len()), needed));
-    }
-    let document = Document::parse(text).map_err(|e| syntax(file, e.to_string()))?;
+    check_size(text, file)?;
+    let options = ParsingOptions { nodes_limit: MOST_NODES, ..ParsingOptions::default() };
+    let document = Document::parse_with_options(text, options).map_err(|e| match e {
+        roxmltree::Error::NodesLimitReached => {
+            let needed = format!("at most {MOST_NODES}");
+            Error::invalid(file, "its number of elements", "larger", needed)
+        }
+        other => syntax(file, other.to_string()),
+    })?;
     let robot = document.root_element();
     if robot.tag_name().name() != "robot" {
         return Err(syntax(
@@ -96,6 +107,23 @@ pub(crate) fn arm(text: &str, file: &str, flange: Option<&str>) -> Result<Arm> {
     let mut arm = tree.assembled(robot.attribute("name").unwrap_or("arm"), &chain)?;
     arm.warnings.extend(arm.inertia_warnings());
     Ok(arm)
+}
+
+/// Checks what the parser's time and memory depend on.
+fn check_size(text: &str, file: &str) -> Result<()> {
+    // No attribute contains a `<`, and every attribute has two quotation marks.
+    let marks = |part: &str| part.bytes().filter(|byte| matches!(byte, b'"' | b'\'')).count();
+    let attributes = text.split('<').map(marks).max().unwrap_or(0) / 2;
+    for (what, found, most) in [
+        ("its size in bytes", text.len(), MOST_BYTES),
+        ("the number of attributes of an element", attributes, MOST_ATTRIBUTES),
+        ("its number of name spaces", text.matches("xmlns").count(), MOST_NAMESPACES),
+    ] {
+        if found > most {
+            return Err(Error::invalid(file, what, found, format!("at most {most}")));
+        }
+    }
+    Ok(())
 }
 
 fn syntax(file: &str, problem: String) -> Error {
@@ -126,7 +154,10 @@ impl<'a, 'input> Tree<'a, 'input> {
         }
         let mut links = BTreeMap::new();
         for node in robot.children().filter(|node| node.has_tag_name("link")) {
-            links.insert(attribute(file, node, "name")?, node);
+            let name = attribute(file, node, "name")?;
+            if links.insert(name, node).is_some() {
+                return Err(syntax(file, format!("link `{name}` is given twice; needed: every link once")));
+            }
         }
         let mut children: BTreeMap<&str, Vec<JointElement>> = BTreeMap::new();
         let mut parents: BTreeMap<&str, &str> = BTreeMap::new();
@@ -242,7 +273,7 @@ impl<'a, 'input> Tree<'a, 'input> {
             gravity_m_s2: Vector3::new(0.0, 0.0, -GRAVITY_M_S2),
             warnings: Vec::new(),
         };
-        let mut carried = Carried { inertia: LinkInertia::none(), capsules: Vec::new(), notes: Vec::new() };
+        let mut carried = Carried::default();
         let mut link = self.root;
         for joint in chain {
             self.carry(link, arm.last_from_flange, Some(joint.child), &mut carried)?;
@@ -260,6 +291,7 @@ impl<'a, 'input> Tree<'a, 'input> {
         let last_from_flange = arm.last_from_flange;
         carried.assign_to(&mut arm, &last_from_flange);
         arm.warnings = carried.notes;
+        arm.warnings.extend(mesh_warning(self.file, &carried.meshes));
         if !(6..=7).contains(&arm.links.len()) {
             let found =
                 format!("{} revolute joints from `{}` to `{}`", arm.links.len(), self.root, arm.flange);
@@ -290,7 +322,7 @@ impl<'a, 'input> Tree<'a, 'input> {
         }
         let (speed_rad_s, torque_n_m) = (number("velocity")?, number("effort")?);
         for (what, value) in [("limit velocity", speed_rad_s), ("limit effort", torque_n_m)] {
-            crate::object::positive(&owner, what, value)?;
+            positive(&owner, what, value)?;
         }
         let axis = match child(joint.node, "axis").and_then(|node| node.attribute("xyz")) {
             Some(text) => Vector3::from(numbers::<3>(self.file, text)?),
@@ -333,9 +365,13 @@ impl<'a, 'input> Tree<'a, 'input> {
             carried.inertia = carried.inertia.joined(&inertial(self.file, node, link)?.transformed(&at));
             for collision in node.children().filter(|node| node.has_tag_name("collision")) {
                 let shape_at = at * origin(self.file, collision)?;
-                carried
-                    .capsules
-                    .extend(capsule(self.file, collision)?.map(|capsule| capsule.transformed(&shape_at)));
+                match shape(self.file, collision)? {
+                    Shape::Capsule(capsule) => carried.capsules.push(capsule.transformed(&shape_at)),
+                    Shape::Unread(file) => {
+                        carried.has_unread = true;
+                        carried.meshes.extend(file.map(str::to_owned));
+                    }
+                }
             }
             let onward = if joint.is_none() { onward } else { None };
             let branches = self.joints_of(link).iter().rev().filter(|joint| Some(joint.child) != onward);
@@ -345,20 +381,41 @@ impl<'a, 'input> Tree<'a, 'input> {
     }
 }
 
+/// The warning that names the meshes, which are not read, and their packages.
+fn mesh_warning(file: &str, meshes: &BTreeSet<String>) -> Option<String> {
+    let packages = meshes.iter().filter_map(|mesh| mesh.strip_prefix("package://")?.split('/').next());
+    let packages: Vec<&str> = packages.collect::<BTreeSet<_>>().into_iter().collect();
+    let meshes: Vec<&str> = meshes.iter().map(String::as_str).collect();
+    let of_packages =
+        if packages.is_empty() { String::new() } else { format!(" (packages {})", named(&packages)) };
+    (!meshes.is_empty()).then(|| {
+        format!(
+            "{file}: the meshes {}{of_packages} are not read: their links count as 12 cm thick beside their other shapes",
+            named(&meshes)
+        )
+    })
+}
+
 /// The bodies and shapes fixed to the current link.
+#[derive(Default)]
 struct Carried {
     inertia: LinkInertia,
     capsules: Vec<Capsule>,
+    /// Whether the current link has a shape that is not read.
+    has_unread: bool,
     notes: Vec<String>,
+    /// The files of the meshes of all links so far.
+    meshes: BTreeSet<String>,
 }
 
 impl Carried {
     /// Moves everything to the arm's outermost moving link, or to its base; `next` is the frame of the next joint.
     fn assign_to(&mut self, arm: &mut Arm, next: &Frame) {
-        let body = std::mem::replace(&mut self.inertia, LinkInertia::none());
+        let body = std::mem::take(&mut self.inertia);
         let mut capsules = std::mem::take(&mut self.capsules);
-        if capsules.is_empty() {
-            capsules = Arm::assumed_capsules(&body, next);
+        // A mesh beside a primitive shape may be larger than that.
+        if std::mem::take(&mut self.has_unread) || capsules.is_empty() {
+            capsules.extend(Arm::assumed_capsules(&body, next));
         }
         if let Some(link) = arm.links.last_mut() {
             (link.inertia, link.capsules) = (body, capsules);
@@ -368,25 +425,37 @@ impl Carried {
     }
 }
 
-/// The capsule around a collision shape; `None` for a mesh.
-fn capsule(file: &str, collision: Node) -> Result<Option<Capsule>> {
+/// A collision shape.
+enum Shape<'a> {
+    /// The capsule around a primitive shape.
+    Capsule(Capsule),
+    /// A mesh with its file, or what the format does not have.
+    Unread(Option<&'a str>),
+}
+
+fn shape<'a>(file: &str, collision: Node<'a, '_>) -> Result<Shape<'a>> {
     let shape = child(collision, "geometry").and_then(|geometry| geometry.children().find(Node::is_element));
-    let Some(shape) = shape else { return Ok(None) };
-    let number = |name: &str| -> Result<f64> { Ok(numbers::<1>(file, attribute(file, shape, name)?)?[0]) };
+    let Some(shape) = shape else { return Ok(Shape::Unread(None)) };
+    let of_shape = |name: &str| format!("`{name}` of a collision shape");
+    let number = |name: &str| -> Result<f64> {
+        let [value] = numbers(file, attribute(file, shape, name)?)?;
+        length(file, &of_shape(name), value).map(|()| value)
+    };
     let (half, radius_m) = match shape.tag_name().name() {
         "sphere" => (Vector3::zeros(), number("radius")?),
         // The caps extend past the cylinder's ends, which is conservative.
         "cylinder" | "capsule" => (Vector3::z() * (number("length")? / 2.0), number("radius")?),
         "box" => {
             let size = Vector3::from(numbers::<3>(file, attribute(file, shape, "size")?)?);
+            size.iter().try_for_each(|side_m| length(file, &of_shape("size"), *side_m))?;
             let long = size.imax();
             let mut across = size;
             across[long] = 0.0;
             (Vector3::ith(long, size[long] / 2.0), across.norm() / 2.0)
         }
-        _ => return Ok(None),
+        _ => return Ok(Shape::Unread(shape.attribute("filename"))),
     };
-    Ok(Some(Capsule { from_m: -half, to_m: half, radius_m }))
+    Ok(Shape::Capsule(Capsule { from_m: -half, to_m: half, radius_m }))
 }
 
 fn inertial(file: &str, link: Node, name: &str) -> Result<LinkInertia> {
@@ -395,6 +464,7 @@ fn inertial(file: &str, link: Node, name: &str) -> Result<LinkInertia> {
         child(node, tag).ok_or_else(|| syntax(file, format!("link `{name}`: its <inertial> has no <{tag}>")))
     };
     let [mass_kg] = numbers(file, attribute(file, part("mass")?, "value")?)?;
+    zero_or_more(file, &format!("the mass of link `{name}`"), mass_kg, "kilograms")?;
     let tensor = part("inertia")?;
     let moment = |name: &str| -> Result<f64> { Ok(numbers::<1>(file, attribute(file, tensor, name)?)?[0]) };
     let (xx, yy, zz) = (moment("ixx")?, moment("iyy")?, moment("izz")?);
@@ -407,7 +477,10 @@ fn inertial(file: &str, link: Node, name: &str) -> Result<LinkInertia> {
 fn origin(file: &str, node: Node) -> Result<Frame> {
     let Some(origin) = child(node, "origin") else { return Ok(Frame::identity()) };
     let triple = |name: &str| origin.attribute(name).map_or(Ok([0.0; 3]), |text| numbers(file, text));
-    Ok(frame(triple("xyz")?, triple("rpy")?))
+    let (at_m, turns_rad) = (triple("xyz")?, triple("rpy")?);
+    position(file, "an origin's `xyz`", &at_m)?;
+    turns_rad.iter().try_for_each(|q| angle(file, "an origin's `rpy`", *q))?;
+    Ok(frame(at_m, turns_rad))
 }
 
 fn attribute<'a>(file: &str, node: Node<'a, '_>, name: &str) -> Result<&'a str> {

@@ -77,6 +77,11 @@ fn errors_name_the_wrong_element() {
         ("lower=\"-2\"", "lower=\"3\"", "from 3 to 2 rad"),
         ("<axis xyz=\"0 0 1\"/>", "<axis xyz=\"0 0 0\"/>", "its axis"),
         ("<mass value=\"2\"/>", "<mass value=\"heavy\"/>", "`heavy`"),
+        ("<mass value=\"2\"/>", "<mass value=\"-2\"/>", "the mass of link `l1`"),
+        ("size=\"0.2 0.06 0.08\"", "size=\"0.2 -0.06 0.08\"", "`size` of a collision shape"),
+        ("<box size=\"0.2 0.06 0.08\"/>", "<sphere radius=\"1e9\"/>", "`radius` of a collision shape"),
+        ("xyz=\"0 0 0.2\"", "xyz=\"0 0 1e200\"", "an origin's `xyz`"),
+        ("rpy=\"1.5 0 0\"", "rpy=\"1e9 0 0\"", "an origin's `rpy`"),
         ("<parent link=\"l0\"/>", "<parent link=\"nobody\"/>", "is not a link of the file"),
         ("</robot>", "", "close"),
         ("<robot name", "<robot xmlns:xacro=\"http://www.ros.org/wiki/xacro\" name", ""),
@@ -128,6 +133,52 @@ fn a_file_with_more_links_than_a_robot_has_is_refused_by_their_number() {
     let roots = (0..1000).fold(String::new(), |text, k| text + &format!("<link name=\"l{k}\"/>"));
     let message = read(&format!("<robot name=\"r\">{roots}</robot>")).expect_err("many roots").to_string();
     assert!(message.contains("and 995 more") && message.len() < 300, "{message}");
+}
+
+#[test]
+fn files_that_cost_the_parser_more_than_their_size_are_refused() {
+    let attributes = (0..101).fold(String::new(), |text, k| text + &format!(" a{k}=\"\""));
+    // Every element with a name space of its own copies those of its parent.
+    let spaces = (0..1001).fold(String::new(), |text, k| text + &format!("<a xmlns:n{k}=\"u\">"));
+    for (text, words) in [
+        (format!("<robot name=\"r\"><link{attributes}/></robot>"), ["attributes of an element", "101"]),
+        (format!("<robot name=\"r\">{spaces}"), ["name spaces", "1001"]),
+        (
+            format!("<robot name=\"r\">{}</robot>", "<a/>".repeat(1_000_001)),
+            ["number of elements", "1000000"],
+        ),
+        (" ".repeat(MOST_BYTES + 1), ["size in bytes", "33554433"]),
+        ("<!DOCTYPE a [<!ENTITY b \"c\">]><robot name=\"&b;\"/>".into(), ["arm.urdf", "DTD"]),
+    ] {
+        let message = read(&text).expect_err("too much").to_string();
+        assert!(words.iter().all(|word| message.contains(word)), "{words:?}: {message}");
+    }
+    let twice =
+        text(6).replacen("<link name=\"finger\"/>", "<link name=\"finger\"/><link name=\"finger\"/>", 1);
+    assert!(read(&twice).expect_err("a link twice").to_string().contains("`finger` is given twice"));
+}
+
+#[test]
+fn a_mesh_is_named_with_its_package_and_its_link_counts_as_thick() {
+    let capsules = |shapes: &str| {
+        let text = text(6).replacen("</inertial></link>", &format!("</inertial>{shapes}</link>"), 1);
+        let arm = read(&text).expect("a good file");
+        (arm.links[0].capsules.clone(), arm.warnings.join("\n"))
+    };
+    let ball = "<collision><geometry><sphere radius=\"0.01\"/></geometry></collision>";
+    let mesh =
+        "<collision><geometry><mesh filename=\"package://some_arm/meshes/l1.stl\"/></geometry></collision>";
+    let (assumed, warnings) = capsules("");
+    assert!(!warnings.contains("not read"), "{warnings}");
+    let (of_ball, _) = capsules(ball);
+    assert_eq!(of_ball.iter().map(|capsule| capsule.radius_m).collect::<Vec<_>>(), [0.01]);
+    for shapes in [mesh.to_owned(), format!("{ball}{mesh}")] {
+        let (found, warnings) = capsules(&shapes);
+        assert!(assumed.iter().all(|capsule| found.contains(capsule)), "{found:?}");
+        for word in ["package://some_arm/meshes/l1.stl", "packages [\"some_arm\"]", "12 cm"] {
+            assert!(warnings.contains(word), "`{word}` is not in: {warnings}");
+        }
+    }
 }
 
 #[test]
