@@ -64,7 +64,8 @@ impl Messages {
             self.seen.push(Seen { kind, at: Instant::now(), motions, moves, bytes });
         }
         let injection = self.injection.as_ref()?;
-        if let Mishap::OutOfOrder(_) = injection.mishap {
+        let mishap = injection.mishap;
+        if let Mishap::OutOfOrder(_) = mishap {
             self.before.entry(kind.into()).or_default().push(bytes.to_vec());
         }
         if injection.kind != "*" && injection.kind != kind {
@@ -74,11 +75,16 @@ impl Messages {
         let nth = *count;
         *count += 1;
         let happens = nth == injection.nth || (injection.lasting && nth > injection.nth);
-        if !happens {
+        // A message that none of its kind precedes comes in its order.
+        let changes = match mishap {
+            Mishap::OutOfOrder(count) => self.earlier(kind, count).is_some(),
+            _ => true,
+        };
+        if !happens || !changes {
             return None;
         }
         self.happened.get_or_insert(Instant::now());
-        Some(injection.mishap)
+        Some(mishap)
     }
 
     /// Joint angles are reported that differ from the true ones (rad).
