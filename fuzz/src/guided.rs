@@ -166,10 +166,10 @@ fn memory() -> PathBuf {
 }
 
 /// The pieces of a format as a dictionary of libFuzzer.
-fn dictionary(pieces: &[&str]) -> String {
+fn dictionary(pieces: &[&[&str]]) -> String {
     let escaped =
         |piece: &&str| piece.bytes().map(|byte| format!("\\x{byte:02x}")).collect::<Vec<_>>().concat();
-    let lines = pieces.iter().map(|piece| format!("\"{}\"\n", escaped(piece)));
+    let lines = pieces.iter().copied().flatten().map(|piece| format!("\"{}\"\n", escaped(piece)));
     lines.collect::<Vec<_>>().concat()
 }
 

@@ -37,8 +37,8 @@ pub struct Target {
     pub read: fn(&[u8]) -> Result<Outcome, String>,
     /// Inputs that are read without an error.
     pub seeds: fn() -> Vec<Vec<u8>>,
-    /// What inputs are made of, to be inserted by mutations.
-    pub pieces: &'static [&'static str],
+    /// What inputs are made of, to be inserted by mutations: lists of words.
+    pub pieces: &'static [&'static [&'static str]],
     /// The part of an input that half of the mutations change.
     pub part: fn(&[u8]) -> Range<usize>,
     /// Largest time of an input on a busy machine (s).
@@ -74,7 +74,7 @@ impl Target {
         what: &'static str,
         read: fn(&[u8]) -> Result<Outcome, String>,
         seeds: fn() -> Vec<Vec<u8>>,
-        pieces: &'static [&'static str],
+        pieces: &'static [&'static [&'static str]],
     ) -> Self {
         Self {
             name,

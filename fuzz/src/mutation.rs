@@ -146,7 +146,8 @@ fn mutated(target: &Target, seeds: &[Vec<u8>], draw: &mut Draw) -> Vec<u8> {
             13 if draw.below(4) == 0 => bytes.truncate(at),
             _ if target.pieces.is_empty() => bytes[at] = 0,
             _ => {
-                let piece = target.pieces[draw.below(target.pieces.len())];
+                let words = target.pieces[draw.below(target.pieces.len())];
+                let piece = words[draw.below(words.len())];
                 bytes.splice(at..at + rest.min(draw.below(8)), piece.bytes());
             }
         }

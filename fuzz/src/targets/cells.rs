@@ -88,10 +88,10 @@ pub const CAMERA_INFO: Target = Target::of_text(
         let opencv = format!("%YAML:1.0\n---\n{}", ros.replace("matrix:\n", "matrix: !!opencv-matrix\n"));
         vec![ros.into(), opencv.into_bytes()]
     },
-    &[
+    &[&[
         "---\n", "...\n", "- ", "? ", ": ", "&a ", "*a", "!!", "|\n", ">\n", "[", "]", "{", "}", "'", "\"",
         "#", "%YAML", "\t", "  ", ".inf", ".nan", "1e308", "~", "<<: ",
-    ],
+    ]],
 );
 
 /// The URDF of an arm, of which the flange is the outermost link.
@@ -114,7 +114,7 @@ pub const URDF: Target = Target::of_text(
         let arm = |name: &str| fixture(&format!("crates/breakshot/tests/data/arms/{name}.urdf"));
         ["offset_wrist", "seven_joints", "with_gripper"].map(arm).to_vec()
     },
-    &[
+    &[&[
         "<link name=\"",
         "<joint name=\"",
         "type=\"revolute\"",
@@ -148,7 +148,7 @@ pub const URDF: Target = Target::of_text(
         "1e308",
         "0 0 0",
         "-1",
-    ],
+    ]],
 );
 
 /// The points that an arm touched, to find the table in its frame.
@@ -188,7 +188,7 @@ pub const TOUCHES: Target = Target::of_text(
             .into_bytes(),
         ]
     },
-    &[
+    &[&[
         "[[touches]]\n",
         "table_m = ",
         "q_rad = ",
@@ -202,7 +202,7 @@ pub const TOUCHES: Target = Target::of_text(
         "-1",
         "0",
         ",",
-    ],
+    ]],
 );
 
 /// The built-in settings of a robot whose arm is this file.

@@ -54,7 +54,7 @@ pub const FILM: Target = Target {
     what: "MP4, MOV and Y4M: the index, and the first frame (H.264)",
     read: |bytes| read(bytes, false),
     seeds: films,
-    pieces: BOXES,
+    pieces: &[BOXES],
     part: index,
     longest_s: 20.0,
     most_memory_mb: 200.0,
@@ -74,7 +74,7 @@ pub const PICTURE: Target = Target {
     what: "PNG, and the search for tags in the picture",
     read: picture,
     seeds: pictures,
-    pieces: &[
+    pieces: &[&[
         "IHDR",
         "IDAT",
         "IEND",
@@ -87,7 +87,7 @@ pub const PICTURE: Target = Target {
         "iCCP",
         "eXIf",
         "\u{0}\u{0}\u{0}\u{1}",
-    ],
+    ]],
     part: |bytes| 0..bytes.len().min(64),
     longest_s: 20.0,
     most_memory_mb: 600.0,
@@ -106,7 +106,7 @@ pub const PICTURE_TIMES: Target = Target::of_text(
         play(&scratch.path("frames"), true)
     },
     || vec![b"frame_rate_hz = 60.0\n".to_vec(), b"times_s = [0.0, 0.0167, 0.0334]\n".to_vec()],
-    &["frame_rate_hz", "times_s", "=", "[", "]", "inf", "nan", "1e308", "-1", "1e-320", "0", ","],
+    &[&["frame_rate_hz", "times_s", "=", "[", "]", "inf", "nan", "1e308", "-1", "1e-320", "0", ","]],
 );
 
 fn read(bytes: &[u8], to_the_end: bool) -> Result<Outcome, String> {

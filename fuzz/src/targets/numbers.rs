@@ -1,6 +1,6 @@
 //! Learned properties and tracks that something else measured.
 
-use super::{edited, fixture, fixture_text, outcome};
+use super::{JSON, edited, fixture, fixture_text, outcome};
 use crate::{Outcome, Scratch, Target};
 use breakshot::cell::Workspace;
 use breakshot::columns::{AngleUnit, Columns, LengthUnit, ObjectColumns, TimeUnit};
@@ -35,23 +35,11 @@ pub const PROPERTIES: Target = Target {
             let changes = "/friction/a/mean 0.3\n/evidence/clips/0/measurements/name \"other\"\n/mass_ratio/b/std 0.01\n";
             vec![fixture("crates/breakshot-studio/tests/server/properties.json"), changes.into()]
         },
-        PROPERTIES_PIECES,
+        &[JSON, PROPERTIES_KEYS],
     )
 };
 
-const PROPERTIES_PIECES: &[&str] = &[
-    "{",
-    "}",
-    "[",
-    "]",
-    ",",
-    ":",
-    "\"",
-    "null",
-    "-1",
-    "1e308",
-    "1e-320",
-    "0",
+const PROPERTIES_KEYS: &[&str] = &[
     "[]",
     "{}",
     "/friction",
@@ -97,10 +85,10 @@ pub const TRACKS: Target = Target {
             .map(|(k, readable)| [b"0123456789"[k..=k].to_vec(), readable.text.into_bytes()].concat())
             .collect()
     },
-    pieces: &[
+    pieces: &[&[
         ",", ";", "\n", "\"", "\"\"", "-", "1e308", "nan", "1e-320", "a", "#", "\r\n", "inf", "0", "{", "\t",
         "time_s", "x_m",
-    ],
+    ]],
     longest_s: 2.0,
     ..Target::of_text("", "", |_| Ok(Outcome::Read), Vec::new, &[])
 };

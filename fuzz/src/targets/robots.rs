@@ -1,6 +1,6 @@
 //! What moves an arm: commands, and the messages of controllers; and requests to the studio.
 
-use super::{edited, fixture_text, outcome};
+use super::{JSON, edited, fixture_text, outcome};
 use crate::{Outcome, Scratch, Target};
 use breakshot::files;
 use breakshot::geometry::{Point, Vec2};
@@ -41,7 +41,7 @@ pub const COMMAND: Target = Target {
             let changes = "/strike/speed_m_s 0.21\n/stroke/contact_time_s 1e3\n/warnings [\"a\"]\n";
             vec![changes.into(), b"/scene null\n".to_vec()]
         },
-        COMMAND_PIECES,
+        &[COMMAND_PIECES],
     )
 };
 
@@ -116,38 +116,29 @@ pub const ROSBRIDGE: Target = Target::of_text(
         );
         vec![states.into_bytes(), goal.into_bytes()]
     },
-    &[
-        "{",
-        "}",
-        "[",
-        "]",
-        ",",
-        ":",
-        "\"",
-        "null",
-        "-1",
-        "1e308",
-        "1e-320",
-        "\n",
-        "\"op\":\"publish\"",
-        "\"topic\":\"/joint_states\"",
-        "\"msg\":",
-        "\"header\":",
-        "\"stamp\":",
-        "\"sec\":",
-        "\"nanosec\":",
-        "\"position\":",
-        "\"velocity\":",
-        "\"name\":",
-        "9223372036854775807",
-        "\"op\":\"action_result\"",
-        "\"status\":",
-    ],
+    &[JSON, ROSBRIDGE_WORDS],
 );
+
+const ROSBRIDGE_WORDS: &[&str] = &[
+    "\n",
+    "\"op\":\"publish\"",
+    "\"topic\":\"/joint_states\"",
+    "\"msg\":",
+    "\"header\":",
+    "\"stamp\":",
+    "\"sec\":",
+    "\"nanosec\":",
+    "\"position\":",
+    "\"velocity\":",
+    "\"name\":",
+    "9223372036854775807",
+    "\"op\":\"action_result\"",
+    "\"status\":",
+];
 
 /// The answers of an Indy's controller to all requests of a strike: for each its length (two bytes, little-endian) and its bytes.
 pub const INDY: Target = Target {
-    pieces: &["\u{0}\u{0}", "\u{1}\u{0}", "\u{a}", "\u{12}", "\u{3a}", "\u{52}", "Indy7"],
+    pieces: &[&["\u{0}\u{0}", "\u{1}\u{0}", "\u{a}", "\u{12}", "\u{3a}", "\u{52}", "Indy7"]],
     ..Target::of_text(
         "indy",
         "answers of an Indy's controller to preflight, state and stop",
@@ -174,7 +165,7 @@ pub const STUDIO: Target = Target::of_text(
             b"POST /api/plan HTTP/1.1\r\nHost: 127.0.0.1:80\r\nOrigin: http://127.0.0.1\r\nContent-Length: 2\r\n\r\n".to_vec(),
         ]
     },
-    &[
+    &[&[
         "GET ",
         "POST ",
         "HTTP/1.1",
@@ -194,7 +185,7 @@ pub const STUDIO: Target = Target::of_text(
         "#",
         "\\",
         "18446744073709551616",
-    ],
+    ]],
 );
 
 /// A short strike of an Indy 7, and its command as JSON.

@@ -86,7 +86,7 @@ pub const STRIKE: Target = Target {
             outcome(planned, &["strike.json"])
         },
         || vec![fixture(STRIKE_FILE), plan().into_bytes()],
-        JSON,
+        &[JSON],
     )
 };
 
@@ -102,7 +102,7 @@ pub const PLAN: Target = Target::of_text(
         outcome(plan, &["plan.json"])
     },
     || vec![plan().into_bytes()],
-    JSON,
+    &[JSON],
 );
 
 /// Proposed strikes for the planner.
@@ -122,7 +122,7 @@ pub const PROPOSALS: Target = Target::of_text(
     || {
         vec![br#"[{"object": "a", "heading_rad": 0.3, "offset_m": 0.01, "speed_m_s": 0.6, "follow_through_m": 0.02}]"#.to_vec()]
     },
-    JSON,
+    &[JSON],
 );
 
 const STRIKE_FILE: &str = "fixtures/demo/pile.strike.json";
