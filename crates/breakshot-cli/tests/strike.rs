@@ -1,6 +1,10 @@
 //! `breakshot strike` as a user runs it: what it refuses, and how it ends.
 
+#[cfg(unix)]
+use std::io::{BufRead, BufReader, Read};
 use std::path::Path;
+#[cfg(unix)]
+use std::process::{Child, ChildStderr};
 use std::process::{Command, Output};
 use std::time::SystemTime;
 
@@ -163,13 +167,13 @@ fn signals_stop_the_arm_and_end_with_a_failure() {
     }
 }
 
+/// A strike of the simulated arm, during its approach, and the rest of what it shows of its progress.
 #[cfg(unix)]
-fn assert_stops(folder: &Path, hash: &str, signal: &str) {
-    use std::io::{BufRead, BufReader, Read};
+fn approaching(folder: &Path, hash: &str, log: &str) -> (Child, BufReader<ChildStderr>) {
     std::fs::write(folder.join("scene.toml"), scene(now_unix_s(), 0.0)).expect("a file");
     let mut child = Command::new(env!("CARGO_BIN_EXE_breakshot"))
         .args(SIM)
-        .args(["--scene", "scene.toml", "--live", "--hash", hash, "--log", "log.jsonl"])
+        .args(["--scene", "scene.toml", "--live", "--hash", hash, "--log", log])
         .current_dir(folder)
         .stdout(std::process::Stdio::piped())
         .stderr(std::process::Stdio::piped())
@@ -181,6 +185,12 @@ fn assert_stops(folder: &Path, hash: &str, signal: &str) {
         line.clear();
         assert!(progress.read_line(&mut line).expect("text") > 0, "it ended before it moved");
     }
+    (child, progress)
+}
+
+#[cfg(unix)]
+fn assert_stops(folder: &Path, hash: &str, signal: &str) {
+    let (mut child, _progress) = approaching(folder, hash, "log.jsonl");
     let sent = Command::new("kill").args([signal, &child.id().to_string()]).status().expect("kill");
     assert!(sent.success());
     let status = child.wait().expect("it ends");
@@ -207,22 +217,7 @@ fn the_log_of_a_killed_strike_is_complete_but_for_its_last_moment() {
 /// Kills a strike during its approach; the time from the last line of its log to the kill (s).
 #[cfg(unix)]
 fn late_when_killed_s(folder: &Path, hash: &str, log: &str) -> f64 {
-    use std::io::{BufRead, BufReader};
-    std::fs::write(folder.join("scene.toml"), scene(now_unix_s(), 0.0)).expect("a file");
-    let mut child = Command::new(env!("CARGO_BIN_EXE_breakshot"))
-        .args(SIM)
-        .args(["--scene", "scene.toml", "--live", "--hash", hash, "--log", log])
-        .current_dir(folder)
-        .stdout(std::process::Stdio::null())
-        .stderr(std::process::Stdio::piped())
-        .spawn()
-        .expect("the program");
-    let mut progress = BufReader::new(child.stderr.take().expect("piped"));
-    let mut line = String::new();
-    while !line.contains("approach") {
-        line.clear();
-        assert!(progress.read_line(&mut line).expect("text") > 0, "it ended before it moved");
-    }
+    let (mut child, _progress) = approaching(folder, hash, log);
     std::thread::sleep(std::time::Duration::from_millis(700));
     let killed_unix_s = now_unix_s();
     // SIGKILL

@@ -573,3 +573,13 @@ fn beside(file: &Path, named: &Path) -> PathBuf {
 fn one() -> u32 {
     1
 }
+
+/// Sorted names of the files in a folder.
+#[cfg(test)]
+fn names(folder: &Path) -> Vec<String> {
+    let entries = std::fs::read_dir(folder).unwrap();
+    let mut names: Vec<String> =
+        entries.map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect();
+    names.sort();
+    names
+}

@@ -143,16 +143,9 @@ impl NewFile {
 
 #[cfg(test)]
 mod tests {
+    use super::super::names;
     use super::*;
     use std::fs;
-
-    /// Names of the files in a folder.
-    fn names(folder: &Path) -> Vec<String> {
-        let entries = fs::read_dir(folder).unwrap().map(|e| e.unwrap().file_name().into_string().unwrap());
-        let mut names: Vec<String> = entries.collect();
-        names.sort();
-        names
-    }
 
     #[cfg(unix)]
     #[test]
