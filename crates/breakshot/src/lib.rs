@@ -76,11 +76,13 @@ pub mod warning;
 pub use error::{Error, Result};
 
 use campaign::{Campaign, Clip, Source};
-use capture::{Camera, Capture, Decoder, Footage, GreyImage};
+use capture::{Camera, Capture, Decoder, Footage, GreyImage, Pictures};
 use detect::Tracks;
 use estimate::ClipTracks;
 use properties::Properties;
 use rayon::prelude::*;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
 use warning::{Cause, Warning};
 
 /// The tracks of one clip: opens its film, determines the pose of its camera, and tracks its objects; or reads its tracks.
@@ -130,19 +132,36 @@ pub struct ViewedClip {
     pub first: Option<(GreyImage, Camera)>,
     /// The tracks, or the reason why there are none.
     pub tracks: Result<ClipTracks>,
+    /// Whether all frames of the film were read.
+    pub is_whole: bool,
 }
 
-/// As [`clip_tracks`], also with the first frame and the camera of the film, which are there without tracks too.
+/// As [`clip_tracks`], of these pictures of the film, also with the first frame and the camera, which are there without tracks too.
 ///
 /// # Errors
 /// A film that cannot be opened, or whose camera cannot be calibrated.
-pub fn viewed_clip(campaign: &Campaign, clip: &Clip, decoder: Decoder) -> Result<ViewedClip> {
+pub fn viewed_clip(
+    campaign: &Campaign,
+    clip: &Clip,
+    decoder: Decoder,
+    pictures: Pictures,
+) -> Result<ViewedClip> {
     let Source::Film(path) = &clip.source else {
-        return Ok(ViewedClip { first: None, tracks: clip_tracks(campaign, clip, decoder) });
+        let tracks = clip_tracks(campaign, clip, decoder);
+        return Ok(ViewedClip { first: None, tracks, is_whole: true });
     };
-    let mut capture = clip_capture(campaign, clip, Footage::open_with(path, decoder)?)?;
+    // A frame rate that is given is that of all frames.
+    let is_retimed = clip.frame_rate_hz.or(campaign.cell.camera.frame_rate_hz).is_some();
+    let pictures = if is_retimed { Pictures::All } else { pictures };
+    let footage = Footage::open_pictures(path, decoder, pictures)?;
+    let (frame_count, read) = (footage.frame_count(), Arc::new(AtomicUsize::new(0)));
+    let counter = Arc::clone(&read);
+    let footage = footage.observed(move |_| _ = counter.fetch_add(1, Ordering::Relaxed));
+    let mut capture = clip_capture(campaign, clip, footage)?;
     let first = capture.footage.first_image().map(|image| (image, capture.camera.clone()));
-    Ok(ViewedClip { first, tracks: tracks_of(capture, campaign, clip) })
+    let tracks = tracks_of(capture, campaign, clip);
+    let is_whole = frame_count.is_none_or(|count| read.load(Ordering::Relaxed) >= count);
+    Ok(ViewedClip { first, tracks, is_whole })
 }
 
 fn clip_capture(campaign: &Campaign, clip: &Clip, footage: Footage) -> Result<Capture> {

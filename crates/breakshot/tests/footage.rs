@@ -2,7 +2,7 @@
 
 #![allow(clippy::unwrap_used, reason = "a test may stop where it fails")]
 
-use breakshot::capture::{Decoder, Footage, Frame};
+use breakshot::capture::{Decoder, Footage, Frame, Pictures};
 use splitmix::Draw;
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -62,6 +62,27 @@ fn luma_and_times_are_what_ffmpeg_decodes() {
         }
         assert!(wanted.peek().is_none_or(|line| line.contains('x')), "{film}: only {count} frames came");
     }
+}
+
+#[test]
+fn the_frames_that_others_refer_to_are_the_same_frames_and_fewer() {
+    let mut skipped = 0;
+    for film in ["b_frames.mp4", "edit_list.mp4", "gaps.mp4", "retimed.mp4", "turned_90.mp4", "baseline.mov"]
+    {
+        let all: Vec<Frame> =
+            Footage::open_with(&data(film), Decoder::Builtin).unwrap().map(Result::unwrap).collect();
+        let references = Footage::open_pictures(&data(film), Decoder::Auto, Pictures::References).unwrap();
+        let references: Vec<Frame> = references.map(Result::unwrap).collect();
+        let mut rest = all.iter();
+        for frame in &references {
+            let same = rest.find(|other| other.time_s.total_cmp(&frame.time_s).is_eq());
+            assert!(same.is_some_and(|same| same.image == frame.image), "{film} at {} s", frame.time_s);
+        }
+        assert!(film != "baseline.mov" || references.len() == all.len(), "it holds references alone");
+        assert!(film != "b_frames.mp4" || references.len() < all.len(), "no frame was skipped");
+        skipped += all.len() - references.len();
+    }
+    assert!(skipped >= 8, "{skipped} frames were skipped");
 }
 
 #[test]

@@ -3,20 +3,19 @@
 use crate::check_args::CheckArgs;
 use crate::{Outcome, console};
 use breakshot::campaign::{Campaign, Clip};
-use breakshot::capture::Decoder;
+use breakshot::capture::{Decoder, Pictures};
 use breakshot::estimate::{self, ClipTracks};
 use breakshot::report::{CheckPage, CheckedClip, check_page};
 use breakshot::warning::{Cause, GroupedWarnings, Warning, WarningGroup};
 use breakshot::{Result, ViewedClip, files};
 use rayon::prelude::*;
 
-/// Reads every film once, compares the clips with their files and with each other, and writes the page.
+/// Reads every film, compares the clips with their files and with each other, and writes the page.
 pub(crate) fn run(args: &CheckArgs) -> Result<Outcome> {
     let loaded = files::load_campaign(&args.campaign)?;
     console::note(&loaded.notes);
     let campaign = loaded.value;
-    let views = views(&campaign, args.decoder.into());
-    let warnings = warnings(&campaign, &views);
+    let (views, warnings) = views(&campaign, args.decoder.into());
 
     let clips: Vec<CheckedClip> =
         campaign.clips.iter().zip(&views).map(|(clip, view)| checked(clip, view.as_ref().ok())).collect();
@@ -54,17 +53,46 @@ struct Printed<'a> {
     causes: &'a [WarningGroup],
 }
 
-/// What every film shows; clips are processed in parallel.
-fn views(campaign: &Campaign, decoder: Decoder) -> Vec<Result<ViewedClip>> {
+/// What every film shows, and everything that does not fit; clips are processed in parallel.
+///
+/// First only the pictures that others refer to are decoded. A clip that a warning concerns, and one that cannot be used, is then read
+/// whole, until none is left: no such warning is due to a picture that was skipped.
+fn views(campaign: &Campaign, decoder: Decoder) -> (Vec<Result<ViewedClip>>, GroupedWarnings) {
     let bar = console::progress(campaign.clips.len(), "clips");
-    let view = |clip: &Clip| {
-        let view = breakshot::viewed_clip(campaign, clip, decoder);
+    let view = |clip: &Clip, pictures: Pictures| {
+        let view = breakshot::viewed_clip(campaign, clip, decoder, pictures);
         bar.inc(1);
         view
     };
-    let views = campaign.clips.par_iter().map(view).collect();
-    bar.finish_and_clear();
-    views
+    let first = campaign.clips.par_iter().map(|clip| view(clip, Pictures::References));
+    let mut views: Vec<Result<ViewedClip>> = first.collect();
+    let mut is_whole: Vec<bool> =
+        views.iter().map(|view| view.as_ref().is_ok_and(|view| view.is_whole)).collect();
+    loop {
+        let warnings = warnings(campaign, &views);
+        let concerned = campaign.clips.iter().map(|clip| concerns(&warnings.causes, clip));
+        let again: Vec<usize> =
+            concerned.enumerate().filter(|(k, it)| *it && !is_whole[*k]).map(|(k, _)| k).collect();
+        if again.is_empty() {
+            bar.finish_and_clear();
+            return (views, warnings);
+        }
+        bar.inc_length(again.len() as u64);
+        let read: Vec<_> =
+            again.into_par_iter().map(|k| (k, view(&campaign.clips[k], Pictures::All))).collect();
+        for (k, view) in read {
+            (views[k], is_whole[k]) = (view, true);
+        }
+    }
+}
+
+/// Whether a warning concerns this clip: one that names it, or one about all clips that could name a wrong number.
+fn concerns(causes: &[WarningGroup], clip: &Clip) -> bool {
+    causes.iter().any(|group| match group.cause {
+        Cause::FrameRate | Cause::Lengths => true,
+        Cause::NotMeasured => false,
+        _ => group.clips.is_empty() || group.clips.contains(&clip.name),
+    })
 }
 
 /// Everything that does not fit: clips that cannot be used, and what the others say about each other and their strikes.

@@ -2,7 +2,7 @@
 
 use super::image::{Frame, GreyImage};
 use super::retimed::RetimedFrames;
-use super::source::{self, Decoder, RepeatedFrames};
+use super::source::{self, Decoder, Pictures, RepeatedFrames};
 use crate::error::{Error, Result};
 use std::path::Path;
 
@@ -39,7 +39,15 @@ impl Footage {
     /// # Errors
     /// As [`Footage::open`]; also a film that needs `ffmpeg` if it is not installed.
     pub fn open_with(path: &Path, decoder: Decoder) -> Result<Self> {
-        let opened = source::open(path, decoder)?;
+        Self::open_pictures(path, decoder, Pictures::All)
+    }
+
+    /// As [`Footage::open_with`], with a part of the pictures; [`Footage::frame_count`] counts all of them.
+    ///
+    /// # Errors
+    /// As [`Footage::open_with`].
+    pub fn open_pictures(path: &Path, decoder: Decoder, pictures: Pictures) -> Result<Self> {
+        let opened = source::open(path, decoder, pictures)?;
         Ok(Self {
             name: path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned(),
             size_px: opened.size_px,

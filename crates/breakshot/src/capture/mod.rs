@@ -25,7 +25,7 @@ pub use footage::Footage;
 pub use image::{Frame, GreyImage};
 pub use lens::Lens;
 pub use png_url::PngEffort;
-pub use source::{Decoder, is_decoding, recorded_unix_s};
+pub use source::{Decoder, Pictures, is_decoding, recorded_unix_s};
 pub use tags::tag_sheet;
 
 #[cfg(any(test, feature = "synthetic"))]

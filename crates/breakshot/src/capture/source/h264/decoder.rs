@@ -93,6 +93,16 @@ impl H264Decoder {
         Ok(())
     }
 
+    /// Whether a sample holds a picture that no other refers to (`nal_ref_idc` is 0, ITU-T H.264 7.4.1), and nothing else that later
+    /// pictures need.
+    pub(crate) fn is_unreferenced(&self, sample: &[u8]) -> bool {
+        let is_needed = |unit: &&[u8]| match unit[0] & 0x1f {
+            1 => unit[0] & 0x60 != 0,
+            kind => kind < 6 || matches!(kind, 7 | 8),
+        };
+        units(sample, self.length_bytes).is_ok_and(|units| !units.iter().any(is_needed))
+    }
+
     /// The next picture, in decoding order.
     pub(crate) fn picture(&mut self, sample: &[u8]) -> Result<Picture> {
         let [width, height] = self.size_px()?;

@@ -6,6 +6,7 @@ use super::samples::Sample;
 use super::timeline::{self, Timeline};
 use super::track::{self, Track};
 use crate::capture::image::{Frame, GreyImage};
+use crate::capture::source::Pictures;
 use crate::capture::source::error::SourceError;
 use crate::capture::source::h264::decoder::{DisplayOrder, H264Decoder};
 use crate::capture::source::opened::Opened;
@@ -18,7 +19,7 @@ use std::path::{Path, PathBuf};
 
 /// A film's frames in display order.
 pub(crate) fn frames(path: &Path, file: File) -> std::result::Result<Prefetch, SourceError> {
-    Ok(prefetch(path.into(), Mp4Reader::of(path, file)?.1))
+    Ok(prefetch(path.into(), Mp4Reader::of(path, file, Pictures::All)?.1))
 }
 
 /// The timeline of a film that does not start with an IDR picture: pictures displayed before the first key frame may
@@ -46,14 +47,15 @@ pub(crate) struct Mp4Reader {
     samples: Vec<Sample>,
     pub(crate) timeline: Timeline,
     orientation: Orientation,
+    pictures: Pictures,
     decoder: H264Decoder,
     coded: Vec<u8>,
-    /// Number of samples decoded so far.
+    /// Number of samples decoded or skipped so far.
     decoded: usize,
-    /// Number of frames returned so far.
+    /// Number of frames returned or skipped so far.
     returned: u32,
-    /// Decoded pictures that have not been returned yet, by their index in display order.
-    waiting: BTreeMap<u32, Decoded>,
+    /// Decoded pictures that have not been returned yet, by their index in display order; `None` for one that is skipped.
+    waiting: BTreeMap<u32, Option<Decoded>>,
     /// The display order and the sample number of the frame returned last.
     last: Option<(DisplayOrder, usize)>,
 }
@@ -67,7 +69,11 @@ struct Decoded {
 
 impl Mp4Reader {
     /// Reads the index, the decoder's configuration and the timeline; decodes nothing.
-    pub(crate) fn of(path: &Path, mut file: File) -> std::result::Result<(Opened, Self), SourceError> {
+    pub(crate) fn of(
+        path: &Path,
+        mut file: File,
+        pictures: Pictures,
+    ) -> std::result::Result<(Opened, Self), SourceError> {
         let length = file.metadata().map_err(|e| SourceError::damaged(format!("unreadable ({e})")))?.len();
         let mut track = track::read(&mut file, length)?;
         let Some(&first) = track.samples.first() else {
@@ -96,6 +102,7 @@ impl Mp4Reader {
             samples: track.samples,
             timeline,
             orientation: track.orientation,
+            pictures,
             decoder,
             coded,
             decoded: 0,
@@ -108,21 +115,21 @@ impl Mp4Reader {
 
     /// The next frame in display order; `None` after the last one.
     fn advance(&mut self) -> std::result::Result<Option<Frame>, SourceError> {
-        let Some(&time_s) = self.timeline.times_s.get(self.returned as usize) else {
-            return Ok(None);
-        };
-        while !self.waiting.contains_key(&self.returned) {
-            self.decode_next()?;
+        while let Some(&time_s) = self.timeline.times_s.get(self.returned as usize) {
+            let Some(next) = self.waiting.remove(&self.returned) else {
+                self.decode_next()?;
+                continue;
+            };
+            self.returned += 1;
+            if let Some(Decoded { image, order, sample }) = next {
+                self.check_order(time_s, order, sample)?;
+                return Ok(Some(Frame { time_s, image: self.orientation.upright(image) }));
+            }
         }
-        let Some(Decoded { image, order, sample }) = self.waiting.remove(&self.returned) else {
-            return Ok(None);
-        };
-        self.check_order(time_s, order, sample)?;
-        self.returned += 1;
-        Ok(Some(Frame { time_s, image: self.orientation.upright(image) }))
+        Ok(None)
     }
 
-    /// Decodes the next sample and stores its picture.
+    /// Decodes the next sample and stores its picture, or skips it.
     pub(crate) fn decode_next(&mut self) -> std::result::Result<(), SourceError> {
         let number = self.decoded;
         let (Some(&sample), Some(&index)) =
@@ -133,8 +140,14 @@ impl Mp4Reader {
         self.decoded += 1;
         self.coded.resize(sample.size as usize, 0);
         let coded = &mut self.coded;
-        let picture =
-            boxes::read_into(&mut self.file, sample.offset, coded).and_then(|()| self.decoder.picture(coded));
+        let read = boxes::read_into(&mut self.file, sample.offset, coded);
+        let is_skipped =
+            read.is_ok() && self.pictures == Pictures::References && self.decoder.is_unreferenced(coded);
+        if is_skipped && number > 0 {
+            self.waiting.extend(index.map(|index| (index, None)));
+            return Ok(());
+        }
+        let picture = read.and_then(|()| self.decoder.picture(coded));
         let picture = picture.map_err(|error| {
             let when = match index {
                 Some(index) => format!("shown at {:.4} s", self.timeline.times_s[index as usize]),
@@ -145,7 +158,7 @@ impl Mp4Reader {
         })?;
         if let Some(index) = index {
             let decoded = Decoded { image: picture.image, order: picture.order, sample: number };
-            self.waiting.insert(index, decoded);
+            self.waiting.insert(index, Some(decoded));
         }
         Ok(())
     }
