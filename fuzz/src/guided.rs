@@ -226,6 +226,6 @@ mod tests {
 
     #[test]
     fn a_dictionary_has_one_escaped_piece_a_line() {
-        assert_eq!(dictionary(&["a\"", "\n"]), "\"\\x61\\x22\"\n\"\\x0a\"\n");
+        assert_eq!(dictionary(&[&["a\""], &["\n"]]), "\"\\x61\\x22\"\n\"\\x0a\"\n");
     }
 }

@@ -64,7 +64,7 @@ pub const CELL: Target = Target::of_text(
             fixture("crates/breakshot-cli/templates/cell.toml"),
         ]
     },
-    TOML,
+    &[TOML],
 );
 
 /// The intrinsics of a camera, as ROS and OpenCV write them.

@@ -24,7 +24,7 @@ pub const OBJECTS: Target = Target::of_text(
             polygon.into(),
         ]
     },
-    TOML,
+    &[TOML],
 );
 
 /// `campaign.toml` beside a cell, objects, a film and tracks.
@@ -46,7 +46,7 @@ pub const CAMPAIGN: Target = Target::of_text(
         let with_columns = clips.replace("[[clips]]\nvideo", &format!("{columns}[[clips]]\nvideo"));
         vec![clips.into(), with_columns.into_bytes()]
     },
-    TOML,
+    &[TOML],
 );
 
 /// `scene.toml`, struck in simulation.
@@ -67,7 +67,7 @@ pub const SCENE: Target = Target {
             outcome(scene, &["scene.toml"])
         },
         || vec![fixture("fixtures/demo/pile.scene.toml"), walled()],
-        TOML,
+        &[TOML],
     )
 };
 

@@ -66,24 +66,28 @@ fn views(campaign: &Campaign, decoder: Decoder) -> (Vec<Result<ViewedClip>>, Gro
     };
     let first = campaign.clips.par_iter().map(|clip| view(clip, Pictures::References));
     let mut views: Vec<Result<ViewedClip>> = first.collect();
-    let mut is_whole: Vec<bool> =
-        views.iter().map(|view| view.as_ref().is_ok_and(|view| view.is_whole)).collect();
+    let whole = |view: &Result<ViewedClip>| view.as_ref().is_ok_and(|view| view.is_whole);
+    let mut is_whole: Vec<bool> = views.iter().map(whole).collect();
     loop {
         let warnings = warnings(campaign, &views);
-        let concerned = campaign.clips.iter().map(|clip| concerns(&warnings.causes, clip));
-        let again: Vec<usize> =
-            concerned.enumerate().filter(|(k, it)| *it && !is_whole[*k]).map(|(k, _)| k).collect();
+        let doubtful = |k: usize| lacks_striker(&views[k]) || concerns(&warnings.causes, &campaign.clips[k]);
+        let again: Vec<usize> = (0..views.len()).filter(|&k| !is_whole[k] && doubtful(k)).collect();
         if again.is_empty() {
             bar.finish_and_clear();
             return (views, warnings);
         }
         bar.inc_length(again.len() as u64);
-        let read: Vec<_> =
-            again.into_par_iter().map(|k| (k, view(&campaign.clips[k], Pictures::All))).collect();
-        for (k, view) in read {
+        let read = again.into_par_iter().map(|k| (k, view(&campaign.clips[k], Pictures::All)));
+        for (k, view) in read.collect::<Vec<_>>() {
             (views[k], is_whole[k]) = (view, true);
         }
     }
+}
+
+/// Whether a film does not show the given strike; with the skipped pictures it may.
+fn lacks_striker(view: &Result<ViewedClip>) -> bool {
+    let clip = view.as_ref().ok().and_then(|view| view.tracks.as_ref().ok());
+    clip.is_some_and(|clip| clip.strike.is_some() && clip.tracks.striker.is_none())
 }
 
 /// Whether a warning concerns this clip: one that names it, or one about all clips that could name a wrong number.

@@ -78,7 +78,7 @@ impl Iterator for FfmpegH264 {
 #[cfg(test)]
 mod tests {
     use crate::capture::image::Frame;
-    use crate::capture::source::open_mp4;
+    use crate::capture::source::{Pictures, open_mp4};
     use std::fs::File;
     use std::path::{Path, PathBuf};
 
@@ -89,7 +89,7 @@ mod tests {
     /// The frames before the first error, and the error's message or an empty text.
     fn read(path: &Path, ffmpeg_from_px: Option<u64>) -> (Vec<Frame>, String) {
         let mut frames = Vec::new();
-        let opened = match open_mp4(path, File::open(path).unwrap(), ffmpeg_from_px) {
+        let opened = match open_mp4(path, File::open(path).unwrap(), Pictures::All, ffmpeg_from_px) {
             Ok(opened) => opened,
             Err(error) => return (frames, error.found),
         };
