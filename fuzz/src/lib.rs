@@ -4,6 +4,8 @@
 //! reaches code that none before it has reached (libFuzzer). Both run the same functions with the same bounds ([`Target::run`]): a reader ends
 //! with a value or with an error in words, soon and in little memory.
 
+#[path = "../../crates/breakshot/tests/bag_writer/mod.rs"]
+mod bag_writer;
 mod mutation;
 mod scratch;
 #[path = "../../crates/breakshot/tests/splitmix/mod.rs"]
@@ -123,11 +125,12 @@ impl Target {
 }
 
 /// All targets.
-pub static TARGETS: [Target; 20] = [
+pub static TARGETS: [Target; 21] = [
     targets::films::FILM,
     targets::films::FILM_PLAYED,
     targets::films::PICTURE,
     targets::films::PICTURE_TIMES,
+    targets::films::BAG,
     targets::cells::CELL,
     targets::cells::CAMERA_INFO,
     targets::cells::URDF,

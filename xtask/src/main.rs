@@ -79,6 +79,9 @@ usage: cargo xtask TASK
   validate cameras LAB [--only NAME] [--python PYTHON]
                    tracks of one strike of the lab filmed at other rates, tilted, blurred, noisy, dim, in other codings
                    (NAME is a substring of a camera's name; use `cargo run --release -p xtask --`; needs ffmpeg and libosmesa)
+  validate bags [CLIPS]
+                   the first CLIPS films of the demo (all if not given) repacked as bags of ROS 2 in six codings and three compressions,
+                   and by the commands that convert other bags; the largest difference of their tracks (needs ffmpeg with x264)
   validate decode CLIPS
                    decoded films against ffmpeg's, bit for bit; the same as `bench decode`
   fuzz [TARGET] [COUNT]
@@ -129,6 +132,7 @@ fn main() -> ExitCode {
         ["validate", "faults", rest @ ..] => validate::faults(rest.first().unwrap_or(&"1")),
         ["validate", "kills", rest @ ..] => kills(rest),
         ["validate", "estimate", rest @ ..] => campaigns(rest),
+        ["validate", "bags", rest @ ..] => bags(rest),
         ["validate", "cameras", lab] => validate::cameras(lab.as_ref(), None, None),
         ["validate", "cameras", lab, "--only", name] => validate::cameras(lab.as_ref(), Some(name), None),
         ["validate", "cameras", lab, "--python", python] => {
@@ -158,10 +162,7 @@ fn main() -> ExitCode {
         ["validate", "arms", lab, piles] => {
             number(piles, "piles").and_then(|piles| validate::arms(lab.as_ref(), piles))
         }
-        ["validate", "missing", lab] => validate::missing(lab.as_ref(), 20),
-        ["validate", "missing", lab, piles] => {
-            number(piles, "piles").and_then(|piles| validate::missing(lab.as_ref(), piles))
-        }
+        ["validate", "missing", lab, rest @ ..] => missing(lab, rest),
         ["validate", lab] => validate::lab(lab.as_ref(), false),
         ["validate", lab, "--details"] => validate::lab(lab.as_ref(), true),
         ["bench", "estimate"] => speed::drawn(),
@@ -229,6 +230,14 @@ fn cells(rest: &[&str]) -> Result<(), String> {
 /// The folder of films, recordings and references: given, or beside the project.
 fn shared(rest: &[&str]) -> PathBuf {
     rest.first().map_or_else(|| "../shared".into(), PathBuf::from)
+}
+
+fn bags(rest: &[&str]) -> Result<(), String> {
+    validate::bags(rest.first().map(|clips| number(clips, "clips")).transpose()?)
+}
+
+fn missing(lab: &str, rest: &[&str]) -> Result<(), String> {
+    validate::missing(lab.as_ref(), rest.first().map_or(Ok(20), |piles| number(piles, "piles"))?)
 }
 
 fn bench_physics(flags: &[&str]) -> Result<(), String> {

@@ -1,5 +1,6 @@
 //! The folder of the project: which files it holds, and that no name leads out of it.
 
+use breakshot::files::FilmPath;
 use breakshot::{Error, Result, files};
 use std::path::{Component, Path, PathBuf};
 
@@ -85,7 +86,7 @@ impl Project {
     pub(crate) fn named_in(&self, file: &Path, named: &Path) -> Result<PathBuf> {
         let folder = file.parent().unwrap_or(&self.root);
         let mut parts: Vec<String> = Vec::new();
-        let whole = folder.join(named);
+        let whole = FilmPath::of(&folder.join(named)).file;
         let Ok(inside) = whole.strip_prefix(&self.root) else {
             return self.file(&named.to_string_lossy());
         };

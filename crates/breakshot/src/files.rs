@@ -7,6 +7,7 @@
 //! compiled in the program that calls a loader and not in the library, which would build longer (ARCHITECTURE.md, "Building").
 
 mod content;
+mod film_path;
 mod temporary;
 mod unfinished;
 mod whole;
@@ -21,6 +22,7 @@ use crate::properties::Properties;
 use crate::scene::{Goal, KeepOut, Placed, Scene, Strike, Wall};
 pub use content::clip_input;
 use content::{Content, first_equal};
+pub use film_path::FilmPath;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, BTreeSet};
@@ -332,7 +334,7 @@ pub fn load_campaign(path: impl AsRef<Path>) -> Result<Loaded<Campaign>> {
 
 fn check_exists(campaign: &Path, clip: &Clip) -> Result<()> {
     let file = clip.source.path();
-    if file.exists() {
+    if FilmPath::of(file).file.exists() {
         return Ok(());
     }
     let name = format!("{}: clip `{}`", label(campaign), clip.name);
@@ -373,14 +375,15 @@ fn check_contents_differ(campaign: &Path, clips: &[Clip]) -> Result<()> {
 
 /// Names every clip by its file, and files of one name also by as many of their folders as distinguish them.
 fn name_clips(clips: &mut [Clip]) {
-    let name = |clip: &Clip, folders: usize| -> String {
-        let parts: Vec<_> = clip.source.path().iter().map(|part| part.to_string_lossy()).collect();
+    let paths: Vec<FilmPath> = clips.iter().map(|clip| FilmPath::of(clip.source.path())).collect();
+    let name = |path: &FilmPath, folders: usize| -> String {
+        let parts: Vec<_> = path.file.iter().map(|part| part.to_string_lossy()).collect();
         parts[parts.len().saturating_sub(folders + 1)..].join("/")
     };
-    let deepest = clips.iter().map(|clip| clip.source.path().iter().count()).max().unwrap_or(0);
+    let deepest = paths.iter().map(|path| path.file.iter().count()).max().unwrap_or(0);
     let mut chosen: Vec<Option<String>> = vec![None; clips.len()];
     for folders in 0..deepest {
-        let names: Vec<String> = clips.iter().map(|clip| name(clip, folders)).collect();
+        let names: Vec<String> = paths.iter().map(|path| name(path, folders)).collect();
         let counts = counts(&names);
         for (chosen, own) in chosen.iter_mut().zip(&names) {
             if chosen.is_none() && counts[own.as_str()] == 1 {
@@ -391,8 +394,10 @@ fn name_clips(clips: &mut [Clip]) {
             break;
         }
     }
-    for (clip, chosen) in clips.iter_mut().zip(chosen) {
-        clip.name = chosen.unwrap_or_else(|| name(clip, 0));
+    for ((clip, path), chosen) in clips.iter_mut().zip(&paths).zip(chosen) {
+        // Topics of one bag are told apart by their names.
+        let topic = path.topic.as_ref().map_or(String::new(), |topic| format!("#{topic}"));
+        clip.name = chosen.unwrap_or_else(|| name(path, 0) + &topic);
     }
 }
 

@@ -1,6 +1,7 @@
 //! Films and pictures, by the readers and decoders that are built in.
 
 use super::{fixture, repository};
+use crate::bag_writer::{BagWriter, Chunks, compressed, image, protobuf_video, video};
 use crate::{Outcome, Scratch, Target};
 use breakshot::capture::{Capture, Decoder, Footage, Frame, GreyImage, PngEffort};
 use breakshot::files;
@@ -109,6 +110,39 @@ pub const PICTURE_TIMES: Target = Target::of_text(
     &[&["frame_rate_hz", "times_s", "=", "[", "]", "inf", "nan", "1e308", "-1", "1e-320", "0", ","]],
 );
 
+/// Bags of ROS 2, played to their end.
+pub const BAG: Target = Target {
+    name: "bag",
+    what: "MCAP: records, chunks (zstd, LZ4), CDR, Protocol Buffers, raw images, JPEG, PNG, H.264",
+    read: |bytes| play(&Scratch::folder().write("film.mcap", bytes), true),
+    seeds: bags,
+    pieces: &[&[
+        "cdr",
+        "protobuf",
+        "ros1",
+        "zstd",
+        "lz4",
+        "sensor_msgs/msg/Image",
+        "sensor_msgs/msg/CompressedImage",
+        "foxglove_msgs/msg/CompressedVideo",
+        "foxglove.CompressedVideo",
+        "mono8",
+        "mono16",
+        "bgra8",
+        "bayer_rggb8",
+        "nv12",
+        "yuv422_yuy2",
+        "bayer_rggb8; jpeg compressed ",
+        "16UC1; compressedDepth png",
+        "h264",
+        "\u{0}\u{0}\u{0}\u{1}",
+        "\u{0}\u{0}\u{1}g",
+    ]],
+    part: |bytes| 0..bytes.len(),
+    longest_s: 20.0,
+    most_memory_mb: 600.0,
+};
+
 fn read(bytes: &[u8], to_the_end: bool) -> Result<Outcome, String> {
     play(&Scratch::folder().write("film", bytes), to_the_end)
 }
@@ -175,6 +209,51 @@ fn films() -> Vec<Vec<u8>> {
         films.push([format!("YUV4MPEG2 {header}\n").into_bytes(), frame.repeat(3)].concat());
     }
     films
+}
+
+/// Bags of three images each: raw, compressed and video, in chunks of all kinds.
+fn bags() -> Vec<Vec<u8>> {
+    const FRAME_NS: u64 = 16_666_667;
+    let folder = "crates/breakshot/tests/data/footage";
+    let bag = |chunks, schema: &str, encoding: &str, message: &dyn Fn(u64, usize) -> Vec<u8>| {
+        let mut bag = BagWriter::new(chunks).without_checksums();
+        let channel = bag.channel("/image", schema, encoding);
+        for n in 0..3 {
+            let taken_ns = n as u64 * FRAME_NS;
+            bag.message(channel, taken_ns, &message(taken_ns, n));
+        }
+        bag.finished()
+    };
+    let raw = |chunks, encoding: &str, bytes: usize| {
+        let message = |t, n| image(t, [12, 8], encoding, 12 * bytes, &vec![n as u8; 12 * 12 * bytes]);
+        bag(chunks, "sensor_msgs/msg/Image", "cdr", &message)
+    };
+    let mut bags = vec![
+        raw(Chunks::Without, "mono8", 1),
+        raw(Chunks::Plain, "bgr8", 3),
+        raw(Chunks::Zstd, "bayer_rggb8", 1),
+        raw(Chunks::Lz4, "yuv422", 2),
+        raw(Chunks::Without, "mono16", 2),
+    ];
+    let film = fixture(&format!("{folder}/motion_jpeg.mov"));
+    let start = film.windows(3).position(|bytes| bytes == [0xff, 0xd8, 0xff]).unwrap_or(0);
+    let length = film[start..].windows(2).position(|bytes| bytes == [0xff, 0xd9]).unwrap_or(0) + 2;
+    let (jpeg, png) = (&film[start..start + length], ramp().png(PngEffort::Small).unwrap_or_default());
+    for (chunks, format, picture) in
+        [(Chunks::Plain, "jpeg", jpeg), (Chunks::Lz4, "mono8; png compressed ", &png)]
+    {
+        let message = |t, _| compressed(t, format, picture);
+        bags.push(bag(chunks, "sensor_msgs/msg/CompressedImage", "cdr", &message));
+    }
+    let stream = fixture(&format!("{folder}/baseline.h264"));
+    let is_start = |at: &usize| stream[*at..].starts_with(&[0, 0, 0, 1, 9]);
+    let starts: Vec<usize> = (0..stream.len()).filter(is_start).take(4).collect();
+    let unit = |n: usize| &stream[starts[n]..starts[n + 1]];
+    let in_cdr = |t, n| video(t, "h264", unit(n));
+    bags.push(bag(Chunks::Without, "foxglove_msgs/msg/CompressedVideo", "cdr", &in_cdr));
+    let in_protobuf = |t, n| protobuf_video(t, "h264", unit(n));
+    bags.push(bag(Chunks::Zstd, "foxglove.CompressedVideo", "protobuf", &in_protobuf));
+    bags
 }
 
 /// The index of a film: the box `moov`.

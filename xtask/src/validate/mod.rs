@@ -5,9 +5,9 @@
 //! stages: `cargo xtask validate physics`, `air-table`, `scatter LAB`.
 
 pub(crate) mod air_table;
-mod cameras;
 mod cells;
 pub(crate) mod estimation;
+mod films;
 mod kills;
 mod physics;
 mod robot;
@@ -19,8 +19,8 @@ mod tracks;
 mod truth;
 
 use crate::process;
-pub(crate) use cameras::cameras;
 use estimation::{advise, altered, campaigns, properties, saved};
+pub(crate) use films::{bags, cameras};
 pub(crate) use kills::{KILLS, run as kills};
 use row::{Row, require};
 use std::path::{Path, PathBuf};

@@ -12,6 +12,8 @@ const FILMS: [&str; 14] =
     ["mp4", "mov", "m4v", "y4m", "mkv", "webm", "avi", "mpg", "mpeg", "mts", "m2ts", "ts", "wmv", "mcap"];
 /// The file that makes a folder of pictures a film.
 const TIMING: &str = "timing.toml";
+/// The file that makes a folder a bag of ROS 2, and its first key.
+const METADATA: [&str; 2] = ["metadata.yaml", "rosbag2_bagfile_information"];
 /// Folders are searched so deep, and for so many clips.
 const DEEPEST: usize = 4;
 const MOST_CLIPS: usize = 10_000;
@@ -71,6 +73,12 @@ fn input(args: &CampaignArgs, given: Option<&Path>, name: &str) -> PathBuf {
     given.map_or_else(|| if !beside.exists() && within.exists() { within } else { beside }, Path::to_path_buf)
 }
 
+/// Whether a folder is a bag of ROS 2.
+fn is_bag(folder: &Path) -> bool {
+    let [file, key] = METADATA;
+    std::fs::read_to_string(folder.join(file)).is_ok_and(|text| text.contains(key))
+}
+
 /// Adds the films and tables in a folder and in its folders.
 fn collect(folder: &Path, deepest: usize, clips: &mut Vec<PathBuf>) -> Result<()> {
     let unreadable = |source| Error::Read { path: folder.into(), source };
@@ -80,7 +88,7 @@ fn collect(folder: &Path, deepest: usize, clips: &mut Vec<PathBuf>) -> Result<()
         let extension = path.extension().map(|extension| extension.to_string_lossy().to_lowercase());
         let is_clip = |extension: &str| FILMS.contains(&extension) || extension == "csv";
         if is_hidden {
-        } else if path.is_dir() && !path.join(TIMING).exists() {
+        } else if path.is_dir() && !path.join(TIMING).exists() && !is_bag(&path) {
             if deepest > 0 {
                 collect(&path, deepest - 1, clips)?;
             }

@@ -7,6 +7,7 @@ use crate::{Outcome, console};
 use breakshot::capture::{Capture, GreyImage};
 use breakshot::detect::{self, Layout, Recording, Tracks};
 use breakshot::estimate::{self, ClipTracks};
+use breakshot::files::FilmPath;
 use breakshot::plan::{self, Plan};
 use breakshot::properties::Properties;
 use breakshot::report::{self, FilmedStrike, Page};
@@ -57,7 +58,12 @@ pub(crate) fn run(args: &VerifyArgs) -> Result<Outcome> {
     let mut outcome = inputs.outcome.and(Outcome::doubtful_if(!trajectory.complete));
     if let Some(path) = &args.update {
         let clip = ClipTracks {
-            name: args.video.file_name().unwrap_or_default().to_string_lossy().into_owned(),
+            name: FilmPath::of(&args.video)
+                .file
+                .file_name()
+                .unwrap_or_default()
+                .to_string_lossy()
+                .into_owned(),
             objects: names(scene),
             strike: Some(strike.clone()),
             tracks: tracks.clone(),

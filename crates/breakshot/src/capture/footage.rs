@@ -4,6 +4,7 @@ use super::image::{Frame, GreyImage};
 use super::retimed::RetimedFrames;
 use super::source::{self, Decoder, Pictures, RepeatedFrames};
 use crate::error::{Error, Result};
+use crate::files::FilmPath;
 use std::path::Path;
 
 /// A video or a folder of pictures, read frame by frame: memory does not grow with its length.
@@ -21,8 +22,9 @@ pub struct Footage {
 }
 
 impl Footage {
-    /// Opens an H.264 MP4 or MOV, a Y4M, a PNG, or a folder of PNGs with a `timing.toml` that holds
-    /// `frame_rate_hz = 60.0` or `times_s = [0.0, ...]`; any other film or picture if the program `ffmpeg` is
+    /// Opens an H.264 MP4 or MOV, a Y4M, a PNG, a folder of PNGs with a `timing.toml` that holds
+    /// `frame_rate_hz = 60.0` or `times_s = [0.0, ...]`, or a bag of ROS 2 (MCAP, or a folder of them), behind whose name
+    /// `#` and a topic may stand; any other film or picture if the program `ffmpeg` is
     /// installed.  The content of the file decides its format, not its name.
     ///
     /// Presentation times, edit lists and the rotation written in the file are applied.
@@ -48,8 +50,9 @@ impl Footage {
     /// As [`Footage::open_with`].
     pub fn open_pictures(path: &Path, decoder: Decoder, pictures: Pictures) -> Result<Self> {
         let opened = source::open(path, decoder, pictures)?;
+        let file = FilmPath::of(path).file;
         Ok(Self {
-            name: path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned(),
+            name: file.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned(),
             size_px: opened.size_px,
             frame_count: opened.frame_count,
             warnings: opened.warnings,

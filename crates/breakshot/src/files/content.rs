@@ -3,6 +3,7 @@
 use crate::campaign::{Campaign, Clip, Source};
 use crate::cell::Cell;
 use crate::error::{Error, Result};
+use crate::files::film_path::FilmPath;
 use crate::fingerprint::Fingerprint;
 use crate::object::kind;
 use std::fs::File;
@@ -15,18 +16,23 @@ pub(super) struct Content {
     path: Option<PathBuf>,
     /// The length of a file (bytes).
     length: Option<u64>,
+    /// The topic of a bag, if it is given.
+    topic: Option<String>,
 }
 
 impl Content {
     pub(super) fn of(path: &Path) -> Self {
-        let length = path.metadata().ok().filter(std::fs::Metadata::is_file).map(|metadata| metadata.len());
-        Self { path: path.canonicalize().ok(), length }
+        let FilmPath { file, topic } = FilmPath::of(path);
+        let length = file.metadata().ok().filter(std::fs::Metadata::is_file).map(|metadata| metadata.len());
+        Self { path: file.canonicalize().ok(), length, topic }
     }
 
     /// Whether both are the same file or folder, or files of the same bytes.
     fn equals(&self, other: &Self) -> IoResult<bool> {
+        // A bag without a given topic has only one that is read.
+        let are_of_two_topics = self.topic.as_ref().zip(other.topic.as_ref()).is_some_and(|(a, b)| a != b);
         // Lengths first: among very many films most pairs differ in them.
-        if self.length != other.length {
+        if self.length != other.length || are_of_two_topics {
             return Ok(false);
         }
         let (Some(one), Some(two)) = (&self.path, &other.path) else { return Ok(false) };
@@ -90,7 +96,9 @@ pub fn clip_input(campaign: &Campaign, clip: &Clip) -> Result<String> {
     );
     let hash = Fingerprint::default().with(format!("{description:?}").as_bytes());
     let path = clip.source.path();
-    hash_of_file(hash, path)
+    let FilmPath { file, topic } = FilmPath::of(path);
+    let hash = topic.map_or(hash, |topic| hash.with(topic.as_bytes()));
+    hash_of_file(hash, &file)
         .map(|hash| hash.to_string())
         .map_err(|source| Error::Read { path: path.into(), source })
 }

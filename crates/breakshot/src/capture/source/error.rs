@@ -4,10 +4,15 @@ use crate::error::Error;
 use std::path::Path;
 
 /// The formats that are read, for messages.
-const READABLE: &str = "MP4 or MOV (H.264, 8 bit, 4:2:0, progressive), Y4M, PNG or a folder of PNGs";
+const READABLE: &str =
+    "MP4 or MOV (H.264, 8 bit, 4:2:0, progressive), Y4M, PNG or a folder of PNGs, a ROS 2 bag (MCAP)";
 
 /// The command that converts any other film, for messages.
 const CONVERT: &str = "ffmpeg -i FILM -c:v libx264 -crf 12 -pix_fmt yuv420p NEW.mp4";
+
+/// The command that converts any bag of ROS, for messages.
+const CONVERT_BAG: &str = "a ROS 2 bag of MCAP files; to convert (PyPI package `rosbags`): \
+    rosbags-convert --src BAG --dst NEW --dst-storage mcap";
 
 /// What was found in a film and what is needed instead.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -38,6 +43,32 @@ impl SourceError {
     pub(super) fn convertible(found: impl Into<String>) -> Self {
         let needed = format!("{READABLE}; to convert: {CONVERT}");
         Self { found: found.into(), needed, convertible: true }
+    }
+
+    /// The operating system cannot read the file.
+    pub(super) fn unreadable(error: &std::io::Error) -> Self {
+        Self::damaged(format!("unreadable ({error})"))
+    }
+
+    /// A bag without its end.
+    pub(super) fn of_cut_bag() -> Self {
+        let needed = "a complete file; `mcap recover BAG -o NEW.mcap` keeps what is intact";
+        Self::unsuitable("an MCAP file that breaks off", needed)
+    }
+
+    /// A bag of ROS 1, or messages of one.
+    pub(super) fn of_ros_1(found: &str) -> Self {
+        Self::unsuitable(found, CONVERT_BAG)
+    }
+
+    /// A bag of ROS 2 in an `SQLite` database.
+    pub(super) fn of_sqlite() -> Self {
+        Self::unsuitable("a bag in an SQLite database (.db3)", CONVERT_BAG)
+    }
+
+    /// A bag of ROS 2 whose files or messages are compressed.
+    pub(super) fn of_compressed_bag(found: &str) -> Self {
+        Self::unsuitable(found, CONVERT_BAG)
     }
 
     /// The library's error for the film at `path`.

@@ -1,13 +1,12 @@
 //! Single PNG images and folders of them.
 
-use super::error::SourceError;
-use super::limits::{MAX_FRAMES, check_size};
+use super::limits::MAX_FRAMES;
 use super::opened::Opened;
+use super::picture::{png_decoder, png_picture, png_size_px};
 use super::{sniff, timestamps};
 use crate::capture::image::{Frame, GreyImage};
 use crate::error::{Error, Result};
 use crate::files;
-use png::{BitDepth, ColorType, Decoder, Limits, Transformations};
 use serde::Deserialize;
 use std::cmp::Ordering;
 use std::fs::File;
@@ -15,12 +14,10 @@ use std::io::{BufReader, Read};
 use std::path::{Path, PathBuf};
 
 /// The file that holds the times of the images in a folder.
-const TIMING: &str = "timing.toml";
+pub(super) const TIMING: &str = "timing.toml";
 /// The requirement on such a folder, for messages.
 const NEEDED_TIMING: &str =
     "a file timing.toml among the pictures with `frame_rate_hz = 60.0` or `times_s = [0.0, 0.0167, ...]`";
-/// Memory limit of the PNG decoder (bytes): twice the largest image.
-const MAX_PNG_BYTES: usize = 512 << 20;
 
 /// A single image: one frame at time 0.
 pub(super) fn open_one(path: &Path) -> Result<Opened> {
@@ -140,61 +137,23 @@ fn times_s(folder: &Path, count: usize) -> Result<Vec<f64>> {
     }
 }
 
-fn undecodable(path: &Path, error: &png::DecodingError) -> Error {
-    SourceError::damaged(format!("a PNG that cannot be decoded ({error})")).for_file(path)
-}
-
 fn size_px(path: &Path) -> Result<[usize; 2]> {
-    let mut decoder = decoder(path)?;
-    let info = decoder.read_header_info().map_err(|e| undecodable(path, &e))?;
-    Ok([info.width as usize, info.height as usize])
+    let decoder = png_decoder(bytes_of(path)?);
+    decoder.and_then(|mut decoder| png_size_px(&mut decoder)).map_err(|error| error.for_file(path))
 }
 
-/// A decoder of a file that starts with the PNG signature and has an accepted size.
-fn decoder(path: &Path) -> Result<Decoder<BufReader<File>>> {
+/// The bytes of a file that starts with the PNG signature.
+fn bytes_of(path: &Path) -> Result<BufReader<File>> {
     let unreadable = |source| Error::Read { path: path.into(), source };
     let mut head = Vec::new();
     File::open(path).and_then(|file| file.take(8).read_to_end(&mut head)).map_err(unreadable)?;
     if !sniff::is_png(&head) {
         return Err(Error::video(path, "a file that is no PNG", "a PNG picture"));
     }
-    let file = File::open(path).map_err(unreadable)?;
-    let mut decoder = Decoder::new_with_limits(BufReader::new(file), Limits { bytes: MAX_PNG_BYTES });
-    decoder.set_transformations(Transformations::EXPAND);
-    decoder.set_ignore_text_chunk(true);
-    let info = decoder.read_header_info().map_err(|e| undecodable(path, &e))?;
-    check_size(u64::from(info.width), u64::from(info.height)).map_err(|error| error.for_file(path))?;
-    Ok(decoder)
+    Ok(BufReader::new(File::open(path).map_err(unreadable)?))
 }
 
 /// The luma of a PNG.
 fn picture(path: &Path) -> Result<GreyImage> {
-    let undecodable = |e| undecodable(path, &e);
-    let mut reader = decoder(path)?.read_info().map_err(undecodable)?;
-    let size = reader.output_buffer_size();
-    let size = size.ok_or_else(|| SourceError::damaged("a PNG without an end").for_file(path))?;
-    let mut samples = vec![0; size];
-    let info = reader.next_frame(&mut samples).map_err(undecodable)?;
-    if info.bit_depth == BitDepth::Sixteen {
-        samples =
-            samples.chunks_exact(2).map(|pair| eight_bits(u16::from_be_bytes([pair[0], pair[1]]))).collect();
-    }
-    let pixels = match info.color_type {
-        ColorType::Grayscale | ColorType::Indexed => samples,
-        ColorType::GrayscaleAlpha => samples.chunks_exact(2).map(|pixel| pixel[0]).collect(),
-        ColorType::Rgb => samples.chunks_exact(3).map(luma).collect(),
-        ColorType::Rgba => samples.chunks_exact(4).map(luma).collect(),
-    };
-    Ok(GreyImage { width: info.width as usize, height: info.height as usize, pixels })
-}
-
-/// The nearest 8-bit level.
-fn eight_bits(level: u16) -> u8 {
-    ((u32::from(level) * 255 + 32_767) / 65_535) as u8
-}
-
-/// Luma of red, green and blue (Rec. ITU-R BT.709), rounded.
-fn luma(pixel: &[u8]) -> u8 {
-    let weigh = |weight: u32, level: u8| weight * u32::from(level);
-    ((weigh(2126, pixel[0]) + weigh(7152, pixel[1]) + weigh(722, pixel[2]) + 5000) / 10_000) as u8
+    png_picture(bytes_of(path)?).map_err(|error| error.for_file(path))
 }

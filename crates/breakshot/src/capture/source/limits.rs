@@ -3,7 +3,7 @@
 use super::error::SourceError;
 
 /// The longest side of a frame (px); a header with a larger number is damaged or would need too much memory.
-const MAX_SIDE_PX: u64 = 16_384;
+pub(super) const MAX_SIDE_PX: u64 = 16_384;
 /// The largest frame (px); an 8K frame has 33 million pixels.
 const MAX_PIXELS: u64 = 40_000_000;
 /// The longest film: two hours at 240 frames a second.

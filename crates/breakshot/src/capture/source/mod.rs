@@ -3,6 +3,8 @@
 //! The content of a file decides what it is, never its name.  A film that cannot be read, or that ends early, is an
 //! error as soon as that is known; no film is shortened silently.
 
+mod bag;
+mod catch_panic;
 mod error;
 mod ffmpeg;
 mod h264;
@@ -10,16 +12,18 @@ mod image_files;
 mod limits;
 mod mp4;
 mod opened;
+mod picture;
 mod prefetch;
 mod repeats;
 mod sniff;
 mod timestamps;
 mod y4m;
 
-pub use h264::is_decoding;
+pub use catch_panic::is_decoding;
 pub(super) use repeats::RepeatedFrames;
 
 use crate::error::Result;
+use crate::files::FilmPath;
 use error::SourceError;
 use ffmpeg::h264::FfmpegH264;
 use mp4::reader::Mp4Reader;
@@ -38,9 +42,9 @@ pub enum Decoder {
     /// installed, for longer ones, because it is faster, and for all other codings.
     #[default]
     Auto,
-    /// The built-in decoder alone: H.264, Y4M, PNG.
+    /// The built-in decoder alone: H.264, Y4M, PNG, bags of ROS 2.
     Builtin,
-    /// The program `ffmpeg` for every film that is not Y4M or PNG.
+    /// The program `ffmpeg` for every film that is not Y4M, PNG or a bag of ROS 2.
     Ffmpeg,
 }
 
@@ -58,10 +62,18 @@ pub enum Pictures {
 /// including its start of 0.05 s: 49 frames of 1080p, 13 of 4K.
 const FFMPEG_FROM_PX: u64 = 100_000_000;
 
+/// Times in a bag before 2001 (s since 1970) are those of a clock that counts from its start, as a simulated one.
+const EARLIEST_UNIX_S: f64 = 1e9;
+
 /// When a film was recorded (s since 1970), by its own header; `None` for files that do not say. A file's date tells when it was
 /// copied.
 pub fn recorded_unix_s(path: &Path) -> Option<f64> {
-    let mut file = File::open(path).ok()?;
+    let FilmPath { file, topic } = FilmPath::of(path);
+    if file.is_dir() || matches!(sniff::of(&file), Ok(Kind::Mcap)) {
+        let taken_s = bag::taken_ns(&file, topic.as_deref())? as f64 * 1e-9;
+        return Some(taken_s).filter(|&taken_s| taken_s >= EARLIEST_UNIX_S);
+    }
+    let mut file = File::open(file).ok()?;
     let length = file.metadata().ok()?.len();
     mp4::track::recorded_unix_s(&mut file, length)
 }
@@ -72,7 +84,14 @@ pub fn recorded_unix_s(path: &Path) -> Option<f64> {
 /// damaged.
 pub(super) fn open(path: &Path, decoder: Decoder, pictures: Pictures) -> Result<Opened> {
     keep_freed_frames();
-    let error = match sniff::of(path)? {
+    let FilmPath { file, topic } = FilmPath::of(path);
+    let error = match sniff::of(&file)? {
+        Kind::Mcap => return bag::open(&file, topic.as_deref(), path),
+        Kind::Folder if bag::is_bag(&file) => return bag::open(&file, topic.as_deref(), path),
+        _ if topic.is_some() => {
+            let found = "a topic behind `#` for a film that is no bag";
+            return Err(SourceError::unsuitable(found, "no topic, or a ROS 2 bag (MCAP)").for_file(path));
+        }
         Kind::Y4m(file) => return y4m::open(path, file),
         Kind::Png => return image_files::open_one(path),
         Kind::Folder => return image_files::open_folder(path),

@@ -1,5 +1,6 @@
 //! Which format has this file, according to its first bytes?
 
+use super::bag::MAGIC;
 use super::error::SourceError;
 use crate::error::{Error, Result};
 use std::fs::File;
@@ -14,6 +15,8 @@ pub(super) enum Kind {
     Mp4(File),
     Y4m(File),
     Png,
+    /// A bag of ROS 2.
+    Mcap,
     Folder,
     /// A film in a format that only `ffmpeg` decodes.
     Other(SourceError),
@@ -39,6 +42,9 @@ pub(super) fn of(path: &Path) -> Result<Kind> {
     file.seek(SeekFrom::Start(0)).map_err(unreadable)?;
     if is_png(&head) {
         return Ok(Kind::Png);
+    }
+    if head.starts_with(MAGIC) {
+        return Ok(Kind::Mcap);
     }
     if head.starts_with(b"YUV4MPEG2 ") {
         return Ok(Kind::Y4m(file));
@@ -97,6 +103,14 @@ const UNSUPPORTED: [(usize, &[u8], &str); 25] = [
 fn unsupported(head: &[u8]) -> SourceError {
     if head.is_empty() {
         return SourceError::unsupported("an empty file");
+    }
+    match head {
+        [b'#', b'R', b'O', b'S', b'B', b'A', b'G', ..] => return SourceError::of_ros_1("a ROS 1 bag"),
+        [0x28, 0xb5, 0x2f, 0xfd, ..] => {
+            return SourceError::of_compressed_bag("a file compressed by zstd, as the files of some bags");
+        }
+        _ if head.starts_with(b"SQLite format 3\0") => return SourceError::of_sqlite(),
+        _ => {}
     }
     let synchronised = |first: usize, step: usize| {
         head.len() > first + step && head[first] == 0x47 && head[first + step] == 0x47

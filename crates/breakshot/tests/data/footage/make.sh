@@ -25,6 +25,9 @@ done
 make -ss 0.05 -i b_frames.mp4 -c copy -fflags +bitexact edit_list.mp4
 make -i cropped.mp4 -c copy -bsf:v h264_metadata=crop_left=6:crop_top=4:crop_right=10:crop_bottom=8 cropped_left.mp4
 
+# What the tests of bags repack: H.264 with start codes and delimiters.
+make -i baseline.mov -c copy -bsf:v h264_mp4toannexb,h264_metadata=aud=insert -fflags +bitexact baseline.h264
+
 # Refused by name.
 make -f lavfi -i "$(scene 64 48 60 0.05)" -c:v libx265 -x265-params log-level=none -pix_fmt yuv420p h265.mp4
 make -f lavfi -i "$(scene 64 48 60 0.05)" -c:v libx264 -pix_fmt yuv420p10le ten_bit.mp4
@@ -32,6 +35,8 @@ make -f lavfi -i "$(scene 64 48 60 0.05)" -c:v libx264 -pix_fmt yuv444p full_col
 make -f lavfi -i "$(scene 64 48 60 0.05)" -c:v libx264 -pix_fmt yuv420p -qp 0 lossless.mp4
 make -f lavfi -i "$(scene 64 64 60 0.05)" -c:v libx264 -pix_fmt yuv420p -flags +ilme+ildct interlaced.mp4
 make -f lavfi -i "$(scene 64 48 60 0.05)" -c:v mjpeg -pix_fmt yuvj420p motion_jpeg.mov
+# The luma of its first picture, for the tests of bags
+make -i motion_jpeg.mov -frames:v 1 -vf extractplanes=y -f rawvideo -pix_fmt gray motion_jpeg.gray
 make -f lavfi -i sine=duration=0.1 -fflags +bitexact sound.mp4
 
 python3 - <<'PYTHON' > luma.txt

@@ -1,11 +1,57 @@
 //! The bits of a coded picture: NAL units, emulation prevention, Exp-Golomb numbers.
 
+use super::config::Framing;
 use crate::capture::source::error::SourceError;
 
 type Result<T> = std::result::Result<T, SourceError>;
 
-/// The NAL units of a sample, in which the length of each precedes it (ISO/IEC 14496-15).
-pub(super) fn units(sample: &[u8], length_bytes: usize) -> Result<Vec<&[u8]>> {
+/// The NAL units of a sample.
+pub(super) fn units(sample: &[u8], framing: Framing) -> Result<Vec<&[u8]>> {
+    match framing {
+        Framing::Lengths(length_bytes) => units_by_length(sample, length_bytes),
+        Framing::StartCodes => units_by_start_code(sample),
+    }
+}
+
+/// The parts between start codes, each without the zeros behind it (ITU-T H.264, B.1).
+fn units_by_start_code(sample: &[u8]) -> Result<Vec<&[u8]>> {
+    let mut units = Vec::new();
+    let mut parts = StartCodes { rest: sample };
+    if parts.next().is_none_or(|before| before.iter().any(|&byte| byte != 0)) {
+        return Err(SourceError::damaged("H.264 that does not begin with a start code"));
+    }
+    for part in parts {
+        let length = part.iter().rposition(|&byte| byte != 0).map_or(0, |last| last + 1);
+        match part[..length].first() {
+            None => {}
+            Some(head) if head & 0x80 != 0 => return Err(SourceError::damaged("a forbidden bit")),
+            Some(_) => units.push(&part[..length]),
+        }
+    }
+    Ok(units)
+}
+
+/// The parts before, between and behind the start codes `00 00 01`.
+struct StartCodes<'a> {
+    rest: &'a [u8],
+}
+
+impl<'a> Iterator for StartCodes<'a> {
+    type Item = &'a [u8];
+
+    fn next(&mut self) -> Option<&'a [u8]> {
+        if self.rest.is_empty() {
+            return None;
+        }
+        let code = self.rest.windows(3).position(|bytes| bytes == [0, 0, 1]);
+        let (part, rest) = code.map_or((self.rest, &[][..]), |at| (&self.rest[..at], &self.rest[at + 3..]));
+        self.rest = rest;
+        Some(part)
+    }
+}
+
+/// The parts before each of which its length stands (ISO/IEC 14496-15).
+fn units_by_length(sample: &[u8], length_bytes: usize) -> Result<Vec<&[u8]>> {
     let mut units = Vec::new();
     let mut rest = sample;
     while let Some((length, behind)) = rest.split_at_checked(length_bytes) {
@@ -122,9 +168,21 @@ pub(super) mod tests {
 
     #[test]
     fn a_nal_unit_longer_than_its_sample_is_an_error() {
-        assert_eq!(units(&[0, 2, 0x65, 1, 0, 1, 0x06], 2).unwrap(), [&[0x65, 1][..], &[0x06]]);
-        assert!(units(&[0, 3, 0x65, 1], 2).is_err());
-        assert!(units(&[0, 1, 0x65, 0], 2).is_err());
-        assert!(units(&[0, 1, 0xe5], 2).is_err());
+        assert_eq!(
+            units(&[0, 2, 0x65, 1, 0, 1, 0x06], Framing::Lengths(2)).unwrap(),
+            [&[0x65, 1][..], &[0x06]]
+        );
+        assert!(units(&[0, 3, 0x65, 1], Framing::Lengths(2)).is_err());
+        assert!(units(&[0, 1, 0x65, 0], Framing::Lengths(2)).is_err());
+        assert!(units(&[0, 1, 0xe5], Framing::Lengths(2)).is_err());
+    }
+    #[test]
+    fn start_codes_of_three_and_four_bytes_delimit_units() {
+        let units = |sample| units(sample, Framing::StartCodes);
+        let two = units(&[0, 0, 0, 1, 0x67, 5, 0, 0, 0, 0, 1, 0x65, 1, 0]);
+        assert_eq!(two.expect("two units"), [&[0x67, 5][..], &[0x65, 1]]);
+        assert_eq!(units(&[0, 0, 1]).expect("no unit"), <[&[u8]; 0]>::default());
+        assert!(units(&[0x67, 0, 0, 1, 0x65]).is_err() && units(&[]).is_err());
+        assert!(units(&[0, 0, 1, 0xe5]).is_err(), "a forbidden bit");
     }
 }

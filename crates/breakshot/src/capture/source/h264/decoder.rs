@@ -4,10 +4,10 @@
 //! allocate memory without limit, is found in the headers first and is an error that names it.
 
 use super::bitstream::{unescaped, units};
-use super::catch_panic::catch_panic;
-use super::config::H264Config;
+use super::config::{Framing, H264Config};
 use super::slice_header::{ParameterSets, SliceKind};
 use crate::capture::image::GreyImage;
+use crate::capture::source::catch_panic::catch_panic;
 use crate::capture::source::error::SourceError;
 use crate::capture::source::limits::check_size;
 use rusty_h264_decoder::{DecodeError, Decoder, Pps, Sps};
@@ -38,7 +38,7 @@ pub(crate) struct DisplayOrder {
 /// The decoder of one film.
 pub(crate) struct H264Decoder {
     decoder: Decoder,
-    length_bytes: usize,
+    framing: Framing,
     parameters: ParameterSets,
     /// NAL units with start codes, as the decoder crate takes them.
     coded: Vec<u8>,
@@ -55,7 +55,7 @@ impl H264Decoder {
     pub(crate) fn new(config: &H264Config, first_sample: &[u8]) -> Result<Self> {
         let mut decoder = Self {
             decoder: Decoder::new(),
-            length_bytes: config.length_bytes,
+            framing: config.framing,
             parameters: ParameterSets::default(),
             coded: Vec::new(),
             idr_count: 0,
@@ -78,7 +78,7 @@ impl H264Decoder {
 
     /// An error unless the first sample holds a complete, progressive key frame.
     fn check_first(&mut self, sample: &[u8]) -> Result<()> {
-        let units = units(sample, self.length_bytes)?;
+        let units = units(sample, self.framing)?;
         for unit in units.iter().filter(|unit| matches!(unit[0] & 0x1f, 7 | 8)) {
             self.read_parameters(unit)?;
         }
@@ -100,7 +100,7 @@ impl H264Decoder {
             1 => unit[0] & 0x60 != 0,
             kind => kind < 6 || matches!(kind, 7 | 8),
         };
-        units(sample, self.length_bytes).is_ok_and(|units| !units.iter().any(is_needed))
+        units(sample, self.framing).is_ok_and(|units| !units.iter().any(is_needed))
     }
 
     /// The next picture, in decoding order.
@@ -109,7 +109,7 @@ impl H264Decoder {
         if sample.len() > MAX_CODED.0 * width * height + MAX_CODED.1 {
             return Err(SourceError::damaged(format!("{} bytes for {width} x {height} px", sample.len())));
         }
-        let units = units(sample, self.length_bytes)?;
+        let units = units(sample, self.framing)?;
         let mut picture_count = 0;
         for unit in &units {
             match unit[0] & 0x1f {
@@ -247,7 +247,7 @@ mod tests {
     }
 
     fn opened(parameters: Vec<u8>) -> Result<H264Decoder> {
-        H264Decoder::new(&H264Config { length_bytes: 4, parameter_sets: vec![parameters] }, &[])
+        H264Decoder::new(&H264Config { framing: Framing::Lengths(4), parameter_sets: vec![parameters] }, &[])
     }
 
     #[test]

@@ -7,7 +7,7 @@ use super::orientation::Orientation;
 use super::samples::{self, Sample};
 use super::timeline::Edit;
 use crate::capture::source::error::SourceError;
-use crate::capture::source::h264::config::H264Config;
+use crate::capture::source::h264::config::{Framing, H264Config};
 use crate::capture::source::limits::check_size;
 use std::fs::File;
 
@@ -203,7 +203,7 @@ fn decoder_config(name: [u8; 4], mut entry: Bytes) -> Result<H264Config> {
             }
         }
     }
-    Ok(H264Config { length_bytes, parameter_sets })
+    Ok(H264Config { framing: Framing::Lengths(length_bytes), parameter_sets })
 }
 
 /// The edit list (`elst`) in ticks of the track's clock.

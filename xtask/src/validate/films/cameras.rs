@@ -3,10 +3,10 @@
 //! The lab films it (`peers/lab_cameras.py`): 30 to 120 frames a second, tilted, blurred, noisy, dim; HEVC, Motion JPEG,
 //! 10 bits.  Truth is read for measuring only.
 
-use super::row::{Row, median, print_all, require};
-use super::tracks::{Errors, Film};
-use super::truth::Truth;
 use crate::example::target;
+use crate::validate::row::{Row, median, print_all, require};
+use crate::validate::tracks::{Errors, Film};
+use crate::validate::truth::Truth;
 use crate::{process, venv};
 use breakshot::capture::Decoder;
 use breakshot::files;
