@@ -125,7 +125,7 @@ impl Target {
 }
 
 /// All targets.
-pub static TARGETS: [Target; 21] = [
+pub static TARGETS: [Target; 22] = [
     targets::films::FILM,
     targets::films::FILM_PLAYED,
     targets::films::PICTURE,
@@ -133,6 +133,7 @@ pub static TARGETS: [Target; 21] = [
     targets::films::BAG,
     targets::cells::CELL,
     targets::cells::CAMERA_INFO,
+    targets::cells::BOARD,
     targets::cells::URDF,
     targets::cells::TOUCHES,
     targets::scenes::OBJECTS,

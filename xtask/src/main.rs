@@ -82,6 +82,10 @@ usage: cargo xtask TASK
   validate bags [CLIPS]
                    the first CLIPS films of the demo (all if not given) repacked as bags of ROS 2 in six codings and three compressions,
                    and by the commands that convert other bags; the largest difference of their tracks (needs ffmpeg with x264)
+  validate lenses [COUNT] [--python PYTHON]
+                   COUNT drawn lenses (default 100) of each model beside OpenCV, read from the files that it stores
+  validate boards FILMS [--python PYTHON]
+                   lenses calibrated from films of boards that the lab made (lab/board.py), beside OpenCV on the same corners
   validate decode CLIPS
                    decoded films against ffmpeg's, bit for bit; the same as `bench decode`
   fuzz [TARGET] [COUNT]
@@ -142,8 +146,7 @@ fn main() -> ExitCode {
             validate::cameras(lab.as_ref(), Some(name), Some(python))
         }
         ["fuzz", rest @ ..] => fuzz::run(rest),
-        ["validate", "advise"] => validate::advise(None),
-        ["validate", "advise", cells] => validate::advise(Some(cells)),
+        ["validate", "advise", rest @ ..] => validate::advise(rest.first().copied()),
         ["validate", "contact", lab] => validate::contact(lab.as_ref(), validate::CELLS),
         ["validate", "contact", lab, cells] => {
             number(cells, "cells").and_then(|cells| validate::contact(lab.as_ref(), cells))
@@ -151,6 +154,7 @@ fn main() -> ExitCode {
         ["validate", "cells", rest @ ..] => cells(rest),
         ["validate", "tracks", lab, tracks] => validate::tracks(lab.as_ref(), tracks.as_ref()),
         ["validate", "mistakes", lab, tracks] => validate::mistakes(lab.as_ref(), tracks.as_ref()),
+        ["validate", what @ ("lenses" | "boards"), rest @ ..] => lenses(what, rest),
         ["validate", "subsets", lab, tracks] => {
             validate::subsets(lab.as_ref(), tracks.as_ref(), validate::SUBSETS)
         }
@@ -224,6 +228,20 @@ fn cells(rest: &[&str]) -> Result<(), String> {
         [seeds] => validate::cells("../shared/lab".as_ref(), Some(seeds)),
         [seeds, "--lab", lab] => validate::cells(lab.as_ref(), Some(seeds)),
         other => Err(format!("`validate cells` has no {}", other.join(" "))),
+    }
+}
+
+/// `validate lenses` and `validate boards` with their flags.
+fn lenses(what: &str, rest: &[&str]) -> Result<(), String> {
+    let (given, python) = match rest {
+        [given @ .., "--python", python] => (given, Some(*python)),
+        given => (given, None),
+    };
+    match (what, given) {
+        ("lenses", []) => validate::lenses(100, python),
+        ("lenses", [count]) => number(count, "lenses").and_then(|count| validate::lenses(count, python)),
+        ("boards", [films]) => validate::boards(films.as_ref(), python),
+        (_, other) => Err(format!("`validate {what}` has no {}", other.join(" "))),
     }
 }
 

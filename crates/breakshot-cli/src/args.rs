@@ -7,6 +7,7 @@ use crate::detect_args::DetectArgs;
 use crate::laws::LawArgs;
 use crate::planning::{PlannerArgs, SurveyArgs};
 use crate::studio_args::StudioArgs;
+use breakshot::cell::DistortionModel;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use std::path::PathBuf;
 
@@ -29,9 +30,15 @@ pub(crate) enum Command {
     /// Writes commented templates of the input files and a guide to filming.
     #[command(after_help = "Example: breakshot init my-cell")]
     Init(InitArgs),
-    /// Writes a printable sheet of AprilTags at true scale (SVG).
-    #[command(after_help = "Example: breakshot tags --ids 0,1,2,3 --size-m 0.05 -o tags.svg")]
+    /// Writes a printable sheet of AprilTags, or a calibration board, at true scale (SVG).
+    #[command(after_help = "Example: breakshot tags --ids 0,1,2,3 --size-m 0.05 -o tags.svg\n\
+        Example: breakshot tags --board 6x4 -o board.svg     (a calibration board, and its geometry as board.toml)")]
     Tags(TagsArgs),
+    /// Calibrates the lens from a film of a calibration board that is moved about: a ROS CameraInfo file.
+    #[command(
+        after_help = "Example: breakshot lens board.mp4 --board board.toml -o lens.yaml --figure lens.svg"
+    )]
+    Lens(LensArgs),
     /// Calibrates the camera pose from the tags: pose, reprojection error and a drawing of the fit.
     #[command(after_help = "Example: breakshot calibrate cell.toml clip.mp4 -o fit.svg")]
     Calibrate(CalibrateArgs),
@@ -140,12 +147,64 @@ pub(crate) struct TagsArgs {
     /// The ids of the tags, separated by commas (0 to 586, family 36h11).
     #[arg(long, value_name = "IDS", value_delimiter = ',', default_value = "0,1,2,3")]
     pub(crate) ids: Vec<u32>,
-    /// The side of the black square (m).
-    #[arg(long, value_name = "M", default_value_t = 0.05)]
-    pub(crate) size_m: f64,
+    /// A calibration board of so many columns and rows of tags instead, with its geometry in a TOML file of the same name.
+    #[arg(long, value_name = "COLUMNSxROWS", value_parser = grid, conflicts_with = "ids")]
+    pub(crate) board: Option<[usize; 2]>,
+    /// The side of the black square (m) [default: 0.05; of a board the largest that fits a sheet of A4].
+    #[arg(long, value_name = "M")]
+    pub(crate) size_m: Option<f64>,
     /// The output file (SVG).
     #[arg(short, long, value_name = "FILE")]
     pub(crate) output: PathBuf,
+}
+
+/// Two whole numbers with an x between them.
+fn grid(text: &str) -> std::result::Result<[usize; 2], String> {
+    let numbers = text.split_once('x').and_then(|(a, b)| Some([a.parse().ok()?, b.parse().ok()?]));
+    numbers.ok_or_else(|| "needed: columns and rows, such as 6x4".into())
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct LensArgs {
+    /// A video of the board, or a folder of images.
+    #[arg(value_name = "VIDEO")]
+    pub(crate) film: PathBuf,
+    /// The geometry of the board (TOML or JSON), as `breakshot tags --board` writes it.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) board: PathBuf,
+    /// The distortion model: `equidistant` for fisheyes, `rational_polynomial` for wide angles that `plumb_bob` does not fit.
+    #[arg(long, value_enum, default_value_t = LensModel::PlumbBob, value_name = "MODEL")]
+    pub(crate) model: LensModel,
+    #[command(flatten)]
+    pub(crate) decoder: DecoderArgs,
+    /// The output file: a ROS CameraInfo (YAML), for `camera_info` in cell.toml.
+    #[arg(short, long, value_name = "FILE")]
+    pub(crate) output: PathBuf,
+    /// Draws where corners were measured and how far they are from their predictions (SVG).
+    #[arg(long, value_name = "FILE")]
+    pub(crate) figure: Option<PathBuf>,
+    /// Prints the result as JSON.
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+/// The distortion models by the names that files have for them.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+#[value(rename_all = "snake_case")]
+pub(crate) enum LensModel {
+    PlumbBob,
+    RationalPolynomial,
+    Equidistant,
+}
+
+impl From<LensModel> for DistortionModel {
+    fn from(name: LensModel) -> Self {
+        match name {
+            LensModel::PlumbBob => Self::PlumbBob,
+            LensModel::RationalPolynomial => Self::RationalPolynomial,
+            LensModel::Equidistant => Self::Equidistant,
+        }
+    }
 }
 
 #[derive(Debug, Args)]

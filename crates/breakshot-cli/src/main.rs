@@ -65,6 +65,7 @@ fn run() -> Result<Outcome> {
         Command::Demo(args) => commands::demo::run(&args),
         Command::Init(args) => commands::init::run(&args),
         Command::Tags(args) => commands::tags::run(&args),
+        Command::Lens(args) => commands::lens::run(&args),
         Command::Calibrate(args) => commands::calibrate::run(&args),
         Command::Look(args) => commands::look::run(&args),
         Command::Campaign(args) => commands::campaign::run(&args),

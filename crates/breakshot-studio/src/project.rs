@@ -1,5 +1,6 @@
 //! The folder of the project: which files it holds, and that no name leads out of it.
 
+use breakshot::cell::CameraInfo;
 use breakshot::files::FilmPath;
 use breakshot::{Error, Result, files};
 use std::path::{Component, Path, PathBuf};
@@ -108,7 +109,8 @@ impl Project {
         let table: toml::Table = files::read_toml(cell)?;
         let named = |section: &str, key: &str| table.get(section)?.get(key)?.as_str().map(PathBuf::from);
         let arm = named("robot", "arm").filter(|arm| arm.extension().is_some());
-        let names = named("camera", "camera_info").into_iter().chain(arm);
+        let lens = named("camera", "camera_info").map(|path| CameraInfo::from(path).file_and_camera().0);
+        let names = lens.into_iter().chain(arm);
         names.map(|name| self.named_in(cell, &name)).collect()
     }
 

@@ -6,6 +6,7 @@
 //! The loaders are generic over the path, and so are the private functions that call them. The parsers of these formats are therefore
 //! compiled in the program that calls a loader and not in the library, which would build longer (ARCHITECTURE.md, "Building").
 
+mod board;
 mod content;
 mod film_path;
 mod temporary;
@@ -14,12 +15,13 @@ mod whole;
 
 use crate::campaign::{Campaign, Clip, Source};
 use crate::cell::camera_info;
-use crate::cell::{Cell, Intrinsics, RobotSpec};
+use crate::cell::{CameraInfo, Cell, Intrinsics, RobotSpec};
 use crate::columns::Columns;
 use crate::error::{Error, Result};
 use crate::object::Object;
 use crate::properties::Properties;
 use crate::scene::{Goal, KeepOut, Placed, Scene, Strike, Wall};
+pub use board::load_board;
 pub use content::clip_input;
 use content::{Content, first_equal};
 pub use film_path::FilmPath;
@@ -180,7 +182,7 @@ pub fn write_json<T: Serialize>(path: &Path, value: &T) -> Result<()> {
 ///
 /// # Errors
 /// See [`read_toml`], [`Cell::check`] and [`load_arm`]; also a cell without striker, and a `camera_info` file that is missing,
-/// is not a ROS `CameraInfo`, or was calibrated for another image size than the cell's.
+/// is none of ROS, OpenCV or Kalibr, or was calibrated for another image size than the cell's.
 pub fn load_cell(path: impl AsRef<Path>) -> Result<Cell> {
     let path = path.as_ref();
     cell_of(path, text(path)?)
@@ -226,17 +228,22 @@ pub fn load_arm(robot: &mut RobotSpec) -> Result<()> {
     Ok(())
 }
 
-/// The intrinsics of a `CameraInfo` file whose image has the size that the cell gives, if it gives one.
-fn load_intrinsics(path: impl AsRef<Path>, given_size_px: Option<[u32; 2]>) -> Result<Intrinsics> {
-    let path = path.as_ref();
-    let intrinsics = camera_info::parsed(path, text(path)?)?;
+/// The intrinsics in a calibration file of ROS, OpenCV or Kalibr; `given_size_px` is the size that the cell gives, if it does.
+///
+/// `camchain.yaml#cam1` names one of the cameras of a Kalibr file.
+///
+/// # Errors
+/// A file that cannot be read, that is none of these, whose model is not supported, or of another image size than the given one.
+pub fn load_intrinsics(path: impl AsRef<Path>, given_size_px: Option<[u32; 2]>) -> Result<Intrinsics> {
+    let (path, camera) = CameraInfo::from(path.as_ref().to_path_buf()).file_and_camera();
+    let intrinsics = camera_info::parsed(&path, text(&path)?, camera.as_deref(), given_size_px)?;
     let size_px = intrinsics.image_size_px;
     if let Some(given) = given_size_px
         && given != size_px
     {
         let found = format!("{} x {}", size_px[0], size_px[1]);
         let needed = format!("the cell's image_size_px, {} x {}", given[0], given[1]);
-        return Err(Error::invalid(label(path), "image size", found, needed));
+        return Err(Error::invalid(label(&path), "image size", found, needed));
     }
     Ok(intrinsics)
 }

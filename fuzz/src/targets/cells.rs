@@ -70,7 +70,7 @@ pub const CELL: Target = Target::of_text(
 /// The intrinsics of a camera, as ROS and OpenCV write them.
 pub const CAMERA_INFO: Target = Target::of_text(
     "camera_info",
-    "a ROS CameraInfo or OpenCV's YAML",
+    "a calibration of ROS, OpenCV or Kalibr",
     |bytes| {
         let scratch = Scratch::folder();
         scratch.write("camera_info.yaml", bytes);
@@ -86,12 +86,43 @@ pub const CAMERA_INFO: Target = Target::of_text(
                    data: [600.5, 0, 320.25, 0, 601, 240.0, 0., 0., 1.]\ndistortion_model: plumb_bob\n\
                    distortion_coefficients:\n  rows: 1\n  cols: 5\n  data: [0.1, -0.2, 0.001, 0.002, 0.0]\n";
         let opencv = format!("%YAML:1.0\n---\n{}", ros.replace("matrix:\n", "matrix: !!opencv-matrix\n"));
-        vec![ros.into(), opencv.into_bytes()]
+        let xml = "<?xml version=\"1.0\"?>\n<opencv_storage><image_size>640 480</image_size>\n<camera_matrix type_id=\"opencv-matrix\"><rows>3</rows>\
+                   <cols>3</cols><dt>d</dt>\n<data>600.5 0. 320. 0. 601. 240. 0. 0. 1.</data></camera_matrix>\n<distCoeffs \
+                   type_id=\"opencv-matrix\"><rows>1</rows><cols>4</cols><dt>d</dt><data>0.1 -0.2 0.001 0.002</data></distCoeffs></opencv_storage>\n";
+        let kalibr = "cam0:\n  camera_model: pinhole\n  distortion_coeffs: [0.1, -0.2, 0.001, 0.002]\n  distortion_model: equidistant\n  \
+                      intrinsics: [600.5, 601, 320.25, 240]\n  resolution: [640, 480]\n";
+        let message = "height: 480\nwidth: 640\ndistortion_model: rational_polynomial\nd: [0.1, -0.2, 0.001, 0.002, 0.0, 0.1, 0, 0]\nk: [600.5, 0, \
+                       320, 0, 601, 240, 0, 0, 1]\nbinning_x: 2\nbinning_y: 2\nroi: {x_offset: 10, y_offset: 20, height: 400, width: 600}\n";
+        vec![ros.into(), opencv.into_bytes(), xml.into(), kalibr.into(), message.into()]
     },
     &[&[
         "---\n", "...\n", "- ", "? ", ": ", "&a ", "*a", "!!", "|\n", ">\n", "[", "]", "{", "}", "'", "\"",
-        "#", "%YAML", "\t", "  ", ".inf", ".nan", "1e308", "~", "<<: ",
+        "#", "<", "</", "/>", "<_>", "<data>", "%YAML", "\t", "  ", ".inf", ".nan", "1e308", "~", "<<: ",
     ]],
+);
+
+/// The geometry of a calibration board.
+pub const BOARD: Target = Target::of_text(
+    "board",
+    "board.toml, as TOML or JSON",
+    |bytes| {
+        let scratch = Scratch::folder();
+        scratch.write("board.toml", bytes);
+        outcome(files::load_board(scratch.path("board.toml")), &["board.toml"])
+    },
+    || {
+        let tag = |k: u32| {
+            format!("[[tags]]\nid = {k}\nsize_m = 0.036\ncenter_m = [{}.5e-2, 0.0]\nyaw_rad = 0.0\n", 4 * k)
+        };
+        let toml = format!("version = 1\nfamily = \"36h11\"\n{}{}{}{}", tag(1), tag(2), tag(3), tag(4));
+        let of = |k: u32| {
+            format!("{{\"id\": {k}, \"size_m\": 0.036, \"center_m\": [{k}.0, 0.5], \"yaw_rad\": 0.0}}")
+        };
+        let json =
+            format!("{{\"family\": \"36h11\", \"tags\": [{}, {}, {}, {}]}}", of(1), of(2), of(3), of(4));
+        vec![toml.into_bytes(), json.into_bytes()]
+    },
+    &[TOML],
 );
 
 /// The URDF of an arm, of which the flange is the outermost link.

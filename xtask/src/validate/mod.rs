@@ -9,6 +9,7 @@ mod cells;
 pub(crate) mod estimation;
 mod films;
 mod kills;
+mod lens;
 mod physics;
 mod robot;
 pub(crate) mod row;
@@ -131,6 +132,16 @@ pub(crate) fn tracks(lab: &Path, tracks: &Path) -> Result<(), String> {
     let mut all_hold = row::print_all("Properties", &properties::rows(&truth, &learned, false));
     all_hold &= altered::validate(&saved, &truth)?;
     require(all_hold)
+}
+
+/// Distortion models and calibration files beside OpenCV.
+pub(crate) fn lenses(count: u64, python: Option<&str>) -> Result<(), String> {
+    require(lens::models(count, python)?)
+}
+
+/// Lenses calibrated from films of boards.
+pub(crate) fn boards(films: &Path, python: Option<&str>) -> Result<(), String> {
+    require(lens::boards(films, python)?)
 }
 
 /// Default number of random subsets of the lab's campaign.

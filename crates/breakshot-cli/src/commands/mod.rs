@@ -11,6 +11,7 @@ pub(crate) mod estimate;
 pub(crate) mod export;
 mod frames;
 pub(crate) mod init;
+pub(crate) mod lens;
 pub(crate) mod look;
 #[cfg(feature = "manual")]
 pub(crate) mod manual;

@@ -85,15 +85,12 @@ fn problem<'a>(name: &'a str, size_px: [usize; 2], cell: &'a Cell) -> Result<Pos
             if spec.center_px.is_none() {
                 warnings.push("camera.center_px is not given: the middle of the picture is taken".into());
             }
-            let mut distortion = [0.0; 5];
-            for (k, value) in distortion.iter_mut().zip(spec.distortion.iter().flatten()) {
-                *k = *value;
-            }
+            let distortion = spec.own_distortion("cell")?.unwrap_or_default();
             let lens = Lens::new(focal_px, spec.center_px.unwrap_or(middle_px(size_px)), distortion);
             lens.check("cell", size_px)?;
             Some(lens)
         }
-        None if spec.distortion.iter().flatten().any(|&k| k != 0.0) => {
+        None if spec.distortion.iter().flatten().any(|&k| k != 0.0) || spec.distortion_model.is_some() => {
             return Err(Error::invalid("cell", "camera.focal_px", "not given", "focal_px beside distortion"));
         }
         None => None,
@@ -190,7 +187,7 @@ impl PoseProblem<'_> {
         if distorted && let Projection::Space { lens, .. } = &best.projection {
             let with_k1 = pose::pose(lens, correspondences, FreeParameters::PoseFocalAndK1).filter(|fit| {
                 let k1 = match &fit.projection {
-                    Projection::Space { lens, .. } => lens.distortion()[0],
+                    Projection::Space { lens, .. } => lens.distortion().coefficients()[0],
                     Projection::Plane { .. } => 0.0,
                 };
                 fit.k1_std().is_some_and(|std| k1.abs() > SIGNIFICANT * std)

@@ -3,6 +3,7 @@
 //! A video or a folder of images becomes [`Footage`]: grey frames with their times.  The tags on the table determine the
 //! [`Camera`]: lens and pose, and with them the map between pixels and points at any height above the table.
 
+mod board;
 mod calibrate;
 mod camera;
 mod camera_motion;
@@ -17,6 +18,7 @@ mod retimed;
 mod source;
 mod tags;
 
+pub use board::{LensCalibration, LensParameter, lens_calibration};
 pub use calibrate::{Calibration, calibration};
 pub use camera::{Camera, TagFit};
 pub(crate) use camera_motion::{CAMERA_MOVED, CameraMotion};
@@ -26,7 +28,7 @@ pub use image::{Frame, GreyImage};
 pub use lens::Lens;
 pub use png_url::PngEffort;
 pub use source::{Decoder, Pictures, is_decoding, recorded_unix_s};
-pub use tags::tag_sheet;
+pub use tags::{board_sheet, tag_sheet};
 
 #[cfg(any(test, feature = "synthetic"))]
 pub(crate) use tags::{CODES, is_white};

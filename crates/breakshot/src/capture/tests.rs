@@ -1,7 +1,7 @@
 //! Cameras calibrated from drawn pictures, compared with the cameras that drew them.
 
 use super::{Camera, CameraMotion, Frame, GreyImage, Lens, camera};
-use crate::cell::{CameraSpec, Cell, ReferencePoint, Striker, Tag, Transform, Workspace};
+use crate::cell::{CameraSpec, Cell, DistortionModel, ReferencePoint, Striker, Tag, Transform, Workspace};
 use crate::geometry::{Pixel, Point, Pose};
 use crate::object::Shape;
 use crate::synthetic::film::{Thing, View, picture};
@@ -46,7 +46,7 @@ fn cell(tags: Vec<Tag>) -> Cell {
             image_size_px: Some([1280, 720]),
             focal_px: Some(lens.focal_px()),
             center_px: Some(lens.center_px()),
-            distortion: Some(lens.distortion().into()),
+            distortion: Some(lens.distortion().coefficients().to_vec()),
             ..CameraSpec::default()
         },
         tags,
@@ -405,6 +405,10 @@ fn a_scale_is_a_camera_straight_above_and_with_a_focal_length_it_has_heights() {
     assert!(camera.warnings.is_empty(), "{:?}", camera.warnings);
     cell.camera.focal_px = None;
     cell.camera.distortion = Some(vec![-0.1]);
+    assert!(message(&blank, &cell).contains("focal_px"));
+    // A fisheye without coefficients is no pinhole.
+    (cell.camera.distortion, cell.camera.distortion_model) =
+        (Some(vec![0.0]), Some(DistortionModel::Equidistant));
     assert!(message(&blank, &cell).contains("focal_px"));
 }
 

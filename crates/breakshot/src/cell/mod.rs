@@ -1,6 +1,9 @@
 //! The robot cell: camera, tags on the table, workspace, striker, robot (`cell.toml`).
 
+mod board;
 pub(crate) mod camera_info;
+mod distortion;
+pub(crate) mod xml;
 pub(crate) mod yaml;
 
 use crate::error::bounds::{self, angle, length, position, positive, zero_or_more};
@@ -9,6 +12,9 @@ use crate::geometry::{Pixel, Point};
 use crate::object::Shape;
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
+
+pub use board::Board;
+pub use distortion::{Distortion, DistortionModel};
 
 /// Everything that stays the same from strike to strike.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -55,10 +61,13 @@ pub struct CameraSpec {
     /// The principal point cx and cy (px).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub center_px: Option<[f64; 2]>,
-    /// k1 k2 p1 p2 k3; missing ones are zero.
+    /// The coefficients of the distortion model, in OpenCV's order; missing ones are zero.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub distortion: Option<Vec<f64>>,
-    /// A ROS `CameraInfo` YAML file instead of the keys above.
+    /// The distortion model; `plumb_bob` (k1 k2 p1 p2 k3) if it is not given.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub distortion_model: Option<DistortionModel>,
+    /// A calibration file of ROS, OpenCV or Kalibr instead of the keys above.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub camera_info: Option<CameraInfo>,
     /// The scale of a camera that looks straight down (px per m); the top level of the file accepts the same key.
@@ -78,16 +87,30 @@ pub struct CameraSpec {
     pub tag_thickness_m: Option<f64>,
 }
 
-/// A ROS `CameraInfo` file and the intrinsics read from it.
+/// A calibration file of ROS, OpenCV or Kalibr and the intrinsics read from it.
 ///
 /// Serialized as the path alone: a cell that was read from the JSON copy in a plan has no intrinsics.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(from = "PathBuf", into = "PathBuf")]
 pub struct CameraInfo {
-    /// The YAML file.
+    /// The file; `camchain.yaml#cam1` names one of the cameras of a Kalibr file.
     pub path: PathBuf,
     /// The file's values; `None` unless [`load_cell`](crate::files::load_cell) has read them.
     pub intrinsics: Option<Intrinsics>,
+}
+
+impl CameraInfo {
+    /// The file itself, and the name of the camera after a `#`.
+    pub fn file_and_camera(&self) -> (PathBuf, Option<String>) {
+        let name = self.path.file_name().and_then(|name| name.to_str());
+        match name.and_then(|name| name.rsplit_once('#')) {
+            // A `#` before the extension is part of the file's name.
+            Some((file, camera)) if !file.is_empty() && !camera.contains('.') => {
+                (self.path.with_file_name(file), Some(camera.to_owned()))
+            }
+            _ => (self.path.clone(), None),
+        }
+    }
 }
 
 impl From<PathBuf> for CameraInfo {
@@ -111,8 +134,8 @@ pub struct Intrinsics {
     pub focal_px: [f64; 2],
     /// The principal point cx and cy (px).
     pub center_px: [f64; 2],
-    /// k1 k2 p1 p2 k3.
-    pub distortion: [f64; 5],
+    /// The distortion model and its coefficients.
+    pub distortion: Distortion,
 }
 
 impl CameraSpec {
@@ -132,14 +155,43 @@ impl CameraSpec {
             image_size_px: Some(intrinsics.image_size_px),
             focal_px: Some(intrinsics.focal_px),
             center_px: Some(intrinsics.center_px),
-            distortion: Some(intrinsics.distortion.into()),
+            distortion: Some(intrinsics.distortion.coefficients().to_vec()),
+            distortion_model: match intrinsics.distortion.model() {
+                DistortionModel::PlumbBob => None,
+                model => Some(model),
+            },
             camera_info: None,
             ..self.clone()
         })
     }
 
+    /// The distortion that the keys give; none without them.
+    ///
+    /// # Errors
+    /// Coefficients that are not numbers or that the model does not have, a model without coefficients.
+    pub(crate) fn own_distortion(&self, file: &str) -> Result<Option<Distortion>> {
+        let Some(coefficients) = &self.distortion else {
+            return match self.distortion_model {
+                Some(model) if self.camera_info.is_none() => {
+                    let needed = format!("distortion = [{}]", model.coefficient_names().join(", "));
+                    Err(Error::invalid(
+                        file,
+                        "camera.distortion",
+                        "not given beside distortion_model",
+                        needed,
+                    ))
+                }
+                _ => Ok(None),
+            };
+        };
+        Distortion::new(self.distortion_model.unwrap_or_default(), coefficients)
+            .map(Some)
+            .map_err(|needed| Error::invalid(file, "camera.distortion", format!("{coefficients:?}"), needed))
+    }
+
     fn check_lens_given_once(&self, file: &str) -> Result<()> {
-        let own_keys = self.focal_px.is_some() || self.center_px.is_some() || self.distortion.is_some();
+        let distortion_given = self.distortion.is_some() || self.distortion_model.is_some();
+        let own_keys = self.focal_px.is_some() || self.center_px.is_some() || distortion_given;
         if self.camera_info.is_some() && own_keys {
             let needed = "the lens once: camera_info, or focal_px, center_px and distortion";
             return Err(Error::invalid(file, "camera", "both camera_info and the lens's own keys", needed));
@@ -431,17 +483,7 @@ impl Cell {
         if let Some(rate_hz) = camera.frame_rate_hz {
             bounds::frame_rate(file, "camera.frame_rate_hz", rate_hz)?;
         }
-        if let Some(distortion) = &camera.distortion
-            && (distortion.len() > 5 || distortion.iter().any(|k| !k.is_finite()))
-        {
-            let found = format!("{distortion:?}");
-            return Err(Error::invalid(
-                file,
-                "camera.distortion",
-                found,
-                "up to five numbers k1 k2 p1 p2 k3",
-            ));
-        }
+        camera.own_distortion(file)?;
         if let Some([width, height]) = camera.image_size_px
             && (width == 0 || height == 0)
         {

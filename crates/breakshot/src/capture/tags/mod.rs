@@ -18,7 +18,7 @@ use crate::geometry::{Pixel, Point, Pose};
 use edges::Step;
 use undistortion::Undistortion;
 
-pub use sheet::tag_sheet;
+pub use sheet::{board_sheet, tag_sheet};
 
 #[cfg(any(test, feature = "synthetic"))]
 pub(crate) use family::is_white;

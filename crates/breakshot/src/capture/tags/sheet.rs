@@ -1,6 +1,7 @@
 //! Pages of tags for printing.
 
 use super::family::{CODES, is_white};
+use crate::cell::Board;
 use crate::error::{Error, Result};
 use std::fmt::Write;
 
@@ -40,7 +41,7 @@ pub fn tag_sheet(ids: &[u32], size_m: f64) -> Result<Vec<String>> {
     }
     let (columns, rows) = (fits(0) as usize, fits(1) as usize);
     let page = |ids: &[u32]| {
-        let mut svg = page_start();
+        let mut svg = page_start(PAGE_MM);
         for (k, &id) in ids.iter().enumerate() {
             let left = UNPRINTED_MM + bit_mm + (k % columns) as f64 * cell_mm[0];
             let top = UNPRINTED_MM + bit_mm + (k / columns) as f64 * cell_mm[1];
@@ -51,8 +52,49 @@ pub fn tag_sheet(ids: &[u32], size_m: f64) -> Result<Vec<String>> {
     Ok(ids.chunks(columns * rows).map(page).collect())
 }
 
-fn page_start() -> String {
-    let [width, height] = PAGE_MM;
+/// Width of the white margin between two tags of a board, over the side of a black square: a bit of each.
+const BOARD_GAP: f64 = 0.25;
+/// Largest side of a board's page (m).
+const LARGEST_PAGE_M: f64 = 5.0;
+
+/// A calibration board of this many columns and rows of tags on one page, an SVG at true scale, and the positions of its
+/// tags. The side of the black squares is the largest that fits a sheet of A4, unless `size_m` is given; a larger board
+/// has a larger page.
+///
+/// # Errors
+/// Fewer than two columns or rows, more tags than the family has, an impossible size.
+pub fn board_sheet(grid: [usize; 2], size_m: Option<f64>) -> Result<(String, Board)> {
+    let [columns, rows] = grid.map(|count| count as f64);
+    // The longer side of the board along that of the page
+    let page_mm = if columns > rows { [PAGE_MM[1], PAGE_MM[0]] } else { PAGE_MM };
+    let margins_mm = [2.0 * UNPRINTED_MM, 2.0 * UNPRINTED_MM + 2.0 * TEXT_MM];
+    let pitches = (1.0 + BOARD_GAP) * 1e3;
+    let largest_m = |axis: usize, count: f64| (page_mm[axis] - margins_mm[axis]) / (count * pitches);
+    let fitting_m = (largest_m(0, columns).min(largest_m(1, rows)) * 1e3 + 1e-9).floor() * 1e-3;
+    let size_m = size_m.unwrap_or(fitting_m);
+    let needed_m = columns.max(rows) * size_m * (1.0 + BOARD_GAP);
+    if !(size_m >= LEAST_SIZE_M && needed_m <= LARGEST_PAGE_M) {
+        let needed = format!("{LEAST_SIZE_M} m or more, and a board of at most {LARGEST_PAGE_M} m");
+        return Err(Error::invalid("board", "size_m", size_m, needed));
+    }
+    let board = Board::grid(grid, size_m, size_m * (1.0 + BOARD_GAP))?;
+    let (side_mm, pitch_mm) = (size_m * 1e3, size_m * pitches);
+    let size_mm = [columns * pitch_mm, rows * pitch_mm];
+    // To a thousandth of a millimetre: a board that fits the page by rounding does not enlarge it.
+    let enclosing_mm = |axis: usize| ((size_mm[axis] + margins_mm[axis]) * 1e3).round() / 1e3;
+    let page_mm = [0, 1].map(|axis| page_mm[axis].max(enclosing_mm(axis)));
+    let mut svg = page_start(page_mm);
+    let middle_mm = [page_mm[0] / 2.0, UNPRINTED_MM + size_mm[1] / 2.0];
+    for tag in &board.tags {
+        let left = middle_mm[0] + tag.center_m.x * 1e3 - side_mm / 2.0;
+        let top = middle_mm[1] - tag.center_m.y * 1e3 - side_mm / 2.0;
+        draw_code(&mut svg, tag.id, [left, top], side_mm / 8.0);
+        svg += "\"/>\n";
+    }
+    Ok((svg + "</svg>\n", board))
+}
+
+fn page_start([width, height]: [f64; 2]) -> String {
     let (left, right, y) = (UNPRINTED_MM, UNPRINTED_MM + CHECK_MM, height - UNPRINTED_MM);
     format!(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width}mm\" height=\"{height}mm\" \
@@ -66,7 +108,8 @@ fn page_start() -> String {
     )
 }
 
-fn draw_tag(svg: &mut String, id: u32, [left, top]: [f64; 2], bit_mm: f64) {
+/// The tag as a path that is not yet closed.
+fn draw_code(svg: &mut String, id: u32, [left, top]: [f64; 2], bit_mm: f64) {
     let side_mm = 8.0 * bit_mm;
     let _ = write!(
         svg,
@@ -78,6 +121,11 @@ fn draw_tag(svg: &mut String, id: u32, [left, top]: [f64; 2], bit_mm: f64) {
             let _ = write!(svg, "M{x:.4} {y:.4}h{bit_mm:.4}v{bit_mm:.4}h-{bit_mm:.4}z");
         }
     }
+}
+
+fn draw_tag(svg: &mut String, id: u32, [left, top]: [f64; 2], bit_mm: f64) {
+    let side_mm = 8.0 * bit_mm;
+    draw_code(svg, id, [left, top], bit_mm);
     let text_y = top + side_mm + bit_mm + 3.0;
     let text = format!("36h11, id {id}, size_m = {:.4}, this side down", side_mm * 1e-3);
     let font_mm = (side_mm / (LETTER_WIDTH * text.len() as f64)).min(LARGEST_FONT_MM);

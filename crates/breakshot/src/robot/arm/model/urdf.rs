@@ -7,10 +7,11 @@ use super::capsule::Capsule;
 use super::frame::{Frame, frame, rpy_rad};
 use super::inertia::LinkInertia;
 use super::serial_arm::{Arm, Base, GRAVITY_M_S2, Joint, Link, Tool};
+use crate::cell::xml;
 use crate::error::bounds::{angle, length, position, positive, zero_or_more};
 use crate::error::{Error, Result};
 use nalgebra::{Matrix3, UnitVector3, Vector3};
-use roxmltree::{Document, Node, ParsingOptions};
+use roxmltree::Node;
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write;
 
@@ -54,14 +55,6 @@ struct End<'t, 'a, 'input> {
 const MOST_JOINTS: usize = 1000;
 /// Largest number of collision shapes in a file, meshes included.
 const MOST_SHAPES: usize = 5000;
-/// Largest size of a file (bytes); meshes are in files of their own.
-const MOST_BYTES: usize = 32 << 20;
-/// Largest number of elements and texts: the parser needs 80 bytes for each, the smallest element has four bytes.
-const MOST_NODES: u32 = 1_000_000;
-/// Largest number of attributes of an element, which the parser compares with each other; an element of a URDF has up to eight.
-const MOST_ATTRIBUTES: usize = 100;
-/// Largest number of name spaces, which the parser copies from element to element.
-const MOST_NAMESPACES: usize = 1000;
 /// Number of names in a message.
 const NAMES_SHOWN: usize = 5;
 
@@ -81,15 +74,7 @@ const COMMON_FLANGES: [&str; 6] = ["tcp", "tool0", "hand_tcp", "flange", "ee_lin
 /// Not a URDF, a xacro file, more links, joints or shapes than a robot has, not one root, not six or seven revolute joints, joints without limits; the message starts
 /// with `file`.
 pub(crate) fn arm(text: &str, file: &str, flange: Option<&str>) -> Result<Arm> {
-    check_size(text, file)?;
-    let options = ParsingOptions { nodes_limit: MOST_NODES, ..ParsingOptions::default() };
-    let document = Document::parse_with_options(text, options).map_err(|e| match e {
-        roxmltree::Error::NodesLimitReached => {
-            let needed = format!("at most {MOST_NODES}");
-            Error::invalid(file, "its number of elements", "larger", needed)
-        }
-        other => syntax(file, other.to_string()),
-    })?;
+    let document = xml::document(text, file)?;
     let robot = document.root_element();
     if robot.tag_name().name() != "robot" {
         return Err(syntax(
@@ -107,23 +92,6 @@ pub(crate) fn arm(text: &str, file: &str, flange: Option<&str>) -> Result<Arm> {
     let mut arm = tree.assembled(robot.attribute("name").unwrap_or("arm"), &chain)?;
     arm.warnings.extend(arm.inertia_warnings());
     Ok(arm)
-}
-
-/// Checks what the parser's time and memory depend on.
-fn check_size(text: &str, file: &str) -> Result<()> {
-    // No attribute contains a `<`, and every attribute has two quotation marks.
-    let marks = |part: &str| part.bytes().filter(|byte| matches!(byte, b'"' | b'\'')).count();
-    let attributes = text.split('<').map(marks).max().unwrap_or(0) / 2;
-    for (what, found, most) in [
-        ("its size in bytes", text.len(), MOST_BYTES),
-        ("the number of attributes of an element", attributes, MOST_ATTRIBUTES),
-        ("its number of name spaces", text.matches("xmlns").count(), MOST_NAMESPACES),
-    ] {
-        if found > most {
-            return Err(Error::invalid(file, what, found, format!("at most {most}")));
-        }
-    }
-    Ok(())
 }
 
 fn syntax(file: &str, problem: String) -> Error {
