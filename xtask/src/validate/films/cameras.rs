@@ -8,6 +8,7 @@ use crate::validate::row::{Row, median, print_all, require};
 use crate::validate::tracks::{Errors, Film};
 use crate::validate::truth::Truth;
 use crate::{process, venv};
+use breakshot::campaign::{Campaign, Clip, Source};
 use breakshot::capture::Decoder;
 use breakshot::files;
 use std::path::{Path, PathBuf};
@@ -36,8 +37,58 @@ pub(crate) fn cameras(lab: &Path, only: Option<&str>, python: Option<&str>) -> R
     let mut all_hold = true;
     for camera in &cameras {
         all_hold &= measured(camera)?;
+        if camera.ends_with(FAST) {
+            all_hold &= slowed(camera)?;
+        }
     }
     require(all_hold)
+}
+
+/// The camera whose films are also played in slow motion.
+const FAST: &str = "120 per second";
+/// How many times slower.
+const SLOWER: u32 = 4;
+
+/// Films whose files say a quarter of the rate at which they were taken: with `frame_rate_hz` the tracks are those of the true files, and
+/// without it a warning names the rate.
+fn slowed(folder: &Path) -> Result<bool, String> {
+    let mut campaign = files::load_campaign(folder.join("campaign.toml")).map_err(|e| e.to_string())?.value;
+    let slow = folder.join("slow");
+    std::fs::create_dir_all(&slow).map_err(|e| format!("{}: {e}", slow.display()))?;
+    let tracks = |campaign: &Campaign, clip: &Clip| {
+        breakshot::clip_tracks(campaign, clip, Decoder::Auto).map_err(|e| e.to_string())
+    };
+    let (mut different, mut unnamed) = (0, Vec::new());
+    for k in 0..campaign.clips.len() {
+        let Source::Film(film) = campaign.clips[k].source.clone() else { continue };
+        let wanted = tracks(&campaign, &campaign.clips[k])?;
+        let slow = slow.join(film.file_name().unwrap_or_default());
+        let mut ffmpeg = Command::new("ffmpeg");
+        ffmpeg.args(["-v", "error", "-y", "-itsscale", &SLOWER.to_string(), "-i"]).arg(&film);
+        let run = process::run(ffmpeg.args(["-c", "copy"]).arg(&slow))?;
+        if run.code != 0 {
+            return Err(format!("ffmpeg ended with {}", run.code));
+        }
+        campaign.clips[k].source = Source::Film(slow);
+        let found = tracks(&campaign, &campaign.clips[k])?;
+        let warnings =
+            breakshot::campaign_properties(&campaign, None, &[found], Vec::new(), &Default::default())
+                .map_or_else(|e| vec![e.to_string()], |properties| properties.warnings);
+        if !warnings.iter().any(|line| line.contains("120 frames/s")) {
+            unnamed.extend(warnings);
+            unnamed.push(format!("{}: no warning names 120 frames/s", campaign.clips[k].name));
+        }
+        campaign.clips[k].frame_rate_hz = Some(120.0);
+        different += u32::from(tracks(&campaign, &campaign.clips[k])? != wanted);
+    }
+    let rows = [
+        Row::at_most("clips whose tracks differ with frame_rate_hz = 120", f64::from(different), 0.0, ""),
+        Row::at_most("lines of clips whose warnings do not name 120", unnamed.len() as f64, 0.0, ""),
+    ];
+    let title = format!("Camera: {FAST}, in files of {} per second", 120 / SLOWER);
+    let holds = print_all(&title, &rows);
+    unnamed.iter().for_each(|line| println!("  {line}"));
+    Ok(holds)
 }
 
 /// The films of one camera.
