@@ -10,7 +10,7 @@ use crate::validate::truth::Truth;
 use crate::{process, venv};
 use breakshot::campaign::{Campaign, Clip, Source};
 use breakshot::capture::Decoder;
-use breakshot::files;
+use breakshot::{estimate, files};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
@@ -71,9 +71,9 @@ fn slowed(folder: &Path) -> Result<bool, String> {
         }
         campaign.clips[k].source = Source::Film(slow);
         let found = tracks(&campaign, &campaign.clips[k])?;
-        let warnings =
-            breakshot::campaign_properties(&campaign, None, &[found], Vec::new(), &Default::default())
-                .map_or_else(|e| vec![e.to_string()], |properties| properties.warnings);
+        let options = estimate::Options::default();
+        let properties = breakshot::campaign_properties(&campaign, None, &[found], Vec::new(), &options);
+        let warnings = properties.map_or_else(|e| vec![e.to_string()], |properties| properties.warnings);
         if !warnings.iter().any(|line| line.contains("120 frames/s")) {
             unnamed.extend(warnings);
             unnamed.push(format!("{}: no warning names 120 frames/s", campaign.clips[k].name));
@@ -87,7 +87,9 @@ fn slowed(folder: &Path) -> Result<bool, String> {
     ];
     let title = format!("Camera: {FAST}, in files of {} per second", 120 / SLOWER);
     let holds = print_all(&title, &rows);
-    unnamed.iter().for_each(|line| println!("  {line}"));
+    for line in &unnamed {
+        println!("  {line}");
+    }
     Ok(holds)
 }
 
