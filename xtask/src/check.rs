@@ -41,11 +41,15 @@ fn all() -> Result<(), String> {
 }
 
 /// The tests that `cargo test` ignores because they start the program `ffmpeg`; a test of the library names them.
-const NEEDS_FFMPEG: [&str; 4] = [
+const NEEDS_FFMPEG: [&str; 8] = [
     "capture::source::ffmpeg::h264::tests::ffmpeg_and_the_built_in_decoder_give_the_same_frames_and_errors",
     "ffmpeg_decodes_the_codings_that_the_built_in_decoder_does_not",
     "ffmpeg_and_the_built_in_decoder_give_the_same_frames",
     "a_damaged_film_that_only_ffmpeg_decodes_is_an_error",
+    "a_film_that_is_played_gives_the_tracks_of_the_original",
+    "streams_are_recorded_with_their_times_or_those_of_their_arrival",
+    "an_interrupted_recording_is_whole",
+    "look_takes_pictures_from_a_stream",
 ];
 
 /// Runs the tests that need `ffmpeg`, or reports each of them as skipped.
@@ -57,8 +61,9 @@ fn test_with_ffmpeg() -> Result<(), String> {
         }
         return Ok(());
     }
-    let args = ["test", "-p", "breakshot", "--lib", "--test", "footage", "--", "--ignored", "--exact"];
-    cargo(&[&args[..], &NEEDS_FFMPEG].concat(), &[])
+    let packages = ["test", "-p", "breakshot", "-p", "breakshot-cli"];
+    let tests = ["--lib", "--test", "footage", "--test", "recording", "--", "--ignored", "--exact"];
+    cargo(&[&packages[..], &tests, &NEEDS_FFMPEG].concat(), &[])
 }
 
 /// What to do with the generated code of the robot's messages.

@@ -6,6 +6,7 @@ use crate::decoder_args::{DecoderArgs, RateArgs};
 use crate::detect_args::DetectArgs;
 use crate::laws::LawArgs;
 use crate::planning::{PlannerArgs, SurveyArgs};
+use crate::recording::RecordArgs;
 use crate::studio_args::StudioArgs;
 use breakshot::cell::DistortionModel;
 use clap::{Args, Parser, Subcommand, ValueEnum};
@@ -42,9 +43,16 @@ pub(crate) enum Command {
     /// Calibrates the camera pose from the tags: pose, reprojection error and a drawing of the fit.
     #[command(after_help = "Example: breakshot calibrate cell.toml clip.mp4 -o fit.svg")]
     Calibrate(CalibrateArgs),
-    /// Locates the objects in an image or video of the table and writes a scene file.
+    /// Records a film from a camera, through the program `ffmpeg`.
     #[command(
-        after_help = "Example: breakshot look cell.toml objects.toml pile.png --objects a,b,c -o scene.toml"
+        after_help = "Example: breakshot film v4l2:/dev/video0 --size 1280x720 --fps 120 --exposure-us 2000 -o clip.mp4\n\
+        Example: breakshot film rtsp://192.168.0.20/stream --seconds 3 -o clip.mp4"
+    )]
+    Film(RecordArgs),
+    /// Locates the objects in an image or video of the table, or before a camera, and writes a scene file.
+    #[command(
+        after_help = "Example: breakshot look cell.toml objects.toml pile.png --objects a,b,c -o scene.toml\n\
+        Example: breakshot look cell.toml objects.toml v4l2:/dev/video0 --objects a,b,c -o scene.toml"
     )]
     Look(LookArgs),
     /// Tracks the objects in one clip, or in the clips of a campaign.
@@ -246,7 +254,7 @@ pub(crate) struct LookArgs {
     /// The objects file.
     #[arg(value_name = "OBJECTS")]
     pub(crate) objects: PathBuf,
-    /// A video or image of the table.
+    /// A video or image of the table, or a camera: `v4l2:/dev/video0`, `rtsp://..`, `http://..`.
     #[arg(value_name = "VIDEO_OR_IMAGE")]
     pub(crate) film: PathBuf,
     /// The names of the objects on the table, separated by commas; `a#2` is a second copy of `a`.

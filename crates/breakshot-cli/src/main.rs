@@ -13,6 +13,7 @@ mod detect_args;
 mod laws;
 mod outcome;
 mod planning;
+mod recording;
 mod studio_args;
 
 pub(crate) use outcome::Outcome;
@@ -67,6 +68,7 @@ fn run() -> Result<Outcome> {
         Command::Tags(args) => commands::tags::run(&args),
         Command::Lens(args) => commands::lens::run(&args),
         Command::Calibrate(args) => commands::calibrate::run(&args),
+        Command::Film(args) => commands::film::run(&args),
         Command::Look(args) => commands::look::run(&args),
         Command::Campaign(args) => commands::campaign::run(&args),
         Command::Check(args) => commands::check::run(&args),

@@ -1,26 +1,35 @@
 //! `breakshot look`: locates the objects on the table.
 
 use crate::args::LookArgs;
+use crate::recording::{Recording, Source, record};
 use crate::{Outcome, console};
 use breakshot::files::{self, SceneFile};
 use breakshot::geometry::Point;
 use breakshot::scene::{Goal, Placed};
 use breakshot::{Error, Result, capture, detect};
 use std::path::{Path, PathBuf};
+use std::time::{SystemTime, UNIX_EPOCH};
+use tempfile::TempDir;
 
 /// Locates all named objects in the image and writes the scene file.
 pub(crate) fn run(args: &LookArgs) -> Result<Outcome> {
     let cell = files::load_cell(&args.cell)?;
     let objects = files::load_objects(&args.objects)?;
     console::note(&objects.notes);
-    let film = args.decoder.film(&args.film, &cell)?;
+    let camera =
+        args.film.to_str().and_then(Source::live).transpose()?.map(|camera| pictures(&camera)).transpose()?;
+    let path = camera.as_ref().map_or(args.film.clone(), |pictures| pictures.folder.path().join(PICTURES));
+    let film = args.decoder.film(&path, &cell)?;
     let table = args.decoder.table(args.table.as_deref())?;
     let options =
         detect::Options { threshold: args.threshold, table: table.as_ref(), ..detect::Options::default() };
     let (placed, warnings) = detect::placed(film, &objects.value, &args.names, &options)?;
     console::warn(&warnings);
     // The file's date is that of its last copy: a copied picture must not pass for a new one.
-    let observed_unix_s = args.taken_unix_s.or_else(|| capture::recorded_unix_s(&args.film));
+    let observed_unix_s = args.taken_unix_s.or_else(|| match &camera {
+        Some(pictures) => pictures.taken_unix_s,
+        None => capture::recorded_unix_s(&args.film),
+    });
     if observed_unix_s.is_none() {
         console::note(&[format!(
             "{} does not say when it was taken: a robot strikes only with --taken-unix-s",
@@ -46,6 +55,36 @@ pub(crate) fn run(args: &LookArgs) -> Result<Outcome> {
         println!("Wrote {}", args.output.display());
     }
     Ok(Outcome::doubtful_if(!warnings.is_empty()))
+}
+
+/// The name of the pictures of a camera.
+const PICTURES: &str = "camera.mp4";
+/// The time in which a camera adapts itself to the light (s), and the length of its pictures after that (s).
+const ADAPTATION_S: f64 = 0.7;
+const LENGTH_S: f64 = 0.3;
+
+/// The latest pictures of a camera.
+struct Pictures {
+    folder: TempDir,
+    /// Before the first one was taken (s since 1970); `None` for a stream that may be a recording.
+    taken_unix_s: Option<f64>,
+}
+
+/// Takes pictures with a camera.
+fn pictures(camera: &Source) -> Result<Pictures> {
+    let temporary = |source| Error::Write { path: std::env::temp_dir(), source };
+    let folder = tempfile::tempdir().map_err(temporary)?;
+    let begun = SystemTime::now().duration_since(UNIX_EPOCH).ok().map(|since| since.as_secs_f64());
+    let recording = Recording {
+        source: camera,
+        size: None,
+        rate_hz: None,
+        coding: None,
+        skipped_s: ADAPTATION_S,
+        seconds: Some(LENGTH_S),
+    };
+    console::warn(&record(&recording, &folder.path().join(PICTURES))?);
+    Ok(Pictures { folder, taken_unix_s: begun.filter(|_| camera.takes_now()) })
 }
 
 /// The pose rounded to 1 micrometre and 1 microradian, far below the measurement noise.

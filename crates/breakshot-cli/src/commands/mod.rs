@@ -9,6 +9,7 @@ pub(crate) mod detect;
 mod detect_campaign;
 pub(crate) mod estimate;
 pub(crate) mod export;
+pub(crate) mod film;
 mod frames;
 pub(crate) mod init;
 pub(crate) mod lens;
