@@ -15,6 +15,11 @@ const OTHER_RATE: f64 = 0.02;
 /// Gaps that are named with their time.
 const NAMED_GAPS: usize = 3;
 
+/// Names of the mode of exposure, of which 1 is the manual one (`V4L2_EXPOSURE_MANUAL`), and of its time; the second ones are those of older
+/// kernels.
+const EXPOSURE_CONTROLS: [[&str; 2]; 2] =
+    [["auto_exposure", "exposure_time_absolute"], ["exposure_auto", "exposure_absolute"]];
+
 /// Records, reads the recording once, and reports what it contains and what is missing.
 pub(crate) fn run(args: &RecordArgs) -> Result<Outcome> {
     check_settings(args)?;
@@ -84,28 +89,29 @@ fn exposure(args: &RecordArgs) -> Result<Vec<String>> {
     let control =
         |arguments: &[&str]| Command::new("v4l2-ctl").arg("-d").arg(device).args(arguments).output();
     let Some(exposure_us) = args.exposure_us else {
-        // Menu entry 1 is the manual exposure (V4L2_EXPOSURE_MANUAL).
-        let is_manual = control(&["-C", "auto_exposure"])
-            .is_ok_and(|output| String::from_utf8_lossy(&output.stdout).trim().ends_with(": 1"));
+        let is_manual = EXPOSURE_CONTROLS.into_iter().any(|[mode, _]| {
+            control(&["-C", mode])
+                .is_ok_and(|output| String::from_utf8_lossy(&output.stdout).trim().ends_with(": 1"))
+        });
         let warning = format!("{}: its exposure may change by itself; --exposure-us fixes it", args.source);
         return Ok(if is_manual { Vec::new() } else { vec![warning] });
     };
     // Video4Linux counts in 100 us.
-    let units = (exposure_us + 50) / 100;
-    let setting = format!("auto_exposure=1,exposure_time_absolute={}", units.max(1));
-    let refused = |found: String| {
-        let needed =
-            "a camera whose exposure the program `v4l2-ctl` (package v4l-utils) can set, or no --exposure-us";
-        Error::invalid(args.source.to_string(), "--exposure-us", found, needed)
-    };
-    match control(&["-c", &setting]) {
-        Ok(output) if output.status.success() => Ok(Vec::new()),
-        Ok(output) => {
-            let message = String::from_utf8_lossy(&output.stderr).replace(char::is_control, " ");
-            Err(refused(format!("refused ({})", message.trim())))
+    let units = ((exposure_us + 50) / 100).max(1);
+    let mut found = String::new();
+    for [mode, time] in EXPOSURE_CONTROLS {
+        match control(&["-c", &format!("{mode}=1,{time}={units}")]) {
+            Ok(output) if output.status.success() => return Ok(Vec::new()),
+            Ok(output) => {
+                let message = String::from_utf8_lossy(&output.stderr).replace(char::is_control, " ");
+                found = format!("refused ({})", message.trim());
+            }
+            Err(error) => found = format!("not set: `v4l2-ctl` cannot be started ({error})"),
         }
-        Err(error) => Err(refused(format!("not set: `v4l2-ctl` cannot be started ({error})"))),
     }
+    let needed =
+        "a camera whose exposure the program `v4l2-ctl` (package v4l-utils) can set, or no --exposure-us";
+    Err(Error::invalid(args.source.to_string(), "--exposure-us", found, needed))
 }
 
 /// What a recording contains.

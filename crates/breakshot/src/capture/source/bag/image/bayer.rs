@@ -2,109 +2,49 @@
 
 use crate::capture::image::GreyImage;
 use crate::capture::source::error::SourceError;
-use crate::capture::source::picture::luma;
 
-/// Whether red is in the odd columns and in the odd rows.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Pattern {
-    is_red_right: bool,
-    is_red_below: bool,
+/// The names of the encodings: the colours of the first two rows.
+const PATTERNS: [&str; 4] = ["bayer_rggb", "bayer_grbg", "bayer_gbrg", "bayer_bggr"];
+
+/// Whether an encoding is a mosaic of colours of eight bits.
+pub(super) fn is_mosaic(encoding: &str) -> bool {
+    PATTERNS.contains(&encoding)
 }
 
-impl Pattern {
-    /// The pattern in the name of an encoding, as `bayer_rggb`: the colours of the first two rows.
-    pub(super) fn of(encoding: &str) -> Option<Self> {
-        let [is_red_right, is_red_below] = match encoding.strip_prefix("bayer_")? {
-            "rggb" => [false, false],
-            "grbg" => [true, false],
-            "gbrg" => [false, true],
-            "bggr" => [true, true],
-            _ => return None,
-        };
-        Some(Self { is_red_right, is_red_below })
+/// The luma, a quarter of red and of blue and half of green: every pixel with its eight neighbours, weighted by the binomial coefficients
+/// 1, 2, 1 in both directions; the image is mirrored at its border.
+///
+/// These weights give the same sum to each colour around every pixel of any of the patterns. The filter is therefore the same at all
+/// pixels, and edges stay where they are; an interpolation of the colours, whose filter depends on the colour of the pixel, displaces them by
+/// some hundredths of a pixel, depending on where they lie between the pixels.
+///
+/// # Errors
+/// An image of fewer than two rows or columns.
+pub(super) fn luma(mosaic: &GreyImage) -> Result<GreyImage, SourceError> {
+    let (width, height) = (mosaic.width, mosaic.height);
+    if width < 2 || height < 2 {
+        let found = format!("a mosaic of colours of {width} x {height} px");
+        return Err(SourceError::unsuitable(found, "at least 2 px a side"));
     }
-
-    /// The luma: the two colours that a pixel lacks are interpolated linearly from 5 x 5 pixels (Malvar, He and Cutler, 2004), which
-    /// keeps edges sharp where colours are alike; the image is mirrored at its border.
-    ///
-    /// # Errors
-    /// An image of fewer than three rows or columns.
-    pub(super) fn luma(self, mosaic: &GreyImage) -> Result<GreyImage, SourceError> {
-        let (width, height) = (mosaic.width, mosaic.height);
-        if width < 3 || height < 3 {
-            let found = format!("a mosaic of colours of {width} x {height} px");
-            return Err(SourceError::unsuitable(found, "at least 3 px a side"));
+    let mut pixels = Vec::with_capacity(width * height);
+    let mut columns = vec![0_u16; width];
+    for y in 0..height {
+        let [upper, middle, lower] =
+            mirrored(y, height).map(|row| &mosaic.pixels[row * width..(row + 1) * width]);
+        for (column, ((a, b), c)) in columns.iter_mut().zip(upper.iter().zip(middle).zip(lower)) {
+            *column = u16::from(*a) + 2 * u16::from(*b) + u16::from(*c);
         }
-        let mut pixels = Vec::with_capacity(width * height);
-        for y in 0..height {
-            let rows = mirrored(y, height).map(|row| &mosaic.pixels[row * width..(row + 1) * width]);
-            let is_red_row = (y % 2 == 1) == self.is_red_below;
-            // Red columns of red rows, blue columns of blue rows.
-            let coloured = usize::from(self.is_red_right == is_red_row);
-            for x in 0..width {
-                let around = Neighbours::of(rows, mirrored(x, width));
-                // Green, the colour of this row, the other one.
-                let [green, own, other] =
-                    if x % 2 == coloured { around.at_colour() } else { around.at_green() };
-                let (red, blue) = if is_red_row { (own, other) } else { (other, own) };
-                pixels.push(luma(&[red, green, blue]));
-            }
-        }
-        Ok(GreyImage { width, height, pixels })
+        pixels.extend((0..width).map(|x| {
+            let [left, x, right] = mirrored(x, width);
+            ((columns[left] + 2 * columns[x] + columns[right] + 8) >> 4) as u8
+        }));
     }
+    Ok(GreyImage { width, height, pixels })
 }
 
-/// The rows or columns from two before to two behind number `at` of `size`.
-fn mirrored(at: usize, size: usize) -> [usize; 5] {
-    let before = |k: usize| at.abs_diff(k);
-    let behind = |k: usize| if at + k < size { at + k } else { 2 * (size - 1) - at - k };
-    [before(2), before(1), at, behind(1), behind(2)]
-}
-
-/// The level of a pixel, and sums of levels around it.
-struct Neighbours {
-    center: i32,
-    /// Left and right, at one and two pixels.
-    beside: [i32; 2],
-    /// Above and below, at one and two pixels.
-    stacked: [i32; 2],
-    diagonal: i32,
-}
-
-impl Neighbours {
-    fn of(
-        [top, upper, middle, lower, bottom]: [&[u8]; 5],
-        [first, left, x, right, last]: [usize; 5],
-    ) -> Self {
-        let sum = |a: u8, b: u8| i32::from(a) + i32::from(b);
-        Self {
-            center: middle[x].into(),
-            beside: [sum(middle[left], middle[right]), sum(middle[first], middle[last])],
-            stacked: [sum(upper[x], lower[x]), sum(top[x], bottom[x])],
-            diagonal: sum(upper[left], upper[right]) + sum(lower[left], lower[right]),
-        }
-    }
-
-    /// Green, red and blue at red, or green, blue and red at blue.
-    fn at_colour(&self) -> [u8; 3] {
-        let far = self.beside[1] + self.stacked[1];
-        let green = 8 * self.center + 4 * (self.beside[0] + self.stacked[0]) - 2 * far;
-        let other = 12 * self.center + 4 * self.diagonal - 3 * far;
-        [level(green), self.center as u8, level(other)]
-    }
-
-    /// Green, the colour of the pixels beside it and that of the pixels above it, at green.
-    fn at_green(&self) -> [u8; 3] {
-        let colour = |near: [i32; 2], across: [i32; 2]| {
-            level(10 * self.center + 8 * near[0] - 2 * (near[1] + self.diagonal) + across[1])
-        };
-        [self.center as u8, colour(self.beside, self.stacked), colour(self.stacked, self.beside)]
-    }
-}
-
-/// A sixteenth, rounded, in the range of levels.
-fn level(sum: i32) -> u8 {
-    ((sum + 8) >> 4).clamp(0, 255) as u8
+/// The rows or columns before, at and behind number `at` of `size`.
+fn mirrored(at: usize, size: usize) -> [usize; 3] {
+    [at.abs_diff(1), at, if at + 1 < size { at + 1 } else { size - 2 }]
 }
 
 #[cfg(test)]
@@ -114,22 +54,15 @@ mod tests {
     #[test]
     fn a_uniform_colour_gives_its_luma_in_every_pattern() {
         let (width, height, colour) = (6, 5, [200, 90, 30]);
-        for (name, colours) in [
-            ("bayer_rggb", [[0, 1], [1, 2]]),
-            ("bayer_grbg", [[1, 0], [2, 1]]),
-            ("bayer_gbrg", [[1, 2], [0, 1]]),
-            ("bayer_bggr", [[2, 1], [1, 0]]),
-        ] {
+        for colours in [[[0, 1], [1, 2]], [[1, 0], [2, 1]], [[1, 2], [0, 1]], [[2, 1], [1, 0]]] {
             let level = |at: usize| colour[colours[at / width % 2][at % width % 2]];
             let mosaic = GreyImage { width, height, pixels: (0..width * height).map(level).collect() };
-            let image = Pattern::of(name).unwrap().luma(&mosaic).unwrap();
-            assert_eq!(image.pixels, vec![luma(&colour); width * height], "{name}");
+            // (200 + 2 x 90 + 30) / 4, rounded up.
+            assert_eq!(luma(&mosaic).unwrap().pixels, vec![103; width * height], "{colours:?}");
         }
-        assert_eq!(mirrored(0, 3), [2, 1, 0, 1, 2]);
-        assert_eq!(mirrored(3, 4), [1, 2, 3, 2, 1]);
-        assert_eq!(Pattern::of("bayer_abcd"), None);
-        let row = GreyImage { width: 9, height: 2, pixels: vec![0; 18] };
-        assert!(Pattern::of("bayer_rggb").unwrap().luma(&row).is_err());
+        assert_eq!((mirrored(0, 3), mirrored(3, 4), mirrored(1, 2)), ([1, 0, 1], [2, 3, 2], [0, 1, 0]));
+        assert!(is_mosaic("bayer_rggb") && !is_mosaic("bayer_abcd") && !is_mosaic("mono8"));
+        assert!(luma(&GreyImage { width: 9, height: 1, pixels: vec![0; 9] }).is_err());
     }
 
     #[test]
@@ -141,11 +74,13 @@ mod tests {
             (40.0 + 160.0 * (0.5 + distance / 2.0).clamp(0.0, 1.0)).round() as u8
         };
         let mosaic = GreyImage { width, height, pixels: (0..width * height).map(grey).collect() };
-        let image = Pattern::of("bayer_grbg").unwrap().luma(&mosaic).unwrap();
-        for (row, wanted) in image.pixels.chunks(width).zip(mosaic.pixels.chunks(width)) {
+        let image = luma(&mosaic).unwrap();
+        let rows = image.pixels.chunks(width).zip(mosaic.pixels.chunks(width));
+        // The rows at the border see mirrored ones, and the edge is bent there.
+        for (row, wanted) in rows.skip(1).take(height - 2) {
             let position = |row: &[u8]| row.iter().map(|&level| f64::from(level) - 40.0).sum::<f64>() / 160.0;
             let shift_px = position(row) - position(wanted);
-            assert!(shift_px.abs() < 0.08, "the edge moved by {shift_px:.3} px");
+            assert!(shift_px.abs() < 0.03, "the edge moved by {shift_px:.3} px");
         }
     }
 }

@@ -1,6 +1,6 @@
 //! The luma of a `sensor_msgs/msg/CompressedImage`: JPEG or PNG.
 
-use super::bayer::Pattern;
+use super::bayer;
 use super::pixels;
 use crate::capture::image::GreyImage;
 use crate::capture::source::catch_panic::catch_panic;
@@ -45,11 +45,8 @@ pub(crate) fn picture(format: &str, data: &[u8]) -> Result<GreyImage> {
         return Err(SourceError::unsuitable(found, "JPEG or PNG"));
     };
     // A mosaic that was compressed as it is.
-    let pattern = original.strip_suffix("16").or(original.strip_suffix('8')).and_then(Pattern::of);
-    match pattern.filter(|_| is_grey) {
-        Some(pattern) => pattern.luma(&image),
-        None => Ok(image),
-    }
+    let name = original.strip_suffix("16").or(original.strip_suffix('8'));
+    if is_grey && name.is_some_and(bayer::is_mosaic) { bayer::luma(&image) } else { Ok(image) }
 }
 
 /// The luma of a JPEG and whether it has no colours. That of one coded in luma and chroma is its luma as it is coded, as for films.

@@ -1,6 +1,6 @@
 //! The luma of a `sensor_msgs/msg/Image` (its encodings: `sensor_msgs/image_encodings.hpp` of ROS 2).
 
-use super::bayer::Pattern;
+use super::bayer;
 use crate::capture::image::GreyImage;
 use crate::capture::source::bag::messages::RawImage;
 use crate::capture::source::error::SourceError;
@@ -21,14 +21,13 @@ enum Pixel {
     /// Colours of this many bytes a pixel, red or blue first.
     Colour { bytes: usize, is_blue_first: bool },
     /// A mosaic of colours.
-    Bayer(Pattern),
+    Bayer,
     /// Luma, every this many bytes, from this byte of a row on.
     Luma { step: usize, first: usize },
 }
 
 impl Pixel {
     fn of(encoding: &str) -> Result<Self> {
-        let pattern = encoding.strip_suffix('8').and_then(Pattern::of);
         Ok(match encoding {
             "mono8" | "nv12" => Self::Luma { step: 1, first: 0 },
             "mono16" => Self::Deep,
@@ -38,10 +37,8 @@ impl Pixel {
             "bgra8" => Self::Colour { bytes: 4, is_blue_first: true },
             "yuv422" | "uyvy" => Self::Luma { step: 2, first: 1 },
             "yuv422_yuy2" | "yuyv" => Self::Luma { step: 2, first: 0 },
-            other => match pattern {
-                Some(pattern) => Self::Bayer(pattern),
-                None => return Err(unsupported(other)),
-            },
+            mosaic if mosaic.strip_suffix('8').is_some_and(bayer::is_mosaic) => Self::Bayer,
+            other => return Err(unsupported(other)),
         })
     }
 
@@ -50,7 +47,7 @@ impl Pixel {
         match self {
             Self::Deep => 2,
             Self::Colour { bytes, .. } => bytes,
-            Self::Bayer(_) => 1,
+            Self::Bayer => 1,
             Self::Luma { step, .. } => step,
         }
     }
@@ -82,7 +79,7 @@ pub(crate) fn picture(image: &RawImage) -> Result<GreyImage> {
     let rows = image.data.chunks(step).take(height).map(|row| &row[..row_bytes]);
     let mut pixels = Vec::with_capacity(width * height);
     match pixel {
-        Pixel::Luma { step: 1, .. } | Pixel::Bayer(_) => rows.for_each(|row| pixels.extend_from_slice(row)),
+        Pixel::Luma { step: 1, .. } | Pixel::Bayer => rows.for_each(|row| pixels.extend_from_slice(row)),
         Pixel::Luma { step, first } => rows.for_each(|row| pixels.extend(row[first..].iter().step_by(step))),
         Pixel::Deep => {
             let level = if image.is_big_endian { u16::from_be_bytes } else { u16::from_le_bytes };
@@ -100,7 +97,7 @@ pub(crate) fn picture(image: &RawImage) -> Result<GreyImage> {
         }),
     }
     let stored = GreyImage { width, height, pixels };
-    if let Pixel::Bayer(pattern) = pixel { pattern.luma(&stored) } else { Ok(stored) }
+    if let Pixel::Bayer = pixel { bayer::luma(&stored) } else { Ok(stored) }
 }
 
 #[cfg(test)]
