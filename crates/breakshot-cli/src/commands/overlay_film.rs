@@ -6,8 +6,12 @@ use breakshot::{Error, files};
 use std::ffi::OsString;
 use std::io::{BufRead, BufReader, Write};
 use std::path::{Path, PathBuf};
-use std::process::{Child, Command, Stdio};
+use std::process::{Child, ChildStdin, Command, Stdio};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{RecvTimeoutError, Sender, channel};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
+use std::time::Duration;
 
 /// The frame rate of a film whose tracks have fewer than two samples (1/s).
 const DEFAULT_RATE_HZ: f64 = 60.0;
@@ -53,9 +57,19 @@ fn frame_rate_hz(times_s: &[f64]) -> Option<f64> {
     steps.get(steps.len() / 2).filter(|step| **step > 0.0).map(|step| 1.0 / step)
 }
 
-/// A running `ffmpeg` that encodes the raw RGB images it receives on its standard input; it is ended when it is dropped.
+/// Longest time in which the encoder takes no frame, and in which it completes the film.
+const PATIENCE: Duration = Duration::from_mins(2);
+/// Time between two looks at a process that is about to end.
+const LOOK: Duration = Duration::from_millis(5);
+
+/// A running `ffmpeg` that encodes the raw RGB images it receives on its standard input; it is ended when it is dropped, and when it
+/// takes no image for too long.
 struct Encoder {
-    process: Child,
+    process: Arc<Mutex<Child>>,
+    images: Option<ChildStdin>,
+    /// A message for each image that it has taken; without one for too long, the process is ended.
+    taken: Sender<()>,
+    has_stalled: Arc<AtomicBool>,
     /// Reads its messages and returns the last one.
     messages: Option<JoinHandle<String>>,
 }
@@ -71,16 +85,37 @@ impl Encoder {
         // A name with a colon would be a protocol, one with a hyphen an option.
         let mut file = OsString::from("file:");
         file.push(std::path::absolute(film)?);
-        command.arg(file).stdin(Stdio::piped()).stdout(Stdio::null()).stderr(Stdio::piped());
+        command.arg(file);
+        Self::of(command, PATIENCE)
+    }
+
+    fn of(mut command: Command, patience: Duration) -> std::io::Result<Self> {
+        command.stdin(Stdio::piped()).stdout(Stdio::null()).stderr(Stdio::piped());
         let mut process = command.spawn()?;
-        let log = process.stderr.take();
+        let (images, log) = (process.stdin.take(), process.stderr.take());
         let messages = std::thread::spawn(move || {
             let lines =
                 log.into_iter().flat_map(|log| BufReader::new(log).split(b'\n').map_while(Result::ok));
             let texts = lines.map(|line| String::from_utf8_lossy(&line).replace(char::is_control, " "));
             texts.filter(|text| !text.trim().is_empty()).last().unwrap_or_default()
         });
-        Ok(Self { process, messages: Some(messages) })
+        let process = Arc::new(Mutex::new(process));
+        let has_stalled = Arc::new(AtomicBool::new(false));
+        let (taken, progress) = channel();
+        let (watched, stalled) = (Arc::clone(&process), Arc::clone(&has_stalled));
+        std::thread::spawn(move || {
+            loop {
+                match progress.recv_timeout(patience) {
+                    Ok(()) => {}
+                    Err(RecvTimeoutError::Disconnected) => return,
+                    Err(RecvTimeoutError::Timeout) => break,
+                }
+            }
+            stalled.store(true, Ordering::Relaxed);
+            // An error means that the process has already ended.
+            let _ = locked(&watched).kill();
+        });
+        Ok(Self { process, images, taken, has_stalled, messages: Some(messages) })
     }
 
     fn encode(
@@ -90,20 +125,36 @@ impl Encoder {
         film: &Path,
     ) -> breakshot::Result<()> {
         let mut written = Ok(());
-        if let Some(mut pipe) = self.process.stdin.take() {
-            for frame in frames {
-                written = pipe.write_all(&overlay.drawn(&frame?).rgb);
-                if written.is_err() {
-                    break;
-                }
+        for frame in frames {
+            written = self.write(&overlay.drawn(&frame?).rgb);
+            if written.is_err() {
+                break;
             }
         }
         // Where `ffmpeg` has given up, its own reason comes before that of the closed pipe.
         self.finished().and(written).map_err(|source| write_error(film, source))
     }
 
+    fn write(&mut self, image: &[u8]) -> std::io::Result<()> {
+        let Some(images) = &mut self.images else { return Ok(()) };
+        images.write_all(image)?;
+        // Without a receiver the process has stalled: the next image meets a closed pipe.
+        let _ = self.taken.send(());
+        Ok(())
+    }
+
     fn finished(&mut self) -> std::io::Result<()> {
-        let status = self.process.wait()?;
+        drop(self.images.take());
+        let status = loop {
+            // Not `wait`, which would keep the lock that ending the process needs.
+            if let Some(status) = locked(&self.process).try_wait()? {
+                break status;
+            }
+            std::thread::sleep(LOOK);
+        };
+        if self.has_stalled.load(Ordering::Relaxed) {
+            return Err(std::io::Error::other("`ffmpeg` took no picture for too long"));
+        }
         if status.success() {
             return Ok(());
         }
@@ -115,9 +166,15 @@ impl Encoder {
 impl Drop for Encoder {
     fn drop(&mut self) {
         // Errors mean that the process has already ended.
-        let _ = self.process.kill();
-        let _ = self.process.wait();
+        let mut process = locked(&self.process);
+        let _ = process.kill();
+        let _ = process.wait();
     }
+}
+
+/// A panic of the other thread leaves nothing half-done.
+fn locked(process: &Mutex<Child>) -> MutexGuard<'_, Child> {
+    process.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 /// The file of the images' times.
@@ -169,4 +226,30 @@ fn write_each_image(
     let file = folder.join(TIMING);
     let timing = format!("{DRAWN}\ntimes_s = [{}]\n", times_s.join(", "));
     std::fs::write(&file, timing).map_err(|source| write_error(&file, source))
+}
+
+#[cfg(all(test, unix))]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_encoder_that_takes_no_picture_is_ended() {
+        let mut command = Command::new("sleep");
+        command.arg("1000");
+        let mut encoder = Encoder::of(command, Duration::from_millis(50)).unwrap();
+        let image = vec![0; 1 << 20];
+        // The pipe takes less than the first image.
+        let written = encoder.write(&image);
+        let message = encoder.finished().unwrap_err().to_string();
+        assert!(written.is_err() && message.contains("took no picture"), "{message}");
+    }
+
+    #[test]
+    fn an_encoder_that_does_not_end_is_ended() {
+        let mut command = Command::new("sleep");
+        command.arg("1000");
+        let mut encoder = Encoder::of(command, Duration::from_millis(50)).unwrap();
+        let message = encoder.finished().unwrap_err().to_string();
+        assert!(message.contains("took no picture"), "{message}");
+    }
 }
