@@ -76,7 +76,8 @@ pub(crate) fn run(args: &DemoArgs) -> Result<Outcome> {
     let film = capture::capture(&folder.join("pile.mp4"), &scene.cell)?;
     let tracked = verify_command::tracked_strike(&scene, film)?;
     let observed = Observed::from_tracks(&tracked.tracks);
-    let report = verify::comparison(&scene, &simulated.final_poses, &observed)?;
+    let mut report = verify::comparison(&scene, &simulated.final_poses, &observed)?;
+    report.align(&tracked.tracks, &simulated);
     if !args.json {
         verify_command::print_table(&report);
     }
