@@ -23,7 +23,18 @@ const STAGES: [(&str, &[&str]); 7] = [
         "robot",
         &["Command", "MountedArm", "Answer", "Capability", "Limits", "FASTEST_M_S", "least_follow_through_m"],
     ),
-    ("verify", &["Report", "Alignment", "Divergence", "GoalCheck", "ObservedPose", "DistanceErrors"]),
+    (
+        "verify",
+        &[
+            "Report",
+            "Alignment",
+            "Divergence",
+            "GoalCheck",
+            "ObservedPose",
+            "DistanceErrors",
+            "PairDifference",
+        ],
+    ),
 ];
 /// Shows the output of all stages; no stage uses it.
 const REPORT: &str = "report";

@@ -167,7 +167,12 @@ fn write(folder: &Path, results: &Results) -> Result<()> {
     let page = report::html(&Page {
         title: "Breakshot: from strike videos to a strike",
         objects: &results.campaign.objects,
-        motion: shown.map(|clip| ClipMotion { tracks: &clip.tracks, fit }),
+        motion: shown.map(|clip| ClipMotion {
+            tracks: &clip.tracks,
+            fit,
+            cell: Some(&results.campaign.cell),
+            strike: clip.strike.as_ref(),
+        }),
         properties: Some(&results.estimation.properties),
         fits: &results.estimation.clips,
         plan: Some(results.plan),

@@ -11,9 +11,6 @@ use std::collections::BTreeMap;
 
 /// The struck object counts as displaced from this distance on (m): ten times what a track's noise usually is.
 const DISPLACED_M: f64 = 1e-3;
-/// An object leaves its simulated motion where it is farther from it than this (m): an object at 1 m/s covers it in 2 ms, a tenth of a
-/// frame at 50 Hz, which is as well as film and simulation can be set to the same time.
-const DIVERGED_M: f64 = 2e-3;
 /// Step of the search for the time of a displacement (s), and the number of steps: a struck object moves 1 mm within ten seconds.
 const STEP_S: f64 = 1e-3;
 const MOST_STEPS: usize = 10_000;
@@ -62,8 +59,9 @@ fn time_of_displacement_s(
     from_s: f64,
 ) -> Option<f64> {
     let rest = trajectory.pose(object, 0.0)?.position;
-    let is_there =
-        |time_s: f64| trajectory.pose(object, time_s).is_some_and(|p| p.position.distance(rest) >= distance_m);
+    let is_there = |time_s: f64| {
+        trajectory.pose(object, time_s).is_some_and(|p| p.position.distance(rest) >= distance_m)
+    };
     let steps = ((trajectory.duration_s - from_s).max(0.0) / STEP_S).ceil() as usize;
     let step = (0..=steps.min(MOST_STEPS)).find(|k| is_there(from_s + *k as f64 * STEP_S))?;
     let mut until_s = from_s + step as f64 * STEP_S;
@@ -83,7 +81,7 @@ fn divergence(track: &Track, trajectory: &Trajectory, start_s: f64) -> Option<Di
     };
     let clear: Vec<&Sample> = track.samples.iter().filter(|sample| !sample.doubtful).collect();
     let is_near = |sample: &&Sample| {
-        distance_m(sample).is_some_and(|m| m <= DIVERGED_M.max(REST_SIGMAS * sample.std_m))
+        distance_m(sample).is_some_and(|m| m <= Divergence::LEAST_M.max(REST_SIGMAS * sample.std_m))
     };
     let first = clear.iter().rposition(is_near).map_or(0, |last| last + 1);
     let sample = clear.get(first)?;
@@ -151,7 +149,7 @@ mod tests {
                 let time_s = k as f64 / 60.0;
                 let pose = trajectory.pose(name, time_s - START_S).expect("a pose");
                 let extra_m = if name == "b" && time_s > 0.5 { b_m } else { 0.0 };
-                let noise_m = if k % 2 == 0 { 2e-5 } else { -2e-5 };
+                let noise_m = if k.is_multiple_of(2) { 2e-5 } else { -2e-5 };
                 Sample::new(time_s, pose.position + Vec2::new(extra_m, noise_m), None, 2e-5)
             };
             Track { object: name.into(), samples: (0..60).map(sample).collect() }

@@ -21,8 +21,8 @@ mod striker_tests;
 
 pub use observed::{Observed, ObservedPose};
 pub use report::{
-    Alignment, DistanceErrors, Divergence, GoalCheck, GoalChecks, ObjectDifference, PairDifference, Report, SimulatedImpact,
-    Summary,
+    Alignment, DistanceErrors, Divergence, GoalCheck, GoalChecks, ObjectDifference, PairDifference, Report,
+    SimulatedImpact, Summary,
 };
 
 use crate::cell::Cell;

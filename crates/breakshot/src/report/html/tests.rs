@@ -171,7 +171,12 @@ fn a_page_of_all_results_is_well_formed_and_self_contained() {
     let page = html(&Page {
         title: "A & B",
         objects: &objects,
-        motion: Some(ClipMotion { tracks: &tracks, fit: None }),
+        motion: Some(ClipMotion {
+            tracks: &tracks,
+            fit: None,
+            cell: Some(&scene.cell),
+            strike: Some(&strike),
+        }),
         properties: Some(&properties),
         fits: &[],
         plan: Some(&plan),
@@ -201,7 +206,7 @@ fn every_chapter_is_optional() {
     assert_well_formed(&html(&Page { plan: Some(&unreachable), ..Page::default() }));
     let empty = Tracks::default();
     assert_well_formed(&html(&Page {
-        motion: Some(ClipMotion { tracks: &empty, fit: None }),
+        motion: Some(ClipMotion { tracks: &empty, fit: None, cell: None, strike: None }),
         ..Page::default()
     }));
 }
