@@ -3,12 +3,13 @@
 use super::content::ClipMotion;
 use super::player::{Moment, Motion, Player, played};
 use super::text::{HALF_WORKSPACE_FACTOR, figure};
+use super::top_views::drawn_objects;
 use crate::detect::{Sample, Track};
 use crate::estimate::{BodyFit, ClipFit};
-use crate::geometry::Vec2;
+use crate::geometry::{Pose, Vec2};
 use crate::object::Object;
 use crate::report::figures::{
-    CentrePath, Mark, PANEL_PX, Palette, Panel, Series, Stroke, TopView, Viewport, escaped, line_chart,
+    CentrePath, Layer, Mark, PANEL_PX, Palette, Panel, Series, Stroke, TopView, Viewport, escaped, line_chart,
 };
 use crate::scene::{Goal, Scene};
 
@@ -100,20 +101,27 @@ fn player(motion: &ClipMotion, objects: &[Object], palette: &Palette) -> String 
         keep_out: Vec::new(),
         goal: Goal::default(),
     };
-    let tracks = motion.tracks.tracks.iter();
-    let paths = tracks.map(|track| CentrePath {
+    // The part of the table that the first and the last poses and the paths need.
+    let tracks = || motion.tracks.tracks.iter();
+    let pose = |sample: &Sample| Pose { position: sample.position(), yaw_rad: sample.yaw_rad.unwrap_or(0.0) };
+    let ends = tracks().flat_map(|track| {
+        let ends = track.samples.first().into_iter().chain(track.samples.last());
+        ends.map(|sample| (track.object.as_str(), pose(sample)))
+    });
+    let paths = tracks().map(|track| CentrePath {
         class: palette.class(&track.object),
         points: track.samples.iter().map(Sample::position).collect(),
     });
     let mut ground = TopView {
         scene: &scene,
-        objects: Vec::new(),
+        objects: drawn_objects(&scene, ends, Layer::Current, palette),
         paths: paths.collect(),
         strike: motion.strike,
         approaches: Vec::new(),
     };
     let view = Viewport::of(&[&ground], HALF_WORKSPACE_FACTOR);
     ground.paths.clear();
+    ground.objects.clear();
     let drawn = if fitted.is_some() {
         "Filled outlines and solid lines: the film. Dashed outlines and lines: the fitted motion."
     } else {

@@ -1,47 +1,44 @@
-//! What the difference between a film and its simulation may come from: where the objects leave their simulated motion, and what the
-//! simulation had to assume.
+//! What may the difference between a film and its simulation come from?
 
 use super::content::FilmedStrike;
-use super::text::mm;
+use super::text::{mm, sentence};
 use crate::physics::Trajectory;
 use crate::report::figures::escaped;
 use crate::verify::{Alignment, Divergence, Report};
 
-/// A list of reasons, in the order in which they are looked at: time, start, assumptions.
+/// What the difference may come from: where the objects leave their simulated motion, their initial poses, and what was assumed.
 pub(super) fn explanation(film: &FilmedStrike) -> String {
     let mut items = film.report.alignment.as_ref().map(divergences).unwrap_or_default();
     items.extend(initial_poses(film.report));
     items.extend(film.trajectory.map(assumptions).unwrap_or_default());
     let items: String = items.iter().map(|item| format!("<li>{}</li>\n", escaped(item))).collect();
+    let rule = film.report.alignment.as_ref().map_or(String::new(), |_| {
+        format!(
+            "<p>An object leaves its simulated motion where it is more than {} from it and stays so. The earliest comes first: what happens \
+             later may follow from it.</p>\n",
+            mm(Divergence::LEAST_M)
+        )
+    });
     if items.is_empty() {
-        items
-    } else {
-        format!("<h4>What the difference may come from</h4>\n<ul>\n{items}</ul>\n")
+        return items;
     }
+    format!("<h4>What the difference may come from</h4>\n{rule}<ul>\n{items}</ul>\n")
 }
 
-/// Where the objects leave their simulated motion, the earliest first: what happens later follows from it.
+/// Where the objects leave their simulated motion.
 fn divergences(alignment: &Alignment) -> Vec<String> {
-    let least = mm(Divergence::LEAST_M);
     if alignment.divergences.is_empty() {
-        return vec![format!("No object ends more than {least} from its simulated motion.")];
+        return vec!["No object leaves its simulated motion.".into()];
     }
-    let sentence = |divergence: &Divergence| {
+    let left = |divergence: &Divergence| {
         let Divergence { object, time_s, distance_m, last_impact, .. } = divergence;
-        let reason = match last_impact {
-            Some(impact) => format!(
-                "its last simulated impact before that is {} at {:.3} s",
-                impact.bodies.join(" hits "),
-                impact.time_s
-            ),
-            None => "the simulation has no impact of it before that".into(),
+        let impact = match last_impact {
+            Some(impact) => format!(", after {} ({:.3} s)", impact.bodies.join(" hits "), impact.time_s),
+            None => "; the simulation has no impact of it before that".into(),
         };
-        format!(
-            "{object} leaves its simulated motion for good at {time_s:.3} s ({} in that frame, more than {least}); {reason}.",
-            mm(*distance_m)
-        )
+        format!("{object} leaves its simulated motion at {time_s:.3} s ({}){impact}.", mm(*distance_m))
     };
-    alignment.divergences.iter().map(sentence).collect()
+    alignment.divergences.iter().map(left).collect()
 }
 
 /// How far the object that lay farthest from its pose in the scene lay from it.
@@ -54,19 +51,18 @@ fn initial_poses(report: &Report) -> Option<String> {
     ))
 }
 
-/// The hit or miss on which the simulation depends most, and what it assumes.
+/// The closest hit or miss, where small changes have the largest effect, and what the simulation assumes.
 fn assumptions(trajectory: &Trajectory) -> Vec<String> {
     let closest = trajectory.closest_near_miss.iter().map(|near| {
-        let (what, margin) = if near.hit { ("hits", "an overlap") } else { ("misses", "a gap") };
+        let (verb, margin) = if near.hit { (" hits ", "an overlap") } else { (" misses ", "a gap") };
         format!(
-            "The simulation depends most on the moment {:.3} s, where {} with {margin} of {}.",
+            "The closest hit or miss of the simulation, where small changes have the largest effect: {} at {:.3} s with {margin} of {}.",
+            near.bodies.join(verb),
             near.time_s,
-            near.bodies.join(&format!(" {what} ")),
             mm(near.margin_m)
         )
     });
-    let notes =
-        trajectory.notes.iter().map(|note| super::text::sentence(&format!("in the simulation, {note}")));
-    let assumed = trajectory.assumed.iter().map(|assumed| super::text::sentence(&assumed.to_string()));
+    let notes = trajectory.notes.iter().map(|note| sentence(&format!("in the simulation, {note}")));
+    let assumed = trajectory.assumed.iter().map(|assumed| sentence(&assumed.to_string()));
     closest.chain(notes).chain(assumed).collect()
 }

@@ -3,11 +3,11 @@
 use super::content::SimulatedStrike;
 use super::player::{Moment, Motion, Player, played};
 use super::text::{KeyNumber, figure, key_numbers, mm, table};
-use super::top_views::{centre_path, simulated_view};
+use super::top_views::{centre_path, drawn_objects, simulated_view};
 use crate::geometry::{Point, Vec2};
 use crate::physics::{Event, Trajectory};
 use crate::report::figures::{
-    Mark, PANEL_PX, Palette, Panel, Series, Stroke, TopView, Viewport, WIDTH_PX, line_chart, top_view,
+    Layer, Mark, PANEL_PX, Palette, Panel, Series, Stroke, TopView, Viewport, WIDTH_PX, line_chart, top_view,
 };
 
 /// The drawing shows the whole workspace if it is at most this many times as wide as the contents.
@@ -52,9 +52,10 @@ pub(super) fn chapter(simulated: &SimulatedStrike, palette: &Palette) -> String 
 /// The simulation played; without a script the drawing.
 fn player(simulated: &SimulatedStrike, view: Viewport, palette: &Palette, still: &str) -> String {
     let SimulatedStrike { scene, strike, trajectory } = *simulated;
+    let before = scene.placed.iter().map(|p| (p.object.as_str(), p.pose()));
     let ground = TopView {
         scene,
-        objects: Vec::new(),
+        objects: drawn_objects(scene, before, Layer::Before, palette),
         paths: Vec::new(),
         strike: Some(strike),
         approaches: Vec::new(),
@@ -66,7 +67,7 @@ fn player(simulated: &SimulatedStrike, view: Viewport, palette: &Palette, still:
         motions: vec![Motion::simulated(trajectory)],
         moments: Moment::of(trajectory),
         film_start_s: None,
-        caption: "Outlines: the objects and the striker. Lines: the paths of the centres.".into(),
+        caption: "Filled outlines: the objects and the striker at the time shown. Pale outlines: the poses before the strike. Lines: the paths of the centres.".into(),
     };
     played(&player, palette, still)
 }

@@ -251,7 +251,7 @@ class Player {
     this.#part("time").textContent = `${fixed(time, 3)} s`;
     const words = lastImpact ? `impact ${lastImpact.number} of ${impacts.length}: ${lastImpact.words}` : `${impacts.length || "no"} ${impacts.length === 1 ? "impact" : "impacts"} to come`;
     const film = this.#motions.find(({ isFilm }) => isFilm);
-    const filmTime = film ? `${fixed(time + this.#data.film_start_s, 3)} s in the film; ` : "";
+    const filmTime = film && this.#data.film_start_s ? `${fixed(time + this.#data.film_start_s, 3)} s in the film; ` : "";
     this.#part("event").textContent = `${filmTime}${words}`;
     this.#part("event").classList.toggle("now", Boolean(lastImpact?.isNow));
     this.#showDistances(states);
