@@ -26,7 +26,7 @@ const USAGE: &str = "\
 usage: cargo xtask TASK
 
   test             formatting, lints, docs and all tests: what CI runs
-  test --studio    a person's way through `breakshot studio` in headless Chromium, with pictures of every view and latencies
+  test --studio    a person's way through `breakshot studio` and `report.html` in headless Chromium, with pictures of every view and latencies
   validate LAB [--details]
                    accuracy, speed and memory on films with known truth (LAB holds campaign/ and scatter/)
   validate advise [CELLS]
