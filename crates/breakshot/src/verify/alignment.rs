@@ -9,7 +9,7 @@ use crate::detect::{Sample, Track, Tracks};
 use crate::physics::{Event, EventKind, Trajectory};
 use std::collections::BTreeMap;
 
-/// The struck object counts as displaced from this distance on (m): ten times what a track's noise usually is.
+/// The struck object counts as displaced from this distance on (m), and from [`REST_SIGMAS`] standard deviations of its noise on.
 const DISPLACED_M: f64 = 1e-3;
 /// Step of the search for the time of a displacement (s), and the number of steps: a struck object moves 1 mm within ten seconds.
 const STEP_S: f64 = 1e-3;

@@ -336,55 +336,70 @@ fn a_long_film_is_thinned_and_says_so() {
     }
 }
 
-#[test]
-fn the_players_of_115_filmed_strikes_take_less_than_four_megabytes() {
-    let scene = scene();
-    let properties = simulated_properties();
-    let trajectory = physics::trajectory(&scene, &properties, &strike(), &physics::Options::default());
+/// The simulation of the strike, and a film of that motion (120 frames per second, two seconds) with the noise of a track.
+fn filmed_simulation(scene: &Scene) -> (physics::Trajectory, Tracks) {
+    let options = physics::Options::default();
+    let trajectory = physics::trajectory(scene, &simulated_properties(), &strike(), &options);
     let trajectory = trajectory.expect("a simulation");
-    // A film of that motion with the noise of a track, 240 frames.
-    let mut tracks = tracks(&scene, 0.0);
+    let mut tracks = tracks(scene, 0.0);
     for track in &mut tracks.tracks {
         let name = track.object.clone();
         let sample = |k: u32| {
             let time_s = f64::from(k) / 120.0;
             let pose = trajectory.pose(&name, time_s).expect("a pose");
             let noise_m = 3e-5 * (f64::from((k * 7919) % 13) / 6.0 - 1.0);
-            Sample::new(
-                time_s,
-                pose.position + Vec2::new(noise_m, -noise_m),
-                Some(pose.yaw_rad + noise_m / 0.02),
-                2e-5,
-            )
+            let position = pose.position + Vec2::new(noise_m, -noise_m);
+            Sample::new(time_s, position, Some(pose.yaw_rad + noise_m / 0.02), 2e-5)
         };
         track.samples = (0..240).map(sample).collect();
     }
-    let mut report =
-        comparison(&scene, &trajectory.final_poses, &Observed::from_tracks(&tracks)).expect("a report");
-    report.align(&tracks, &trajectory);
+    (trajectory, tracks)
+}
+
+/// The page of a film beside its simulation, so many times.
+fn page_of_films(scene: &Scene, trajectory: &physics::Trajectory, tracks: &Tracks, count: usize) -> String {
+    let observed = Observed::from_tracks(tracks);
+    let mut report = comparison(scene, &trajectory.final_poses, &observed).expect("a report");
+    report.align(tracks, trajectory);
     assert!(report.alignment.is_some(), "film and simulation have a common time");
     let strike = strike();
     let filmed = FilmedStrike {
-        scene: &scene,
+        scene,
         strike: &strike,
-        tracks: Some(&tracks),
-        trajectory: Some(&trajectory),
+        tracks: Some(tracks),
+        trajectory: Some(trajectory),
         report: &report,
         frames: None,
     };
-    let page = html(&Page { filmed: &[filmed; 115], ..Page::default() });
-    assert_eq!(page.matches("<div class=\"player\"").count(), 115);
-    let bytes: usize = page
-        .split("<div class=\"player\"")
-        .skip(1)
-        .map(|part| part.find("</script>").expect("its data"))
-        .sum();
-    println!(
-        "the players of 115 filmed strikes of three objects: {:.2} MB of {:.2} MB",
-        bytes as f64 / 1e6,
-        page.len() as f64 / 1e6
-    );
+    html(&Page { filmed: &vec![filmed; count], ..Page::default() })
+}
+
+#[test]
+fn the_players_of_115_filmed_strikes_take_less_than_four_megabytes() {
+    let scene = scene();
+    let (trajectory, tracks) = filmed_simulation(&scene);
+    let page = page_of_films(&scene, &trajectory, &tracks, 115);
+    let players = || page.split("<div class=\"player\"").skip(1);
+    assert_eq!(players().count(), 115);
+    let bytes: usize = players().map(|player| player.find("</script>").expect("its data")).sum();
+    let [players_mb, page_mb] = [bytes, page.len()].map(|bytes| bytes as f64 / 1e6);
+    println!("the players of 115 filmed strikes of three objects: {players_mb:.2} MB of {page_mb:.2} MB");
     assert!(bytes < 4_000_000, "{bytes} bytes");
+}
+
+#[test]
+fn the_report_names_the_object_that_leaves_its_simulated_motion() {
+    let scene = scene();
+    let (trajectory, mut tracks) = filmed_simulation(&scene);
+    let page = page_of_films(&scene, &trajectory, &tracks, 1);
+    assert!(page.contains("No object leaves its simulated motion."), "film and simulation are the same");
+    for sample in &mut tracks.tracks[2].samples[200..] {
+        sample.y_m += 0.005;
+    }
+    let page = page_of_films(&scene, &trajectory, &tracks, 1);
+    assert_eq!(page.matches("leaves its simulated motion at").count(), 1, "one object leaves it");
+    let at = page.find("<li>a#2 leaves its simulated motion at 1.66").map(|at| &page[at..at + 80]);
+    assert!(at.is_some_and(|text| text.contains("(5.0 mm)")), "{at:?}: after frame 200 of 120 per second");
 }
 
 #[test]

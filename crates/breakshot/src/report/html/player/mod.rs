@@ -23,8 +23,9 @@ pub(super) const ABOUT_KEYS: &str = "<p id=\"about-keys\" hidden=\"hidden\">Moti
 pub(super) struct Player<'a> {
     /// The heading and the description for screen readers.
     pub title: &'a str,
-    /// The table, the strike and the part of the table that is shown; without objects.
+    /// What does not move: the table, the strike, and objects before it.
     pub ground: TopView<'a>,
+    /// The part of the table that is shown.
     pub view: Viewport,
     /// One motion, or the filmed one and another on the same time axis.
     pub motions: Vec<Motion>,
@@ -32,26 +33,30 @@ pub(super) struct Player<'a> {
     pub moments: Vec<Moment>,
     /// The film's time at zero of that axis (s); none if film and simulation have no common time.
     pub film_start_s: Option<f64>,
-    /// What is drawn how, an HTML fragment.
+    /// What is drawn how.
     pub caption: String,
 }
 
 /// A player with drawings that stand for it where no script runs.
 pub(super) fn played(player: &Player, palette: &Palette, still: &str) -> String {
+    let data = data(player, palette);
+    if data.motions.is_empty() {
+        return still.to_owned();
+    }
     let still =
         if still.is_empty() { String::new() } else { format!("<div class=\"still\">\n{still}</div>\n") };
-    format!("{PLAYED}\n{still}{}</div>\n", markup(player, palette))
+    format!("{PLAYED}\n{still}{}</div>\n", markup(player, &data))
 }
 
-fn markup(player: &Player, palette: &Palette) -> String {
+fn markup(player: &Player, data: &PlayerData) -> String {
     let ground = top_view(&player.ground, player.view, WIDTH_PX, player.title);
-    let compared = player.motions.len() > 1;
+    let compared = data.motions.len() > 1;
     let beside = if compared {
         "<button type=\"button\" class=\"beside\" aria-pressed=\"false\" aria-keyshortcuts=\"b\">Side by side</button>\n"
     } else {
         ""
     };
-    let kinds = player.motions.iter().map(|motion| motion.kind).collect::<Vec<_>>().join(" and ");
+    let kinds = data.motions.iter().map(|motion| motion.kind).collect::<Vec<_>>().join(" and ");
     let distances = if compared && player.film_start_s.is_some() {
         format!(
             "<table class=\"now\"><caption>Distance between the positions, {kinds}, at the time shown</caption>\n<thead><tr>\
@@ -73,8 +78,8 @@ fn markup(player: &Player, palette: &Palette) -> String {
          <p class=\"event\"></p>\n<ol class=\"impacts\" aria-label=\"Impacts\"></ol>\n{distances}\
          <p class=\"caption\">{caption}</p>\n<script type=\"application/json\" class=\"data\">{data}</script>\n</div>\n",
         title = escaped(player.title),
-        caption = player.caption,
-        data = data(player, palette).json(),
+        caption = escaped(&player.caption),
+        data = data.json(),
     )
 }
 
@@ -90,9 +95,10 @@ fn data<'a>(player: &'a Player, palette: &Palette) -> PlayerData<'a> {
             bodies.push(body);
         }
     }
+    let drawn = player.motions.iter().map(|motion| motion.of_bodies(&bodies));
     PlayerData {
         view: View::of(player.view, WIDTH_PX),
-        motions: player.motions.iter().map(|motion| motion.of_bodies(&bodies)).collect(),
+        motions: drawn.filter(|motion| !motion.is_empty()).collect(),
         bodies,
         events: &player.moments,
         is_aligned: player.film_start_s.is_some(),
