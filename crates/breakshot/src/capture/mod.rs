@@ -28,6 +28,7 @@ pub use footage::Footage;
 pub use image::{Frame, GreyImage};
 pub use lens::Lens;
 pub use png_url::PngEffort;
+pub(crate) use recorded_lens::RECORDED_LENS;
 pub use source::{Decoder, Pictures, is_decoding, recorded_unix_s};
 pub use tags::{board_sheet, tag_sheet};
 

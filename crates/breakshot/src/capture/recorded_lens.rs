@@ -12,10 +12,12 @@ pub(super) struct RecordedLens {
     pub topic: String,
     /// The lens, or why it cannot be used.
     pub intrinsics: Result<Intrinsics>,
-    /// What is doubtful about it.
-    pub warning: Option<String>,
+    /// The number of the first message, from 1 on, that does not hold the same lens.
+    pub change: Option<u64>,
 }
 
+/// The beginning of all warnings about the lens in a film's own file.
+pub(crate) const RECORDED_LENS: &str = "the lens in the film";
 /// Points along each side of the picture at which two lenses are compared.
 const GRID: usize = 9;
 
@@ -30,15 +32,16 @@ pub(super) fn with_recorded(
     name: &str,
     size_px: [usize; 2],
 ) -> Result<(Cell, Vec<String>)> {
-    let Some(RecordedLens { topic, intrinsics, warning }) = recorded else {
+    let Some(RecordedLens { topic, intrinsics, change }) = recorded else {
         return Ok((cell.clone(), Vec::new()));
     };
+    let topic = topic.escape_debug().to_string();
     if cell.camera.gives_lens() {
         let spec = cell.camera.resolved("cell")?;
         let warning = match given_lens(&spec, size_px)? {
             Some(lens) => difference(&lens, &topic, intrinsics, size_px),
             None => Some(format!(
-                "the cell gives a part of the lens without camera.focal_px: the lens in `{topic}` is not used"
+                "{RECORDED_LENS} (`{topic}`) is not used: the cell gives a part of the lens, without camera.focal_px"
             )),
         };
         return Ok((cell.clone(), warning.into_iter().collect()));
@@ -50,7 +53,10 @@ pub(super) fn with_recorded(
         format!("the size in `{topic}`, or focal_px, center_px and distortion of this film in the cell");
     check_size(name, size_px, &camera, &whose)?;
     lens_of(&intrinsics).check(&format!("{name}: `{topic}`"), size_px)?;
-    Ok((Cell { camera, ..cell.clone() }, warning.into_iter().collect()))
+    let doubt = change.map(|n| {
+        format!("{RECORDED_LENS} (`{topic}`) is that of the first message: message {n} holds another one or is damaged")
+    });
+    Ok((Cell { camera, ..cell.clone() }, doubt.into_iter().collect()))
 }
 
 fn lens_of(intrinsics: &Intrinsics) -> Lens {
@@ -68,7 +74,11 @@ fn difference(
     let used = "that of the cell is used";
     let recorded = match recorded {
         Ok(recorded) => recorded,
-        Err(error) => return Some(format!("the lens in `{topic}` cannot be compared ({error}): {used}")),
+        Err(error) => {
+            return Some(format!(
+                "{RECORDED_LENS} cannot be compared with that of the cell ({error}): {used}"
+            ));
+        }
     };
     let lens = lens_of(&recorded);
     let [w, h] = recorded.image_size_px;
@@ -85,9 +95,9 @@ fn difference(
             format!("by up to {off_px:.1} px")
         });
         format!(
-            "the lens of the cell ({}) and the one in `{topic}` ({}{of_size}) differ {apart}: {used}",
-            described(given),
-            described(&lens)
+            "{RECORDED_LENS} (`{topic}`: {}{of_size}) and that of the cell ({}) differ {apart}: {used}",
+            described(&lens),
+            described(given)
         )
     })
 }

@@ -38,7 +38,7 @@ pub(super) struct Calibrations {
     /// That of the first message, and what is wrong with it.
     first: Option<Result<CameraInfo>>,
     /// The number of the first message, from 1 on, with another calibration or a damaged one.
-    change: Option<u64>,
+    pub change: Option<u64>,
 }
 
 impl Kind {
@@ -165,15 +165,6 @@ impl Calibrations {
                 calibration.is_calibrated().then_some(Ok(calibration))
             }
         }
-    }
-
-    /// A warning if the messages do not hold the same calibration.
-    pub(super) fn warning(&self, topic: &str) -> Option<String> {
-        let n = self.change?;
-        Some(format!(
-            "message {n} of `{}` holds another lens than the first message, or a damaged one: the first is taken",
-            topic.escape_debug()
-        ))
     }
 }
 

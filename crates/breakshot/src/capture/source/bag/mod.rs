@@ -47,7 +47,8 @@ struct Images {
 struct Lens {
     topic: String,
     calibration: std::result::Result<SensorCalibration, SourceError>,
-    warning: Option<String>,
+    /// The number of the first message, from 1 on, that does not hold it.
+    change: Option<u64>,
 }
 
 impl Lens {
@@ -56,7 +57,7 @@ impl Lens {
         let topic = camera_info::topic_of(image_topic, index.calibrations.keys().map(String::as_str))?;
         let calibrations = index.calibrations.get(topic)?;
         let calibration = calibrations.of_images(camera_info::are_rectified(image_topic))?;
-        Some(Self { topic: topic.to_owned(), calibration, warning: calibrations.warning(topic) })
+        Some(Self { topic: topic.to_owned(), calibration, change: calibrations.change })
     }
 
     /// The same for a film at the path `shown`.
@@ -67,7 +68,7 @@ impl Lens {
             SourceError { found, ..error }.for_file(shown)
         };
         let intrinsics = self.calibration.map_err(of_topic).and_then(|lens| lens.intrinsics(&name));
-        RecordedLens { topic: self.topic, intrinsics, warning: self.warning }
+        RecordedLens { topic: self.topic, intrinsics, change: self.change }
     }
 }
 
