@@ -124,8 +124,8 @@ fn the_lens_in_a_bag_replaces_that_of_the_cell_and_another_one_is_a_warning() {
     let is_lens = |line: &str| {
         ["image_size_px", "focal_px", "center_px", "distortion"].iter().any(|key| line.starts_with(key))
     };
-    let cell: String = cell.lines().filter(|line| !is_lens(line)).map(|line| format!("{line}\n")).collect();
-    fs::write(folder.path().join("cell.toml"), cell).unwrap();
+    let cell: Vec<&str> = cell.lines().filter(|line| !is_lens(line)).collect();
+    fs::write(folder.path().join("cell.toml"), cell.join("\n")).unwrap();
     run(folder.path(), &look("lens.mcap", "bag.toml"));
     let pose = |file: &str| files::load_scene(folder.path().join(file)).unwrap().value.placed;
     for file in ["both.toml", "zoomed.toml", "bag.toml"] {
