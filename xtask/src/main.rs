@@ -91,6 +91,8 @@ usage: cargo xtask TASK
   fuzz [TARGET] [COUNT]
                    COUNT mutated files or messages for each reader (default 100,000): no panic, no hang, no waste of memory;
                    `fuzz list` names the readers
+  fuzz text [COUNT]
+                   COUNT mutated files in CSV, YAML and XML, shared by their three readers
   fuzz guided [TARGET] [--seconds N]
                    the same, guided by coverage, N seconds each (default 60), on the stable compiler (libFuzzer, needs a C++ compiler);
                    a table of executions and edges reached

@@ -13,7 +13,19 @@ use syn::visit::{self, Visit};
 
 /// The stages in the order of the data flow, and of each the output types that other stages may use.
 const STAGES: [(&str, &[&str]); 7] = [
-    ("capture", &["Capture", "Footage", "Camera", "CameraMotion", "CAMERA_MOVED", "Frame", "GreyImage"]),
+    (
+        "capture",
+        &[
+            "Capture",
+            "Footage",
+            "Camera",
+            "CameraMotion",
+            "CAMERA_MOVED",
+            "RECORDED_LENS",
+            "Frame",
+            "GreyImage",
+        ],
+    ),
     ("detect", &["Tracks", "Track", "Sample", "StrikerTrack", "StrikerSample"]),
     ("estimate", &["Estimation", "ClipFit", "BodyFit", "Impact", "Measured", "ClipTracks", "ClipValue"]),
     ("physics", &["*"]),

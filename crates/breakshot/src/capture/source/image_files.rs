@@ -24,7 +24,14 @@ pub(super) fn open_one(path: &Path) -> Result<Opened> {
     let size_px = size_px(path)?;
     let file = PathBuf::from(path);
     let frames = std::iter::once_with(move || Ok(Frame { time_s: 0.0, image: picture(&file)? }));
-    Ok(Opened { size_px, frame_count: Some(1), warnings: Vec::new(), frames: Box::new(frames), tick_s: None })
+    Ok(Opened {
+        size_px,
+        frame_count: Some(1),
+        warnings: Vec::new(),
+        frames: Box::new(frames),
+        tick_s: None,
+        lens: None,
+    })
 }
 
 /// A folder of images in the natural order of their names.
@@ -43,7 +50,7 @@ pub(super) fn open_folder(path: &Path) -> Result<Opened> {
         }
         Ok(Frame { time_s, image })
     });
-    Ok(Opened { size_px, frame_count, warnings, frames: Box::new(frames), tick_s: None })
+    Ok(Opened { size_px, frame_count, warnings, frames: Box::new(frames), tick_s: None, lens: None })
 }
 
 fn pictures_in(folder: &Path) -> Result<Vec<PathBuf>> {
