@@ -35,6 +35,9 @@ const FOCAL_GUESSES: [f64; 4] = [0.6, 1.0, 1.8, 4.0];
 /// Largest motion of a corner between two frames of a fixed camera (px): noise is smaller.
 const STILL_PX: f64 = 1.0;
 
+/// Where the size of the calibrated picture is from, in messages.
+pub(super) const SIZE_OF_CELL: &str = "the camera's image_size_px";
+
 /// The name of the picture in messages, and what is known before the pose.
 struct PoseProblem<'a> {
     name: &'a str,
@@ -78,7 +81,7 @@ fn failure(name: &str, found: impl Into<String>, needed: impl Into<String>) -> E
 
 fn problem<'a>(name: &'a str, size_px: [usize; 2], cell: &'a Cell) -> Result<PoseProblem<'a>> {
     let spec = cell.camera.resolved("cell")?;
-    check_size(name, size_px, &spec, "the camera's image_size_px")?;
+    check_size(name, size_px, &spec, SIZE_OF_CELL)?;
     let mut warnings = Vec::new();
     let lens = given_lens(&spec, size_px)?;
     if lens.is_some() && spec.center_px.is_none() {

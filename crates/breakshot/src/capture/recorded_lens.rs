@@ -1,6 +1,6 @@
 //! The lens that a film's own file gives, as `CameraInfo` in a bag, beside that of the cell.
 
-use super::extrinsics::{FOCAL_STD, check_size, given_lens};
+use super::extrinsics::{FOCAL_STD, SIZE_OF_CELL, check_size, given_lens};
 use super::lens::Lens;
 use crate::cell::{Cell, Intrinsics};
 use crate::error::Result;
@@ -38,6 +38,7 @@ pub(super) fn with_recorded(
     let topic = topic.escape_debug().to_string();
     if cell.camera.gives_lens() {
         let spec = cell.camera.resolved("cell")?;
+        check_size(name, size_px, &spec, SIZE_OF_CELL)?;
         let warning = match given_lens(&spec, size_px)? {
             Some(lens) => difference(&lens, &topic, intrinsics, size_px),
             None => Some(format!(
@@ -46,7 +47,7 @@ pub(super) fn with_recorded(
         };
         return Ok((cell.clone(), warning.into_iter().collect()));
     }
-    check_size(name, size_px, &cell.camera, "the camera's image_size_px")?;
+    check_size(name, size_px, &cell.camera, SIZE_OF_CELL)?;
     let intrinsics = intrinsics?;
     let camera = cell.camera.with_intrinsics(intrinsics);
     let whose =
