@@ -8,12 +8,14 @@
 //! | `http` | who may ask, and how much? |
 //! | `project` | which files of the folder are there, and which are not of the folder? |
 //! | `pile` | what does a strike do to this pile? where may an object be put? which strike is planned? |
+//! | `compare` | how does a filmed strike compare with its simulation? |
 //! | `films` | what do the films show, and what was found in them? |
 //! | `jobs` | what takes longer, how far is it, is it to end? |
 //! | `studio` | which question goes where? |
 //! | `assets` | the page itself |
 
 mod assets;
+mod compare;
 mod films;
 mod http;
 mod jobs;

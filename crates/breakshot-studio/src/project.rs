@@ -1,5 +1,6 @@
 //! The folder of the project: which files it holds, and that no name leads out of it.
 
+use crate::compare::shown;
 use breakshot::cell::CameraInfo;
 use breakshot::files::FilmPath;
 use breakshot::{Error, Result, files};
@@ -28,6 +29,9 @@ pub(crate) struct Contents {
     pub(crate) campaigns: Vec<String>,
     pub(crate) cells: Vec<String>,
     pub(crate) objects: Vec<String>,
+    pub(crate) films: Vec<String>,
+    pub(crate) tracks: Vec<String>,
+    pub(crate) comparisons: Vec<String>,
 }
 
 impl Project {
@@ -139,6 +143,9 @@ impl Project {
                 Some(Kind::Campaign) => found.campaigns.push(name),
                 Some(Kind::Cell) => found.cells.push(name),
                 Some(Kind::Objects) => found.objects.push(name),
+                Some(Kind::Film) => found.films.push(name),
+                Some(Kind::Tracks) => found.tracks.push(name),
+                Some(Kind::Comparison) => found.comparisons.push(name),
                 None => {}
             }
         }
@@ -172,6 +179,9 @@ enum Kind {
     Campaign,
     Cell,
     Objects,
+    Film,
+    Tracks,
+    Comparison,
 }
 
 /// Largest file whose content decides what it is (bytes).
@@ -180,6 +190,9 @@ const MOST_BYTES: u64 = 64 << 20;
 /// What a file is, by the keys at its top.
 fn kind(path: &Path) -> Option<Kind> {
     let extension = path.extension()?.to_str()?;
+    if files::FILM_EXTENSIONS.contains(&extension.to_ascii_lowercase().as_str()) {
+        return Some(Kind::Film);
+    }
     if !matches!(extension, "toml" | "json") || path.metadata().ok()?.len() > MOST_BYTES {
         return None;
     }
@@ -201,6 +214,10 @@ fn kind(path: &Path) -> Option<Kind> {
     match () {
         () if has(&["strike", "outcome", "prediction"], &known) => Some(Kind::Plan),
         () if has(&["friction", "mass_ratio"], &known) => Some(Kind::Properties),
+        () if has(&["video", "tracks"], &known) => Some(Kind::Tracks),
+        () if has(&["before", "observed", "predicted"], &known) => {
+            shown::is_comparison(path).then_some(Kind::Comparison)
+        }
         () if has(&["start_m", "heading_rad", "travel_m"], &known) => Some(Kind::Strike),
         () => None,
     }

@@ -1,5 +1,6 @@
 //! Which question goes where?
 
+use crate::compare::{comparing, shown};
 use crate::films::clips::{self, Campaigns};
 use crate::films::frames::{self, Films};
 use crate::films::{learning, motion};
@@ -72,6 +73,10 @@ impl Studio {
             "clip" => reply(self.clip(request)),
             "film" => reply(self.film(request)),
             "properties" => reply(self.properties(request)),
+            "comparison" => reply(self.comparison(request)),
+            "frame" if request.field("film").is_some() => {
+                self.film_frame(request).unwrap_or_else(|error| reply(Err::<(), _>(error)))
+            }
             "frame" => self.frame(request).unwrap_or_else(|error| reply(Err::<(), _>(error))),
             _ => unknown(),
         }
@@ -91,6 +96,7 @@ impl Studio {
             "map" => asked(request, |r: &MapRequest| Ok(self.start_map(r))),
             "new" => asked(request, |r| save::new_scene(project, r)),
             "estimate" => asked(request, |r: &EstimateRequest| self.start_estimate(r)),
+            "compare" => asked(request, |r| Ok(self.start_comparison(r))),
             "track" => asked(request, |r: &TrackRequest| self.start_tracking(r)),
             _ => unknown(),
         }
@@ -184,6 +190,29 @@ impl Studio {
     fn start_map(&self, request: &MapRequest) -> Option<u64> {
         let (project, cache, request) = (self.project.clone(), self.cache.clone(), request.clone());
         self.jobs.start(move |job| planning::map(&project, &cache, &request, job))
+    }
+}
+
+/// The views beside films, properties and pile.
+impl Studio {
+    fn comparison(&self, request: &Request) -> Result<shown::Shown> {
+        shown::shown(&self.project, &self.cache, request.field("file").unwrap_or_default())
+    }
+
+    /// A frame of a film of the project, as it is decoded; its time is in a header.
+    fn film_frame(&self, request: &Request) -> Result<Answer> {
+        let path = self.project.file(request.field("film").unwrap_or_default())?;
+        let Some(Ok(number)) = request.field("frame").map(str::parse) else { return Ok(unknown()) };
+        let Some(picture) = self.films.picture(&path, None, number)? else { return Ok(unknown()) };
+        Ok(Response::new("image/png", picture.png.clone())
+            .with("Frame-Time", picture.time_s.to_string())
+            .into())
+    }
+
+    /// The number of the job; none if too many are running.
+    fn start_comparison(&self, request: &comparing::CompareRequest) -> Option<u64> {
+        let (project, cache, request) = (self.project.clone(), self.cache.clone(), request.clone());
+        self.jobs.start(move |job| comparing::compared(&project, &cache, &request, job))
     }
 }
 

@@ -7,9 +7,6 @@ use breakshot::{Error, Result, files};
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
-/// Extensions of films.
-const FILMS: [&str; 14] =
-    ["mp4", "mov", "m4v", "y4m", "mkv", "webm", "avi", "mpg", "mpeg", "mts", "m2ts", "ts", "wmv", "mcap"];
 /// The file that makes a folder of pictures a film.
 const TIMING: &str = "timing.toml";
 /// The file that makes a folder a bag of ROS 2, and its first key.
@@ -86,7 +83,7 @@ fn collect(folder: &Path, deepest: usize, clips: &mut Vec<PathBuf>) -> Result<()
         let path = entry.map_err(unreadable)?.path();
         let is_hidden = path.file_name().is_some_and(|name| name.to_string_lossy().starts_with('.'));
         let extension = path.extension().map(|extension| extension.to_string_lossy().to_lowercase());
-        let is_clip = |extension: &str| FILMS.contains(&extension) || extension == "csv";
+        let is_clip = |extension: &str| files::FILM_EXTENSIONS.contains(&extension) || extension == "csv";
         if is_hidden {
         } else if path.is_dir() && !path.join(TIMING).exists() && !is_bag(&path) {
             if deepest > 0 {

@@ -10,7 +10,10 @@ mod paper_figures;
 mod warning_lines;
 mod weighed;
 
-pub use html::{CheckPage, CheckedClip, ClipMotion, FilmedStrike, Page, SimulatedStrike};
+pub use html::{
+    CheckPage, CheckedClip, ClipMotion, DifferenceReason, FilmedStrike, Page, SimulatedStrike,
+    difference_reasons,
+};
 pub use overlay::{Overlay, RgbImage};
 pub use paper_figures::{FigureFile, PaperFigures};
 pub use warning_lines::warning_lines;

@@ -5,13 +5,38 @@ use super::text::{mm, sentence};
 use crate::physics::Trajectory;
 use crate::report::figures::escaped;
 use crate::verify::{Alignment, Divergence, Report};
+use serde::Serialize;
 
-/// What the difference may come from: where the objects leave their simulated motion, their initial poses, and what was assumed.
+/// Something that the difference between a film and its simulation may come from.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
+pub struct DifferenceReason {
+    /// One sentence.
+    pub text: String,
+    /// The time that it concerns (s after the striker starts); none where it concerns no single time.
+    pub time_s: Option<f64>,
+}
+
+impl DifferenceReason {
+    fn of(text: String) -> Self {
+        Self { text, time_s: None }
+    }
+}
+
+/// What the difference between a film and its simulation may come from: where the objects leave their simulated motion, their initial poses,
+/// the closest hit or miss of the simulation, its notes, and what was assumed. These are the sentences of `report.html`.
+pub fn difference_reasons(report: &Report, trajectory: Option<&Trajectory>) -> Vec<DifferenceReason> {
+    let mut reasons = report.alignment.as_ref().map(divergences).unwrap_or_default();
+    reasons.extend(initial_poses(report));
+    reasons.extend(trajectory.map(assumptions).unwrap_or_default());
+    reasons
+}
+
+/// The reasons as a list of the page.
 pub(super) fn explanation(film: &FilmedStrike) -> String {
-    let mut items = film.report.alignment.as_ref().map(divergences).unwrap_or_default();
-    items.extend(initial_poses(film.report));
-    items.extend(film.trajectory.map(assumptions).unwrap_or_default());
-    let items: String = items.iter().map(|item| format!("<li>{}</li>\n", escaped(item))).collect();
+    let items = difference_reasons(film.report, film.trajectory);
+    let items: String =
+        items.iter().map(|reason| format!("<li>{}</li>\n", escaped(&reason.text))).collect();
     let rule = film.report.alignment.as_ref().map_or(String::new(), |_| {
         format!(
             "<p>An object leaves its simulated motion where it is more than {} from it and stays so. The earliest comes first: what happens \
@@ -26,9 +51,9 @@ pub(super) fn explanation(film: &FilmedStrike) -> String {
 }
 
 /// Where the objects leave their simulated motion.
-fn divergences(alignment: &Alignment) -> Vec<String> {
+fn divergences(alignment: &Alignment) -> Vec<DifferenceReason> {
     if alignment.divergences.is_empty() {
-        return vec!["No object leaves its simulated motion.".into()];
+        return vec![DifferenceReason::of("No object leaves its simulated motion.".into())];
     }
     let left = |divergence: &Divergence| {
         let Divergence { object, time_s, distance_m, last_impact, .. } = divergence;
@@ -36,33 +61,36 @@ fn divergences(alignment: &Alignment) -> Vec<String> {
             Some(impact) => format!(", after {} ({:.3} s)", impact.bodies.join(" hits "), impact.time_s),
             None => "; the simulation has no impact of it before that".into(),
         };
-        format!("{object} leaves its simulated motion at {time_s:.3} s ({}){impact}.", mm(*distance_m))
+        let distance = mm(*distance_m);
+        let text = format!("{object} leaves its simulated motion at {time_s:.3} s ({distance}){impact}.");
+        DifferenceReason { text, time_s: Some(*time_s) }
     };
     alignment.divergences.iter().map(left).collect()
 }
 
 /// How far the object that lay farthest from its pose in the scene lay from it.
-fn initial_poses(report: &Report) -> Option<String> {
+fn initial_poses(report: &Report) -> Option<DifferenceReason> {
     let worst = report.objects.iter().max_by(|a, b| a.placement_error_m.total_cmp(&b.placement_error_m))?;
-    Some(format!(
+    Some(DifferenceReason::of(format!(
         "Before the strike {} lay {} from its position in the scene, from which the simulation starts; no other object lay farther from its own.",
         worst.object,
         mm(worst.placement_error_m)
-    ))
+    )))
 }
 
 /// The closest hit or miss, where small changes have the largest effect, and what the simulation assumes.
-fn assumptions(trajectory: &Trajectory) -> Vec<String> {
+fn assumptions(trajectory: &Trajectory) -> Vec<DifferenceReason> {
     let closest = trajectory.closest_near_miss.iter().map(|near| {
         let (verb, margin) = if near.hit { (" hits ", "an overlap") } else { (" misses ", "a gap") };
-        format!(
+        let text = format!(
             "The closest hit or miss of the simulation, where small changes have the largest effect: {} at {:.3} s with {margin} of {}.",
             near.bodies.join(verb),
             near.time_s,
             mm(near.margin_m)
-        )
+        );
+        DifferenceReason { text, time_s: Some(near.time_s) }
     });
     let notes = trajectory.notes.iter().map(|note| sentence(&format!("in the simulation, {note}")));
     let assumed = trajectory.assumed.iter().map(|assumed| sentence(&assumed.to_string()));
-    closest.chain(notes).chain(assumed).collect()
+    closest.chain(notes.chain(assumed).map(DifferenceReason::of)).collect()
 }

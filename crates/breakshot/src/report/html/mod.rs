@@ -21,6 +21,7 @@ mod top_views;
 mod warnings;
 
 pub use check::{CheckPage, CheckedClip};
+pub use explanation::{DifferenceReason, difference_reasons};
 pub use content::{ClipMotion, FilmedStrike, Page, SimulatedStrike};
 
 use super::figures::{Palette, escaped};
