@@ -1,5 +1,7 @@
 /** Opens the page: the link's token becomes a cookie, then the view starts. */
 
+import { CellView } from "/cell/view.js";
+import { Compare } from "/compare/view.js";
 import { byId, html } from "/elements.js";
 import { Films } from "/films/view.js";
 import { addKeys, startKeys } from "/keys.js";
@@ -9,7 +11,7 @@ import { ask, read } from "/server.js";
 
 const TOKEN = /^[0-9a-f]{64}$/;
 /** Name and title of each view, in the order of the work. */
-const VIEWS = [["films", "Films"], ["learned", "Properties"], ["pile", "Pile"]];
+const VIEWS = [["films", "Films"], ["learned", "Properties"], ["pile", "Pile"], ["compare", "Compare"], ["cell", "Cell"]];
 
 /** Exchanges the token behind `#` for a cookie; it leaves the address at once. */
 async function open() {
@@ -63,7 +65,9 @@ function startViews(contents) {
     location.hash = "/films";
     films.openAt(clip, where).catch(message.error);
   });
-  const views = { films, learned, pile };
+  const compare = new Compare(message);
+  const cell = new CellView(message);
+  const views = { films, learned, pile, compare, cell };
   byId("views").replaceChildren(...VIEWS.map(([name, title]) => html("a", { href: `#/${name}` }, title)));
   const started = new Set();
   const go = () => {

@@ -15,7 +15,7 @@ const INDEX: &[u8] = include_bytes!("../assets/index.html");
 const REPORT_STYLE: &[u8] = include_bytes!("../assets/report.css");
 
 /// Path, media type and content of each file.
-const FILES: [(&str, &str, &[u8]); 25] = assets![
+const FILES: [(&str, &str, &[u8]); 37] = assets![
     "studio.css": "text/css; charset=utf-8",
     "icon.svg": "image/svg+xml",
     "app.js": "text/javascript; charset=utf-8",
@@ -41,6 +41,18 @@ const FILES: [(&str, &str, &[u8]); 25] = assets![
     "pile/map.js": "text/javascript; charset=utf-8",
     "pile/new.js": "text/javascript; charset=utf-8",
     "pile/goal.js": "text/javascript; charset=utf-8",
+    "compare/view.js": "text/javascript; charset=utf-8",
+    "compare/film.js": "text/javascript; charset=utf-8",
+    "compare/table.js": "text/javascript; charset=utf-8",
+    "compare/distances.js": "text/javascript; charset=utf-8",
+    "compare/findings.js": "text/javascript; charset=utf-8",
+    "compare/new.js": "text/javascript; charset=utf-8",
+    "cell/view.js": "text/javascript; charset=utf-8",
+    "cell/picture.js": "text/javascript; charset=utf-8",
+    "cell/tags.js": "text/javascript; charset=utf-8",
+    "robot/view.js": "text/javascript; charset=utf-8",
+    "robot/arm.js": "text/javascript; charset=utf-8",
+    "robot/speeds.js": "text/javascript; charset=utf-8",
 ];
 
 /// The file at this path; none if the page has no such file.

@@ -8,19 +8,23 @@
 //! | `http` | who may ask, and how much? |
 //! | `project` | which files of the folder are there, and which are not of the folder? |
 //! | `pile` | what does a strike do to this pile? where may an object be put? which strike is planned? |
+//! | `cell` | where does the camera see the tags, and where does the cell give them? |
 //! | `compare` | how does a filmed strike compare with its simulation? |
 //! | `films` | what do the films show, and what was found in them? |
+//! | `robot` | what would the arm do for a strike? |
 //! | `jobs` | what takes longer, how far is it, is it to end? |
 //! | `studio` | which question goes where? |
 //! | `assets` | the page itself |
 
 mod assets;
+mod cell;
 mod compare;
 mod films;
 mod http;
 mod jobs;
 mod pile;
 mod project;
+mod robot;
 mod studio;
 
 use breakshot::{Error, Result};

@@ -1,5 +1,6 @@
 //! Which question goes where?
 
+use crate::cell::{editing, fit};
 use crate::compare::{comparing, shown};
 use crate::films::clips::{self, Campaigns};
 use crate::films::frames::{self, Films};
@@ -12,6 +13,7 @@ use crate::pile::planning::{self, MapRequest, PlanRequest};
 use crate::pile::request::Cache;
 use crate::pile::{save, settle};
 use crate::project::Project;
+use crate::robot::command;
 use breakshot::campaign::{Campaign, Source};
 use breakshot::{Result, estimate, files};
 use serde::Serialize;
@@ -96,6 +98,9 @@ impl Studio {
             "map" => asked(request, |r: &MapRequest| Ok(self.start_map(r))),
             "new" => asked(request, |r| save::new_scene(project, r)),
             "estimate" => asked(request, |r: &EstimateRequest| self.start_estimate(r)),
+            "fit" => asked(request, |r| fit::fitted(project, cache, r)),
+            "save-tags" => asked(request, |r| editing::save(project, r)),
+            "command" => asked(request, |r| command::found(project, cache, r)),
             "compare" => asked(request, |r| Ok(self.start_comparison(r))),
             "track" => asked(request, |r: &TrackRequest| self.start_tracking(r)),
             _ => unknown(),

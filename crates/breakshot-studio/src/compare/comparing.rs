@@ -47,8 +47,7 @@ pub(crate) fn compared(
     let strike = files::load_strike(project.file(&request.strike)?)?;
     let trajectory = physics::trajectory(scene, &properties, &strike, &plan::laws(scene)?)?;
     let tracks = tracks(project, scene, &request.film, job)?;
-    let mut report =
-        verify::comparison(scene, &trajectory.final_poses, &Observed::from_tracks(&tracks))?;
+    let mut report = verify::comparison(scene, &trajectory.final_poses, &Observed::from_tracks(&tracks))?;
     report.align(&tracks, &trajectory);
     if !job.goes_on(1.0) {
         return Err(Error::Stopped);

@@ -87,7 +87,8 @@ pub(crate) fn shown(project: &Project, cache: &Cache, file: &str) -> Result<Show
     let film = contents.films.into_iter().find(|film| Path::new(film).file_name() == Some(name));
     let film = film.filter(|film| !holds_tracks(film));
     let path = film.as_ref().map(|film| project.file(film)).transpose()?;
-    let camera = path.as_ref().map(|path| Ok(Capture::of(Footage::open(path)?, &scene.cell)?.camera)).transpose()?;
+    let camera =
+        path.as_ref().map(|path| Ok(Capture::of(Footage::open(path)?, &scene.cell)?.camera)).transpose()?;
     let times_s = frame_times_s(path.as_deref(), &scene, &tracks)?;
     let start_s = report.alignment.as_ref().map(|alignment| alignment.start_s);
     let view = View { scene: &scene, camera: camera.as_ref(), trajectory: &trajectory, start_s };
@@ -114,12 +115,7 @@ pub(crate) fn is_comparison(report: &Path) -> bool {
 }
 
 /// The scene whose poses are those from which the report measures the initial ones.
-fn scene_of(
-    project: &Project,
-    cache: &Cache,
-    scenes: &[String],
-    report: &Report,
-) -> Result<(String, Scene)> {
+fn scene_of(project: &Project, cache: &Cache, scenes: &[String], report: &Report) -> Result<(String, Scene)> {
     for name in scenes {
         if let Ok(loaded) = cache.scene_file(project, name)
             && fits(&loaded.0, report)
@@ -174,7 +170,8 @@ impl View<'_> {
     }
 
     fn shot(&self, name: &str, object: Option<&Object>, sample: &Sample) -> Shot {
-        let outline = |pose: Pose| self.camera.zip(object).map_or(Vec::new(), |(c, o)| outline_px(c, o, pose));
+        let outline =
+            |pose: Pose| self.camera.zip(object).map_or(Vec::new(), |(c, o)| outline_px(c, o, pose));
         let has_outline = |o: &Object| sample.yaw_rad.is_some() || matches!(o.shape, Shape::Disc { .. });
         let filmed = Pose { position: sample.position(), yaw_rad: sample.yaw_rad.unwrap_or(0.0) };
         let simulated = self.start_s.and_then(|start_s| self.trajectory.pose(name, sample.time_s - start_s));

@@ -5,7 +5,7 @@ use crate::project::Project;
 use breakshot::scene::{Goal, Placed, Strike};
 use breakshot::{Error, Result, files};
 use serde::Deserialize;
-use toml_edit::{Array, ArrayOfTables, DocumentMut, Item, Table, Value, value};
+use toml_edit::{Array, ArrayOfTables, DocumentMut, Item, Table, TableLike, Value, value};
 
 /// A pile to be written.
 #[derive(Debug, Deserialize)]
@@ -113,12 +113,12 @@ fn project_path(name: &str) -> std::path::PathBuf {
 }
 
 /// A pair of numbers.
-fn pair(numbers: [f64; 2]) -> Value {
+pub(crate) fn pair(numbers: [f64; 2]) -> Value {
     Value::Array(Array::from_iter(numbers))
 }
 
 /// Sets a number; one that is equal stays as it is written.
-fn set(table: &mut Table, key: &str, new: Value) {
+pub(crate) fn set(table: &mut dyn TableLike, key: &str, new: Value) {
     let same = |old: &Value| numbers(old) == numbers(&new) && old.type_name() == new.type_name();
     match table.get_mut(key).and_then(Item::as_value_mut) {
         Some(old) if same(old) => {}

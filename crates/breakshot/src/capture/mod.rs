@@ -20,7 +20,7 @@ mod source;
 mod tags;
 
 pub use board::{LensCalibration, LensParameter, lens_calibration};
-pub use calibrate::{Calibration, calibration};
+pub use calibrate::{Calibration, TagResidual, calibration};
 pub use camera::{Camera, TagFit};
 pub(crate) use camera_motion::{CAMERA_MOVED, CameraMotion};
 pub use extrinsics::camera;

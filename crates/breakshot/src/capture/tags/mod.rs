@@ -65,7 +65,7 @@ impl DetectedTag {
 impl Tag {
     /// The corners of its black square on the table: top left, top right, bottom right, bottom left of the upright
     /// tag (m).
-    pub(super) fn corners_m(&self) -> [Point; 4] {
+    pub fn corners_m(&self) -> [Point; 4] {
         let pose = Pose { position: self.center_m, yaw_rad: self.yaw_rad };
         let half = self.size_m / 2.0;
         [(-half, half), (half, half), (half, -half), (-half, -half)]

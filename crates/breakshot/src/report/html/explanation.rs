@@ -35,8 +35,7 @@ pub fn difference_reasons(report: &Report, trajectory: Option<&Trajectory>) -> V
 /// The reasons as a list of the page.
 pub(super) fn explanation(film: &FilmedStrike) -> String {
     let items = difference_reasons(film.report, film.trajectory);
-    let items: String =
-        items.iter().map(|reason| format!("<li>{}</li>\n", escaped(&reason.text))).collect();
+    let items: String = items.iter().map(|reason| format!("<li>{}</li>\n", escaped(&reason.text))).collect();
     let rule = film.report.alignment.as_ref().map_or(String::new(), |_| {
         format!(
             "<p>An object leaves its simulated motion where it is more than {} from it and stays so. The earliest comes first: what happens \

@@ -21,8 +21,8 @@ mod top_views;
 mod warnings;
 
 pub use check::{CheckPage, CheckedClip};
-pub use explanation::{DifferenceReason, difference_reasons};
 pub use content::{ClipMotion, FilmedStrike, Page, SimulatedStrike};
+pub use explanation::{DifferenceReason, difference_reasons};
 
 use super::figures::{Palette, escaped};
 

@@ -117,7 +117,7 @@ impl MountedArm {
         Some(ImpulseGeometry {
             angles_rad: angles_rad.to_vec(),
             tip_m: on_table(self.arm.tip(angles_rad).translation.vector.into()),
-            skeleton_m: self.arm.skeleton(angles_rad).into_iter().map(on_table).collect(),
+            skeleton_m: self.skeleton_on_table(angles_rad),
             mobility_per_kg: std::array::from_fn(|i| std::array::from_fn(|j| mobility[(i, j)])),
             principal: order
                 .map(|k| Direction::new(in_space.eigenvectors.column(k).into(), &mobility, conditions)),

@@ -67,6 +67,13 @@ impl MountedArm {
         Vec2::new(velocity.x, velocity.y)
     }
 
+    /// The origins of base, joints, flange and tip (m, table frame).
+    pub fn skeleton_on_table(&self, angles_rad: &[f64]) -> Vec<[f64; 3]> {
+        let table_from_base = self.base_from_table.inverse();
+        let on_table = |point: [f64; 3]| (table_from_base * nalgebra::Point3::from(point)).into();
+        self.arm.skeleton(angles_rad).into_iter().map(on_table).collect()
+    }
+
     /// The position of the base in the table plane.
     pub fn base_on_table(&self) -> Point {
         let base = self.base_from_table.inverse().translation;

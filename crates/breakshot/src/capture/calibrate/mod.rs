@@ -1,5 +1,9 @@
 //! How well does the camera fit the tags, and what does the fit look like in the picture?
 
+mod residuals;
+
+pub use residuals::TagResidual;
+
 use super::Capture;
 use super::camera::Camera;
 use super::image::GreyImage;

@@ -1,0 +1,4 @@
+//! Where does the camera of a cell see the tags, and where does the cell give them?
+
+pub(crate) mod editing;
+pub(crate) mod fit;
