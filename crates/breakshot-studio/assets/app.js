@@ -7,11 +7,12 @@ import { Films } from "/films/view.js";
 import { addKeys, startKeys } from "/keys.js";
 import { Learned } from "/learned.js";
 import { Pile } from "/pile/view.js";
+import { RobotView } from "/robot/view.js";
 import { ask, read } from "/server.js";
 
 const TOKEN = /^[0-9a-f]{64}$/;
 /** Name and title of each view, in the order of the work. */
-const VIEWS = [["films", "Films"], ["learned", "Properties"], ["pile", "Pile"], ["compare", "Compare"], ["cell", "Cell"]];
+const VIEWS = [["films", "Films"], ["learned", "Properties"], ["pile", "Pile"], ["compare", "Compare"], ["cell", "Cell"], ["robot", "Robot"]];
 
 /** Exchanges the token behind `#` for a cookie; it leaves the address at once. */
 async function open() {
@@ -67,7 +68,8 @@ function startViews(contents) {
   });
   const compare = new Compare(message);
   const cell = new CellView(message);
-  const views = { films, learned, pile, compare, cell };
+  const robot = new RobotView(message);
+  const views = { films, learned, pile, compare, cell, robot };
   byId("views").replaceChildren(...VIEWS.map(([name, title]) => html("a", { href: `#/${name}` }, title)));
   const started = new Set();
   const go = () => {

@@ -1,5 +1,6 @@
 //! Which question goes where?
 
+use crate::cell::first_frames::FirstFrames;
 use crate::cell::{editing, fit};
 use crate::compare::{comparing, shown};
 use crate::films::clips::{self, Campaigns};
@@ -28,6 +29,7 @@ pub(crate) struct Studio {
     clouds: Clouds,
     campaigns: Campaigns,
     films: Films,
+    first_frames: FirstFrames,
     jobs: Jobs,
 }
 
@@ -42,6 +44,7 @@ impl Studio {
             clouds: Clouds::default(),
             campaigns: Campaigns::default(),
             films: Films::default(),
+            first_frames: FirstFrames::default(),
             jobs: Jobs::default(),
         })
     }
@@ -98,7 +101,7 @@ impl Studio {
             "map" => asked(request, |r: &MapRequest| Ok(self.start_map(r))),
             "new" => asked(request, |r| save::new_scene(project, r)),
             "estimate" => asked(request, |r: &EstimateRequest| self.start_estimate(r)),
-            "fit" => asked(request, |r| fit::fitted(project, cache, r)),
+            "fit" => asked(request, |r| fit::fitted(project, cache, &self.first_frames, r)),
             "save-tags" => asked(request, |r| editing::save(project, r)),
             "command" => asked(request, |r| command::found(project, cache, r)),
             "compare" => asked(request, |r| Ok(self.start_comparison(r))),

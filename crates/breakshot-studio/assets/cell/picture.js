@@ -112,6 +112,9 @@ export class Picture {
       const d = `M${p} ${q}L${(p + (u - p) * this.#times).toFixed(2)} ${(q + (v - q) * this.#times).toFixed(2)}`;
       return [svg("path", { class: "residual-ground", d }), svg("path", { class: "residual", d }), svg("circle", { class: "residual-foot", cx: p, cy: q, r: size / 22 })];
     });
+    const width = this.#fit.calibration.camera.size_px[0];
+    const anchor = x < width * 0.1 ? "start" : x > width * 0.9 ? "end" : "middle";
+    const side = { start: Math.min(...outline.map((p) => p[0]), x), middle: x, end: Math.max(...outline.map((p) => p[0]), x) }[anchor];
     const isAbove = low > this.#fit.calibration.camera.size_px[1] * 0.93;
     const classes = ["tag", state, this.#edited.has(id) ? "edited" : "", this.#selected === id ? "selected" : ""].join(" ");
     return svg("g", { class: classes, "data-tag": id, tabindex: 0, role: "button", "aria-label": `${words}. Arrows move it.`, onfocus: () => this.#on.select(id) },
@@ -120,7 +123,7 @@ export class Picture {
       svg("path", { class: "tag-outline", d: closed(outline) }),
       svg("circle", { class: "tag-reach", cx: x, cy: y, r: size * 0.62 }),
       ...residuals,
-      svg("text", { class: "mark-name", x, y: isAbove ? y - size * 0.55 : low, dy: isAbove ? "-0.3em" : "1.25em", "text-anchor": "middle" }, words));
+      svg("text", { class: "mark-name", x: Math.max(side, 4), y: isAbove ? y - size * 0.55 : low, dy: isAbove ? "-0.3em" : "1.25em", "text-anchor": anchor }, words));
   }
 
   #place(event) {

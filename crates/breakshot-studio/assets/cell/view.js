@@ -18,7 +18,7 @@ export class CellView {
   #fit = null;
   /** Tags that are not where the file has them: `{ center_m, yaw_rad }` by number. */
   #edited = new Map();
-  #isMagnified = false;
+  #isChosen = false;
 
   constructor(message) {
     this.#message = message;
@@ -68,7 +68,7 @@ export class CellView {
 
   #open() {
     this.#edited.clear();
-    this.#isMagnified = false;
+    this.#isChosen = false;
     this.picture.open(byId("cell-film").value);
     this.#ask();
   }
@@ -85,7 +85,8 @@ export class CellView {
     this.#fit = fit;
     this.#message.clear();
     byId("cell-error").hidden = true;
-    if (!this.#isMagnified) this.#fitMagnification();
+    // Until a person chooses another, the magnification is that at which the residuals fit beside the tags.
+    if (!this.#isChosen) this.#fitMagnification();
     this.list.show(fit, this.#edited);
     this.picture.show(fit, this.#times, this.#edited);
     this.#camera(fit);
@@ -107,7 +108,6 @@ export class CellView {
     const room = LONGEST * this.#fit.calibration.camera.size_px[0];
     const times = TIMES.findLast((t) => t * Math.max(...lengths, 1e-6) <= room) ?? TIMES[0];
     fillSelect(byId("cell-times"), TIMES.map((t) => [String(t), `${t} times`]), String(times));
-    this.#isMagnified = true;
     this.#scale();
   }
 
@@ -116,6 +116,7 @@ export class CellView {
   }
 
   #magnify() {
+    this.#isChosen = true;
     this.#scale();
     if (this.#fit) this.picture.show(this.#fit, this.#times, this.#edited);
   }
@@ -134,7 +135,7 @@ export class CellView {
     if (position) rows.push(["position", `${position.map((v) => fixed(v, 3)).join(", ")} m`]);
     if (tilt != null) rows.push(["optical axis", `${fixed((tilt * 180) / Math.PI, 1)} deg from the vertical`]);
     rows.push(["pixel on the table", `${fixed(pixel * 1e3, 3)} mm`]);
-    if (camera.place_std_m != null) rows.push(["standard deviation at the worst corner", `${mm(camera.place_std_m, 3)} mm`]);
+    if (camera.place_std_m != null) rows.push(["worst standard deviation in the workspace", `${mm(camera.place_std_m, 3)} mm`]);
     if (thickness) rows.push(["thickness of the tags", `${mm(thickness)} mm`]);
     if (lens) {
       rows.push(["lens", lens.is_given ? `of the cell, ${lens.model}` : `of the film or fitted, ${lens.model}`]);

@@ -1,9 +1,10 @@
 //! The fit of the camera, and what is drawn onto its picture.
 
 use super::editing::{TagPosition, edited};
+use super::first_frames::FirstFrames;
 use crate::pile::request::Cache;
 use crate::project::Project;
-use breakshot::capture::{self, Calibration, Camera, Capture, Footage, TagResidual};
+use breakshot::capture::{self, Calibration, Camera, Capture, TagResidual};
 use breakshot::cell::{Cell, DistortionModel, Workspace};
 use breakshot::geometry::{Pixel, Point, Pose, Vec2};
 use breakshot::object;
@@ -99,13 +100,18 @@ const PIECES: u32 = 24;
 ///
 /// # Errors
 /// Files that are not of the project or not valid, a film in which the tags are not where the cell gives them.
-pub(crate) fn fitted(project: &Project, cache: &Cache, request: &FitRequest) -> Result<Fit> {
+pub(crate) fn fitted(
+    project: &Project,
+    cache: &Cache,
+    films: &FirstFrames,
+    request: &FitRequest,
+) -> Result<Fit> {
     let cell = edited(project, &request.cell, &request.tags)?.cell;
     let scene = match &request.scene {
         Some(name) => Some(cache.scene_file(project, name)?),
         None => None,
     };
-    let footage = Footage::open(&project.file(&request.film)?)?;
+    let footage = films.film(&project.file(&request.film)?)?;
     let calibration = capture::calibration(Capture::of(footage, &cell)?)?;
     let residuals = calibration.tag_residuals();
     let drawing = Drawing { camera: &calibration.camera, cell: &cell };

@@ -82,6 +82,8 @@ struct JointPath {
     /// The largest speed of the path (rad/s): the share of the joint's own limit that is used.
     allowed_rad_s: f64,
     speed_rad_s: f64,
+    /// The largest speed of all samples of the path (rad/s).
+    most_rad_s: f64,
     range_rad: [f64; 2],
     q_rad: Vec<f64>,
     qd_rad_s: Vec<f64>,
@@ -183,10 +185,15 @@ fn joints(
     samples: &[(usize, usize)],
 ) -> Vec<JointPath> {
     let links = mounted.arm().links.iter().enumerate();
+    let most = |joint: usize| {
+        let speeds = command.phases.iter().flat_map(|phase| &phase.qd_rad_s).map(|qd| qd[joint].abs());
+        speeds.fold(0.0, f64::max)
+    };
     let joint = |(joint, link): (usize, &robot::Link)| JointPath {
         name: link.joint.name.clone(),
         allowed_rad_s: options.limits.speed_fraction * link.joint.speed_rad_s,
         speed_rad_s: link.joint.speed_rad_s,
+        most_rad_s: most(joint),
         range_rad: link.joint.range_rad,
         q_rad: samples.iter().map(|&(phase, k)| command.phases[phase].q_rad[k][joint]).collect(),
         qd_rad_s: samples.iter().map(|&(phase, k)| command.phases[phase].qd_rad_s[k][joint]).collect(),

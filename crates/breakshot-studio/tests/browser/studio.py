@@ -21,6 +21,17 @@ CHROMIUM = os.environ.get("CHROMIUM", "/usr/bin/chromium")
 # Bounds of the latencies (ms), p95.
 MOTION_MS, CLOUD_MS, STEP_MS, PAINT_MS = 33, 150, 50, 1000
 
+KEYS_OF_VIEWS = {"films": "Alt+1", "learned": "Alt+2", "pile": "Alt+3", "compare": "Alt+4", "cell": "Alt+5", "robot": "Alt+6"}
+
+# An arm that reaches the demo's table.
+ROBOT = """
+[robot]
+arm = "indy7"
+base_from_table = { position_m = [0.55, 0.0, 0.0], rpy_rad = [0.0, 0.0, -1.5708] }
+tool_offset_m = [0.0, 0.0, 0.12]
+tool_mass_kg = 0.3
+"""
+
 FOUR = """cell = "cell.toml"
 objects = "objects.toml"
 
@@ -73,7 +84,7 @@ class Studio:
         return subprocess.run([self.program, *arguments], cwd=self.folder, check=False, capture_output=True, text=True)
 
     def go(self, view):
-        self.page.keyboard.press({"films": "Alt+1", "learned": "Alt+2", "pile": "Alt+3"}[view])
+        self.page.keyboard.press(KEYS_OF_VIEWS[view])
         expect(self.page.locator(f"#{view}")).to_be_visible()
 
     def times_ms(self, path):
@@ -340,6 +351,156 @@ def opens_a_clip_from_its_value(studio):
     expect(page.locator("#film-time")).not_to_contain_text("1/48")
 
 
+def true_minus(text):
+    """A number as the page writes it."""
+    return text.replace("-", "\u2212") if float(text) else text.replace("-", "")
+
+
+def cells_of(row):
+    return [cell.strip() for cell in row.locator("td").all_text_contents()]
+
+
+def compares_film_and_simulation(studio):
+    """A comparison is that of `breakshot verify`, file by file and number by number; film and simulation are shown in step."""
+    page, folder = studio.page, studio.folder
+    studio.go("compare")
+    expect(page.locator("#compare-none")).to_be_visible()
+    page.select_option("#compare-scene", "pile.scene.toml")
+    expect(page.locator("#compare-film-file")).to_have_value("pile.mp4")
+    expect(page.locator("#compare-strike")).to_have_value("pile.strike.json")
+    page.locator("#compare-output").fill("verified")
+    page.locator("#compare-start").focus()
+    page.keyboard.press("c")
+    expect(page.locator("#message")).to_contain_text("Wrote verified/report.json", timeout=60_000)
+    expect(page.locator("#compare-pairs tbody tr")).to_have_count(3)
+    arguments = ["verify", "pile.scene.toml", "pile.mp4", "--properties", "properties.json", "--strike", "pile.strike.json", "-o", "command.verified"]
+    assert studio.command(*arguments).returncode in (0, 3)
+    for name in ("report.json", "tracks.json", "trajectory.json", "distances.csv"):
+        written, wanted = ((folder / where / name).read_bytes() for where in ("verified", "command.verified"))
+        assert written == wanted, f"{name} is not that of `breakshot verify`"
+    report = json_of(folder / "verified/report.json")
+    for k, pair in enumerate(report["pairs"]):
+        *_, filmed, simulated, difference = cells_of(page.locator("#compare-pairs tbody tr").nth(k))
+        wanted = [f"{1e3 * pair[key]:.1f}" for key in ("observed_m", "predicted_m")] + [true_minus(f"{1e3 * pair['difference_m']:+.1f}")]
+        assert [filmed, simulated, difference] == wanted, (pair, filmed, simulated, difference)
+    for k, of in enumerate(report["objects"]):
+        shown = cells_of(page.locator("#compare-objects tbody tr").nth(k))
+        assert shown[:4] == [f"{1e3 * of[key]:.1f}" for key in ("placement_error_m", "observed_way_m", "predicted_way_m", "position_error_m")], (of, shown)
+    expect(page.locator("#compare-mean")).to_have_text(f"{1e3 * report['summary']['all']['mean_m']:.1f} mm")
+    # The reasons are the sentences of the command's page; one with a time leads there.
+    html = (folder / "command.verified/report.html").read_text()
+    reasons = page.locator("#compare-reasons li").all_text_contents()
+    assert len(reasons) > 3 and all(f"<li>{reason}</li>" in html for reason in reasons), reasons
+    divergence = report["alignment"]["divergences"][0]
+    page.locator("#compare-reasons button").first.click()
+    frame = lambda: int(page.get_attribute("#compare-frame", "data-frame"))
+    at = lambda: float(page.text_content("#compare-time").replace("\u2212", "-").split()[0])
+    page.wait_for_timeout(300)
+    assert abs(at() - divergence["time_s"]) < 0.02, (at(), divergence)
+    # A step is a frame of the film, in both drawings.
+    before, time = frame(), at()
+    page.locator("#compare-play").blur()
+    page.keyboard.press("ArrowRight")
+    page.wait_for_timeout(300)
+    assert frame() == before + 1 and 0.01 < at() - time < 0.03, (before, frame(), time, at())
+    expect(page.locator("#compare-overlay .found")).to_have_count(3)
+    expect(page.locator("#compare-overlay .simulated")).to_have_count(3)
+    tracks = json_of(folder / "verified/tracks.json")["tracks"]
+    a, b = (next(t for t in tracks if t["object"] == report["pairs"][0][key])["samples"][frame()] for key in ("a", "b"))
+    now = cells_of(page.locator("#compare-pairs tbody tr").first)[0]
+    assert now == f"{1e3 * ((a['x_m'] - b['x_m']) ** 2 + (a['y_m'] - b['y_m']) ** 2) ** 0.5:.1f}", now
+    selected = page.locator("#compare-pairs [aria-current]")
+    worst = max(report["pairs"], key=lambda pair: abs(pair["difference_m"]))
+    expect(selected).to_contain_text(f"{worst['a']} \u2013 {worst['b']}")
+    page.keyboard.press("]")
+    expect(selected).not_to_contain_text(f"{worst['a']} \u2013 {worst['b']}")
+    for film, table in ((True, False), (False, True), (True, True)):
+        page.keyboard.press("b")
+        expect(page.locator("#compare-film")).to_be_visible(visible=film)
+        expect(page.locator("#compare-table")).to_be_visible(visible=table)
+    shutil.rmtree(folder / "command.verified")
+
+
+def moves_a_tag(studio):
+    """The fit is that of `breakshot calibrate`, also with a tag elsewhere; what is saved keeps the comments."""
+    page, file = studio.page, studio.folder / "cell.toml"
+    studio.go("cell")
+    rows = page.locator("#cell-tags tbody tr")
+    expect(rows).to_have_count(4)
+
+    def is_the_command_s(cell):
+        page.wait_for_timeout(700)
+        found = studio.command("calibrate", "pile.mp4", "--cell", cell, "--json")
+        camera = json.loads(found.stdout)["camera"]
+        for k, tag in enumerate(camera["tags"]):
+            px, mm = cells_of(rows.nth(k))[3:5]
+            assert [px, mm] == [f"{tag['rms_px']:.3f}", f"{1e3 * tag['rms_m']:.3f}"], (tag, px, mm)
+        expect(page.locator("#cell-rms")).to_have_text(f"{1e3 * camera['reprojection_rms_m']:.3f} mm")
+        return camera
+
+    page.select_option("#cell-film", "pile.mp4")
+    is_the_command_s("cell.toml")
+    text = file.read_text()
+    moved = text.replace("center_m = [0.4, -0.21]", "center_m = [0.4013, -0.21]")
+    (studio.folder / "moved.cell.toml").write_text(moved)
+    page.fill('[aria-label="x in mm of tag 1"]', "401.3")
+    expect(rows.nth(1)).to_contain_text("edited")
+    is_the_command_s("moved.cell.toml")
+    assert file.read_text() == text, "an edit alone writes nothing"
+    # One more with the keys, and with the mouse; then everything as it was.
+    tag = page.locator('#cell-overlay [data-tag="1"]')
+    tag.focus()
+    page.keyboard.press("Shift+ArrowUp")
+    expect(page.locator('[aria-label="y in mm of tag 1"]')).to_have_value("-209")
+    page.wait_for_timeout(700)
+    box = page.locator('#cell-overlay [data-tag="1"] .tag-reach').bounding_box()
+    middle = (box["x"] + box["width"] / 2, box["y"] + box["height"] / 2)
+    drag(page, middle, (middle[0] + 3, middle[1]), steps=4)
+    assert float(page.input_value('[aria-label="x in mm of tag 1"]')) > 402
+    page.keyboard.press("u")
+    is_the_command_s("cell.toml")
+    expect(page.locator("#cell-save")).to_be_disabled()
+    page.select_option("#cell-scene", "pile.scene.toml")
+    expect(page.locator("#cell-overlay .object-top")).to_have_count(3)
+    page.fill('[aria-label="x in mm of tag 1"]', "401.3")
+    expect(page.locator("#cell-save")).to_be_enabled()
+    page.keyboard.press("Control+s")
+    expect(page.locator("#message")).to_contain_text("Wrote cell.toml")
+    assert file.read_text() == moved, file.read_text()
+    file.write_text(text)
+    (studio.folder / "moved.cell.toml").unlink()
+
+
+def shows_the_arm(studio):
+    """The joint path is that of `breakshot command`; a cell without an arm gets a sentence."""
+    page = studio.page
+    studio.go("robot")
+    expect(page.locator("#robot-reason")).to_contain_text("add `[robot]`")
+    page.select_option("#robot-strike", "pile.strike.json")
+    page.select_option("#robot-scene", "pile.scene.toml")
+    page.select_option("#robot-cell", "robot.cell.toml")
+    expect(page.locator("#robot-shown")).to_be_visible(timeout=30_000)
+    found = studio.command("command", "pile.strike.json", "--cell", "robot.cell.toml", "--scene", "pile.scene.toml", "-o", "command.json", "--json")
+    summary = json.loads(found.stdout)
+    expect(page.locator("#robot-speed")).to_have_text(f"{summary['stroke']['contact_speed_m_s']:.3f} m/s")
+    expect(page.locator("#robot-stroke")).to_contain_text(summary["hash"])
+    expect(page.locator("#robot-checks li")).to_have_count(len(summary["checks"]))
+    command = json_of(studio.folder / "command.json")
+    text = page.text_content("#robot-speeds")
+    for joint, name in enumerate(command["joints"]):
+        most = max(abs(qd[joint]) for phase in command["phases"] for qd in phase["qd_rad_s"])
+        assert f"{name}{most:.2f} of" in text, (name, most, text)
+    # It is shown at the contact; the phases are stepped through.
+    expect(page.locator("#robot-event")).to_contain_text("strike")
+    page.locator("#robot-play").blur()
+    page.keyboard.press("Control+ArrowRight")
+    expect(page.locator("#robot-event")).to_contain_text("drawing back")
+    page.keyboard.press("k")
+    expect(page.locator("#robot-event")).to_contain_text("strike")
+    expect(page.locator("#robot-above .arm")).to_have_count(1)
+    (studio.folder / "command.json").unlink()
+
+
 def is_accessible(studio, view):
     """axe-core finds nothing serious."""
     from axe_playwright_python.sync_playwright import Axe
@@ -351,7 +512,7 @@ def is_accessible(studio, view):
 
 def takes_pictures(studio, shots):
     page = studio.page
-    for view in ("films", "learned", "pile"):
+    for view in KEYS_OF_VIEWS:
         studio.go(view)
         for scheme in ("light", "dark"):
             for width, height in ((1280, 900), (800, 1100)):
@@ -373,6 +534,7 @@ def takes_pictures(studio, shots):
 def project(demo, folder):
     shutil.copytree(demo, folder)
     (folder / "four.scene.toml").write_text(FOUR)
+    (folder / "robot.cell.toml").write_text((folder / "cell.toml").read_text() + ROBOT)
 
 
 def main(program, demo, shots):
@@ -392,6 +554,9 @@ def main(program, demo, shots):
             plays_the_motion(studio)
             times |= steps_through_films(studio)
             opens_a_clip_from_its_value(studio)
+            compares_film_and_simulation(studio)
+            moves_a_tag(studio)
+            shows_the_arm(studio)
             takes_pictures(studio, shots)
             assert not studio.problems, studio.problems
         finally:
