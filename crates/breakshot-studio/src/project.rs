@@ -187,7 +187,7 @@ enum Kind {
 /// Largest file whose content decides what it is (bytes).
 const MOST_BYTES: u64 = 64 << 20;
 
-/// What a file is, by the keys at its top.
+/// What a file is: a film by its extension, others by the keys at their top.
 fn kind(path: &Path) -> Option<Kind> {
     let extension = path.extension()?.to_str()?;
     if files::FILM_EXTENSIONS.contains(&extension.to_ascii_lowercase().as_str()) {

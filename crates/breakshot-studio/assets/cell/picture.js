@@ -49,6 +49,17 @@ export class Picture {
     this.draw();
   }
 
+  /** Moves a tag ahead of its fit, through the camera of the fit that is shown. */
+  move(id, { center_m: [x, y] }) {
+    const tag = this.#fit.tags.find((one) => one.id === id);
+    const [[xx, xy], [yx, yy]] = tag.table_per_px_m;
+    const [u, v] = [x - tag.center_m[0], y - tag.center_m[1]];
+    const det = xx * yy - xy * yx;
+    const [right, down] = [(yy * u - xy * v) / det, (xx * v - yx * u) / det];
+    if (!Number.isFinite(right + down)) return;
+    byId("cell-overlay").querySelector(`[data-tag="${id}"]`)?.setAttribute("transform", `translate(${right.toFixed(2)} ${down.toFixed(2)})`);
+  }
+
   select(id) {
     this.#selected = id;
     for (const tag of byId("cell-overlay").querySelectorAll(".tag")) tag.classList.toggle("selected", Number(tag.dataset.tag) === id);
@@ -64,6 +75,8 @@ export class Picture {
       ...this.#fit.tags.map((tag) => this.#tag(tag)),
       ...marks.flatMap(([read, predicted]) => [read && this.#cross(read, 6), predicted && svg("circle", { class: "predicted", cx: predicted[0], cy: predicted[1], r: 6 })].filter(Boolean)),
     );
+    // A fit that comes while a tag is moved on is older than the position on the page.
+    for (const [id, position] of this.#edited) this.move(id, position);
     if (focused != null) byId("cell-overlay").querySelector(`[data-tag="${focused}"]`)?.focus();
   }
 

@@ -7,6 +7,11 @@ const DASH = "\u2013";
 const MM_DECIMALS = 2;
 const DEG_DECIMALS = 2;
 
+/** Sets a number unless a person is writing it. */
+function put(field, value, decimals) {
+  if (document.activeElement !== field) field.value = String(Number(value.toFixed(decimals)));
+}
+
 export class TagList {
   #on;
   #rows = new Map();
@@ -26,7 +31,7 @@ export class TagList {
       byId("cell-tags").tBodies[0].replaceChildren(...[...this.#rows.values()].map(({ row }) => row));
     }
     const worst = this.#worst(fit);
-    for (const tag of fit.tags) this.#fill(tag, fit.calibration.camera.tags.find((one) => one.id === tag.id), edited.has(tag.id), tag.id === worst);
+    for (const tag of fit.tags) this.#fill(tag, fit.calibration.camera.tags.find((one) => one.id === tag.id), edited.get(tag.id), tag.id === worst);
     const all = fit.calibration.camera;
     byId("cell-all-px").textContent = fixed(all.reprojection_rms_px, 3);
     byId("cell-all-mm").textContent = fixed(all.reprojection_rms_m * 1e3, 3);
@@ -59,24 +64,27 @@ export class TagList {
     return { row, fields: { x, y, yaw }, cells: { px, off, dx, dy, mark }, reset, tag };
   }
 
-  #fill({ id, center_m: center, yaw_rad: yaw, residual }, fit, isEdited, isWorst) {
-    const { row, fields, cells, reset, tag } = this.#rows.get(id);
-    tag.center = center;
-    const put = (field, value, decimals) => {
-      if (document.activeElement !== field) field.value = String(Number(value.toFixed(decimals)));
-    };
-    put(fields.x, center[0] * 1e3, MM_DECIMALS);
-    put(fields.y, center[1] * 1e3, MM_DECIMALS);
+  /** Shows a position before the fit to it has come. */
+  move(id, { center_m: [x, y], yaw_rad: yaw }) {
+    const { fields, tag } = this.#rows.get(id);
+    tag.center = [x, y];
+    put(fields.x, x * 1e3, MM_DECIMALS);
+    put(fields.y, y * 1e3, MM_DECIMALS);
     put(fields.yaw, degrees(yaw), DEG_DECIMALS);
+  }
+
+  #fill({ id, center_m: center, yaw_rad: yaw, residual }, fit, edited, isWorst) {
+    const { row, cells, reset } = this.#rows.get(id);
+    this.move(id, edited ?? { center_m: center, yaw_rad: yaw });
     cells.px.textContent = fit ? fixed(fit.rms_px, 3) : DASH;
     cells.off.textContent = fit ? fixed(fit.rms_m * 1e3, 3) : DASH;
     const [dx, dy] = residual ? residual.offset_m : [];
     cells.dx.textContent = residual ? fixed(dx * 1e3, 2) : DASH;
     cells.dy.textContent = residual ? fixed(dy * 1e3, 2) : DASH;
-    const words = [fit ? (fit.used ? "" : "left out") : "not detected", isWorst ? "farthest off" : "", isEdited ? "edited" : ""];
+    const words = [fit ? (fit.used ? "" : "left out") : "not detected", isWorst ? "farthest off" : "", edited ? "edited" : ""];
     cells.mark.textContent = words.filter(Boolean).join(", ");
-    row.classList.toggle("edited", isEdited);
-    reset.disabled = !isEdited;
+    row.classList.toggle("edited", Boolean(edited));
+    reset.disabled = !edited;
   }
 
   select(id) {

@@ -161,6 +161,9 @@ export class CellView {
     const next = { center_m, yaw_rad, ...change };
     next.center_m = next.center_m.map((v) => Number((Math.round(v / ROUND_M) * ROUND_M).toFixed(5)));
     this.#edited.set(id, next);
+    // Numbers and outline are moved at once, errors and residuals follow with the fit.
+    this.list.move(id, next);
+    this.picture.move(id, next);
     this.#ask();
   }
 

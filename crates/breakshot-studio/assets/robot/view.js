@@ -124,7 +124,7 @@ export class RobotView {
     const k = Math.max(0, times.findLastIndex((one) => one <= time + SAME_S));
     this.timeline.update();
     byId("robot-time").textContent = `${fixed(times[k], 3)} s`;
-    const phase = phases.find(({ span_s: [, to] }) => times[k] <= to) ?? phases.at(-1);
+    const phase = phases.findLast(({ span_s: [from] }) => from <= times[k] + SAME_S) ?? phases[0];
     byId("robot-event").textContent = `${phase.label} \u00b7 the tip moves at ${fixed(speeds[k], 3)} m/s`;
     this.arm.at(k);
     this.speeds.at(times[k]);

@@ -18,6 +18,8 @@ use std::path::Path;
 
 /// Positions that differ by less are equal (m): they are written with all digits.
 const SAME_M: f64 = 1e-9;
+/// Most positions, each with two outlines, that a page is given: ten objects for a hundred seconds at 60 Hz.
+const MOST_SHOTS: usize = 60_000;
 
 /// A comparison, with everything that its drawings need.
 #[derive(Serialize)]
@@ -68,7 +70,7 @@ struct Shot {
     simulated_px: Vec<[f64; 2]>,
 }
 
-/// The comparison of this report; scene and film are found by their contents and names if they are not given.
+/// The comparison of this report; its scene is found by the poses, its film by the name.
 ///
 /// # Errors
 /// A file that is not of the project or not valid, no scene with the poses of the report, a camera that cannot be calibrated.
@@ -92,7 +94,16 @@ pub(crate) fn shown(project: &Project, cache: &Cache, file: &str) -> Result<Show
     let times_s = frame_times_s(path.as_deref(), &scene, &tracks)?;
     let start_s = report.alignment.as_ref().map(|alignment| alignment.start_s);
     let view = View { scene: &scene, camera: camera.as_ref(), trajectory: &trajectory, start_s };
-    let objects = tracks.tracks.iter().map(|track| view.compared(track, &times_s)).collect();
+    // A film may show more than the objects of the scene.
+    let of_scene: Vec<&Track> =
+        tracks.tracks.iter().filter(|t| report.before.contains_key(&t.object)).collect();
+    let shots = of_scene.len().saturating_mul(times_s.len());
+    if shots > MOST_SHOTS {
+        let found = format!("{} objects in {} frames", of_scene.len(), times_s.len());
+        let needed = format!("at most {MOST_SHOTS} positions to be shown");
+        return Err(Error::invalid(&report.video, "its length", found, needed));
+    }
+    let objects = of_scene.into_iter().map(|track| view.compared(track, &times_s)).collect();
     let start_s = start_s.unwrap_or(0.0);
     Ok(Shown {
         reasons: difference_reasons(&report, Some(&trajectory)),
@@ -108,7 +119,7 @@ pub(crate) fn shown(project: &Project, cache: &Cache, file: &str) -> Result<Show
     })
 }
 
-/// The reports of comparisons among these files: those with tracks and a trajectory beside them.
+/// Whether a report has tracks and a trajectory beside it, as `breakshot verify` writes them.
 pub(crate) fn is_comparison(report: &Path) -> bool {
     report.file_name().is_some_and(|name| name == REPORT)
         && [TRACKS, TRAJECTORY].iter().all(|name| report.with_file_name(name).is_file())
@@ -195,7 +206,7 @@ fn near<'a>(samples: &'a [Sample], times_s: &[f64], k: usize) -> Option<&'a Samp
     samples.get(first).filter(|sample| sample.time_s < times_s[k] + room_s)
 }
 
-/// An outline in the picture (px, rounded to hundredths): two points of nine of a disc's, every corner and the points between of others.
+/// An outline in the picture (px, rounded to hundredths): every third point of a disc's, of others every second one, among them the corners.
 fn outline_px(camera: &Camera, object: &Object, pose: Pose) -> Vec<[f64; 2]> {
     let stride = if matches!(object.shape, Shape::Disc { .. }) { 3 } else { 2 };
     let points = object.shape.outline_points().into_iter().step_by(stride);

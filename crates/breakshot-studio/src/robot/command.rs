@@ -89,9 +89,9 @@ struct JointPath {
     qd_rad_s: Vec<f64>,
 }
 
-/// Of the samples outside the strike, one of so many is shown...
+/// Of the samples outside the strike, one of so many is shown: every 16 ms, as on a screen...
 const STRIDE: usize = 8;
-/// ... and of all, at most about so many.
+/// ... and at most about so many.
 const MOST_SAMPLES: usize = 4000;
 
 /// The joint path of a strike, as `breakshot command STRIKE --cell CELL` writes it.
@@ -167,10 +167,10 @@ fn phase_state(phase: &Phase, k: usize) -> robot::JointState {
 /// Phase and number of the samples that are shown: all of the strike, one of so many of the others, and the last of each phase.
 fn samples(phases: &[Phase]) -> Vec<(usize, usize)> {
     let count: usize = phases.iter().map(|phase| phase.time_s.len()).sum();
-    let coarser = count.div_ceil(MOST_SAMPLES).max(1);
+    let coarse = count.div_ceil(MOST_SAMPLES).max(STRIDE);
     let mut samples = Vec::new();
     for (number, phase) in phases.iter().enumerate() {
-        let stride = coarser * if phase.name == PhaseName::Strike { 1 } else { STRIDE };
+        let stride = if phase.name == PhaseName::Strike { 1 } else { coarse };
         let last = phase.time_s.len().saturating_sub(1);
         let of_phase = (0..phase.time_s.len()).filter(|k| k % stride == 0 || *k == last);
         samples.extend(of_phase.map(|k| (number, k)));
