@@ -1,6 +1,5 @@
 //! The folder of the project: which files it holds, and that no name leads out of it.
 
-use crate::compare::shown;
 use breakshot::cell::CameraInfo;
 use breakshot::files::FilmPath;
 use breakshot::{Error, Result, files};
@@ -187,6 +186,17 @@ enum Kind {
 /// Largest file whose content decides what it is (bytes).
 const MOST_BYTES: u64 = 64 << 20;
 
+/// The files of an output of `breakshot verify` that make a comparison.
+pub(crate) const REPORT: &str = "report.json";
+pub(crate) const TRACKS: &str = "tracks.json";
+pub(crate) const TRAJECTORY: &str = "trajectory.json";
+
+/// Whether a report has tracks and a trajectory beside it, as `breakshot verify` writes them.
+fn is_comparison(report: &Path) -> bool {
+    report.file_name().is_some_and(|name| name == REPORT)
+        && [TRACKS, TRAJECTORY].iter().all(|name| report.with_file_name(name).is_file())
+}
+
 /// What a file is: a film by its extension, others by the keys at their top.
 fn kind(path: &Path) -> Option<Kind> {
     let extension = path.extension()?.to_str()?;
@@ -216,7 +226,7 @@ fn kind(path: &Path) -> Option<Kind> {
         () if has(&["friction", "mass_ratio"], &known) => Some(Kind::Properties),
         () if has(&["video", "tracks"], &known) => Some(Kind::Tracks),
         () if has(&["before", "observed", "predicted"], &known) => {
-            shown::is_comparison(path).then_some(Kind::Comparison)
+            is_comparison(path).then_some(Kind::Comparison)
         }
         () if has(&["start_m", "heading_rad", "travel_m"], &known) => Some(Kind::Strike),
         () => None,

@@ -102,7 +102,7 @@ impl Studio {
             "new" => asked(request, |r| save::new_scene(project, r)),
             "estimate" => asked(request, |r: &EstimateRequest| self.start_estimate(r)),
             "fit" => asked(request, |r| fit::fitted(project, cache, &self.first_frames, r)),
-            "save-tags" => asked(request, |r| editing::save(project, r)),
+            "save-tags" => asked(request, |r| self.save_tags(r)),
             "command" => asked(request, |r| command::found(project, cache, r)),
             "compare" => asked(request, |r| Ok(self.start_comparison(r))),
             "track" => asked(request, |r: &TrackRequest| self.start_tracking(r)),
@@ -205,6 +205,13 @@ impl Studio {
 impl Studio {
     fn comparison(&self, request: &Request) -> Result<shown::Shown> {
         shown::shown(&self.project, &self.cache, request.field("file").unwrap_or_default())
+    }
+
+    /// Writes positions of tags; the films are seen through the new camera from then on.
+    fn save_tags(&self, request: &editing::SaveTags) -> Result<String> {
+        let saved = editing::save(&self.project, request)?;
+        self.campaigns.forget();
+        Ok(saved)
     }
 
     /// A frame of a film of the project, as it is decoded; its time is in a header.

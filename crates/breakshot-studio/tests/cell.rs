@@ -98,6 +98,35 @@ fn saved_positions_change_their_numbers_alone() {
 }
 
 #[test]
+fn films_are_seen_through_the_saved_cell_from_then_on() {
+    let server = project();
+    let session = server.session();
+    let clips = "cell = \"cell.toml\"\nobjects = \"objects.toml\"\n[[clips]]\nvideo = \"pile.mp4\"\nobjects = [\"a\"]\n";
+    std::fs::write(server.folder().join("campaign.toml"), clips).unwrap();
+    std::fs::create_dir(server.folder().join("tracks")).unwrap();
+    let tracks = r#"{"version": 1, "video": "pile.mp4", "reprojection_rms_px": 0.1, "tracks": [{"object": "a", "samples": [
+        {"time_s": 0.0, "x_m": 0.0, "y_m": 0.0, "yaw_rad": null, "vx_m_s": null, "vy_m_s": null, "yaw_rate_rad_s": null,
+         "ax_m_s2": null, "ay_m_s2": null, "std_m": 2e-5}]}]}"#;
+    std::fs::write(server.folder().join("tracks/pile.json"), tracks).unwrap();
+    let center_px = || -> [f64; 2] {
+        let (status, body) = session.get("/api/clip?campaign=campaign.toml&clip=0");
+        assert_eq!(status, 200, "{body}");
+        let shown: Value = serde_json::from_str(&body).unwrap();
+        serde_json::from_value(shown["objects"][0]["samples"][0]["center_px"].clone()).unwrap()
+    };
+    let before = center_px();
+    // All tags are 10 mm further to the right than the file has them: the origin is seen further to the left.
+    let corners = [(0, -0.39, -0.21), (1, 0.41, -0.21), (2, 0.41, 0.21), (3, -0.39, 0.21)];
+    let tags: Vec<Value> =
+        corners.iter().map(|(id, x, y)| json!({ "id": id, "center_m": [x, y], "yaw_rad": 0.0 })).collect();
+    let (status, body) = session.post("/api/save-tags", &json!({ "cell": "cell.toml", "tags": tags }));
+    assert_eq!(status, 200, "{body}");
+    let moved_px = center_px()[0] - before[0];
+    let wanted_px = -0.01 / 0.000_531;
+    assert!((moved_px - wanted_px).abs() < 1.0, "the origin moved by {moved_px} px, not {wanted_px} px");
+}
+
+#[test]
 fn a_cell_that_would_not_load_is_not_written_and_no_name_leads_out_of_the_folder() {
     let server = project();
     let session = server.session();

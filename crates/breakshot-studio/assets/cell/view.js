@@ -122,6 +122,7 @@ export class CellView {
   }
 
   #longer(by) {
+    if (!this.#fit) return;
     const list = byId("cell-times");
     list.selectedIndex = Math.min(Math.max(list.selectedIndex + by, 0), list.options.length - 1);
     this.#magnify();

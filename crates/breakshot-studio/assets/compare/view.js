@@ -81,6 +81,7 @@ export class Compare {
     byId("compare-shown").hidden = true;
     byId("compare-results").hidden = true;
     byId("compare-none").hidden = false;
+    for (const id of ["compare-panes", "compare-outlines"]) byId(id).disabled = true;
   }
 
   async #written(file) {
@@ -110,12 +111,10 @@ export class Compare {
   }
 
   #showTimes() {
-    const { frames_s: frames, trajectory, report } = this.#shown;
-    this.isAligned = report.alignment !== null;
+    const { frames_s: frames, trajectory } = this.#shown;
     const ends = [trajectory.duration_s, ...frames.slice(-1)];
-    const steps = [...new Set([...frames, ...frames.length ? [] : [trajectory.duration_s]])];
     this.#frame = -1;
-    this.playback.show({ start: Math.min(0, ...frames.slice(0, 1)), end: Math.max(...ends), moments: moments(trajectory.events), frames: steps });
+    this.playback.show({ start: Math.min(0, ...frames.slice(0, 1)), end: Math.max(...ends), moments: moments(trajectory.events), frames });
     this.timeline.draw();
   }
 

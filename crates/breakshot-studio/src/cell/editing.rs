@@ -88,8 +88,9 @@ fn set_tags(document: &mut DocumentMut, name: &str, tags: &[TagPosition]) -> Res
     let mut tables = tables(document);
     for tag in tags {
         let id = i64::from(tag.id);
-        let is_it = |table: &&mut &mut dyn TableLike| table.get("id").and_then(Item::as_integer) == Some(id);
-        let Some(table) = tables.iter_mut().find(is_it) else {
+        let Some(table) =
+            tables.iter_mut().find(|table| table.get("id").and_then(Item::as_integer) == Some(id))
+        else {
             return Err(Error::invalid(name, "tags", format!("no tag {id}"), "a tag of the cell"));
         };
         set(&mut **table, "center_m", pair([tag.center_m.x, tag.center_m.y]));

@@ -1,9 +1,8 @@
 //! The comparison of a filmed strike with its simulation, as a job.
 
-use super::{DISTANCES, REPORT, TRACKS, TRAJECTORY};
 use crate::jobs::Job;
 use crate::pile::request::Cache;
-use crate::project::Project;
+use crate::project::{Project, REPORT, TRACKS, TRAJECTORY};
 use breakshot::capture::{Capture, Decoder, Footage};
 use breakshot::detect::{self, Layout, Recording, Tracks};
 use breakshot::scene::Scene;
@@ -12,6 +11,8 @@ use breakshot::{Error, Result, files, physics, plan};
 use serde::Deserialize;
 use std::path::Path;
 
+/// The table of the distances, for other programs.
+const DISTANCES: &str = "distances.csv";
 /// Part of the work that is done when the film is tracked.
 const TRACKED: f64 = 0.98;
 
@@ -62,7 +63,7 @@ pub(crate) fn compared(
 }
 
 /// Whether a file holds tracks and not pictures.
-pub(super) fn holds_tracks(name: &str) -> bool {
+fn holds_tracks(name: &str) -> bool {
     let extension = Path::new(name).extension().unwrap_or_default();
     ["csv", "json"].iter().any(|tracks| extension.eq_ignore_ascii_case(tracks))
 }

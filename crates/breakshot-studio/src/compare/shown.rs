@@ -1,9 +1,7 @@
 //! A comparison as the page shows it: the files of `breakshot verify`, with outlines in the picture.
 
-use super::comparing::holds_tracks;
-use super::{REPORT, TRACKS, TRAJECTORY};
 use crate::pile::request::Cache;
-use crate::project::Project;
+use crate::project::{Project, TRACKS, TRAJECTORY};
 use breakshot::capture::{Camera, Capture, Footage};
 use breakshot::detect::{Sample, Track, Tracks};
 use breakshot::geometry::Pose;
@@ -87,7 +85,6 @@ pub(crate) fn shown(project: &Project, cache: &Cache, file: &str) -> Result<Show
     let (scene_file, scene) = scene_of(project, cache, &contents.scenes, &report)?;
     let name = Path::new(&report.video).file_name().unwrap_or_default();
     let film = contents.films.into_iter().find(|film| Path::new(film).file_name() == Some(name));
-    let film = film.filter(|film| !holds_tracks(film));
     let path = film.as_ref().map(|film| project.file(film)).transpose()?;
     let camera =
         path.as_ref().map(|path| Ok(Capture::of(Footage::open(path)?, &scene.cell)?.camera)).transpose()?;
@@ -117,12 +114,6 @@ pub(crate) fn shown(project: &Project, cache: &Cache, file: &str) -> Result<Show
         report,
         trajectory,
     })
-}
-
-/// Whether a report has tracks and a trajectory beside it, as `breakshot verify` writes them.
-pub(crate) fn is_comparison(report: &Path) -> bool {
-    report.file_name().is_some_and(|name| name == REPORT)
-        && [TRACKS, TRAJECTORY].iter().all(|name| report.with_file_name(name).is_file())
 }
 
 /// The scene whose poses are those from which the report measures the initial ones.

@@ -55,6 +55,13 @@ impl Campaigns {
     }
 }
 
+impl Campaigns {
+    /// Forgets the campaign, when a file that it names was written: it is read anew for the next question.
+    pub(crate) fn forget(&self) {
+        *self.0.lock().unwrap_or_else(PoisonError::into_inner) = None;
+    }
+}
+
 /// Checks that a campaign names files of the project alone.
 fn check_files(project: &Project, campaign: &Path) -> Result<()> {
     let table: toml::Table = files::read_toml(campaign)?;
