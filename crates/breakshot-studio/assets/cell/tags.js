@@ -66,7 +66,8 @@ export class TagList {
 
   /** Shows a position before the fit to it has come. */
   move(id, { center_m: [x, y], yaw_rad: yaw }) {
-    const { fields, tag } = this.#rows.get(id);
+    const { fields, tag, reset } = this.#rows.get(id);
+    reset.disabled = false;
     tag.center = [x, y];
     put(fields.x, x * 1e3, MM_DECIMALS);
     put(fields.y, y * 1e3, MM_DECIMALS);

@@ -10,6 +10,9 @@ import { Newest, ask } from "/server.js";
 const TIMES = [1, 2, 5, 10, 20, 50, 100, 200, 500, 1000, 2000, 5000];
 /** The longest residual is drawn at most as long as this part of the picture's width. */
 const LONGEST = 0.05;
+/** The steps of the arrow keys (m). */
+const STEP_M = 1e-4;
+const LARGE_STEP_M = 1e-3;
 /** Positions are set to whole hundredths of a millimetre. */
 const ROUND_M = 1e-5;
 
@@ -44,13 +47,13 @@ export class CellView {
     ]);
     const isTag = (target) => Boolean(target.closest?.("#cell-overlay .tag"));
     const moves = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] };
-    const move = (step) => (key, event) => {
+    const move = (key, event) => {
       const [x, y] = moves[key.replace("Shift+", "")];
+      const step = key.startsWith("Shift+") ? LARGE_STEP_M : STEP_M;
       this.moveBy(Number(event.target.closest(".tag").dataset.tag), [x * step, y * step]);
     };
     addKeys({ title: "A tag with the focus", view: "cell", isFor: isTag }, [
-      [Object.keys(moves), "move it by 0.1 mm on the table", move(1e-4)],
-      [Object.keys(moves).map((key) => `Shift+${key}`), "with Shift by 1 mm", move(1e-3)],
+      [Object.keys(moves).flatMap((key) => [key, `Shift+${key}`]), "move it by 0.1 mm on the table, with Shift by 1 mm", move],
       [["Delete"], "back to where the file has it", (_, event) => this.reset(Number(event.target.closest(".tag").dataset.tag))],
     ]);
   }
@@ -77,14 +80,14 @@ export class CellView {
     const tags = [...this.#edited].map(([id, { center_m, yaw_rad }]) => ({ id, center_m, yaw_rad }));
     this.asking.want({ cell: byId("cell-file").value, film: byId("cell-film").value, scene: byId("cell-scene").value || null, tags });
     const count = tags.length;
-    byId("cell-save").disabled = byId("cell-undo").disabled = !count;
+    byId("cell-undo").disabled = !count;
     byId("cell-edited").textContent = count ? `${count} ${count === 1 ? "tag is" : "tags are"} not where ${byId("cell-file").value} has ${count === 1 ? "it" : "them"}.` : "";
   }
 
   #show(fit) {
     this.#fit = fit;
     this.#message.clear();
-    byId("cell-error").hidden = true;
+    this.#isPossible(true);
     // Until a person chooses another, the magnification is that at which the residuals fit beside the tags.
     if (!this.#isChosen) this.#fitMagnification();
     this.list.show(fit, this.#edited);
@@ -94,9 +97,15 @@ export class CellView {
 
   /** A fit that is impossible leaves the last one on the page, with the reason. */
   #failed(error) {
-    byId("cell-error").textContent = error.message;
-    byId("cell-error").hidden = false;
-    if (!this.#fit) this.#message.error(error);
+    byId("cell-error").textContent = this.#fit ? `${error.message}. Struck numbers are those of the last fit.` : error.message;
+    this.#isPossible(false);
+  }
+
+  /** Positions with which no camera fits are not saved. */
+  #isPossible(isPossible) {
+    byId("cell-error").hidden = isPossible;
+    byId("cell-save").disabled = !isPossible || !this.#edited.size;
+    byId("cell").classList.toggle("stale", !isPossible);
   }
 
   get #times() {
@@ -193,7 +202,7 @@ export class CellView {
 
   /** Writes the positions into the cell file. */
   async save() {
-    if (!this.#edited.size) return;
+    if (byId("cell-save").disabled) return;
     const tags = [...this.#edited].map(([id, { center_m, yaw_rad }]) => ({ id, center_m, yaw_rad }));
     const file = await ask("/api/save-tags", { cell: byId("cell-file").value, tags }).catch(this.#message.error);
     if (file == null) return;

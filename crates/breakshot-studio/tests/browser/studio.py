@@ -456,8 +456,16 @@ def moves_a_tag(studio):
     middle = (box["x"] + box["width"] / 2, box["y"] + box["height"] / 2)
     drag(page, middle, (middle[0] + 3, middle[1]), steps=4)
     assert float(page.input_value('[aria-label="x in mm of tag 1"]')) > 402
+    # Positions with which no camera fits: the reason is shown, and they are not saved.
+    page.fill('[aria-label="x in mm of tag 1"]', "500")
+    page.fill('[aria-label="x in mm of tag 2"]', "430")
+    expect(page.locator("#cell-error")).to_contain_text("tags that are", timeout=FIT_MS)
+    expect(page.locator("#cell-save")).to_be_disabled()
+    page.locator('[aria-label="x in mm of tag 2"]').blur()
     page.keyboard.press("u")
     is_the_command_s("cell.toml")
+    expect(page.locator("#cell-error")).to_be_hidden()
+    studio.problems = [problem for problem in studio.problems if "422" not in problem]
     expect(page.locator("#cell-save")).to_be_disabled()
     page.select_option("#cell-scene", "pile.scene.toml")
     expect(page.locator("#cell-overlay .object-top")).to_have_count(3, timeout=FIT_MS)
