@@ -1,5 +1,6 @@
 //! The folder of the project: which files it holds, and that no name leads out of it.
 
+use breakshot::campaign::FILM_EXTENSIONS;
 use breakshot::cell::CameraInfo;
 use breakshot::files::FilmPath;
 use breakshot::{Error, Result, files};
@@ -200,7 +201,7 @@ fn is_comparison(report: &Path) -> bool {
 /// What a file is: a film by its extension, others by the keys at their top.
 fn kind(path: &Path) -> Option<Kind> {
     let extension = path.extension()?.to_str()?;
-    if files::FILM_EXTENSIONS.contains(&extension.to_ascii_lowercase().as_str()) {
+    if FILM_EXTENSIONS.contains(&extension.to_ascii_lowercase().as_str()) {
         return Some(Kind::Film);
     }
     if !matches!(extension, "toml" | "json") || path.metadata().ok()?.len() > MOST_BYTES {

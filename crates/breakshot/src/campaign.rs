@@ -35,6 +35,10 @@ pub struct Clip {
     pub placed: Option<Vec<Placed>>,
 }
 
+/// Extensions of films.
+pub const FILM_EXTENSIONS: [&str; 14] =
+    ["mp4", "mov", "m4v", "y4m", "mkv", "webm", "avi", "mpg", "mpeg", "mts", "m2ts", "ts", "wmv", "mcap"];
+
 /// Where the positions of a clip's objects come from.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Source {

@@ -24,7 +24,7 @@ use crate::scene::{Goal, KeepOut, Placed, Scene, Strike, Wall};
 pub use board::load_board;
 pub use content::clip_input;
 use content::{Content, first_equal};
-pub use film_path::{FILM_EXTENSIONS, FilmPath};
+pub use film_path::FilmPath;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, BTreeSet};

@@ -3,6 +3,7 @@
 use super::look::from_folder_of;
 use crate::campaign_args::CampaignArgs;
 use crate::{Outcome, console};
+use breakshot::campaign::FILM_EXTENSIONS;
 use breakshot::{Error, Result, files};
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
@@ -83,7 +84,7 @@ fn collect(folder: &Path, deepest: usize, clips: &mut Vec<PathBuf>) -> Result<()
         let path = entry.map_err(unreadable)?.path();
         let is_hidden = path.file_name().is_some_and(|name| name.to_string_lossy().starts_with('.'));
         let extension = path.extension().map(|extension| extension.to_string_lossy().to_lowercase());
-        let is_clip = |extension: &str| files::FILM_EXTENSIONS.contains(&extension) || extension == "csv";
+        let is_clip = |extension: &str| FILM_EXTENSIONS.contains(&extension) || extension == "csv";
         if is_hidden {
         } else if path.is_dir() && !path.join(TIMING).exists() && !is_bag(&path) {
             if deepest > 0 {

@@ -2,10 +2,6 @@
 
 use std::path::{Path, PathBuf};
 
-/// The extensions by which the files of films are found in a folder, in lower case.
-pub const FILM_EXTENSIONS: [&str; 14] =
-    ["mp4", "mov", "m4v", "y4m", "mkv", "webm", "avi", "mpg", "mpeg", "mts", "m2ts", "ts", "wmv", "mcap"];
-
 /// The file or folder of a film, and the topic if it is a bag of ROS.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct FilmPath {
