@@ -92,6 +92,7 @@ export class CellView {
     if (!this.#isChosen) this.#fitMagnification();
     this.list.show(fit, this.#edited);
     this.picture.show(fit, this.#times, this.#edited);
+    byId("cell-lengths").textContent = `The grid has ${mm(fit.grid_m, 0)} mm, the axes are ${mm(fit.axis_m, 0)} mm long.`;
     this.#camera(fit);
   }
 
