@@ -325,3 +325,171 @@ fn every_answer_forbids_what_the_page_does_not_need() {
             && !page.contains("https://")
     );
 }
+
+/// The film of the demo's pile, and the line of a request that sends it.
+fn film() -> Vec<u8> {
+    std::fs::read(concat!(env!("CARGO_MANIFEST_DIR"), "/../../fixtures/demo/pile.mp4")).unwrap()
+}
+
+/// A project with a campaign of one clip.
+fn with_campaign() -> TestServer {
+    let server = TestServer::start();
+    let demo = concat!(env!("CARGO_MANIFEST_DIR"), "/../../fixtures/demo/single_a_3.mp4");
+    std::fs::copy(demo, server.folder().join("single_a_3.mp4")).unwrap();
+    let text = "cell = \"cell.toml\"\nobjects = \"objects.toml\"\n\n[[clips]]\nvideo = \"single_a_3.mp4\"\nobjects = [\"a\"]\n";
+    std::fs::write(server.folder().join("campaign.toml"), text).unwrap();
+    server
+}
+
+/// The names of everything in the project, hidden files too.
+fn names(server: &TestServer) -> Vec<String> {
+    let entries = server.folder().read_dir().unwrap();
+    let mut names: Vec<String> =
+        entries.map(|entry| entry.unwrap().file_name().to_string_lossy().into_owned()).collect();
+    names.sort();
+    names
+}
+
+#[test]
+fn films_are_whole_or_absent_and_stay_in_the_folder() {
+    let server = with_campaign();
+    let session = server.session();
+    let before = names(&server);
+    let campaign = || std::fs::read_to_string(server.folder().join("campaign.toml")).unwrap();
+    let text = campaign();
+    #[cfg(unix)]
+    std::os::unix::fs::symlink(server.outside().join("x.mp4"), server.folder().join("link.mp4")).unwrap();
+    let film = film();
+    let send = |query: &str, lines: &[&str], body: &[u8]| {
+        let named = ["Host: HOST", "Cookie: COOKIE", "Origin: http://HOST"];
+        let mut bytes =
+            request(&session, &format!("POST /api/upload?{query}"), &[&named[..], lines].concat());
+        bytes.extend_from_slice(body);
+        status(&server, &bytes)
+    };
+    let length = format!("Content-Length: {}", film.len());
+    let whole = ["Content-Type: application/octet-stream", &length];
+    let of = |name: &str| format!("campaign=campaign.toml&objects=a,c,e&name={name}");
+    for name in [
+        "..%2fx.mp4", "..%2F..%2Fx.mp4", "%2e%2e%2fx.mp4", "%2ftmp%2fx.mp4", "sub%2fx.mp4", "a%5cx.mp4", "x%00.mp4",
+        "x.mp4%00", ".x.mp4", "", "x", "x.toml", "campaign.toml", "link.mp4", "single_a_3.mp4", "x%0a.mp4", "C:%5cx.mp4",
+        "x.mp4%23y.mp4",
+    ] {
+        let found = send(&of(name), &whole, &film);
+        // Where the film is not read to its end the connection may end before its answer is read.
+        assert!(found == 0 || found == 400 || found == 422, "{name}: {found}");
+        assert_eq!(campaign(), text, "{name}");
+    }
+    let bytes = "Content-Type: application/octet-stream";
+    let small = b"no film".as_slice();
+    let cases: [(&str, u16, &[&str], &[u8]); 11] = [
+        ("another kind", 415, &["Content-Type: application/json", "Content-Length: 7"], small),
+        ("the kind of a form", 415, &["Content-Type: multipart/form-data", "Content-Length: 7"], small),
+        ("no kind", 415, &["Content-Length: 7"], small),
+        ("not a film", 422, &[bytes, "Content-Length: 7"], small),
+        ("nothing", 422, &[bytes, "Content-Length: 0"], b""),
+        ("five gigabytes", 413, &[bytes, "Content-Length: 5368709120"], small),
+        ("more than a number holds", 413, &[bytes, "Content-Length: 18446744073709551616"], small),
+        ("a negative length", 400, &[bytes, "Content-Length: -7"], small),
+        ("chunks", 411, &[bytes, "Transfer-Encoding: chunked"], b"7\r\nno film\r\n0\r\n\r\n"),
+        ("two gigabytes that do not come", 0, &[bytes, "Content-Length: 2147483648"], small),
+        ("half of a film", 0, &[bytes, &length], &film[..film.len() / 2]),
+    ];
+    for (what, wanted, lines, body) in cases {
+        assert_eq!(send(&of("new.mp4"), lines, body), wanted, "{what}");
+        assert_eq!(campaign(), text, "{what}");
+    }
+    // A film that is shorter than its file ends early: the length said less than there is.
+    let cut = format!("Content-Length: {}", film.len() / 2);
+    assert_eq!(send(&of("new.mp4"), &[bytes, &cut], &film), 422, "less was said than came");
+    let of_objects = |objects: &str| format!("campaign=campaign.toml&objects={objects}&name=new.mp4");
+    for objects in ["", ",", "nobody", "a,a"] {
+        let found = send(&of_objects(objects), &whole, &film);
+        assert!(found == 422 || found == 0, "objects {objects}: {found}");
+    }
+    assert_ne!(send("campaign=..%2fcampaign.toml&objects=a&name=new.mp4", &whole, &film), 200);
+    let stranger = request(&session, &format!("POST /api/upload?{}", of("new.mp4")), &["Host: HOST", "Origin: http://HOST", bytes, &length]);
+    assert!([0, 401].contains(&status(&server, &[stranger, film.clone()].concat())), "without a cookie");
+    let elsewhere = ["Host: HOST", "Cookie: COOKIE", "Origin: http://example.org", bytes, &length];
+    let elsewhere = request(&session, &format!("POST /api/upload?{}", of("new.mp4")), &elsewhere);
+    assert!([0, 403].contains(&status(&server, &[elsewhere, film.clone()].concat())), "from another site");
+    // A connection that is cut.
+    let head = ["Host: HOST", "Cookie: COOKIE", "Origin: http://HOST", bytes, &length];
+    let mut stream = server.connect();
+    stream.write_all(&request(&session, &format!("POST /api/upload?{}", of("new.mp4")), &head)).unwrap();
+    stream.write_all(&film[..film.len() / 3]).unwrap();
+    std::thread::sleep(Duration::from_millis(100));
+    drop(stream);
+    std::thread::sleep(Duration::from_millis(300));
+    let mut with_link = before.clone();
+    with_link.push("link.mp4".into());
+    with_link.sort();
+    let expected = if cfg!(unix) { &with_link } else { &before };
+    assert_eq!(&names(&server), expected, "something was left behind");
+    assert_eq!(campaign(), text);
+    assert!(!server.outside().join("x.mp4").exists());
+    // The film itself, once.
+    assert_eq!(send(&of("new.mp4"), &whole, &film), 200);
+    assert_eq!(std::fs::read(server.folder().join("new.mp4")).unwrap(), film);
+    assert!(campaign().starts_with(&text) && campaign().contains("video = \"new.mp4\"\nobjects = [\"a\", \"c\", \"e\"]"), "{}", campaign());
+    let again = send(&of("new.mp4"), &whole, &film);
+    assert!(again == 422 || again == 0, "a second time: {again}");
+    let twice = send(&of("other.mp4"), &whole, &film);
+    assert_eq!(twice, 422, "the same film by another name");
+    assert!(!server.folder().join("other.mp4").exists(), "a film without an entry was left behind");
+    assert_eq!(session.get("/api/project").0, 200);
+}
+
+#[test]
+fn changes_of_clips_are_valid_or_refused_and_no_get_makes_one() {
+    let server = with_campaign();
+    let session = server.session();
+    let campaign = || std::fs::read_to_string(server.folder().join("campaign.toml")).unwrap();
+    let text = campaign();
+    let change = |change: serde_json::Value| {
+        let mut question = serde_json::json!({ "campaign": "campaign.toml", "clip": "single_a_3.mp4" });
+        for (key, value) in change.as_object().unwrap() {
+            question[key] = value.clone();
+        }
+        session.post("/api/clip", &question).0
+    };
+    let many: Vec<[f64; 2]> = (0..1000).map(|k| [f64::from(k), f64::from(k) + 0.5]).collect();
+    for wrong in [
+        serde_json::json!({ "objects": [] }),
+        serde_json::json!({ "objects": ["nobody"] }),
+        serde_json::json!({ "objects": ["a", "a"] }),
+        serde_json::json!({ "objects": "a" }),
+        serde_json::json!({ "excluded": true }),
+        serde_json::json!({ "excluded_s": [[0.5, 0.5]] }),
+        serde_json::json!({ "excluded_s": [[0.5, 0.2]] }),
+        serde_json::json!({ "excluded_s": [[null, 1.0]] }),
+        serde_json::json!({ "excluded_s": many }),
+        serde_json::json!({ "clip": "none.mp4", "objects": ["c"] }),
+        serde_json::json!({ "campaign": "../campaign.toml", "objects": ["c"] }),
+        serde_json::json!({ "campaign": "cell.toml", "objects": ["c"] }),
+        serde_json::json!({ "video": "/etc/passwd" }),
+    ] {
+        let found = change(wrong.clone());
+        assert!(found == 422 || found == 400, "{wrong}: {found}");
+        assert_eq!(campaign(), text, "{wrong}");
+    }
+    for path in ["clip?campaign=campaign.toml&clip=0", "undo?campaign=campaign.toml", "edits?campaign=campaign.toml", "upload?name=x.mp4"] {
+        session.get(&format!("/api/{path}"));
+        assert_eq!(campaign(), text, "{path}");
+    }
+    let undo = || session.post("/api/undo", &serde_json::json!({ "campaign": "campaign.toml" }));
+    assert_eq!(undo().0, 422, "nothing to take back");
+    assert_eq!(change(serde_json::json!({ "objects": ["c"] })), 200);
+    assert_eq!(change(serde_json::json!({ "excluded_s": [[0.25, 0.5]] })), 200);
+    assert!(campaign().contains("objects = [\"c\"]\nexclude = [[0.25, 0.5]]"), "{}", campaign());
+    assert_eq!(session.get("/api/edits?campaign=campaign.toml"), (200, "2".into()));
+    assert_eq!(undo(), (200, "1".into()));
+    assert_eq!(undo(), (200, "0".into()));
+    assert_eq!(campaign(), text);
+    // What another program has written since is not replaced.
+    assert_eq!(change(serde_json::json!({ "objects": ["c"] })), 200);
+    let other = format!("# By hand.\n{}", campaign());
+    std::fs::write(server.folder().join("campaign.toml"), &other).unwrap();
+    assert_eq!(undo().0, 422);
+    assert_eq!(campaign(), other);
+}

@@ -9,6 +9,7 @@
 mod board;
 mod content;
 mod film_path;
+mod finished;
 mod temporary;
 mod unfinished;
 mod whole;
@@ -25,6 +26,7 @@ pub use board::load_board;
 pub use content::clip_input;
 use content::{Content, first_equal};
 pub use film_path::FilmPath;
+pub use finished::{read_finished, write_finished};
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, BTreeSet};

@@ -232,10 +232,10 @@ fn images<'a>(args: &'a FilmReportArgs, shown: &'a Shown) -> Result<Images<'a>> 
             all.push(executed_film(args, shown, simulated, executed)?);
             let caption = Caption {
                 heading: "Filmed against simulated",
-                line: "Nothing was fitted to the outcome in the film.",
+                line: "Filled outlines: final poses in the film. Light outlines: simulated. Nothing was fitted to the outcome.",
                 clock: "",
             };
-            all.push(still(pages.comparison(&caption, &executed.report), PLAN_S));
+            all.push(still(pages.comparison(&caption, &simulated.scene, &executed.report), PLAN_S));
         } else {
             all.push(simulation(args, pages, simulated));
         }

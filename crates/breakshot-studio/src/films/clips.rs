@@ -1,8 +1,11 @@
 //! The clips of a campaign, and the tracks that a command wrote of them.
 
+use crate::jobs::Job;
 use crate::project::Project;
 use breakshot::campaign::{Campaign, Clip, Source};
+use breakshot::capture::Decoder;
 use breakshot::detect::Tracks;
+use breakshot::estimate::ClipTracks;
 use breakshot::{Error, Result, files};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
@@ -114,4 +117,32 @@ pub(crate) fn tracks(project: &Project, campaign: &Campaign, clip: &Clip) -> Res
         Some(file) => files::read_json(&file).map(Some),
         None => Ok(None),
     }
+}
+
+/// The tracks of a clip: those in its file, if they were made of the same content by the same version; otherwise new ones, which are
+/// written as `breakshot estimate --tracks` writes them.
+///
+/// # Errors
+/// A clip that cannot be tracked, a job that was ended, a folder that cannot be written.
+pub(crate) fn finished_tracks(
+    project: &Project,
+    campaign: &Campaign,
+    clip: &Clip,
+    job: &Job,
+) -> Result<ClipTracks> {
+    let file = tracks_file(project, campaign, &clip.name);
+    let input = files::clip_input(campaign, clip)?;
+    if let Some(tracks) = file.as_deref().and_then(|file| files::read_finished::<Tracks>(file, &input)) {
+        let (objects, strike) = (clip.objects.clone(), clip.strike.clone());
+        return Ok(ClipTracks { name: clip.name.clone(), objects, strike, tracks });
+    }
+    let ended = job.clone();
+    let tracked = breakshot::clip_tracks_until(campaign, clip, Decoder::Auto, move || ended.is_cancelled())?;
+    if let Some(file) = file {
+        if let Some(folder) = file.parent() {
+            std::fs::create_dir_all(folder).map_err(|source| Error::Write { path: folder.into(), source })?;
+        }
+        files::write_finished(&file, &tracked.tracks, &input)?;
+    }
+    Ok(tracked)
 }

@@ -329,6 +329,72 @@ def steps_through_films(studio):
     return {"step of a film": steps}
 
 
+def changes_the_campaign(studio):
+    """A film is added, a clip and a stretch are left out, objects are renamed; the next estimate shows what that changes; undo writes the text before."""
+    page, campaign = studio.page, studio.folder / "campaign.toml"
+    studio.go("films")
+    text = campaign.read_text()
+    page.set_input_files("#film-picker", str(studio.folder.parent / "pile_a_c_e.mp4"))
+    expect(page.locator("#new-films")).to_be_visible()
+    expect(page.locator("#new-film-list input")).to_have_value("a, c, e")
+    page.locator("#new-films button.main").click()
+    expect(page.locator("#clips button")).to_have_count(13)
+    expect(page.locator("#clips [aria-current]")).to_contain_text("pile_a_c_e.mp4")
+    assert (studio.folder / "pile_a_c_e.mp4").read_bytes() == (studio.folder / "pile.mp4").read_bytes()
+    assert campaign.read_text().startswith(text)
+    # The same name once more is refused.
+    page.set_input_files("#film-picker", str(studio.folder.parent / "pile_a_c_e.mp4"))
+    expect(page.locator("#message")).to_contain_text("taken")
+    expect(page.locator("#new-films")).to_be_hidden()
+    page.locator("#film-position").focus()
+    page.keyboard.press("Control+z")
+    expect(page.locator("#clips button")).to_have_count(12)
+    assert campaign.read_text() == text, "undo does not write the text before"
+    # Left out as a whole, by key, and taken in again.
+    page.locator("#clips button", has_text="single_e_5").click()
+    page.locator("#film-back").focus()
+    page.keyboard.press("x")
+    expect(page.locator("#clips button", has_text="single_e_5")).to_contain_text("left out")
+    assert "exclude = true" in campaign.read_text()
+    page.keyboard.press("Control+z")
+    expect(page.locator("#clips button", has_text="single_e_5")).not_to_contain_text("left out")
+    # Another object, refused and back, then a stretch.
+    page.fill("#clip-objects", "nobody")
+    page.keyboard.press("Enter")
+    expect(page.locator("#message")).to_contain_text("nobody")
+    expect(page.locator("#clip-objects")).to_have_value("e")
+    page.locator("#film-position").focus()
+    for _ in range(5):
+        page.keyboard.press("PageDown")
+        page.wait_for_timeout(150)
+    page.keyboard.press("Home")
+    page.wait_for_timeout(200)
+    page.keyboard.press("PageDown")
+    page.wait_for_timeout(200)
+    page.keyboard.press("s")
+    expect(page.locator("#stretch")).to_contain_text("until here")
+    page.keyboard.press("PageDown")
+    page.wait_for_timeout(300)
+    page.keyboard.press("s")
+    expect(page.locator("#stretches li")).to_have_count(1)
+    expect(page.locator("#clips button", has_text="single_e_5")).to_contain_text("in part left out")
+    assert "exclude = [[" in campaign.read_text() and "# Two strikes of every object alone" in campaign.read_text()
+    studio.go("learned")
+    page.locator("#learn").click()
+    expect(page.locator("#before-words")).to_be_visible(timeout=120_000)
+    assert page.locator(".mean-before").count() >= 12
+    assert page.locator(".number-before").first.text_content().startswith("was ")
+    page.screenshot(path=str(studio.shots / "learned-before.png"))
+    studio.go("films")
+    page.locator("#stretches button").click()
+    expect(page.locator("#stretches li")).to_have_count(0)
+    page.locator("#undo").click()
+    expect(page.locator("#stretches li")).to_have_count(1)
+    page.locator("#undo").click()
+    expect(page.locator("#stretches li")).to_have_count(0)
+    assert campaign.read_text() == text, "undo does not write the text before"
+
+
 def opens_a_clip_from_its_value(studio):
     page = studio.page
     studio.go("learned")
@@ -373,6 +439,7 @@ def takes_pictures(studio, shots):
 def project(demo, folder):
     shutil.copytree(demo, folder)
     (folder / "four.scene.toml").write_text(FOUR)
+    shutil.copy(demo / "pile.mp4", folder.parent / "pile_a_c_e.mp4")
 
 
 def main(program, demo, shots):
@@ -382,6 +449,7 @@ def main(program, demo, shots):
         project(demo, folder)
         browser = playwright.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox"])
         studio = Studio(program, folder, browser)
+        studio.shots = shots
         try:
             opens_once(studio, browser)
             learns_the_properties(studio)
@@ -391,6 +459,7 @@ def main(program, demo, shots):
             shows_what_the_commands_write(studio)
             plays_the_motion(studio)
             times |= steps_through_films(studio)
+            changes_the_campaign(studio)
             opens_a_clip_from_its_value(studio)
             takes_pictures(studio, shots)
             assert not studio.problems, studio.problems

@@ -8,12 +8,13 @@ mod values;
 use super::figures::Palette;
 use super::raster::{Area, COLOURS, Canvas, Colour, Lettering, RgbImage, STRONG, text_width_px, wrapped};
 use crate::error::{Error, Result};
-use crate::geometry::Pixel;
+use crate::geometry::{Pixel, Pose};
+use crate::ordered_map::map_of;
 use crate::physics::Trajectory;
 use crate::plan::Plan;
 use crate::properties::Properties;
 use crate::scene::{Scene, Strike};
-use crate::verify::Report;
+use crate::verify::{ObservedPose, Report};
 use table::{Drawn, drawn_table};
 
 /// The colours of a page.
@@ -129,6 +130,7 @@ impl FilmPages {
             time_s: 0.0,
             final_poses: plan.prediction.as_ref().map(|prediction| &prediction.final_poses),
             possible: plan.robustness.as_ref().map(|robustness| &robustness.final_poses),
+            compared: None,
         };
         drawn_table(&mut canvas, left, &drawn, &self.palette, self.px(1.0));
         self.paragraphs(&mut canvas, right, &text::of_plan(plan));
@@ -151,6 +153,7 @@ impl FilmPages {
             time_s,
             final_poses: None,
             possible: None,
+            compared: None,
         };
         drawn_table(&mut canvas, self.content(), &drawn, &self.palette, self.px(1.0));
         canvas.finish()
@@ -179,15 +182,32 @@ impl FilmPages {
             time_s: beside.time_s,
             final_poses: None,
             possible: None,
+            compared: None,
         };
         drawn_table(&mut canvas, right, &drawn, &self.palette, self.px(1.0));
         canvas.finish()
     }
 
-    /// What the comparison of a film with its simulation found.
-    pub fn comparison(&self, caption: &Caption, report: &Report) -> RgbImage {
+    /// The final poses in a film (filled) and in its simulation (light outlines), beside what their comparison found.
+    pub fn comparison(&self, caption: &Caption, scene: &Scene, report: &Report) -> RgbImage {
         let mut canvas = self.captioned(caption);
-        self.paragraphs(&mut canvas, self.content(), &text::of_report(report));
+        let [left, right] = self.halves(0.6);
+        let pose = |observed: &ObservedPose| Pose {
+            position: observed.position,
+            yaw_rad: observed.yaw_rad.unwrap_or(0.0),
+        };
+        let observed = map_of(report.observed.iter().map(|(name, observed)| (name.clone(), pose(observed))));
+        let drawn = Drawn {
+            scene,
+            strike: None,
+            trajectory: None,
+            time_s: 0.0,
+            final_poses: Some(&observed),
+            possible: None,
+            compared: Some(&report.predicted),
+        };
+        drawn_table(&mut canvas, left, &drawn, &self.palette, self.px(1.0));
+        self.paragraphs(&mut canvas, right, &text::of_report(report));
         canvas.finish()
     }
 

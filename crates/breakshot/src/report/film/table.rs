@@ -21,6 +21,8 @@ pub(super) struct Drawn<'a> {
     pub final_poses: Option<&'a BTreeMap<String, Pose>>,
     /// Final poses in scenarios.
     pub possible: Option<&'a BTreeMap<String, Vec<Pose>>>,
+    /// Poses that are compared with the final ones: light outlines.
+    pub compared: Option<&'a BTreeMap<String, Pose>>,
 }
 
 /// The drawing shows the whole workspace if it is at most this many times as wide as the contents.
@@ -78,7 +80,8 @@ fn viewport(drawn: &Drawn) -> Viewport {
         Some(DrawnObject { name, class: String::new(), shape, pose, layer: Layer::Current })
     };
     let before = drawn.scene.placed.iter().map(|p| (&p.object, p.pose()));
-    let after = drawn.final_poses.into_iter().flatten().map(|(name, pose)| (name, *pose));
+    let after =
+        drawn.final_poses.into_iter().chain(drawn.compared).flatten().map(|(name, pose)| (name, *pose));
     let at_rest = drawn.trajectory.into_iter().flat_map(|t| &t.final_poses).map(|(name, pose)| (name, *pose));
     let paths = drawn.trajectory.map(|trajectory| {
         let names = trajectory.final_poses.keys();
@@ -170,6 +173,9 @@ impl Table<'_> {
             let expected = drawn.final_poses.and_then(|poses| poses.get(&placed.object)).copied();
             let pose = moved.flatten().or(expected).unwrap_or(placed.pose());
             self.outline(&shape, pose, self.pen(colour, 2.4, STRONG), 0.35);
+            if let Some(pose) = drawn.compared.and_then(|poses| poses.get(&placed.object)) {
+                self.outline(&shape, *pose, self.pen(TEXT, 1.6, STRONG), 0.0);
+            }
             self.name(&placed.object, pose.position);
         }
     }

@@ -55,6 +55,7 @@ fn the_objects_are_drawn_where_they_are_and_to_scale() {
         time_s: 0.0,
         final_poses: None,
         possible: None,
+        compared: None,
     };
     drawn_table(&mut canvas, area, &drawn, &palette, 0.4);
     let image = canvas.finish();
