@@ -371,8 +371,23 @@ fn films_are_whole_or_absent_and_stay_in_the_folder() {
     let whole = ["Content-Type: application/octet-stream", &length];
     let of = |name: &str| format!("campaign=campaign.toml&objects=a,c,e&name={name}");
     for name in [
-        "..%2fx.mp4", "..%2F..%2Fx.mp4", "%2e%2e%2fx.mp4", "%2ftmp%2fx.mp4", "sub%2fx.mp4", "a%5cx.mp4", "x%00.mp4",
-        "x.mp4%00", ".x.mp4", "", "x", "x.toml", "campaign.toml", "link.mp4", "single_a_3.mp4", "x%0a.mp4", "C:%5cx.mp4",
+        "..%2fx.mp4",
+        "..%2F..%2Fx.mp4",
+        "%2e%2e%2fx.mp4",
+        "%2ftmp%2fx.mp4",
+        "sub%2fx.mp4",
+        "a%5cx.mp4",
+        "x%00.mp4",
+        "x.mp4%00",
+        ".x.mp4",
+        "",
+        "x",
+        "x.toml",
+        "campaign.toml",
+        "link.mp4",
+        "single_a_3.mp4",
+        "x%0a.mp4",
+        "C:%5cx.mp4",
         "x.mp4%23y.mp4",
     ] {
         let found = send(&of(name), &whole, &film);
@@ -408,7 +423,11 @@ fn films_are_whole_or_absent_and_stay_in_the_folder() {
         assert!(found == 422 || found == 0, "objects {objects}: {found}");
     }
     assert_ne!(send("campaign=..%2fcampaign.toml&objects=a&name=new.mp4", &whole, &film), 200);
-    let stranger = request(&session, &format!("POST /api/upload?{}", of("new.mp4")), &["Host: HOST", "Origin: http://HOST", bytes, &length]);
+    let stranger = request(
+        &session,
+        &format!("POST /api/upload?{}", of("new.mp4")),
+        &["Host: HOST", "Origin: http://HOST", bytes, &length],
+    );
     assert!([0, 401].contains(&status(&server, &[stranger, film.clone()].concat())), "without a cookie");
     let elsewhere = ["Host: HOST", "Cookie: COOKIE", "Origin: http://example.org", bytes, &length];
     let elsewhere = request(&session, &format!("POST /api/upload?{}", of("new.mp4")), &elsewhere);
@@ -431,7 +450,12 @@ fn films_are_whole_or_absent_and_stay_in_the_folder() {
     // The film itself, once.
     assert_eq!(send(&of("new.mp4"), &whole, &film), 200);
     assert_eq!(std::fs::read(server.folder().join("new.mp4")).unwrap(), film);
-    assert!(campaign().starts_with(&text) && campaign().contains("video = \"new.mp4\"\nobjects = [\"a\", \"c\", \"e\"]"), "{}", campaign());
+    assert!(
+        campaign().starts_with(&text)
+            && campaign().contains("video = \"new.mp4\"\nobjects = [\"a\", \"c\", \"e\"]"),
+        "{}",
+        campaign()
+    );
     let again = send(&of("new.mp4"), &whole, &film);
     assert!(again == 422 || again == 0, "a second time: {again}");
     let twice = send(&of("other.mp4"), &whole, &film);
@@ -473,7 +497,12 @@ fn changes_of_clips_are_valid_or_refused_and_no_get_makes_one() {
         assert!(found == 422 || found == 400, "{wrong}: {found}");
         assert_eq!(campaign(), text, "{wrong}");
     }
-    for path in ["clip?campaign=campaign.toml&clip=0", "undo?campaign=campaign.toml", "edits?campaign=campaign.toml", "upload?name=x.mp4"] {
+    for path in [
+        "clip?campaign=campaign.toml&clip=0",
+        "undo?campaign=campaign.toml",
+        "edits?campaign=campaign.toml",
+        "upload?name=x.mp4",
+    ] {
         session.get(&format!("/api/{path}"));
         assert_eq!(campaign(), text, "{path}");
     }

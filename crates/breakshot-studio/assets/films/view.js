@@ -1,6 +1,7 @@
 /** The films of a campaign: frames as the detector saw them, what was found in them, and when. */
 
 import { byId, fillSelect, fixed, html, showNothing, svg } from "/elements.js";
+import { ClipEdit } from "/films/edit.js";
 import { Frames } from "/films/frames.js";
 import { Plots } from "/films/plots.js";
 import { addKeys } from "/keys.js";
@@ -37,6 +38,29 @@ export class Films {
     byId("track").addEventListener("click", () => this.track());
     document.addEventListener("learned", () => this.#started && this.#openCampaign(byId("campaign").value).catch(message.error));
     this.#addKeys();
+    this.edit = new ClipEdit(message, this);
+  }
+
+  /** The file of the campaign that is open. */
+  get campaign() {
+    return byId("campaign").value;
+  }
+
+  /** The clip that is open, as it is listed. */
+  get clip() {
+    return this.#clips[this.#clip];
+  }
+
+  /** The time of the frame that is shown (s). */
+  get time() {
+    return this.#time;
+  }
+
+  /** Reads the campaign again; the clip of this name stays open, at its frame unless it is `isNew`. */
+  async reopen(name, isNew = false) {
+    const number = this.#number;
+    await this.#openCampaign(this.campaign, name);
+    if (!isNew && this.clip?.name === name) this.#pausedAt(number);
   }
 
   /** Opens the first campaign of the project. */
@@ -51,15 +75,17 @@ export class Films {
     else showNothing("films", "This folder holds no campaign. ", html("code", {}, "breakshot campaign"), " drafts one from a folder of films.");
   }
 
-  async #openCampaign(campaign) {
+  async #openCampaign(campaign, chosen = null) {
     this.#clips = await read("/api/clips", { campaign });
-    const item = ({ name, objects, is_film: isFilm, is_tracked: isTracked }, k) => {
-      const marks = isFilm ? (isTracked ? "tracked" : "not tracked") : "tracks only";
+    const item = ({ name, objects, is_film: isFilm, is_tracked: isTracked, is_excluded: isExcluded, excluded_s: stretches }, k) => {
+      const found = isFilm ? (isTracked ? "tracked" : "not tracked") : "tracks only";
+      const marks = isExcluded ? "left out" : stretches.length ? `${found} \u00b7 in part left out` : found;
       return html("li", {}, html("button", { type: "button", onclick: () => this.open(k).catch(this.#message.error) },
         html("b", {}, name), html("small", {}, `${objects.join(", ")} \u00b7 ${marks}`)));
     };
     byId("clips").replaceChildren(...this.#clips.map(item));
-    if (this.#clips.length) await this.open(0);
+    const k = this.#clips.findIndex(({ name }) => name === chosen);
+    if (this.#clips.length) await this.open(Math.max(k, 0));
   }
 
   /** Opens a clip of this name where `where` says: `{ a, b }` for an impact. */
@@ -91,6 +117,7 @@ export class Films {
       this.#draw(first, 0);
     }
     this.#show(await read("/api/clip", at));
+    await this.edit.show();
   }
 
   #colour = (name) => {
@@ -131,7 +158,8 @@ export class Films {
     canvas.dataset.frame = number;
     byId("film-position").value = number;
     byId("film-position").setAttribute("aria-valuetext", `frame ${number}, ${fixed(frame.time, 3)} seconds`);
-    byId("film-time").textContent = `${fixed(frame.time, 3)} s \u00b7 ${number + 1}/${this.#count}`;
+    const isLeftOut = this.clip?.excluded_s.some(([from, until]) => from <= frame.time && frame.time <= until);
+    byId("film-time").textContent = `${isLeftOut ? "left out \u00b7 " : ""}${fixed(frame.time, 3)} s \u00b7 ${number + 1}/${this.#count}`;
     this.plots.at(frame.time);
     this.#drawOverlay();
     return null;

@@ -34,6 +34,10 @@ pub(crate) struct Listed {
     is_film: bool,
     /// Whether it has been tracked.
     is_tracked: bool,
+    /// Whether it is left out.
+    is_excluded: bool,
+    /// The stretches of it that are left out (s).
+    excluded_s: Vec<[f64; 2]>,
 }
 
 impl Campaigns {
@@ -79,20 +83,25 @@ fn check_files(project: &Project, campaign: &Path) -> Result<()> {
 /// # Errors
 /// There is none.
 pub(crate) fn clip<'a>(campaign: &'a Campaign, number: &str) -> Result<&'a Clip> {
-    let found = number.parse().ok().and_then(|k: usize| campaign.clips.get(k));
-    let needed = format!("a number from 0 to {}", campaign.clips.len().saturating_sub(1));
+    let all = || campaign.clips.iter().chain(&campaign.excluded);
+    let found = number.parse().ok().and_then(|k: usize| all().nth(k));
+    let needed = format!("a number from 0 to {}", all().count().saturating_sub(1));
     found.ok_or_else(|| Error::invalid("the campaign", "clip", number.escape_debug(), needed))
 }
 
-/// The clips of a campaign.
+/// The clips of a campaign, those that are left out last.
 pub(crate) fn listed(project: &Project, campaign: &Campaign) -> Vec<Listed> {
     let list = |(clip, file): (&Clip, Option<PathBuf>)| Listed {
         name: clip.name.clone(),
         objects: clip.objects.clone(),
         is_film: matches!(clip.source, Source::Film(_)),
         is_tracked: file.is_some_and(|file| file.is_file()),
+        is_excluded: false,
+        excluded_s: clip.excluded_s.clone(),
     };
-    campaign.clips.iter().zip(tracks_files(project, campaign)).map(list).collect()
+    let mut all: Vec<Listed> = campaign.clips.iter().zip(tracks_files(project, campaign)).map(list).collect();
+    all.extend(campaign.excluded.iter().map(|clip| Listed { is_excluded: true, ..list((clip, None)) }));
+    all
 }
 
 /// The files of the clips' tracks, as `breakshot estimate --tracks` names them; none for a name that is not that of a file.
