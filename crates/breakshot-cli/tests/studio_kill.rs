@@ -156,8 +156,9 @@ fn a_killed_estimate_leaves_whole_files_and_the_next_one_continues_from_them() {
     assert_eq!(files(killed).len(), wanted, "{:?}", files(killed).into_keys());
 
     // The command in another folder, never interrupted, writes the same bytes.
-    let output =
-        breakshot(whole, &["estimate", "campaign.toml", "--tracks", "tracks", "-o", "properties.json"]);
+    let args = ["estimate", "campaign.toml", "--tracks", "tracks", "-o", "properties.json"];
+    let mut command = Command::new(env!("CARGO_BIN_EXE_breakshot"));
+    let output = command.current_dir(whole).args(args).output().unwrap();
     assert!(matches!(output.status.code(), Some(0 | 3)), "{}", String::from_utf8_lossy(&output.stderr));
     let same = |name: &str| fs::read(killed.join(name)).unwrap() == fs::read(whole.join(name)).unwrap();
     assert!(same("properties.json"), "the properties differ");

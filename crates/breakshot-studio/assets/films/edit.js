@@ -24,7 +24,7 @@ export class ClipEdit {
     byId("add-films").addEventListener("click", () => byId("film-picker").click());
     byId("film-picker").addEventListener("change", (event) => this.#draft([...event.target.files]));
     this.#addDrop();
-    addKeys({ title: "The clip", view: "films" }, [
+    addKeys({ title: "The clip", view: "films", isFor: (target) => !target.matches("select, input[type=text]") }, [
       [["s"], "leave out from this frame, and until this frame", () => this.mark()],
       [["x"], "leave out the clip, or take it in again", () => byId("clip-excluded").click()],
       [["f"], "add films", () => byId("add-films").click()],
