@@ -209,6 +209,47 @@ def makes_a_new_pile(studio):
     page.select_option("#scene", "four.scene.toml")
 
 
+def draws_walls_and_areas(studio):
+    """A wall and a keep-out area are drawn with the mouse, moved with mouse and keys, taken away, and saved with the comments of the scene."""
+    page, scene = studio.page, studio.folder / "four.scene.toml"
+    before = scene.read_text()
+    page.locator("#draw-wall").click()
+    drag(page, table_point(page, 0.1, 0.18), table_point(page, 0.3, 0.18))
+    expect(page.locator("#table .area.walls")).to_have_count(1)
+    expect(page.locator("#draw-wall")).to_have_attribute("aria-pressed", "false")
+    page.keyboard.press("k")
+    drag(page, table_point(page, 0.2, -0.2), table_point(page, 0.3, -0.1))
+    expect(page.locator("#table .area.keep_out")).to_have_count(1)
+    # The corner of the area by the mouse, the wall by the keys.
+    drag(page, table_point(page, 0.3, -0.1), table_point(page, 0.34, -0.08))
+    page.locator("#table .area.walls").focus()
+    page.keyboard.press("Shift+ArrowUp")
+    page.wait_for_timeout(150)
+    at_rest(page)
+    page.keyboard.press("Control+s")
+    expect(page.locator("#message")).to_contain_text("Wrote four.scene.toml")
+    import tomllib
+    written = tomllib.loads(scene.read_text())
+    assert "# Four objects that touch." in scene.read_text()
+    (wall,), (area,) = written["walls"], written["keep_out"]
+    near = lambda p, q: all(abs(a - b) < 0.004 for a, b in zip(p, q))
+    assert near(wall["from_m"], [0.1, 0.19]) and near(wall["to_m"], [0.3, 0.19]), wall
+    assert near(area["points_m"][0], [0.2, -0.2]) and near(area["points_m"][2], [0.34, -0.08]), area
+    # One more from the keyboard, and all are taken away.
+    page.locator("#play").focus()
+    page.keyboard.press("w")
+    page.locator("#table .area.walls").focus()
+    page.keyboard.press("Enter")
+    expect(page.locator("#table .area.walls")).to_have_count(2)
+    for kind in ("walls", "walls", "keep_out"):
+        page.locator(f"#table .area.{kind}").first.focus()
+        page.keyboard.press("Delete")
+    expect(page.locator("#table .area")).to_have_count(0)
+    page.keyboard.press("Control+s")
+    expect(page.locator("#message")).to_contain_text("Wrote four.scene.toml")
+    assert tomllib.loads(scene.read_text()) == tomllib.loads(before)
+
+
 def drags_the_strike(studio):
     """The strike follows the mouse; motion and cloud come within their bounds."""
     page = studio.page
@@ -455,6 +496,7 @@ def main(program, demo, shots):
             learns_the_properties(studio)
             makes_a_pile(studio)
             makes_a_new_pile(studio)
+            draws_walls_and_areas(studio)
             times = drags_the_strike(studio)
             shows_what_the_commands_write(studio)
             plays_the_motion(studio)
