@@ -11,6 +11,8 @@ export class ClipEdit {
   #films;
   #from = null;
   #count = 0;
+  /** Changes are made one after the other. */
+  #last = Promise.resolve();
 
   /** `films` has `campaign`, `clip`, `time`, and `reopen(name)`. */
   constructor(message, films) {
@@ -84,8 +86,17 @@ export class ClipEdit {
     this.#save({ objects });
   }
 
-  async #save(change) {
+  #inTurn(work) {
+    this.#last = this.#last.then(work).catch(this.#message.error);
+    return this.#last;
+  }
+
+  #save(change) {
     const { campaign, clip } = this.#films;
+    return this.#inTurn(() => this.#write(campaign, clip, change));
+  }
+
+  async #write(campaign, clip, change) {
     try {
       const count = await ask("/api/clip", { campaign, clip: clip.name, ...change });
       this.#undoable(count);
@@ -98,16 +109,14 @@ export class ClipEdit {
   }
 
   /** Takes back the last change of the campaign. */
-  async undo() {
-    if (!this.#count) return;
-    const { campaign, clip } = this.#films;
-    try {
+  undo() {
+    return this.#inTurn(async () => {
+      if (!this.#count) return;
+      const { campaign, clip } = this.#films;
       this.#undoable(await ask("/api/undo", { campaign }));
       await this.#films.reopen(clip?.name);
       this.#message.tell(`Took back the last change of ${campaign}.`);
-    } catch (error) {
-      this.#message.error(error);
-    }
+    });
   }
 
   #addDrop() {
@@ -143,7 +152,7 @@ export class ClipEdit {
     byId("new-film-list").replaceChildren(...rows.map(({ row }) => row));
     const dialog = byId("new-films");
     dialog.returnValue = "";
-    dialog.addEventListener("close", () => dialog.returnValue === "add" && this.#add(campaign, rows), { once: true });
+    dialog.addEventListener("close", () => dialog.returnValue === "add" && this.#inTurn(() => this.#add(campaign, rows)), { once: true });
     dialog.showModal();
   }
 

@@ -17,6 +17,8 @@ export class Films {
   #frames = new Frames();
   #clips = [];
   #clip = -1;
+  /** How often a clip was opened: what an earlier opening still waits for is not shown. */
+  #opened = 0;
   #motion = null;
   #count = 0;
   #number = 0;
@@ -36,7 +38,7 @@ export class Films {
     byId("film-position").addEventListener("input", (event) => this.#pausedAt(Number(event.target.value)));
     byId("outlines").addEventListener("change", () => this.#drawOverlay());
     byId("track").addEventListener("click", () => this.track());
-    document.addEventListener("learned", () => this.#started && this.#openCampaign(byId("campaign").value).catch(message.error));
+    document.addEventListener("learned", () => this.#started && this.#openCampaign(this.campaign, this.clip?.name).catch(message.error));
     this.#addKeys();
     this.edit = new ClipEdit(message, this);
   }
@@ -104,19 +106,26 @@ export class Films {
   /** Opens clip number `k`. */
   async open(k) {
     this.pause();
+    this.showing.drop();
+    const opened = ++this.#opened;
+    const isLate = () => opened !== this.#opened;
     const at = { campaign: byId("campaign").value, clip: k };
     [this.#clip, this.#number, this.#motion] = [k, 0, null];
     [...byId("clips").querySelectorAll("button")].forEach((button, i) => (i === k ? button.setAttribute("aria-current", "true") : button.removeAttribute("aria-current")));
     const film = await read("/api/film", at);
+    if (isLate()) return;
     this.#frames.open(at);
     this.#count = film?.frame_count ?? 1;
     byId("film-position").max = this.#count - 1;
     if (film) {
       const [first, second] = await Promise.all([this.#frames.frame(0), this.#frames.frame(1)]);
+      if (isLate()) return;
       this.#step = second ? second.time - first.time : 1 / 60;
       this.#draw(first, 0);
     }
-    this.#show(await read("/api/clip", at));
+    const motion = await read("/api/clip", at);
+    if (isLate()) return;
+    this.#show(motion);
     await this.edit.show();
   }
 
