@@ -36,7 +36,7 @@ impl Studio {
         let mut studio = Self { process, host: host.to_owned(), cookie: String::new() };
         let answer = studio.post("/session", &format!(r#"{{"token":"{token}"}}"#));
         let cookie = answer.lines().find_map(|line| line.strip_prefix("Set-Cookie: ")).unwrap();
-        studio.cookie = cookie.split(';').next().unwrap().to_owned();
+        cookie.split(';').next().unwrap().clone_into(&mut studio.cookie);
         studio
     }
 
@@ -110,7 +110,7 @@ fn wait_for_tracks(folder: &Path, count: usize) {
 fn assert_whole(folder: &Path, when: &str) {
     for name in files(folder).into_keys() {
         assert!(!name.split('/').any(|part| part.starts_with('.')), "{when}: {name} was left behind");
-        if name.ends_with(".json") {
+        if Path::new(&name).extension().is_some_and(|extension| extension == "json") {
             let text = fs::read_to_string(folder.join(&name)).unwrap();
             assert!(serde_json::from_str::<serde_json::Value>(&text).is_ok(), "{when}: {name} is not whole");
         }

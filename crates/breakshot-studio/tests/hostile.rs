@@ -326,7 +326,7 @@ fn every_answer_forbids_what_the_page_does_not_need() {
     );
 }
 
-/// The film of the demo's pile, and the line of a request that sends it.
+/// The film of the demo's pile.
 fn film() -> Vec<u8> {
     std::fs::read(concat!(env!("CARGO_MANIFEST_DIR"), "/../../fixtures/demo/pile.mp4")).unwrap()
 }
@@ -350,26 +350,32 @@ fn names(server: &TestServer) -> Vec<String> {
     names
 }
 
+/// Sends a film; the status of the answer.
+fn sent(server: &TestServer, session: &Session, query: &str, lines: &[&str], body: &[u8]) -> u16 {
+    let named = ["Host: HOST", "Cookie: COOKIE", "Origin: http://HOST"];
+    let mut bytes = request(session, &format!("POST /api/upload?{query}"), &[&named[..], lines].concat());
+    bytes.extend_from_slice(body);
+    status(server, &bytes)
+}
+
+fn of_name(name: &str) -> String {
+    format!("campaign=campaign.toml&objects=a,c,e&name={name}")
+}
+
+fn campaign(server: &TestServer) -> String {
+    std::fs::read_to_string(server.folder().join("campaign.toml")).unwrap()
+}
+
+const BYTES: &str = "Content-Type: application/octet-stream";
+
 #[test]
-fn films_are_whole_or_absent_and_stay_in_the_folder() {
+fn films_whose_names_lead_elsewhere_or_are_taken_are_refused() {
     let server = with_campaign();
     let session = server.session();
-    let before = names(&server);
-    let campaign = || std::fs::read_to_string(server.folder().join("campaign.toml")).unwrap();
-    let text = campaign();
     #[cfg(unix)]
     std::os::unix::fs::symlink(server.outside().join("x.mp4"), server.folder().join("link.mp4")).unwrap();
-    let film = film();
-    let send = |query: &str, lines: &[&str], body: &[u8]| {
-        let named = ["Host: HOST", "Cookie: COOKIE", "Origin: http://HOST"];
-        let mut bytes =
-            request(&session, &format!("POST /api/upload?{query}"), &[&named[..], lines].concat());
-        bytes.extend_from_slice(body);
-        status(&server, &bytes)
-    };
+    let (text, before, film) = (campaign(&server), names(&server), film());
     let length = format!("Content-Length: {}", film.len());
-    let whole = ["Content-Type: application/octet-stream", &length];
-    let of = |name: &str| format!("campaign=campaign.toml&objects=a,c,e&name={name}");
     for name in [
         "..%2fx.mp4",
         "..%2F..%2Fx.mp4",
@@ -390,78 +396,90 @@ fn films_are_whole_or_absent_and_stay_in_the_folder() {
         "C:%5cx.mp4",
         "x.mp4%23y.mp4",
     ] {
-        let found = send(&of(name), &whole, &film);
+        let found = sent(&server, &session, &of_name(name), &[BYTES, &length], &film);
         // Where the film is not read to its end the connection may end before its answer is read.
         assert!(found == 0 || found == 400 || found == 422, "{name}: {found}");
-        assert_eq!(campaign(), text, "{name}");
+        let (drafted, _) = session.get(&format!("/api/film-draft?campaign=campaign.toml&name={name}"));
+        assert!(drafted == 400 || drafted == 422, "{name}: {drafted}");
+        assert_eq!(campaign(&server), text, "{name}");
     }
-    let bytes = "Content-Type: application/octet-stream";
+    let elsewhere = "campaign=..%2fcampaign.toml&objects=a&name=new.mp4";
+    assert_ne!(sent(&server, &session, elsewhere, &[BYTES, &length], &film), 200);
+    assert_eq!(names(&server), before, "something was written");
+    assert!(!server.outside().join("x.mp4").exists());
+}
+
+#[test]
+fn films_with_lying_lengths_and_of_strangers_leave_nothing() {
+    let server = with_campaign();
+    let session = server.session();
+    let (text, before, film) = (campaign(&server), names(&server), film());
     let small = b"no film".as_slice();
-    let cases: [(&str, u16, &[&str], &[u8]); 11] = [
+    let length = format!("Content-Length: {}", film.len());
+    let cut = format!("Content-Length: {}", film.len() / 2);
+    let cases: [(&str, u16, &[&str], &[u8]); 12] = [
         ("another kind", 415, &["Content-Type: application/json", "Content-Length: 7"], small),
         ("the kind of a form", 415, &["Content-Type: multipart/form-data", "Content-Length: 7"], small),
         ("no kind", 415, &["Content-Length: 7"], small),
-        ("not a film", 422, &[bytes, "Content-Length: 7"], small),
-        ("nothing", 422, &[bytes, "Content-Length: 0"], b""),
-        ("five gigabytes", 413, &[bytes, "Content-Length: 5368709120"], small),
-        ("more than a number holds", 413, &[bytes, "Content-Length: 18446744073709551616"], small),
-        ("a negative length", 400, &[bytes, "Content-Length: -7"], small),
-        ("chunks", 411, &[bytes, "Transfer-Encoding: chunked"], b"7\r\nno film\r\n0\r\n\r\n"),
-        ("two gigabytes that do not come", 0, &[bytes, "Content-Length: 2147483648"], small),
-        ("half of a film", 0, &[bytes, &length], &film[..film.len() / 2]),
+        ("not a film", 422, &[BYTES, "Content-Length: 7"], small),
+        ("nothing", 422, &[BYTES, "Content-Length: 0"], b""),
+        ("five gigabytes", 413, &[BYTES, "Content-Length: 5368709120"], small),
+        ("more than a number holds", 413, &[BYTES, "Content-Length: 18446744073709551616"], small),
+        ("a negative length", 400, &[BYTES, "Content-Length: -7"], small),
+        ("chunks", 411, &[BYTES, "Transfer-Encoding: chunked"], b"7\r\nno film\r\n0\r\n\r\n"),
+        ("two gigabytes that do not come", 0, &[BYTES, "Content-Length: 2147483648"], small),
+        ("half of a film", 0, &[BYTES, &length], &film[..film.len() / 2]),
+        ("less was said than came", 422, &[BYTES, &cut], &film),
     ];
     for (what, wanted, lines, body) in cases {
-        assert_eq!(send(&of("new.mp4"), lines, body), wanted, "{what}");
-        assert_eq!(campaign(), text, "{what}");
+        assert_eq!(sent(&server, &session, &of_name("new.mp4"), lines, body), wanted, "{what}");
+        assert_eq!(campaign(&server), text, "{what}");
     }
-    // A film that is shorter than its file ends early: the length said less than there is.
-    let cut = format!("Content-Length: {}", film.len() / 2);
-    assert_eq!(send(&of("new.mp4"), &[bytes, &cut], &film), 422, "less was said than came");
-    let of_objects = |objects: &str| format!("campaign=campaign.toml&objects={objects}&name=new.mp4");
-    for objects in ["", ",", "nobody", "a,a"] {
-        let found = send(&of_objects(objects), &whole, &film);
-        assert!(found == 422 || found == 0, "objects {objects}: {found}");
-    }
-    assert_ne!(send("campaign=..%2fcampaign.toml&objects=a&name=new.mp4", &whole, &film), 200);
-    let stranger = request(
-        &session,
-        &format!("POST /api/upload?{}", of("new.mp4")),
-        &["Host: HOST", "Origin: http://HOST", bytes, &length],
-    );
-    assert!([0, 401].contains(&status(&server, &[stranger, film.clone()].concat())), "without a cookie");
-    let elsewhere = ["Host: HOST", "Cookie: COOKIE", "Origin: http://example.org", bytes, &length];
-    let elsewhere = request(&session, &format!("POST /api/upload?{}", of("new.mp4")), &elsewhere);
-    assert!([0, 403].contains(&status(&server, &[elsewhere, film.clone()].concat())), "from another site");
+    let first = format!("POST /api/upload?{}", of_name("new.mp4"));
+    let stranger = request(&session, &first, &["Host: HOST", "Origin: http://HOST", BYTES, &length]);
+    let found = status(&server, &[&stranger[..], &film].concat());
+    assert!([0, 401].contains(&found), "without a cookie: {found}");
+    let lines = ["Host: HOST", "Cookie: COOKIE", "Origin: http://example.org", BYTES, &length];
+    let found = status(&server, &[&request(&session, &first, &lines)[..], &film].concat());
+    assert!([0, 403].contains(&found), "from another site: {found}");
     // A connection that is cut.
-    let head = ["Host: HOST", "Cookie: COOKIE", "Origin: http://HOST", bytes, &length];
+    let lines = ["Host: HOST", "Cookie: COOKIE", "Origin: http://HOST", BYTES, &length];
     let mut stream = server.connect();
-    stream.write_all(&request(&session, &format!("POST /api/upload?{}", of("new.mp4")), &head)).unwrap();
+    stream.write_all(&request(&session, &first, &lines)).unwrap();
     stream.write_all(&film[..film.len() / 3]).unwrap();
     std::thread::sleep(Duration::from_millis(100));
     drop(stream);
     std::thread::sleep(Duration::from_millis(300));
-    let mut with_link = before.clone();
-    with_link.push("link.mp4".into());
-    with_link.sort();
-    let expected = if cfg!(unix) { &with_link } else { &before };
-    assert_eq!(&names(&server), expected, "something was left behind");
-    assert_eq!(campaign(), text);
-    assert!(!server.outside().join("x.mp4").exists());
-    // The film itself, once.
-    assert_eq!(send(&of("new.mp4"), &whole, &film), 200);
-    assert_eq!(std::fs::read(server.folder().join("new.mp4")).unwrap(), film);
-    assert!(
-        campaign().starts_with(&text)
-            && campaign().contains("video = \"new.mp4\"\nobjects = [\"a\", \"c\", \"e\"]"),
-        "{}",
-        campaign()
-    );
-    let again = send(&of("new.mp4"), &whole, &film);
-    assert!(again == 422 || again == 0, "a second time: {again}");
-    let twice = send(&of("other.mp4"), &whole, &film);
-    assert_eq!(twice, 422, "the same film by another name");
-    assert!(!server.folder().join("other.mp4").exists(), "a film without an entry was left behind");
+    assert_eq!(names(&server), before, "something was left behind");
+    assert_eq!(campaign(&server), text);
     assert_eq!(session.get("/api/project").0, 200);
+}
+
+#[test]
+fn a_film_is_added_once_and_with_objects_that_are_known() {
+    let server = with_campaign();
+    let session = server.session();
+    let (text, film) = (campaign(&server), film());
+    let length = format!("Content-Length: {}", film.len());
+    let send = |query: &str| sent(&server, &session, query, &[BYTES, &length], &film);
+    for objects in ["", ",", "nobody", "a,a"] {
+        let found = send(&format!("campaign=campaign.toml&objects={objects}&name=new.mp4"));
+        assert!(found == 422 || found == 0, "objects {objects}: {found}");
+        assert!(!server.folder().join("new.mp4").exists(), "objects {objects}: a film without an entry");
+    }
+    assert_eq!(campaign(&server), text);
+    assert_eq!(send(&of_name("new.mp4")), 200);
+    assert_eq!(std::fs::read(server.folder().join("new.mp4")).unwrap(), film);
+    let added = "video = \"new.mp4\"\nobjects = [\"a\", \"c\", \"e\"]";
+    assert!(
+        campaign(&server).starts_with(&text) && campaign(&server).contains(added),
+        "{}",
+        campaign(&server)
+    );
+    let again = send(&of_name("new.mp4"));
+    assert!(again == 422 || again == 0, "a second time: {again}");
+    assert_eq!(send(&of_name("other.mp4")), 422, "the same film by another name");
+    assert!(!server.folder().join("other.mp4").exists(), "a film without an entry was left behind");
 }
 
 #[test]

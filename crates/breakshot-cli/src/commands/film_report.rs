@@ -192,12 +192,11 @@ fn clips(args: &FilmReportArgs, campaign: &Campaign) -> Result<Vec<ShownClip>> {
 /// The tracks of the executed strike, and its comparison with the simulation.
 fn executed(args: &FilmReportArgs, film: &Path, simulated: &Simulated) -> Result<Executed> {
     let Simulated { scene, trajectory, .. } = simulated;
-    let tracks = match &args.executed_tracks {
-        Some(file) => verify::recorded_tracks(file, args.rate, scene)?,
-        None => {
-            let footage = args.rate.open(film, args.decoder, &scene.cell)?;
-            verify::tracked_strike(scene, Capture::of(footage, &scene.cell)?)?.tracks
-        }
+    let tracks = if let Some(file) = &args.executed_tracks {
+        verify::recorded_tracks(file, args.rate, scene)?
+    } else {
+        let footage = args.rate.open(film, args.decoder, &scene.cell)?;
+        verify::tracked_strike(scene, Capture::of(footage, &scene.cell)?)?.tracks
     };
     let observed = Observed::from_tracks(&tracks);
     let mut report = breakshot::verify::comparison(scene, &trajectory.final_poses, &observed)?;

@@ -50,7 +50,7 @@ enum Exclude {
 /// `campaign.toml` with the cell, the objects and the scenes that it names.
 ///
 /// # Errors
-/// See [`read_toml`], [`Campaign::check`] and the loaders of the named files; also a film or tracks that do not exist, and
+/// See [`super::read_toml`], [`Campaign::check`] and the loaders of the named files; also a film or tracks that do not exist, and
 /// two clips of the same content.
 pub fn load_campaign(path: impl AsRef<Path>) -> Result<Loaded<Campaign>> {
     let path = path.as_ref();
