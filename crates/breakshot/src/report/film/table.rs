@@ -1,6 +1,6 @@
 //! The table from above: the pile, the strike, and where everything is at one instant.
 
-use super::{BACKGROUND, MUTED, PANEL, TEXT, colour};
+use super::style::{BACKGROUND, MUTED, PANEL, TEXT, colour};
 use crate::geometry::{Pixel, Point, Pose, Vec2};
 use crate::object::Shape;
 use crate::physics::Trajectory;

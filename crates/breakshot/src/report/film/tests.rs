@@ -3,6 +3,7 @@ use crate::cell::{Cell, Striker, Workspace};
 use crate::geometry::Point;
 use crate::object::Object;
 use crate::object::Shape;
+use crate::report::figures::Palette;
 use crate::scene::Placed;
 use crate::uncertain::Estimate;
 

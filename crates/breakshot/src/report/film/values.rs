@@ -1,6 +1,7 @@
 //! Learned values with their intervals, one line for each.
 
-use super::{Caption, FilmPages, MUTED, TEXT};
+use super::page::{Caption, FilmPages};
+use super::style::{MUTED, TEXT};
 use crate::geometry::Pixel;
 use crate::properties::Properties;
 use crate::report::raster::{Area, Canvas, FAINT, Lettering, Pen, RgbImage, STRONG, text_width_px};
