@@ -5,7 +5,7 @@ use crate::check_args::CheckArgs;
 use crate::commands::FilmReportArgs;
 use crate::decoder_args::{DecoderArgs, RateArgs};
 use crate::detect_args::DetectArgs;
-use crate::laws::LawArgs;
+use crate::laws::{Assumptions, LawArgs};
 use crate::planning::{PlannerArgs, SurveyArgs};
 use crate::recording::RecordArgs;
 use crate::studio_args::StudioArgs;
@@ -323,14 +323,6 @@ pub(crate) struct EstimateArgs {
     /// Prints the properties as JSON.
     #[arg(long)]
     pub(crate) json: bool,
-}
-
-/// Values for quantities that were not measured.
-#[derive(Debug, Args)]
-pub(crate) struct Assumptions {
-    /// Restitution (0 to 1) of pairs without a measured one, the striker included; inferred from the measured ones if not given.
-    #[arg(long, value_name = "E")]
-    pub(crate) assume_restitution: Option<f64>,
 }
 
 #[derive(Debug, Args)]

@@ -1,7 +1,7 @@
 //! The flags of `breakshot film-report`.
 
-use crate::args::Assumptions;
 use crate::decoder_args::{DecoderArgs, RateArgs};
+use crate::laws::Assumptions;
 use clap::Args;
 use std::path::PathBuf;
 

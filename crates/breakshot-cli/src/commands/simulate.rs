@@ -1,6 +1,7 @@
 //! `breakshot simulate`: the outcome of one strike on a pile.
 
-use crate::args::{Assumptions, SimulateArgs};
+use crate::args::SimulateArgs;
+use crate::laws::Assumptions;
 use crate::{Outcome, console};
 use breakshot::physics::{self, Trajectory};
 use breakshot::plan;
