@@ -41,7 +41,7 @@ fn all() -> Result<(), String> {
 }
 
 /// The tests that `cargo test` ignores because they start the program `ffmpeg`; a test of the library names them.
-const NEEDS_FFMPEG: [&str; 8] = [
+const NEEDS_FFMPEG: [&str; 9] = [
     "capture::source::ffmpeg::h264::tests::ffmpeg_and_the_built_in_decoder_give_the_same_frames_and_errors",
     "ffmpeg_decodes_the_codings_that_the_built_in_decoder_does_not",
     "ffmpeg_and_the_built_in_decoder_give_the_same_frames",
@@ -50,6 +50,7 @@ const NEEDS_FFMPEG: [&str; 8] = [
     "streams_are_recorded_with_their_times_or_those_of_their_arrival",
     "an_interrupted_recording_is_whole",
     "look_takes_pictures_from_a_stream",
+    "a_film_of_a_procedure_has_all_its_parts_and_is_whole_or_absent",
 ];
 
 /// Runs the tests that need `ffmpeg`, or reports each of them as skipped.
@@ -62,7 +63,8 @@ fn test_with_ffmpeg() -> Result<(), String> {
         return Ok(());
     }
     // Of the workspace, as before: a package by itself has other features, and would be compiled again.
-    let tests = ["test", "--workspace", "--lib", "--test", "footage", "--test", "recording"];
+    let tests =
+        ["test", "--workspace", "--lib", "--test", "footage", "--test", "recording", "--test", "film_report"];
     cargo(&[&tests[..], &["--", "--ignored", "--exact"], &NEEDS_FFMPEG].concat(), &[])
 }
 

@@ -2,9 +2,10 @@
 
 use crate::campaign_args::CampaignArgs;
 use crate::check_args::CheckArgs;
+use crate::commands::FilmReportArgs;
 use crate::decoder_args::{DecoderArgs, RateArgs};
 use crate::detect_args::DetectArgs;
-use crate::laws::LawArgs;
+use crate::laws::{Assumptions, LawArgs};
 use crate::planning::{PlannerArgs, SurveyArgs};
 use crate::recording::RecordArgs;
 use crate::studio_args::StudioArgs;
@@ -116,6 +117,11 @@ pub(crate) enum Command {
         Example: breakshot verify scene.toml strike.mp4 --properties properties.json --strike plan.json -o report/\n\
         Example: breakshot verify scene.toml strike.mp4 --properties properties.json --strike plan.json -o report/ --update newer.json")]
     Verify(VerifyArgs),
+    /// Writes a film of a whole procedure: strike films with tracks, learned values, plan, simulation and executed strike (MP4).
+    #[command(after_help = "\
+        Example: breakshot film-report --campaign campaign.toml --tracks tracks --properties properties.json --strike plan.json -o report.mp4\n\
+        Example: breakshot film-report --scene scene.toml --properties properties.json --strike strike.json --executed strike.mp4 -o report.mp4")]
+    FilmReport(FilmReportArgs),
     /// Serves a page for the browser of this machine: piles, strikes and plans of a folder, to look at and to drag.
     #[command(after_help = "Example: breakshot studio breakshot-demo")]
     Studio(StudioArgs),
@@ -317,14 +323,6 @@ pub(crate) struct EstimateArgs {
     /// Prints the properties as JSON.
     #[arg(long)]
     pub(crate) json: bool,
-}
-
-/// Values for quantities that were not measured.
-#[derive(Debug, Args)]
-pub(crate) struct Assumptions {
-    /// Restitution (0 to 1) of pairs without a measured one, the striker included; inferred from the measured ones if not given.
-    #[arg(long, value_name = "E")]
-    pub(crate) assume_restitution: Option<f64>,
 }
 
 #[derive(Debug, Args)]

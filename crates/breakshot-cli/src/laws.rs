@@ -1,4 +1,4 @@
-//! Which physical laws does `simulate` follow, if not the default ones?
+//! Which physical laws does a simulation follow, if not the default ones, and what is assumed where nothing was measured?
 
 use breakshot::physics::{
     AfterStrike, ImpactLaw, MultipleImpact, Options, Pressing, RestitutionLaw, Surface,
@@ -134,4 +134,12 @@ impl LawArgs {
             ..planning
         }
     }
+}
+
+/// Values for quantities that were not measured.
+#[derive(Debug, Args)]
+pub(crate) struct Assumptions {
+    /// Restitution (0 to 1) of pairs without a measured one, the striker included; inferred from the measured ones if not given.
+    #[arg(long, value_name = "E")]
+    pub(crate) assume_restitution: Option<f64>,
 }

@@ -81,6 +81,7 @@ fn run() -> Result<Outcome> {
         Command::Strike(args) => commands::strike::run(&args),
         Command::Export(args) => commands::export::run(&args),
         Command::Verify(args) => commands::verify::run(&args),
+        Command::FilmReport(args) => commands::film_report::run(&args),
         Command::Studio(args) => commands::studio::run(&args),
         #[cfg(feature = "manual")]
         Command::Manual(args) => commands::manual::run(&args),

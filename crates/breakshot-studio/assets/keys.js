@@ -6,7 +6,7 @@ const groups = [];
 
 /** Whether the focus is where letters are written. */
 const isWriting = (target) =>
-  target.matches?.("input:not([type=checkbox]), textarea, select") || target.isContentEditable;
+  target.matches?.("input:not([type=checkbox], [type=range]), textarea, select") || target.isContentEditable;
 
 const nameOf = (event) =>
   (event.ctrlKey || event.metaKey ? "Ctrl+" : "") + (event.altKey ? "Alt+" : "") +

@@ -44,13 +44,18 @@ export class Learned {
   #open;
   #shown = null;
   #contents = null;
+  /** The properties that stood in the file before the last estimate. */
+  #before = null;
   #job = null;
 
   /** `open(clip, bodies)` opens a clip at the impact of these bodies. */
   constructor(message, open) {
     this.#message = message;
     this.#open = open;
-    byId("learned-file").addEventListener("change", (event) => this.#read(event.target.value).catch(message.error));
+    byId("learned-file").addEventListener("change", (event) => {
+      this.#before = null;
+      this.#read(event.target.value).catch(message.error);
+    });
     byId("learn").addEventListener("click", () => this.estimate());
     byId("stop-learning").addEventListener("click", () => this.cancel());
     addKeys({ title: "The properties", view: "learned" }, [
@@ -104,6 +109,7 @@ export class Learned {
     if (event.state === "cancelled") return this.#message.tell("The estimate was cancelled; nothing was written.");
     if (event.state === "failed") return this.#message.error(new Error(event.error));
     const { file } = event.result;
+    this.#before = byId("learned-file").value === file ? (this.#shown?.properties ?? null) : null;
     this.#message.tell(`Wrote ${file}.`);
     if (!this.#contents.properties.includes(file)) this.#contents.properties.push(file);
     this.#showFiles(file);
@@ -113,6 +119,7 @@ export class Learned {
 
   async #read(file) {
     this.#shown = await read("/api/properties", { file });
+    byId("before-words").hidden = !this.#before;
     byId("learned-warnings").replaceChildren(...warningsByCause(this.#shown.properties));
     this.#draw();
   }
@@ -123,15 +130,16 @@ export class Learned {
       const rank = kinds.indexOf(kindOf(name.split("/")[0]));
       return rank < 0 ? "grey" : `c${rank % 8}`;
     };
-    const charts = GROUPS.map(([key, clipsKey, title]) => this.#chart(this.#shown.properties[key] ?? {}, clipsKey, title, colour)).filter(Boolean);
+    const charts = GROUPS.map(([key, clipsKey, title]) => this.#chart(this.#shown.properties[key] ?? {}, { clipsKey, before: this.#before?.[key] ?? {} }, title, colour)).filter(Boolean);
     byId("learned-charts").replaceChildren(...charts);
   }
 
-  #chart(values, clipsKey, title, colour) {
+  #chart(values, { clipsKey, before }, title, colour) {
     const rows = Object.entries(values).filter(([, estimate]) => estimate.n > 0 || estimate.standard_error > 0);
     if (!rows.length) return null;
     const clips = this.#shown.clips.filter(({ group }) => group === clipsKey);
-    const all = [...rows.flatMap(([, { interval_95: interval }]) => interval), ...clips.map(({ value }) => value)].filter(Number.isFinite);
+    const earlier = rows.flatMap(([name]) => before[name]?.interval_95 ?? []);
+    const all = [...rows.flatMap(([, { interval_95: interval }]) => interval), ...earlier, ...clips.map(({ value }) => value)].filter(Number.isFinite);
     const room = 0.06 * (Math.max(...all) - Math.min(...all)) || 0.01;
     const [low, high] = [Math.min(...all) - room, Math.max(...all) + room];
     const width = Math.max(320, byId("learned-charts").clientWidth);
@@ -141,11 +149,11 @@ export class Learned {
       svg("path", { class: "grid", d: `M${x(value)} 0V${height - FOOT_PX}` }),
       svg("text", { class: "tick", x: x(value), y: height - 8, "text-anchor": "middle" }, fixed(value, decimals)),
     ]);
-    const drawn = rows.flatMap(([name, estimate], k) => this.#row(name, estimate, clips, { x, y: (k + 0.5) * ROW_PX, width, colour: colour(name) }));
+    const drawn = rows.flatMap(([name, estimate], k) => this.#row(name, estimate, clips, { x, y: (k + 0.5) * ROW_PX, width, colour: colour(name), before: before[name] }));
     return html("figure", {}, html("h2", {}, title), svg("svg", { viewBox: `0 0 ${width} ${height}`, role: "group", "aria-label": title }, ...grid, ...drawn));
   }
 
-  #row(name, estimate, clips, { x, y, width, colour }) {
+  #row(name, estimate, clips, { x, y, width, colour, before }) {
     const [low, high] = estimate.interval_95;
     const marks = clips.filter((clip) => clip.name === name).map(({ clip, value, std, group }) => {
       const words = `${clip}: ${fixed(value, 3)} \u00b1 ${fixed(std, 3)}`;
@@ -156,6 +164,7 @@ export class Learned {
       return mark;
     });
     return [
+      ...earlierMarks(before, { x, y, width }),
       svg("text", { class: "name", x: LEFT_PX - 14, y: y + 4, "text-anchor": "end" }, name),
       svg("path", { class: `interval ${colour}`, d: `M${x(low)} ${y - 5}H${x(high)}` }),
       svg("circle", { class: `mean ${colour}`, cx: x(estimate.mean), cy: y - 5, r: 5.5 }),
@@ -163,6 +172,18 @@ export class Learned {
       svg("text", { class: "number", x: width - RIGHT_PX + 14, y: y + 4 }, `${fixed(estimate.mean, 3)}  (${fixed(low, 3)} to ${fixed(high, 3)})`),
     ];
   }
+}
+
+/** The value before the last estimate, above the present one. */
+function earlierMarks(before, { x, y, width }) {
+  if (!before) return [];
+  const [low, high] = before.interval_95;
+  const words = `was ${fixed(before.mean, 3)}  (${fixed(low, 3)} to ${fixed(high, 3)})`;
+  return [
+    svg("path", { class: "interval-before", d: `M${x(low)} ${y - 13}H${x(high)}` }),
+    svg("circle", { class: "mean-before", cx: x(before.mean), cy: y - 13, r: 3.5 }),
+    svg("text", { class: "number-before", x: width - RIGHT_PX + 14, y: y + 16 }, words),
+  ];
 }
 
 /** The bodies whose impact measured a value; none for friction, which the whole slide measures. */

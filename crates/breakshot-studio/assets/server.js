@@ -26,6 +26,23 @@ export async function ask(path, question) {
   return answered(await fetch(path, { method: "POST", headers, body: JSON.stringify(question) }));
 }
 
+/** Sends a file; `tell` gets the part that has been sent. */
+export function send(path, fields, file, tell) {
+  return new Promise((done, failed) => {
+    const request = new XMLHttpRequest();
+    request.open("POST", `${path}?${new URLSearchParams(fields)}`);
+    request.setRequestHeader("Content-Type", "application/octet-stream");
+    request.upload.onprogress = ({ loaded, total }) => tell(total ? loaded / total : 0);
+    request.onerror = () => failed(new Error("The film was not taken: the connection ended."));
+    request.onload = () => {
+      const answer = JSON.parse(request.responseText);
+      if (request.status === 200) done(answer);
+      else failed(new Refused(request.status, answer.error));
+    };
+    request.send(file);
+  });
+}
+
 /**
  * Asks one question after the other. Of the questions that come up while one is on its way only the newest is asked, so that answers come in
  * order and none is older than one round trip; the others are dropped unasked.

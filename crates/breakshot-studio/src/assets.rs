@@ -15,7 +15,7 @@ const INDEX: &[u8] = include_bytes!("../assets/index.html");
 const REPORT_STYLE: &[u8] = include_bytes!("../assets/report.css");
 
 /// Path, media type and content of each file.
-const FILES: [(&str, &str, &[u8]); 37] = assets![
+const FILES: [(&str, &str, &[u8]); 39] = assets![
     "studio.css": "text/css; charset=utf-8",
     "icon.svg": "image/svg+xml",
     "app.js": "text/javascript; charset=utf-8",
@@ -29,8 +29,10 @@ const FILES: [(&str, &str, &[u8]); 37] = assets![
     "timeline.js": "text/javascript; charset=utf-8",
     "learned.js": "text/javascript; charset=utf-8",
     "films/view.js": "text/javascript; charset=utf-8",
+    "films/edit.js": "text/javascript; charset=utf-8",
     "films/frames.js": "text/javascript; charset=utf-8",
     "films/plots.js": "text/javascript; charset=utf-8",
+    "pile/areas.js": "text/javascript; charset=utf-8",
     "pile/view.js": "text/javascript; charset=utf-8",
     "pile/objects.js": "text/javascript; charset=utf-8",
     "pile/drag.js": "text/javascript; charset=utf-8",

@@ -4,9 +4,11 @@ use crate::cell::first_frames::FirstFrames;
 use crate::cell::{editing, fit};
 use crate::compare::{comparing, shown};
 use crate::films::clips::{self, Campaigns};
+use crate::films::edit::{ClipChange, Edits, Undo};
 use crate::films::frames::{self, Films};
+use crate::films::upload::{self, NotAdded, Uploads};
 use crate::films::{learning, motion};
-use crate::http::request::{Method, Request};
+use crate::http::request::{Method, NoRequest, NotCopied, Request};
 use crate::http::response::{Answer, Response};
 use crate::jobs::Jobs;
 use crate::pile::forecast::{self, Clouds};
@@ -16,9 +18,10 @@ use crate::pile::{save, settle};
 use crate::project::Project;
 use crate::robot::command;
 use breakshot::campaign::{Campaign, Source};
-use breakshot::{Result, estimate, files};
+use breakshot::{Error, Result, estimate, files};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
+use std::fs::File;
 use std::path::Path;
 use std::sync::Arc;
 
@@ -30,6 +33,8 @@ pub(crate) struct Studio {
     campaigns: Campaigns,
     films: Films,
     first_frames: FirstFrames,
+    edits: Edits,
+    uploads: Uploads,
     jobs: Jobs,
 }
 
@@ -45,6 +50,8 @@ impl Studio {
             campaigns: Campaigns::default(),
             films: Films::default(),
             first_frames: FirstFrames::default(),
+            edits: Edits::default(),
+            uploads: Uploads::default(),
             jobs: Jobs::default(),
         })
     }
@@ -77,6 +84,8 @@ impl Studio {
             "clips" => reply(self.campaign(request).map(|campaign| clips::listed(&self.project, &campaign))),
             "clip" => reply(self.clip(request)),
             "film" => reply(self.film(request)),
+            "film-draft" => reply(upload::drafted(&self.project, request)),
+            "edits" => reply(self.edits.count(&self.project, request.field("campaign").unwrap_or_default())),
             "properties" => reply(self.properties(request)),
             "comparison" => reply(self.comparison(request)),
             "frame" if request.field("film").is_some() => {
@@ -106,7 +115,31 @@ impl Studio {
             "command" => asked(request, |r| command::found(project, cache, r)),
             "compare" => asked(request, |r| Ok(self.start_comparison(r))),
             "track" => asked(request, |r: &TrackRequest| self.start_tracking(r)),
+            "clip" => asked(request, |r: &ClipChange| self.edits.change(project, r)),
+            "undo" => asked(request, |r: &Undo| self.edits.undo(project, r)),
             _ => unknown(),
+        }
+    }
+
+    /// Adds a film whose bytes `receive` writes.
+    pub(crate) fn add_film(
+        &self,
+        request: &Request,
+        receive: &mut dyn FnMut(&mut File) -> std::result::Result<(), NotCopied>,
+    ) -> std::result::Result<Response, NoRequest> {
+        let mut received = |file: &mut File| {
+            receive(file).map_err(|reason| match reason {
+                NotCopied::Unread(reason) => NotAdded::Cut(reason),
+                NotCopied::Unwritten(source) => {
+                    let path = request.field("name").unwrap_or_default().into();
+                    NotAdded::Refused(Error::Write { path, source })
+                }
+            })
+        };
+        match upload::added((&self.project, &self.edits, &self.uploads), request, &mut received) {
+            Ok(added) => Ok(Response::json(&added)),
+            Err(NotAdded::Refused(error)) => Ok(Response::refusal(422, &error.to_string())),
+            Err(NotAdded::Cut(reason)) => Err(reason),
         }
     }
 

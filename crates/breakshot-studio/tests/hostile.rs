@@ -325,3 +325,218 @@ fn every_answer_forbids_what_the_page_does_not_need() {
             && !page.contains("https://")
     );
 }
+
+/// The film of the demo's pile.
+fn film() -> Vec<u8> {
+    std::fs::read(concat!(env!("CARGO_MANIFEST_DIR"), "/../../fixtures/demo/pile.mp4")).unwrap()
+}
+
+/// A project with a campaign of one clip.
+fn with_campaign() -> TestServer {
+    let server = TestServer::start();
+    let demo = concat!(env!("CARGO_MANIFEST_DIR"), "/../../fixtures/demo/single_a_3.mp4");
+    std::fs::copy(demo, server.folder().join("single_a_3.mp4")).unwrap();
+    let text = "cell = \"cell.toml\"\nobjects = \"objects.toml\"\n\n[[clips]]\nvideo = \"single_a_3.mp4\"\nobjects = [\"a\"]\n";
+    std::fs::write(server.folder().join("campaign.toml"), text).unwrap();
+    server
+}
+
+/// The names of everything in the project, hidden files too.
+fn names(server: &TestServer) -> Vec<String> {
+    let entries = server.folder().read_dir().unwrap();
+    let mut names: Vec<String> =
+        entries.map(|entry| entry.unwrap().file_name().to_string_lossy().into_owned()).collect();
+    names.sort();
+    names
+}
+
+/// Sends a film; the status of the answer.
+fn sent(server: &TestServer, session: &Session, query: &str, lines: &[&str], body: &[u8]) -> u16 {
+    let named = ["Host: HOST", "Cookie: COOKIE", "Origin: http://HOST"];
+    let mut bytes = request(session, &format!("POST /api/upload?{query}"), &[&named[..], lines].concat());
+    bytes.extend_from_slice(body);
+    status(server, &bytes)
+}
+
+fn of_name(name: &str) -> String {
+    format!("campaign=campaign.toml&objects=a,c,e&name={name}")
+}
+
+fn campaign(server: &TestServer) -> String {
+    std::fs::read_to_string(server.folder().join("campaign.toml")).unwrap()
+}
+
+const BYTES: &str = "Content-Type: application/octet-stream";
+
+#[test]
+fn films_whose_names_lead_elsewhere_or_are_taken_are_refused() {
+    let server = with_campaign();
+    let session = server.session();
+    #[cfg(unix)]
+    std::os::unix::fs::symlink(server.outside().join("x.mp4"), server.folder().join("link.mp4")).unwrap();
+    let (text, before, film) = (campaign(&server), names(&server), film());
+    let length = format!("Content-Length: {}", film.len());
+    for name in [
+        "..%2fx.mp4",
+        "..%2F..%2Fx.mp4",
+        "%2e%2e%2fx.mp4",
+        "%2ftmp%2fx.mp4",
+        "sub%2fx.mp4",
+        "a%5cx.mp4",
+        "x%00.mp4",
+        "x.mp4%00",
+        ".x.mp4",
+        "",
+        "x",
+        "x.toml",
+        "campaign.toml",
+        "link.mp4",
+        "single_a_3.mp4",
+        "x%0a.mp4",
+        "C:%5cx.mp4",
+        "x.mp4%23y.mp4",
+    ] {
+        let found = sent(&server, &session, &of_name(name), &[BYTES, &length], &film);
+        // Where the film is not read to its end the connection may end before its answer is read.
+        assert!(found == 0 || found == 400 || found == 422, "{name}: {found}");
+        let (drafted, _) = session.get(&format!("/api/film-draft?campaign=campaign.toml&name={name}"));
+        assert!(drafted == 400 || drafted == 422, "{name}: {drafted}");
+        assert_eq!(campaign(&server), text, "{name}");
+    }
+    let elsewhere = "campaign=..%2fcampaign.toml&objects=a&name=new.mp4";
+    assert_ne!(sent(&server, &session, elsewhere, &[BYTES, &length], &film), 200);
+    assert_eq!(names(&server), before, "something was written");
+    assert!(!server.outside().join("x.mp4").exists());
+}
+
+#[test]
+fn films_with_lying_lengths_and_of_strangers_leave_nothing() {
+    let server = with_campaign();
+    let session = server.session();
+    let (text, before, film) = (campaign(&server), names(&server), film());
+    let small = b"no film".as_slice();
+    let length = format!("Content-Length: {}", film.len());
+    let cut = format!("Content-Length: {}", film.len() / 2);
+    let cases: [(&str, u16, &[&str], &[u8]); 12] = [
+        ("another kind", 415, &["Content-Type: application/json", "Content-Length: 7"], small),
+        ("the kind of a form", 415, &["Content-Type: multipart/form-data", "Content-Length: 7"], small),
+        ("no kind", 415, &["Content-Length: 7"], small),
+        ("not a film", 422, &[BYTES, "Content-Length: 7"], small),
+        ("nothing", 422, &[BYTES, "Content-Length: 0"], b""),
+        ("five gigabytes", 413, &[BYTES, "Content-Length: 5368709120"], small),
+        ("more than a number holds", 413, &[BYTES, "Content-Length: 18446744073709551616"], small),
+        ("a negative length", 400, &[BYTES, "Content-Length: -7"], small),
+        ("chunks", 411, &[BYTES, "Transfer-Encoding: chunked"], b"7\r\nno film\r\n0\r\n\r\n"),
+        ("two gigabytes that do not come", 0, &[BYTES, "Content-Length: 2147483648"], small),
+        ("half of a film", 0, &[BYTES, &length], &film[..film.len() / 2]),
+        ("less was said than came", 422, &[BYTES, &cut], &film),
+    ];
+    for (what, wanted, lines, body) in cases {
+        assert_eq!(sent(&server, &session, &of_name("new.mp4"), lines, body), wanted, "{what}");
+        assert_eq!(campaign(&server), text, "{what}");
+    }
+    let first = format!("POST /api/upload?{}", of_name("new.mp4"));
+    let stranger = request(&session, &first, &["Host: HOST", "Origin: http://HOST", BYTES, &length]);
+    let found = status(&server, &[&stranger[..], &film].concat());
+    assert!([0, 401].contains(&found), "without a cookie: {found}");
+    let lines = ["Host: HOST", "Cookie: COOKIE", "Origin: http://example.org", BYTES, &length];
+    let found = status(&server, &[&request(&session, &first, &lines)[..], &film].concat());
+    assert!([0, 403].contains(&found), "from another site: {found}");
+    // A connection that is cut.
+    let lines = ["Host: HOST", "Cookie: COOKIE", "Origin: http://HOST", BYTES, &length];
+    let mut stream = server.connect();
+    stream.write_all(&request(&session, &first, &lines)).unwrap();
+    stream.write_all(&film[..film.len() / 3]).unwrap();
+    std::thread::sleep(Duration::from_millis(100));
+    drop(stream);
+    std::thread::sleep(Duration::from_millis(300));
+    assert_eq!(names(&server), before, "something was left behind");
+    assert_eq!(campaign(&server), text);
+    assert_eq!(session.get("/api/project").0, 200);
+}
+
+#[test]
+fn a_film_is_added_once_and_with_objects_that_are_known() {
+    let server = with_campaign();
+    let session = server.session();
+    let (text, film) = (campaign(&server), film());
+    let length = format!("Content-Length: {}", film.len());
+    let send = |query: &str| sent(&server, &session, query, &[BYTES, &length], &film);
+    for objects in ["", ",", "nobody", "a,a"] {
+        let found = send(&format!("campaign=campaign.toml&objects={objects}&name=new.mp4"));
+        assert!(found == 422 || found == 0, "objects {objects}: {found}");
+        assert!(!server.folder().join("new.mp4").exists(), "objects {objects}: a film without an entry");
+    }
+    assert_eq!(campaign(&server), text);
+    assert_eq!(send(&of_name("new.mp4")), 200);
+    assert_eq!(std::fs::read(server.folder().join("new.mp4")).unwrap(), film);
+    let added = "video = \"new.mp4\"\nobjects = [\"a\", \"c\", \"e\"]";
+    assert!(
+        campaign(&server).starts_with(&text) && campaign(&server).contains(added),
+        "{}",
+        campaign(&server)
+    );
+    let again = send(&of_name("new.mp4"));
+    assert!(again == 422 || again == 0, "a second time: {again}");
+    assert_eq!(send(&of_name("other.mp4")), 422, "the same film by another name");
+    assert!(!server.folder().join("other.mp4").exists(), "a film without an entry was left behind");
+}
+
+#[test]
+fn changes_of_clips_are_valid_or_refused_and_no_get_makes_one() {
+    let server = with_campaign();
+    let session = server.session();
+    let campaign = || std::fs::read_to_string(server.folder().join("campaign.toml")).unwrap();
+    let text = campaign();
+    let change = |change: serde_json::Value| {
+        let mut question = serde_json::json!({ "campaign": "campaign.toml", "clip": "single_a_3.mp4" });
+        for (key, value) in change.as_object().unwrap() {
+            question[key] = value.clone();
+        }
+        session.post("/api/clip", &question).0
+    };
+    let many: Vec<[f64; 2]> = (0..1000).map(|k| [f64::from(k), f64::from(k) + 0.5]).collect();
+    for wrong in [
+        serde_json::json!({ "objects": [] }),
+        serde_json::json!({ "objects": ["nobody"] }),
+        serde_json::json!({ "objects": ["a", "a"] }),
+        serde_json::json!({ "objects": "a" }),
+        serde_json::json!({ "excluded": true }),
+        serde_json::json!({ "excluded_s": [[0.5, 0.5]] }),
+        serde_json::json!({ "excluded_s": [[0.5, 0.2]] }),
+        serde_json::json!({ "excluded_s": [[null, 1.0]] }),
+        serde_json::json!({ "excluded_s": many }),
+        serde_json::json!({ "clip": "none.mp4", "objects": ["c"] }),
+        serde_json::json!({ "campaign": "../campaign.toml", "objects": ["c"] }),
+        serde_json::json!({ "campaign": "cell.toml", "objects": ["c"] }),
+        serde_json::json!({ "video": "/etc/passwd" }),
+    ] {
+        let found = change(wrong.clone());
+        assert!(found == 422 || found == 400, "{wrong}: {found}");
+        assert_eq!(campaign(), text, "{wrong}");
+    }
+    for path in [
+        "clip?campaign=campaign.toml&clip=0",
+        "undo?campaign=campaign.toml",
+        "edits?campaign=campaign.toml",
+        "upload?name=x.mp4",
+    ] {
+        session.get(&format!("/api/{path}"));
+        assert_eq!(campaign(), text, "{path}");
+    }
+    let undo = || session.post("/api/undo", &serde_json::json!({ "campaign": "campaign.toml" }));
+    assert_eq!(undo().0, 422, "nothing to take back");
+    assert_eq!(change(serde_json::json!({ "objects": ["c"] })), 200);
+    assert_eq!(change(serde_json::json!({ "excluded_s": [[0.25, 0.5]] })), 200);
+    assert!(campaign().contains("objects = [\"c\"]\nexclude = [[0.25, 0.5]]"), "{}", campaign());
+    assert_eq!(session.get("/api/edits?campaign=campaign.toml"), (200, "2".into()));
+    assert_eq!(undo(), (200, "1".into()));
+    assert_eq!(undo(), (200, "0".into()));
+    assert_eq!(campaign(), text);
+    // What another program has written since is not replaced.
+    assert_eq!(change(serde_json::json!({ "objects": ["c"] })), 200);
+    let other = format!("# By hand.\n{}", campaign());
+    std::fs::write(server.folder().join("campaign.toml"), &other).unwrap();
+    assert_eq!(undo().0, 422);
+    assert_eq!(campaign(), other);
+}

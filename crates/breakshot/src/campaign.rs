@@ -16,6 +16,8 @@ pub struct Campaign {
     pub objects: Vec<Object>,
     /// The clips.
     pub clips: Vec<Clip>,
+    /// Clips that are listed and left out (`exclude = true`).
+    pub excluded: Vec<Clip>,
 }
 
 /// One clip: a film of moving objects, or their tracks.
@@ -33,7 +35,12 @@ pub struct Clip {
     pub strike: Option<Strike>,
     /// The initial pose of each object, for piles whose markers look alike.
     pub placed: Option<Vec<Placed>>,
+    /// Stretches of time whose frames are left out, from and until (s of the clip).
+    pub excluded_s: Vec<[f64; 2]>,
 }
+
+/// Most stretches of a clip that are left out.
+const MOST_STRETCHES: usize = 100;
 
 /// Extensions of films.
 pub const FILM_EXTENSIONS: [&str; 14] =
@@ -70,6 +77,32 @@ impl Source {
     }
 }
 
+impl Clip {
+    fn check_stretches(&self, owner: &str) -> Result<()> {
+        let needed = "[from_s, until_s] with from_s below until_s";
+        for [from_s, until_s] in &self.excluded_s {
+            if !(from_s.is_finite() && until_s.is_finite() && from_s < until_s) {
+                return Err(Error::invalid(owner, "exclude", format!("[{from_s}, {until_s}]"), needed));
+            }
+        }
+        if self.excluded_s.len() > MOST_STRETCHES {
+            let needed = format!("at most {MOST_STRETCHES}");
+            return Err(Error::invalid(
+                owner,
+                "exclude",
+                format!("{} stretches", self.excluded_s.len()),
+                needed,
+            ));
+        }
+        Ok(())
+    }
+
+    /// Whether the frame at a time is left out.
+    pub(crate) fn excludes(&self, time_s: f64) -> bool {
+        self.excluded_s.iter().any(|[from_s, until_s]| (*from_s..=*until_s).contains(&time_s))
+    }
+}
+
 impl Campaign {
     /// Checks that every clip is complete and consistent.
     ///
@@ -78,7 +111,8 @@ impl Campaign {
     /// film in one without camera; the error names the clip.
     pub fn check(&self, file: &str) -> Result<()> {
         if self.clips.is_empty() {
-            return Err(Error::invalid(file, "clips", "none", "at least one [[clips]] entry"));
+            let found = if self.excluded.is_empty() { "none" } else { "none that is not excluded" };
+            return Err(Error::invalid(file, "clips", found, "at least one [[clips]] entry"));
         }
         for clip in &self.clips {
             let owner = format!("{file}: clip `{}`", clip.name);
@@ -104,6 +138,7 @@ impl Campaign {
             if let Some(rate) = clip.frame_rate_hz {
                 bounds::frame_rate(&owner, "frame_rate_hz", rate)?;
             }
+            clip.check_stretches(&owner)?;
             match &clip.source {
                 Source::Film(_) => self.cell.require_camera_pose(&format!("{owner}: cell"))?,
                 Source::Tracks { columns, .. } => {
@@ -114,5 +149,59 @@ impl Campaign {
             }
         }
         Ok(())
+    }
+}
+
+/// The objects in the name of a film, in its order; the second `a` is `a#2`.
+///
+/// An object is found where its name stands between other things than letters, whatever their case; of two that fit the longer.
+pub fn named_objects(film: &str, names: &[String]) -> Vec<String> {
+    let film = film.to_lowercase();
+    let letters: Vec<(usize, char)> = film.char_indices().collect();
+    let is_end = |byte: usize, name: &str| {
+        let number = name.ends_with(|c: char| c.is_ascii_digit());
+        film[byte..].chars().next().is_none_or(|c| !(c.is_alphabetic() || number && c.is_ascii_digit()))
+    };
+    let mut found: Vec<String> = Vec::new();
+    let mut next = 0;
+    for (k, (byte, letter)) in letters.iter().enumerate() {
+        let starts = k == 0
+            || !letters[k - 1].1.is_alphanumeric()
+            || !letter.is_ascii_digit() && letters[k - 1].1.is_ascii_digit();
+        if *byte < next || !starts {
+            continue;
+        }
+        let fits = |name: &&String| {
+            let name = name.to_lowercase();
+            !name.is_empty() && film[*byte..].starts_with(&name) && is_end(byte + name.len(), &name)
+        };
+        if let Some(name) = names.iter().filter(fits).max_by_key(|name| name.len()) {
+            next = byte + name.to_lowercase().len();
+            let copies = found.iter().filter(|other| other.split('#').next() == Some(name)).count();
+            found.push(if copies == 0 { name.clone() } else { format!("{name}#{}", copies + 1) });
+        }
+    }
+    found
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn objects_are_found_in_the_names_of_films() {
+        let names = ["a", "c", "puck", "Puck_red", "e2"].map(String::from);
+        for (film, expected) in [
+            ("single_a_3", vec!["a"]),
+            ("pair_c_a_1", vec!["c", "a"]),
+            ("a_a_1", vec!["a", "a#2"]),
+            ("PUCK-into-puck_red.take1", vec!["puck", "Puck_red"]),
+            ("puck1", vec!["puck"]),
+            ("cat_e21", vec![]),
+            ("2024-e2 über", vec!["e2"]),
+            ("", vec![]),
+        ] {
+            assert_eq!(named_objects(film, &names), expected, "{film}");
+        }
     }
 }

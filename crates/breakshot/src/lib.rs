@@ -115,7 +115,7 @@ pub fn clip_tracks_until(
             detect::recorded_tracks(&recording, &clip.objects, &campaign.cell.workspace)?
         }
     };
-    Ok(named(clip, tracks))
+    of_clip(clip, tracks)
 }
 
 /// The tracks of one clip whose film is already open.
@@ -173,12 +173,22 @@ fn tracks_of(capture: Capture, campaign: &Campaign, clip: &Clip) -> Result<ClipT
     let options = detect::Options { strike: clip.strike.as_ref(), ..detect::Options::default() };
     let objects = &campaign.objects;
     let tracks = detect::tracks(capture, objects, &clip.objects, &layout(clip), &options)?;
-    Ok(named(clip, tracks))
+    of_clip(clip, tracks)
 }
 
-fn named(clip: &Clip, tracks: Tracks) -> ClipTracks {
+/// The tracks of a clip, without the frames that it leaves out.
+fn of_clip(clip: &Clip, mut tracks: Tracks) -> Result<ClipTracks> {
+    for track in &mut tracks.tracks {
+        let had_samples = !track.samples.is_empty();
+        track.samples.retain(|sample| !clip.excludes(sample.time_s));
+        if had_samples && track.samples.is_empty() {
+            let found = format!("every frame of `{}`", track.object);
+            let needed = "frames outside of the stretches, or `exclude = true` for the whole clip";
+            return Err(Error::invalid(&clip.name, "exclude", found, needed));
+        }
+    }
     let (objects, strike) = (clip.objects.clone(), clip.strike.clone());
-    ClipTracks { name: clip.name.clone(), objects, strike, tracks }
+    Ok(ClipTracks { name: clip.name.clone(), objects, strike, tracks })
 }
 
 /// The tracks of all clips that can be read, and a warning for each of the others; clips are tracked in parallel.

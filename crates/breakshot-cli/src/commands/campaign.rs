@@ -3,7 +3,7 @@
 use super::look::from_folder_of;
 use crate::campaign_args::CampaignArgs;
 use crate::{Outcome, console};
-use breakshot::campaign::FILM_EXTENSIONS;
+use breakshot::campaign::{FILM_EXTENSIONS, named_objects};
 use breakshot::{Error, Result, files};
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
@@ -175,58 +175,4 @@ fn draft(args: &CampaignArgs, head: &Head, clips: &[PathBuf], names: &[String]) 
 /// A path as TOML text.
 fn quoted(path: &Path) -> String {
     toml::Value::from(path.to_string_lossy().into_owned()).to_string()
-}
-
-/// The objects in the name of a film, in its order; the second `a` is `a#2`.
-///
-/// An object is found where its name stands between other things than letters, whatever their case; of two that fit the longer.
-fn named_objects(film: &str, names: &[String]) -> Vec<String> {
-    let film = film.to_lowercase();
-    let letters: Vec<(usize, char)> = film.char_indices().collect();
-    let is_end = |byte: usize, name: &str| {
-        let number = name.ends_with(|c: char| c.is_ascii_digit());
-        film[byte..].chars().next().is_none_or(|c| !(c.is_alphabetic() || number && c.is_ascii_digit()))
-    };
-    let mut found: Vec<String> = Vec::new();
-    let mut next = 0;
-    for (k, (byte, letter)) in letters.iter().enumerate() {
-        let starts = k == 0
-            || !letters[k - 1].1.is_alphanumeric()
-            || !letter.is_ascii_digit() && letters[k - 1].1.is_ascii_digit();
-        if *byte < next || !starts {
-            continue;
-        }
-        let fits = |name: &&String| {
-            let name = name.to_lowercase();
-            !name.is_empty() && film[*byte..].starts_with(&name) && is_end(byte + name.len(), &name)
-        };
-        if let Some(name) = names.iter().filter(fits).max_by_key(|name| name.len()) {
-            next = byte + name.to_lowercase().len();
-            let copies = found.iter().filter(|other| other.split('#').next() == Some(name)).count();
-            found.push(if copies == 0 { name.clone() } else { format!("{name}#{}", copies + 1) });
-        }
-    }
-    found
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn objects_are_found_in_the_names_of_films() {
-        let names = ["a", "c", "puck", "Puck_red", "e2"].map(String::from);
-        for (film, expected) in [
-            ("single_a_3", vec!["a"]),
-            ("pair_c_a_1", vec!["c", "a"]),
-            ("a_a_1", vec!["a", "a#2"]),
-            ("PUCK-into-puck_red.take1", vec!["puck", "Puck_red"]),
-            ("puck1", vec!["puck"]),
-            ("cat_e21", vec![]),
-            ("2024-e2 über", vec!["e2"]),
-            ("", vec![]),
-        ] {
-            assert_eq!(named_objects(film, &names), expected, "{film}");
-        }
-    }
 }

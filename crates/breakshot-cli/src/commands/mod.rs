@@ -7,9 +7,12 @@ pub(crate) mod command;
 pub(crate) mod demo;
 pub(crate) mod detect;
 mod detect_campaign;
+mod encoder;
 pub(crate) mod estimate;
 pub(crate) mod export;
 pub(crate) mod film;
+pub(crate) mod film_report;
+mod film_report_args;
 mod frames;
 pub(crate) mod init;
 pub(crate) mod lens;
@@ -26,3 +29,5 @@ pub(crate) mod tags;
 mod touch;
 mod track_folder;
 pub(crate) mod verify;
+
+pub(crate) use film_report_args::FilmReportArgs;

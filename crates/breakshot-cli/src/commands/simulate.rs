@@ -1,6 +1,7 @@
 //! `breakshot simulate`: the outcome of one strike on a pile.
 
-use crate::args::{Assumptions, SimulateArgs};
+use crate::args::SimulateArgs;
+use crate::laws::Assumptions;
 use crate::{Outcome, console};
 use breakshot::physics::{self, Trajectory};
 use breakshot::plan;
@@ -43,16 +44,24 @@ pub(crate) struct SimulationInputs {
 pub(crate) fn inputs(scene: &Path, properties: &Path, assumptions: &Assumptions) -> Result<SimulationInputs> {
     let scene = files::load_scene(scene)?;
     console::note(&scene.notes);
-    let measured = files::load_properties(properties)?;
+    assumed(scene.value, files::load_properties(properties)?, assumptions)
+}
+
+/// Adds assumed values for what was not measured, and prints them.
+pub(crate) fn assumed(
+    scene: Scene,
+    measured: Properties,
+    assumptions: &Assumptions,
+) -> Result<SimulationInputs> {
     let mut properties = measured.clone();
     if let Some(restitution) = assumptions.assume_restitution {
-        let names: Vec<String> = scene.value.placed.iter().map(|p| p.object.clone()).collect();
+        let names: Vec<String> = scene.placed.iter().map(|p| p.object.clone()).collect();
         properties.assume_restitution(&names, restitution)?;
     }
-    let properties = properties.completed_for(&scene.value)?.into_owned();
+    let properties = properties.completed_for(&scene)?.into_owned();
     console::assumed(&properties.assumed);
     let outcome = Outcome::doubtful_if(!properties.assumed.is_empty());
-    Ok(SimulationInputs { scene: scene.value, properties, measured, outcome })
+    Ok(SimulationInputs { scene, properties, measured, outcome })
 }
 
 /// The output of `--json`.

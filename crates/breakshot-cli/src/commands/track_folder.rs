@@ -5,7 +5,6 @@ use breakshot::capture::Decoder;
 use breakshot::detect::Tracks;
 use breakshot::estimate::ClipTracks;
 use breakshot::{Error, Result, files};
-use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
@@ -15,22 +14,6 @@ pub(crate) struct TrackFolder<'a> {
     decoder: Decoder,
     /// The file of each clip, by its name.
     files: BTreeMap<&'a str, PathBuf>,
-}
-
-/// A file of tracks, with the hash of all that they depend on.
-#[derive(Serialize)]
-struct Written<'a> {
-    #[serde(flatten)]
-    tracks: &'a Tracks,
-    input: &'a str,
-}
-
-/// A file of tracks that has such a hash.
-#[derive(Deserialize)]
-struct Finished {
-    #[serde(flatten)]
-    tracks: Tracks,
-    input: String,
 }
 
 /// The tracks of a clip in the folder.
@@ -58,12 +41,11 @@ impl<'a> TrackFolder<'a> {
         let file = &self.files[clip.name.as_str()];
         let input = files::clip_input(self.campaign, clip)?;
         // A file that is something else is replaced.
-        let finished = files::read_json::<Finished>(file).ok().filter(|found| found.input == input);
-        if let Some(found) = finished {
-            return Ok(FolderTracks { clip: of_clip(clip, found.tracks), were_finished: true });
+        if let Some(tracks) = files::read_finished::<Tracks>(file, &input) {
+            return Ok(FolderTracks { clip: of_clip(clip, tracks), were_finished: true });
         }
         let clip = breakshot::clip_tracks(self.campaign, clip, self.decoder)?;
-        files::write_json(file, &Written { tracks: &clip.tracks, input: &input })?;
+        files::write_finished(file, &clip.tracks, &input)?;
         Ok(FolderTracks { clip, were_finished: false })
     }
 }

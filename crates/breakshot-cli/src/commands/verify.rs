@@ -3,6 +3,7 @@
 use super::frames::EndFrames;
 use super::simulate::{self, SimulationInputs};
 use crate::args::VerifyArgs;
+use crate::decoder_args::RateArgs;
 use crate::{Outcome, console};
 use breakshot::capture::{Capture, GreyImage};
 use breakshot::detect::{self, Layout, Recording, Tracks};
@@ -111,11 +112,14 @@ fn observed_strike(args: &VerifyArgs, scene: &Scene) -> Result<TrackedStrike> {
         let film = args.rate.open(&args.video, args.decoder, &scene.cell)?;
         return tracked_strike(scene, Capture::of(film, &scene.cell)?);
     }
-    let (name, text) = (args.video.display().to_string(), files::tracks_text(&args.video)?);
-    let recording =
-        Recording { name: &name, text: &text, columns: None, frame_rate_hz: args.rate.frame_rate_hz };
-    let tracks = detect::recorded_tracks(&recording, &names(scene), &scene.cell.workspace)?;
-    Ok(TrackedStrike { tracks, end_frames: None })
+    Ok(TrackedStrike { tracks: recorded_tracks(&args.video, args.rate, scene)?, end_frames: None })
+}
+
+/// The tracks of a filmed strike from a file (`.csv` or `.json`).
+pub(crate) fn recorded_tracks(file: &Path, rate: RateArgs, scene: &Scene) -> Result<Tracks> {
+    let (name, text) = (file.display().to_string(), files::tracks_text(file)?);
+    let recording = Recording { name: &name, text: &text, columns: None, frame_rate_hz: rate.frame_rate_hz };
+    detect::recorded_tracks(&recording, &names(scene), &scene.cell.workspace)
 }
 
 fn names(scene: &Scene) -> Vec<String> {

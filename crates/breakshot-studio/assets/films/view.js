@@ -1,6 +1,7 @@
 /** The films of a campaign: frames as the detector saw them, what was found in them, and when. */
 
 import { byId, fillSelect, fixed, html, showNothing, svg } from "/elements.js";
+import { ClipEdit } from "/films/edit.js";
 import { Frames } from "/films/frames.js";
 import { Plots } from "/films/plots.js";
 import { addKeys } from "/keys.js";
@@ -16,6 +17,8 @@ export class Films {
   #frames = new Frames();
   #clips = [];
   #clip = -1;
+  /** How often a clip was opened: what an earlier opening still waits for is not shown. */
+  #opened = 0;
   #motion = null;
   #count = 0;
   #number = 0;
@@ -35,8 +38,31 @@ export class Films {
     byId("film-position").addEventListener("input", (event) => this.#pausedAt(Number(event.target.value)));
     byId("outlines").addEventListener("change", () => this.#drawOverlay());
     byId("track").addEventListener("click", () => this.track());
-    document.addEventListener("learned", () => this.#started && this.#openCampaign(byId("campaign").value).catch(message.error));
+    document.addEventListener("learned", () => this.#started && this.#openCampaign(this.campaign, this.clip?.name).catch(message.error));
     this.#addKeys();
+    this.edit = new ClipEdit(message, this);
+  }
+
+  /** The file of the campaign that is open. */
+  get campaign() {
+    return byId("campaign").value;
+  }
+
+  /** The clip that is open, as it is listed. */
+  get clip() {
+    return this.#clips[this.#clip];
+  }
+
+  /** The time of the frame that is shown (s). */
+  get time() {
+    return this.#time;
+  }
+
+  /** Reads the campaign again; the clip of this name stays open, at its frame unless it is `isNew`. */
+  async reopen(name, isNew = false) {
+    const number = this.#number;
+    await this.#openCampaign(this.campaign, name);
+    if (!isNew && this.clip?.name === name) this.#pausedAt(number);
   }
 
   /** Opens the first campaign of the project. */
@@ -51,15 +77,17 @@ export class Films {
     else showNothing("films", "This folder holds no campaign. ", html("code", {}, "breakshot campaign"), " drafts one from a folder of films.");
   }
 
-  async #openCampaign(campaign) {
+  async #openCampaign(campaign, chosen = null) {
     this.#clips = await read("/api/clips", { campaign });
-    const item = ({ name, objects, is_film: isFilm, is_tracked: isTracked }, k) => {
-      const marks = isFilm ? (isTracked ? "tracked" : "not tracked") : "tracks only";
+    const item = ({ name, objects, is_film: isFilm, is_tracked: isTracked, is_excluded: isExcluded, excluded_s: stretches }, k) => {
+      const found = isFilm ? (isTracked ? "tracked" : "not tracked") : "tracks only";
+      const marks = isExcluded ? "left out" : stretches.length ? `${found} \u00b7 in part left out` : found;
       return html("li", {}, html("button", { type: "button", onclick: () => this.open(k).catch(this.#message.error) },
         html("b", {}, name), html("small", {}, `${objects.join(", ")} \u00b7 ${marks}`)));
     };
     byId("clips").replaceChildren(...this.#clips.map(item));
-    if (this.#clips.length) await this.open(0);
+    const k = this.#clips.findIndex(({ name }) => name === chosen);
+    if (this.#clips.length) await this.open(Math.max(k, 0));
   }
 
   /** Opens a clip of this name where `where` says: `{ a, b }` for an impact. */
@@ -78,19 +106,27 @@ export class Films {
   /** Opens clip number `k`. */
   async open(k) {
     this.pause();
+    this.showing.drop();
+    const opened = ++this.#opened;
+    const isLate = () => opened !== this.#opened;
     const at = { campaign: byId("campaign").value, clip: k };
     [this.#clip, this.#number, this.#motion] = [k, 0, null];
     [...byId("clips").querySelectorAll("button")].forEach((button, i) => (i === k ? button.setAttribute("aria-current", "true") : button.removeAttribute("aria-current")));
     const film = await read("/api/film", at);
+    if (isLate()) return;
     this.#frames.open(at);
     this.#count = film?.frame_count ?? 1;
     byId("film-position").max = this.#count - 1;
     if (film) {
       const [first, second] = await Promise.all([this.#frames.frame(0), this.#frames.frame(1)]);
+      if (isLate()) return;
       this.#step = second ? second.time - first.time : 1 / 60;
       this.#draw(first, 0);
     }
-    this.#show(await read("/api/clip", at));
+    const motion = await read("/api/clip", at);
+    if (isLate()) return;
+    this.#show(motion);
+    await this.edit.show();
   }
 
   #colour = (name) => {
@@ -131,7 +167,8 @@ export class Films {
     canvas.dataset.frame = number;
     byId("film-position").value = number;
     byId("film-position").setAttribute("aria-valuetext", `frame ${number}, ${fixed(frame.time, 3)} seconds`);
-    byId("film-time").textContent = `${fixed(frame.time, 3)} s \u00b7 ${number + 1}/${this.#count}`;
+    const isLeftOut = this.clip?.excluded_s.some(([from, until]) => from <= frame.time && frame.time <= until);
+    byId("film-time").textContent = `${isLeftOut ? "left out \u00b7 " : ""}${fixed(frame.time, 3)} s \u00b7 ${number + 1}/${this.#count}`;
     this.plots.at(frame.time);
     this.#drawOverlay();
     return null;

@@ -3,6 +3,7 @@
 import { along, byId, degrees, distance, fillSelect, html, setField, showNothing } from "/elements.js";
 import { addKeys } from "/keys.js";
 import { path, pose } from "/motion.js";
+import { Areas } from "/pile/areas.js";
 import { Objects } from "/pile/drag.js";
 import { showForecast, showProblem } from "/pile/forecast.js";
 import { Goal } from "/pile/goal.js";
@@ -38,6 +39,7 @@ export class Pile {
   constructor(message) {
     this.#message = message;
     this.table = new Table(byId("ground"), byId("table"));
+    this.areas = new Areas(this.table, this);
     this.objects = new Objects(this.table, this);
     this.handles = new StrikeHandles(this.table, this);
     this.player = new Player(() => this.#showTime());
@@ -134,7 +136,7 @@ export class Pile {
 
   /** The pile as the server is asked about it. */
   request() {
-    return { scene: this.file, placed: this.placed, goal: this.#goal };
+    return { scene: this.file, placed: this.placed, walls: this.scene.walls, keep_out: this.scene.keep_out, goal: this.#goal };
   }
 
   /** Whether what is on the table can be taken: it is the pile before the strike. */
@@ -202,6 +204,12 @@ export class Pile {
     if (!this.strike && this.placed.length) this.aimAt(this.placed[0].object).catch(this.#message.error);
     this.objects.draw();
     this.list.draw();
+    this.touch();
+  }
+
+  /** Walls or keep-out areas were changed. */
+  surroundingsChanged() {
+    this.#drawAll();
     this.touch();
   }
 
@@ -302,6 +310,7 @@ export class Pile {
 
   #drawAll() {
     this.table.show(this.scene);
+    this.areas.draw();
     this.objects.draw();
     this.list.draw();
     this.handles.draw();

@@ -1,8 +1,11 @@
 //! The clips of a campaign, and the tracks that a command wrote of them.
 
+use crate::jobs::Job;
 use crate::project::Project;
 use breakshot::campaign::{Campaign, Clip, Source};
+use breakshot::capture::Decoder;
 use breakshot::detect::Tracks;
+use breakshot::estimate::ClipTracks;
 use breakshot::{Error, Result, files};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
@@ -31,6 +34,10 @@ pub(crate) struct Listed {
     is_film: bool,
     /// Whether it has been tracked.
     is_tracked: bool,
+    /// Whether it is left out.
+    is_excluded: bool,
+    /// The stretches of it that are left out (s).
+    excluded_s: Vec<[f64; 2]>,
 }
 
 impl Campaigns {
@@ -83,20 +90,25 @@ fn check_files(project: &Project, campaign: &Path) -> Result<()> {
 /// # Errors
 /// There is none.
 pub(crate) fn clip<'a>(campaign: &'a Campaign, number: &str) -> Result<&'a Clip> {
-    let found = number.parse().ok().and_then(|k: usize| campaign.clips.get(k));
-    let needed = format!("a number from 0 to {}", campaign.clips.len().saturating_sub(1));
+    let all = || campaign.clips.iter().chain(&campaign.excluded);
+    let found = number.parse().ok().and_then(|k: usize| all().nth(k));
+    let needed = format!("a number from 0 to {}", all().count().saturating_sub(1));
     found.ok_or_else(|| Error::invalid("the campaign", "clip", number.escape_debug(), needed))
 }
 
-/// The clips of a campaign.
+/// The clips of a campaign, those that are left out last.
 pub(crate) fn listed(project: &Project, campaign: &Campaign) -> Vec<Listed> {
     let list = |(clip, file): (&Clip, Option<PathBuf>)| Listed {
         name: clip.name.clone(),
         objects: clip.objects.clone(),
         is_film: matches!(clip.source, Source::Film(_)),
         is_tracked: file.is_some_and(|file| file.is_file()),
+        is_excluded: false,
+        excluded_s: clip.excluded_s.clone(),
     };
-    campaign.clips.iter().zip(tracks_files(project, campaign)).map(list).collect()
+    let mut all: Vec<Listed> = campaign.clips.iter().zip(tracks_files(project, campaign)).map(list).collect();
+    all.extend(campaign.excluded.iter().map(|clip| Listed { is_excluded: true, ..list((clip, None)) }));
+    all
 }
 
 /// The files of the clips' tracks, as `breakshot estimate --tracks` names them; none for a name that is not that of a file.
@@ -121,4 +133,32 @@ pub(crate) fn tracks(project: &Project, campaign: &Campaign, clip: &Clip) -> Res
         Some(file) => files::read_json(&file).map(Some),
         None => Ok(None),
     }
+}
+
+/// The tracks of a clip: those in its file, if they were made of the same content by the same version; otherwise new ones, which are
+/// written as `breakshot estimate --tracks` writes them.
+///
+/// # Errors
+/// A clip that cannot be tracked, a job that was ended, a folder that cannot be written.
+pub(crate) fn finished_tracks(
+    project: &Project,
+    campaign: &Campaign,
+    clip: &Clip,
+    job: &Job,
+) -> Result<ClipTracks> {
+    let file = tracks_file(project, campaign, &clip.name);
+    let input = files::clip_input(campaign, clip)?;
+    if let Some(tracks) = file.as_deref().and_then(|file| files::read_finished::<Tracks>(file, &input)) {
+        let (objects, strike) = (clip.objects.clone(), clip.strike.clone());
+        return Ok(ClipTracks { name: clip.name.clone(), objects, strike, tracks });
+    }
+    let ended = job.clone();
+    let tracked = breakshot::clip_tracks_until(campaign, clip, Decoder::Auto, move || ended.is_cancelled())?;
+    if let Some(file) = file {
+        if let Some(folder) = file.parent() {
+            std::fs::create_dir_all(folder).map_err(|source| Error::Write { path: folder.into(), source })?;
+        }
+        files::write_finished(&file, &tracked.tracks, &input)?;
+    }
+    Ok(tracked)
 }

@@ -1,15 +1,15 @@
 //! What was found in a film: outlines in the picture, distances and speeds over time, impacts.
 
-use super::clips::{tracks, tracks_file};
+use super::clips::{finished_tracks, tracks, tracks_file};
 use crate::jobs::Job;
 use crate::project::Project;
 use breakshot::campaign::{Campaign, Clip, Source};
-use breakshot::capture::{Camera, Capture, Decoder, Footage};
+use breakshot::capture::{Camera, Capture, Footage};
 use breakshot::detect::{Sample, Tracks};
 use breakshot::estimate::{self, ClipTracks};
 use breakshot::geometry::{Pixel, Point, Pose};
 use breakshot::object::{self, Shape};
-use breakshot::{Error, Result, files};
+use breakshot::{Error, Result};
 use serde::Serialize;
 
 /// What is known of a clip's motion.
@@ -139,13 +139,9 @@ pub(crate) fn track(
     if !job.goes_on(0.0) {
         return Err(Error::Stopped);
     }
-    let tracked = breakshot::clip_tracks(campaign, clip, Decoder::Auto)?;
+    finished_tracks(project, campaign, clip, job)?;
     if !job.goes_on(1.0) {
         return Err(Error::Stopped);
     }
-    if let Some(folder) = file.parent() {
-        std::fs::create_dir_all(folder).map_err(|source| Error::Write { path: folder.into(), source })?;
-    }
-    files::write_json(&file, &tracked.tracks)?;
     Ok(serde_json::json!({ "file": project.name(&file) }))
 }

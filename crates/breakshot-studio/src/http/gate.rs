@@ -53,9 +53,13 @@ impl Gate {
         if !is_own || (is_elsewhere && !is_link) {
             return Err(Response::refusal(403, "another page may not ask this server"));
         }
-        let is_json = request.header("content-type") == Some("application/json");
-        if request.method == Method::Post && !is_json {
-            return Err(Response::refusal(415, "a body is JSON"));
+        // Neither can be sent by a form of another site.
+        let (kind, words) = match request.film_bytes {
+            Some(_) => ("application/octet-stream", "a film is sent as bytes"),
+            None => ("application/json", "a body is JSON"),
+        };
+        if request.method == Method::Post && request.header("content-type") != Some(kind) {
+            return Err(Response::refusal(415, words));
         }
         Ok(())
     }

@@ -8,9 +8,13 @@ pub(crate) const MOST_HEAD_BYTES: usize = 16 << 10;
 pub(crate) const MOST_HEADERS: usize = 64;
 /// Longest body (bytes): a pile of a thousand objects has a tenth of it.
 pub(crate) const MOST_BODY_BYTES: usize = 1 << 20;
+/// Where films are received, ...
+pub(crate) const UPLOAD_PATH: &str = "/api/upload";
+/// ... and the largest one (bytes): it is written as it arrives.
+pub(crate) const MOST_UPLOAD_BYTES: u64 = 4 << 30;
 /// Time for the head of a request, from its first byte on.
 pub(crate) const HEAD_TIME: Duration = Duration::from_secs(5);
-/// Time for the body of a request.
+/// Time for the body of a request; of a film, for its next piece.
 pub(crate) const BODY_TIME: Duration = Duration::from_secs(10);
 /// Time for a connection to wait for its next request.
 pub(crate) const IDLE_TIME: Duration = Duration::from_secs(30);

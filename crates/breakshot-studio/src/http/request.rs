@@ -1,8 +1,11 @@
 //! Reads one request from a connection, within the bounds.
 
-use super::limits::{BODY_TIME, HEAD_TIME, IDLE_TIME, MOST_BODY_BYTES, MOST_HEAD_BYTES, MOST_HEADERS};
+use super::limits::{
+    BODY_TIME, HEAD_TIME, IDLE_TIME, MOST_BODY_BYTES, MOST_HEAD_BYTES, MOST_HEADERS, MOST_UPLOAD_BYTES,
+    UPLOAD_PATH,
+};
 use super::response::Response;
-use std::io::{ErrorKind, Read};
+use std::io::{ErrorKind, Read, Write};
 use std::net::TcpStream;
 use std::time::{Duration, Instant};
 
@@ -23,6 +26,8 @@ pub(crate) struct Request {
     pub(crate) query: Vec<(String, String)>,
     headers: Vec<(String, String)>,
     pub(crate) body: Vec<u8>,
+    /// The length of a film, whose bytes are still to be read (bytes); none for other requests.
+    pub(crate) film_bytes: Option<u64>,
 }
 
 impl Request {
@@ -48,6 +53,20 @@ pub(crate) enum NoRequest {
     Ended,
     /// It is refused.
     Refused(Response),
+}
+
+/// Why bytes were not copied.
+pub(crate) enum NotCopied {
+    /// They did not come.
+    Unread(NoRequest),
+    /// They cannot be written.
+    Unwritten(std::io::Error),
+}
+
+impl From<NoRequest> for NotCopied {
+    fn from(reason: NoRequest) -> Self {
+        Self::Unread(reason)
+    }
 }
 
 fn refused(status: u16, reason: &str) -> NoRequest {
@@ -76,7 +95,10 @@ impl Reader {
             if let Some(length) = head_length(&self.buffer) {
                 let (mut request, body_bytes) = parsed(&self.buffer[..length])?;
                 self.buffer.drain(..length);
-                request.body = self.body(body_bytes)?;
+                match request.film_bytes {
+                    Some(_) => {}
+                    None => request.body = self.body(body_bytes)?,
+                }
                 return Ok(request);
             }
             if self.buffer.len() > MOST_HEAD_BYTES {
@@ -84,6 +106,21 @@ impl Reader {
             }
             self.fill(until)?;
         }
+    }
+
+    /// Writes the next bytes of the connection as they arrive.
+    pub(crate) fn copy(&mut self, length: u64, to: &mut dyn Write) -> Result<(), NotCopied> {
+        let mut left = length;
+        while left > 0 {
+            if self.buffer.is_empty() {
+                self.fill(Instant::now() + BODY_TIME)?;
+            }
+            let count = self.buffer.len().min(usize::try_from(left).unwrap_or(usize::MAX));
+            to.write_all(&self.buffer[..count]).map_err(NotCopied::Unwritten)?;
+            self.buffer.drain(..count);
+            left -= count as u64;
+        }
+        Ok(())
     }
 
     fn body(&mut self, length: usize) -> Result<Vec<u8>, NoRequest> {
@@ -159,9 +196,15 @@ fn parsed(head: &[u8]) -> Result<(Request, usize), NoRequest> {
         return Err(refused(400, "no such path"));
     }
     let query = fields(query).ok_or_else(|| refused(400, "the query is not text"))?;
-    let request = Request { method, path: path.to_owned(), query, headers: known, body: Vec::new() };
-    let length = body_length(&request)?;
-    Ok((request, length))
+    let mut request =
+        Request { method, path: path.to_owned(), query, headers: known, body: Vec::new(), film_bytes: None };
+    if method == Method::Post && path == UPLOAD_PATH {
+        request.film_bytes = Some(body_length(&request, MOST_UPLOAD_BYTES)?);
+        return Ok((request, 0));
+    }
+    let length = body_length(&request, MOST_BODY_BYTES as u64)?;
+    // At most `MOST_BODY_BYTES`, which a `usize` holds.
+    Ok((request, usize::try_from(length).unwrap_or(MOST_BODY_BYTES)))
 }
 
 /// The status with which a head is refused; `None` if it is accepted.
@@ -174,14 +217,15 @@ pub(crate) fn refusal(head: &[u8]) -> Option<u16> {
     }
 }
 
-fn body_length(request: &Request) -> Result<usize, NoRequest> {
+/// The length of a body of at most so many bytes.
+fn body_length(request: &Request, most_bytes: u64) -> Result<u64, NoRequest> {
     if request.header("transfer-encoding").is_some() || request.header("expect").is_some() {
         return Err(refused(411, "a body needs its length"));
     }
     let Some(length) = request.header("content-length") else { return Ok(0) };
     let is_number = !length.is_empty() && length.bytes().all(|b| b.is_ascii_digit());
-    match length.parse::<usize>() {
-        Ok(length) if is_number && length <= MOST_BODY_BYTES => Ok(length),
+    match length.parse::<u64>() {
+        Ok(length) if is_number && length <= most_bytes => Ok(length),
         _ if is_number => Err(refused(413, "the body is too long")),
         _ => Err(refused(400, "the length is no number")),
     }

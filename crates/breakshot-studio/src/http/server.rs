@@ -115,6 +115,13 @@ impl Connection<'_> {
                     return self.linger();
                 }
             };
+            if let Some(length) = request.film_bytes {
+                let answer = self.received(&request, length, &mut reader, studio);
+                if let Some(response) = answer {
+                    response.write(&mut self.stream, true)?;
+                }
+                return self.linger();
+            }
             let is_last = request.is_last();
             match self.answer(&request, studio) {
                 Answer::Once(response) => response.write(&mut self.stream, is_last)?,
@@ -137,6 +144,27 @@ impl Connection<'_> {
             }
         }
         self.stream.shutdown(Shutdown::Both)
+    }
+
+    /// The answer to a film that arrives; none where the connection has ended.
+    fn received(
+        &self,
+        request: &Request,
+        length: u64,
+        reader: &mut Reader,
+        studio: &Studio,
+    ) -> Option<Response> {
+        if let Err(refusal) = self.gate.check_names(request) {
+            return Some(refusal);
+        }
+        if !self.gate.knows(request) {
+            return Some(Response::refusal(401, "open the link that the program printed"));
+        }
+        self.connections.mark_known(self.number);
+        match studio.add_film(request, &mut |file| reader.copy(length, file)) {
+            Ok(response) | Err(NoRequest::Refused(response)) => Some(response),
+            Err(NoRequest::Ended) => None,
+        }
     }
 
     fn answer(&self, request: &Request, studio: &Studio) -> Answer {

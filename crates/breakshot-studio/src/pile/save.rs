@@ -2,7 +2,7 @@
 
 use super::request::{Cache, PileRequest};
 use crate::project::Project;
-use breakshot::scene::{Goal, Placed, Strike};
+use breakshot::scene::{Goal, KeepOut, Placed, Strike, Wall};
 use breakshot::{Error, Result, files};
 use serde::Deserialize;
 use toml_edit::{Array, ArrayOfTables, DocumentMut, Item, Table, TableLike, Value, value};
@@ -38,6 +38,12 @@ pub(crate) fn save(project: &Project, cache: &Cache, request: &SaveRequest) -> R
     let syntax = |e: toml_edit::TomlError| Error::Syntax { path: source.clone(), problem: e.to_string() };
     let mut document: DocumentMut = text.parse().map_err(syntax)?;
     set_placed(&mut document, &scene.placed);
+    if request.pile.walls.is_some() {
+        set_walls(&mut document, &scene.walls);
+    }
+    if request.pile.keep_out.is_some() {
+        set_keep_out(&mut document, &scene.keep_out);
+    }
     set_goal(&mut document, &scene.goal);
     files::write_whole(&output, document.to_string().as_bytes())?;
     Ok(name.clone())
@@ -179,6 +185,37 @@ fn fill(table: &mut Table, placed: &Placed) {
     }
 }
 
+/// The entries of a list that have no names: each keeps its comments as long as there is one in its place.
+fn set_entries<T>(document: &mut DocumentMut, key: &str, entries: &[T], fill: impl Fn(&mut Table, &T)) {
+    let old = document.get(key).and_then(Item::as_array_of_tables).cloned().unwrap_or_default();
+    let mut tables = ArrayOfTables::new();
+    for (k, entry) in entries.iter().enumerate() {
+        let mut table = old.get(k).cloned().unwrap_or_default();
+        fill(&mut table, entry);
+        tables.push(table);
+    }
+    if tables.is_empty() {
+        document.remove(key);
+    } else {
+        document.insert(key, Item::ArrayOfTables(tables));
+    }
+}
+
+fn set_walls(document: &mut DocumentMut, walls: &[Wall]) {
+    set_entries(document, "walls", walls, |table, wall| {
+        set(table, "from_m", pair([wall.from_m.x, wall.from_m.y]));
+        set(table, "to_m", pair([wall.to_m.x, wall.to_m.y]));
+        set(table, "restitution", wall.restitution.into());
+    });
+}
+
+fn set_keep_out(document: &mut DocumentMut, areas: &[KeepOut]) {
+    set_entries(document, "keep_out", areas, |table, area| {
+        let points = area.points_m.iter().map(|point| pair([point.x, point.y]));
+        set(table, "points_m", Value::Array(points.collect()));
+    });
+}
+
 /// The distances of the goal; its other keys stay.
 fn set_goal(document: &mut DocumentMut, goal: &Goal) {
     let given = document.get("goal").is_some();
@@ -220,6 +257,32 @@ mod tests {
         set_placed(&mut document, &[placed("a", 0.1, 0.0, 0.0), placed("b", 0.2, 0.0, 1.5)]);
         set_goal(&mut document, &Goal::default());
         assert_eq!(document.to_string(), TEXT);
+    }
+
+    #[test]
+    fn walls_and_areas_are_written_and_comments_stay() {
+        let text = format!(
+            "{TEXT}\n[[walls]] # a shelf\nfrom_m = [0, 0.2] # left\nto_m = [0.3, 0.2]\nrestitution = 0.5\n"
+        );
+        let wall = |y: f64| Wall { from_m: Point::new(0.0, y), to_m: Point::new(0.3, y), restitution: 0.5 };
+        let mut document: DocumentMut = text.parse().unwrap();
+        set_walls(&mut document, &[wall(0.2)]);
+        set_keep_out(&mut document, &[]);
+        assert_eq!(document.to_string(), text, "an unchanged scene stays as it is written");
+        let corners = [[0.1, 0.1], [0.2, 0.1], [0.2, 0.2]].map(|[x, y]| Point::new(x, y));
+        set_walls(&mut document, &[wall(0.25), wall(-0.1)]);
+        set_keep_out(&mut document, &[KeepOut { points_m: corners.to_vec() }]);
+        let changed = document.to_string();
+        for part in [
+            "[[walls]] # a shelf",
+            "[0.0, 0.25] # left",
+            "[0.0, -0.1]",
+            "[[keep_out]]\npoints_m = [[0.1, 0.1]",
+        ] {
+            assert!(changed.contains(part), "{part}: {changed}");
+        }
+        set_walls(&mut document, &[]);
+        assert!(!document.to_string().contains("walls"), "{document}");
     }
 
     #[test]

@@ -222,6 +222,47 @@ def makes_a_new_pile(studio):
     page.select_option("#scene", "four.scene.toml")
 
 
+def draws_walls_and_areas(studio):
+    """A wall and a keep-out area are drawn with the mouse, moved with mouse and keys, taken away, and saved with the comments of the scene."""
+    page, scene = studio.page, studio.folder / "four.scene.toml"
+    before = scene.read_text()
+    page.locator("#draw-wall").click()
+    drag(page, table_point(page, 0.1, 0.18), table_point(page, 0.3, 0.18))
+    expect(page.locator("#table .area.walls")).to_have_count(1)
+    expect(page.locator("#draw-wall")).to_have_attribute("aria-pressed", "false")
+    page.keyboard.press("k")
+    drag(page, table_point(page, 0.2, -0.2), table_point(page, 0.3, -0.1))
+    expect(page.locator("#table .area.keep_out")).to_have_count(1)
+    # The corner of the area by the mouse, the wall by the keys.
+    drag(page, table_point(page, 0.3, -0.1), table_point(page, 0.34, -0.08))
+    page.locator("#table .area.walls").focus()
+    page.keyboard.press("Shift+ArrowUp")
+    page.wait_for_timeout(150)
+    at_rest(page)
+    page.keyboard.press("Control+s")
+    expect(page.locator("#message")).to_contain_text("Wrote four.scene.toml")
+    import tomllib
+    written = tomllib.loads(scene.read_text())
+    assert "# Four objects that touch." in scene.read_text()
+    (wall,), (area,) = written["walls"], written["keep_out"]
+    near = lambda p, q: all(abs(a - b) < 0.004 for a, b in zip(p, q))
+    assert near(wall["from_m"], [0.1, 0.19]) and near(wall["to_m"], [0.3, 0.19]), wall
+    assert near(area["points_m"][0], [0.2, -0.2]) and near(area["points_m"][2], [0.34, -0.08]), area
+    # One more from the keyboard, and all are taken away.
+    page.locator("#play").focus()
+    page.keyboard.press("w")
+    page.locator("#table .area.walls").focus()
+    page.keyboard.press("Enter")
+    expect(page.locator("#table .area.walls")).to_have_count(2)
+    for kind in ("walls", "walls", "keep_out"):
+        page.locator(f"#table .area.{kind}").first.focus()
+        page.keyboard.press("Delete")
+    expect(page.locator("#table .area")).to_have_count(0)
+    page.keyboard.press("Control+s")
+    expect(page.locator("#message")).to_contain_text("Wrote four.scene.toml")
+    assert tomllib.loads(scene.read_text()) == tomllib.loads(before)
+
+
 def drags_the_strike(studio):
     """The strike follows the mouse; motion and cloud come within their bounds."""
     page = studio.page
@@ -340,6 +381,74 @@ def steps_through_films(studio):
     page.wait_for_timeout(300)
     expect(page.locator("#overlay .found")).to_have_count(2)
     return {"step of a film": steps}
+
+
+def changes_the_campaign(studio):
+    """A film is added, a clip and a stretch are left out, objects are renamed; the next estimate shows what that changes; undo writes the text before."""
+    page, campaign = studio.page, studio.folder / "campaign.toml"
+    studio.go("films")
+    text = campaign.read_text()
+    page.set_input_files("#film-picker", str(studio.folder.parent / "pile_a_c_e.mp4"))
+    expect(page.locator("#new-films")).to_be_visible()
+    expect(page.locator("#new-film-list input")).to_have_value("a, c, e")
+    page.locator("#new-films button.main").click()
+    expect(page.locator("#clips button")).to_have_count(13)
+    expect(page.locator("#clips [aria-current]")).to_contain_text("pile_a_c_e.mp4")
+    assert (studio.folder / "pile_a_c_e.mp4").read_bytes() == (studio.folder / "pile.mp4").read_bytes()
+    assert campaign.read_text().startswith(text)
+    # The same name once more is refused.
+    page.set_input_files("#film-picker", str(studio.folder.parent / "pile_a_c_e.mp4"))
+    expect(page.locator("#message")).to_contain_text("taken")
+    expect(page.locator("#new-films")).to_be_hidden()
+    page.locator("#film-position").focus()
+    page.keyboard.press("Control+z")
+    expect(page.locator("#clips button")).to_have_count(12)
+    assert campaign.read_text() == text, "undo does not write the text before"
+    # Left out as a whole, by key, and taken in again.
+    page.locator("#clips button", has_text="single_e_5").click()
+    page.locator("#film-back").focus()
+    page.keyboard.press("x")
+    expect(page.locator("#clips button", has_text="single_e_5")).to_contain_text("left out")
+    assert "exclude = true" in campaign.read_text()
+    page.keyboard.press("Control+z")
+    expect(page.locator("#clips button", has_text="single_e_5")).not_to_contain_text("left out")
+    expect(page.locator("#message")).to_contain_text("Took back")
+    # Another object, refused and back, then a stretch.
+    page.fill("#clip-objects", "nobody")
+    page.keyboard.press("Enter")
+    expect(page.locator("#message")).to_contain_text("nobody")
+    expect(page.locator("#clip-objects")).to_have_value("e")
+    page.locator("#film-position").focus()
+    page.keyboard.press("Home")
+    page.wait_for_timeout(200)
+    page.keyboard.press("PageDown")
+    page.wait_for_timeout(200)
+    page.keyboard.press("s")
+    expect(page.locator("#stretch")).to_contain_text("until here")
+    page.keyboard.press("PageDown")
+    page.wait_for_timeout(300)
+    page.keyboard.press("s")
+    expect(page.locator("#stretches li")).to_have_count(1)
+    expect(page.locator("#clips button", has_text="single_e_5")).to_contain_text("in part left out")
+    assert "exclude = [[" in campaign.read_text() and "# Two strikes of every object alone" in campaign.read_text()
+    studio.go("learned")
+    page.locator("#learn").click()
+    expect(page.locator("#before-words")).to_be_visible(timeout=120_000)
+    assert page.locator(".mean-before").count() >= 12
+    assert page.locator(".number-before").first.text_content().startswith("was ")
+    page.screenshot(path=str(studio.shots / "learned-before.png"))
+    studio.go("films")
+    page.locator("#stretches button").click()
+    expect(page.locator("#message")).to_contain_text("Wrote campaign.toml")
+    expect(page.locator("#stretches li")).to_have_count(0)
+    page.locator("#undo").click()
+    expect(page.locator("#stretches li")).to_have_count(1)
+    page.locator("#undo").click()
+    expect(page.locator("#stretches li")).to_have_count(0)
+    expect(page.locator("#undo")).to_be_disabled()
+    # What was refused on purpose is in the browser's log.
+    studio.problems = [problem for problem in studio.problems if "422" not in problem]
+    assert campaign.read_text() == text, "undo does not write the text before"
 
 
 def opens_a_clip_from_its_value(studio):
@@ -544,6 +653,7 @@ def project(demo, folder):
     shutil.copytree(demo, folder)
     (folder / "four.scene.toml").write_text(FOUR)
     (folder / "robot.cell.toml").write_text((folder / "cell.toml").read_text() + ROBOT)
+    shutil.copy(demo / "pile.mp4", folder.parent / "pile_a_c_e.mp4")
 
 
 def main(program, demo, shots):
@@ -553,15 +663,18 @@ def main(program, demo, shots):
         project(demo, folder)
         browser = playwright.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox"])
         studio = Studio(program, folder, browser)
+        studio.shots = shots
         try:
             opens_once(studio, browser)
             learns_the_properties(studio)
             makes_a_pile(studio)
             makes_a_new_pile(studio)
+            draws_walls_and_areas(studio)
             times = drags_the_strike(studio)
             shows_what_the_commands_write(studio)
             plays_the_motion(studio)
             times |= steps_through_films(studio)
+            changes_the_campaign(studio)
             opens_a_clip_from_its_value(studio)
             compares_film_and_simulation(studio)
             moves_a_tag(studio)

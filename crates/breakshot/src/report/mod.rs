@@ -1,21 +1,26 @@
 //! How are the results shown to a person?
 //!
-//! An HTML page, figures (SVG with their numbers as CSV) and film frames with the tracks drawn on them.  This module
+//! An HTML page, figures (SVG with their numbers as CSV), film frames with the tracks drawn on them, and the pages of a film of a whole
+//! procedure.  This module
 //! is a door, not a stage: it may use the outputs of all stages and computes no result of its own.
 
 mod figures;
+mod film;
 mod html;
 mod overlay;
 mod paper_figures;
+mod raster;
 mod warning_lines;
 mod weighed;
 
+pub use film::{Beside, Caption, FilmPages};
 pub use html::{
     CheckPage, CheckedClip, ClipMotion, DifferenceReason, FilmedStrike, Page, SimulatedStrike,
     difference_reasons,
 };
-pub use overlay::{Overlay, RgbImage};
+pub use overlay::Overlay;
 pub use paper_figures::{FigureFile, PaperFigures};
+pub use raster::RgbImage;
 pub use warning_lines::warning_lines;
 
 use crate::detect::Tracks;

@@ -21,9 +21,11 @@ impl Palette {
 
     /// The CSS class that sets an object's colour; `grey` for a name that is not in the palette.
     pub(in crate::report) fn class(&self, name: &str) -> String {
-        match self.kinds.iter().position(|k| k == kind(name)) {
-            Some(index) => format!("c{}", index % COLOURS),
-            None => "grey".into(),
-        }
+        self.number(name).map_or_else(|| "grey".into(), |index| format!("c{}", index % COLOURS))
+    }
+
+    /// The rank of an object's kind; `None` for a name that is not in the palette.
+    pub(in crate::report) fn number(&self, name: &str) -> Option<usize> {
+        self.kinds.iter().position(|k| k == kind(name))
     }
 }

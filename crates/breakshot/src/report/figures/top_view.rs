@@ -147,6 +147,11 @@ impl Viewport {
         [self.min.x, self.max.y]
     }
 
+    /// The width and the height (m).
+    pub(in crate::report) fn size_m(self) -> [f64; 2] {
+        [self.max.x - self.min.x, self.max.y - self.min.y]
+    }
+
     /// The scale of a drawing of this width (px/m).
     pub(in crate::report) fn px_per_m(self, width_px: f64) -> f64 {
         width_px / (self.max.x - self.min.x)

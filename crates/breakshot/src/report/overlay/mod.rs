@@ -1,15 +1,11 @@
 //! Film frames with the tracks drawn on them: outlines, paths of the centres, velocities, and the time.
 
-mod canvas;
-mod rgb_image;
-
-pub use rgb_image::RgbImage;
-
+use super::figures::Palette;
+use super::raster::{Area, COLOURS, Canvas, Colour, FAINT, Lettering, Pen, RgbImage, STRONG, text_width_px};
 use crate::capture::{Camera, Frame};
 use crate::detect::{Sample, Track, Tracks};
 use crate::geometry::{Pixel, Point, Pose, Vec2};
 use crate::object::{self, Object, Shape};
-use canvas::{Canvas, Colour, FAINT, Pen, STRONG};
 
 /// The tracks of a film, to be drawn on its frames.
 #[derive(Clone, Copy, Debug)]
@@ -22,18 +18,17 @@ pub struct Overlay<'a> {
     pub objects: &'a [Object],
 }
 
-/// One colour for each track; further tracks repeat them.  Colours in the manner of Okabe and Ito, which most people with
-/// a colour vision deficiency can distinguish.
-const COLOURS: [Colour; 8] = [
-    [0, 158, 255],
-    [255, 140, 0],
-    [0, 200, 110],
-    [230, 80, 190],
-    [240, 228, 66],
-    [90, 220, 255],
-    [213, 70, 30],
-    [170, 130, 255],
-];
+const WHITE: Colour = [255, 255, 255];
+const BLACK: Colour = [0, 0, 0];
+/// The longer side of the image over the height of a capital letter.
+const IMAGE_OVER_LETTER: f64 = 90.0;
+/// The least height of a capital letter (px).
+const LEAST_LETTER_PX: f64 = 9.0;
+
+fn letter_px(longer_side_px: usize) -> f64 {
+    (longer_side_px as f64 / IMAGE_OVER_LETTER).max(LEAST_LETTER_PX)
+}
+
 /// The colour of doubtful samples.
 const DOUBTFUL: Colour = [255, 40, 40];
 /// The length of a velocity arrow is the distance covered in this time (s).
@@ -55,18 +50,26 @@ impl Overlay<'_> {
         let width_px = (image.width.max(image.height) as f64 / IMAGE_OVER_PEN).max(LEAST_PEN_PX);
         // With a rolling shutter an object is imaged up to one readout time after the start of the frame.
         let until_s = frame.time_s + self.camera.readout_s + SAME_TIME_S;
-        for (track, colour) in self.tracks.tracks.iter().zip(COLOURS.iter().cycle()) {
+        let palette = Palette::new(self.objects.iter().map(|object| object.name.as_str()));
+        for track in &self.tracks.tracks {
             let Ok(object) = object::find(self.objects, &track.object, "overlay") else { continue };
-            let path_pen = Pen { colour: *colour, width_px: 0.7 * width_px, opacity: FAINT };
+            let colour = COLOURS[palette.number(&track.object).unwrap_or(0) % COLOURS.len()];
+            let path_pen = Pen { colour, width_px: 0.7 * width_px, opacity: FAINT };
             canvas.polyline(&self.path(track, object, until_s), path_pen);
             let last = track.samples.iter().rfind(|s| s.time_s <= until_s);
             if let Some(sample) = last.filter(|s| s.time_s >= frame.time_s - SAME_TIME_S) {
-                let colour = if sample.doubtful { DOUBTFUL } else { *colour };
+                let colour = if sample.doubtful { DOUBTFUL } else { colour };
                 self.draw_object(&mut canvas, object, sample, Pen { colour, width_px, opacity: STRONG });
+                self.draw_name(&mut canvas, &track.object, object, sample);
             }
         }
-        let size = (image.height / 270).max(2);
-        canvas.write(&format!("{:.3} s", frame.time_s), [3 * size, 3 * size], size);
+        let height_px = letter_px(image.width.max(image.height));
+        let margin = height_px.round() as usize;
+        let text = format!("{:.3} s", frame.time_s);
+        let size = [text_width_px(&text, height_px) as usize + 2 * margin, 3 * margin];
+        canvas.fill(Area { corner: [margin; 2], size }, BLACK, FAINT);
+        let left = Pixel::new(2.0 * height_px, 3.0 * height_px);
+        canvas.text(&text, left, Lettering { height_px, colour: WHITE });
         canvas.finish()
     }
 
@@ -74,6 +77,19 @@ impl Overlay<'_> {
     fn path(&self, track: &Track, object: &Object, until_s: f64) -> Vec<Pixel> {
         let so_far = track.samples.iter().take_while(|s| s.time_s <= until_s);
         so_far.map(|s| self.camera.pixel_from_table(s.position(), object.height_m)).collect()
+    }
+
+    /// Writes the name of the track beside the object, with a dark rim.
+    fn draw_name(&self, canvas: &mut Canvas, name: &str, object: &Object, sample: &Sample) {
+        let beside = sample.position() + Vec2::new(0.9, 0.9) * object.shape.outer_radius_m();
+        let at = self.camera.pixel_from_table(beside, object.height_m);
+        let height_px = letter_px(self.camera.size_px[0].max(self.camera.size_px[1]));
+        for (x, y) in [(-1.0, 0.0), (1.0, 0.0), (0.0, -1.0), (0.0, 1.0)] {
+            let rim_px = 0.1 * height_px;
+            let left = Pixel::new(at.x + x * rim_px, at.y + y * rim_px);
+            canvas.text(name, left, Lettering { height_px, colour: BLACK });
+        }
+        canvas.text(name, at, Lettering { height_px, colour: WHITE });
     }
 
     /// Draws the outline, a cross at the centroid and the velocity.
