@@ -44,7 +44,7 @@ pub(crate) fn python(interpreter: &str) -> Result<(), String> {
 }
 
 /// Builds the wheel into a folder of its own.
-fn wheel(interpreter: &str) -> Result<PathBuf, String> {
+pub(crate) fn wheel(interpreter: &str) -> Result<PathBuf, String> {
     let folder = target().join("python/wheel");
     if folder.exists() {
         std::fs::remove_dir_all(&folder).map_err(|e| format!("{}: {e}", folder.display()))?;
@@ -61,7 +61,12 @@ fn wheel(interpreter: &str) -> Result<PathBuf, String> {
 }
 
 /// The interpreter of an environment with these packages and the wheel.
-fn installed(interpreter: &str, name: &str, packages: &[&str], wheel: &Path) -> Result<PathBuf, String> {
+pub(crate) fn installed(
+    interpreter: &str,
+    name: &str,
+    packages: &[&str],
+    wheel: &Path,
+) -> Result<PathBuf, String> {
     let python = venv::python_of(interpreter, name, packages)?;
     let arguments = ["-m", "pip", "install", "--quiet", "--force-reinstall", "--no-deps"];
     venv::succeed(Command::new(&python).args(arguments).arg(wheel))?;
