@@ -5,7 +5,6 @@
 use crate::example::target;
 use crate::python;
 use crate::validate::row::{self, Row};
-use crate::venv;
 use std::path::Path;
 use std::process::Command;
 use std::time::Instant;

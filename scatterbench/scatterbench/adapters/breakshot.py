@@ -39,11 +39,11 @@ def _scene(item: dict[str, Any], cell: dict[str, Any]) -> breakshot.Scene:
 
 
 def _see(item: dict[str, Any]) -> Any:
-    camera = {key: item["camera"][key] for key in ("image_size_px", "focal_px", "center_px")}
-    scene = _scene(item, _cell(item) | {"camera": camera | {"distortion": [0.0] * 5}, "points": item["camera"]["points"]})
-    tracks = breakshot.track(item["film"], scene.cell, _objects(item), list(item["place"]), scene=scene)
-    frames: dict[str, list[Any]] = {name: [None] * item["frames"] for name in item["place"]}
-    for name, row in ((name, row) for name, rows in tracks.to_numpy().items() for row in rows):
+    camera = item["camera"] | {"distortion": [0.0] * 5}
+    scene = _scene(item, _cell(item) | {"points": camera.pop("points"), "camera": camera})
+    tracks = breakshot.track(item["film"], scene.cell, _objects(item), names := list(item["place"]), scene=scene).to_numpy()
+    frames: dict[str, list[Any]] = {name: [None] * item["frames"] for name in names}
+    for name, row in ((name, row) for name in names for row in tracks[name]):
         frames[name][round(float(row["time_s"]) * item["rate_hz"])] = [float(row["x_m"]), float(row["y_m"])]
     return frames
 
@@ -57,7 +57,7 @@ def _learn(item: dict[str, Any]) -> Any:
             Path(folder, f"{k}.csv").write_text("\n".join(["object,time_s,x_m,y_m,yaw_rad", *rows]))
             clips.append({"tracks": f"{k}.csv", "objects": clip["objects"], "strike": clip["strike"]})
         campaign = {"cell": "cell.toml", "objects": "objects.toml", "columns": columns, "clips": clips}
-        for name, fields in {"cell": _cell(item), "objects": {"objects": _objects(item)}, "campaign": campaign}.items():
+        for name, fields in ("cell", _cell(item)), ("objects", {"objects": _objects(item)}), ("campaign", campaign):
             Path(folder, f"{name}.toml").write_text("\n".join(f"{key} = {_toml(value)}" for key, value in fields.items()))
         learned = breakshot.estimate(Path(folder, "campaign.toml"), reference="a")
     kinds = {kind: getattr(learned, kind) for kind in ("friction", "striker_restitution", "restitution", "mass_ratio")}
@@ -89,8 +89,8 @@ def _properties(item: dict[str, Any]) -> breakshot.Properties:
 def _predict(item: dict[str, Any]) -> Any:
     world = breakshot.World(_scene(item, _cell(item)), _properties(item), uncertain=True)
     strike = [*item["strike"]["start_m"], *(item["strike"][key] for key in ("heading_rad", "speed_m_s", "travel_m"))]
-    poses = breakshot.Simulator().rollout(world, np.tile(strike, (ROLLOUTS, 1)), seed=1, threads=1).poses
-    at = dict(zip(world.names, poses[..., :2].transpose(1, 0, 2), strict=True))
+    rollouts = breakshot.Simulator().rollout(world, np.tile(strike, (ROLLOUTS, 1)), seed=1, threads=1)
+    at = dict(zip(world.names, rollouts.poses[..., :2].transpose(1, 0, 2), strict=True))
     pairs = {f"{a}/{b}": np.linalg.norm(at[a] - at[b], axis=1) for a in sorted(at) for b in sorted(at) if a < b}
     return {pair: np.quantile(values, [0.025, 0.5, 0.975]).tolist() for pair, values in pairs.items()}
 

@@ -30,7 +30,8 @@ def answer(item: dict[str, Any]) -> Any:
         pairs = [(a, b) for k, a in enumerate(sorted(place)) for b in sorted(place)[k + 1 :]]
         starts_m = {f"{a}/{b}": float(np.hypot(*np.subtract(place[a][:2], place[b][:2]))) for a, b in pairs}
         # Objects move apart rather than together, by less than half a metre.
-        return {pair: _drawn([0.9 * start_m, start_m + 0.4], rng) for pair, start_m in starts_m.items()}
+        drawn = {pair: _drawn([start_m, start_m + 0.4], rng) for pair, start_m in starts_m.items()}
+        return {pair: [0.9 * low, best, high] for pair, (low, best, high) in drawn.items()}
     return random_strike(item, rng)
 
 
