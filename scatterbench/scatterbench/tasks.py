@@ -23,8 +23,9 @@ SETTLE_S = 0.1
 TRACK_HZ = 120.0
 TRACK_STD_M = 1e-4
 TRACK_STD_RAD = 2e-3
-LEAST_PATH_M = 0.01
-"""Displacement of every object of a track: a strike that misses is drawn again."""
+LEAST_PATH_M = 0.001
+"""Displacement of every object of a track: a strike that misses is drawn again, up to so many times."""
+MOST_DRAWS = 20
 REPEATS = 5
 """Executions of a planned strike."""
 SPEED_ERROR, HEADING_ERROR_RAD, POSITION_ERROR_M = 0.02, np.radians(0.5), 0.0005
@@ -122,11 +123,11 @@ def _learn(drawn: dict[str, Any], rng: np.random.Generator, _: Path) -> tuple[di
     groups += [list(pair) for pair in cells.pairs()] + [list(pair)[::-1] for pair in cells.pairs()]
     clips = []
     for names in groups:
-        moved_m = 0.0
-        while moved_m < LEAST_PATH_M:
+        for _draw in range(MOST_DRAWS):
             place, strike = cells.learning_strike(drawn, names, rng)
             times, poses, _ = Table(drawn, place, strike, 1.0 + cells.FRICTION_VARIATION * float(rng.normal())).run(SETTLE_S)
-            moved_m = np.linalg.norm(poses[-1, :, :2] - poses[0, :, :2], axis=1).min()
+            if np.linalg.norm(poses[-1, :, :2] - poses[0, :, :2], axis=1).min() >= LEAST_PATH_M:
+                break
         at = np.arange(0.0, times[-1], 1.0 / TRACK_HZ)
         tracks = {}
         for k, name in enumerate(names):

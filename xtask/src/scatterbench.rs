@@ -44,7 +44,9 @@ pub(crate) fn scatterbench(interpreter: &str) -> Result<(), String> {
     succeeded(table(&python, &data, &OTHERS)?, "the table of the other adapters")?;
     let wrong = table(&python, &data, &["wrong"])?;
     if wrong != FAILED {
-        return Err(format!("the adapter `wrong` ended with {wrong}; needed: {FAILED}, a submission that fails"));
+        return Err(format!(
+            "the adapter `wrong` ended with {wrong}; needed: {FAILED}, a submission that fails"
+        ));
     }
     let time = Row::at_most("random and breakshot, data included", minutes, MOST_MINUTES, "minutes");
     row::require(row::print_all("ScatterBench", &[time]))

@@ -2,7 +2,7 @@
 
     python baselines.py --train policy.npz       trains the policy through the environment (some minutes), stores and judges it
     python baselines.py --policy policy.npz      judges a stored policy and the others
-    python baselines.py                          judges the others: random strikes, the paper's planner, the robust one, cross-entropy search
+    python baselines.py                          judges the others: random strikes, the planners, cross-entropy search
 
 All see the same piles of 2 to 6 objects of `breakshot/Singulate-v0`, which they strike once.  The environment draws friction, restitution,
 masses, contacts, poses and the executed strike from the uncertainty of the learned properties.  Printed are success rates with 95 %
