@@ -79,8 +79,9 @@ def _task_result(task: str, items: list[dict[str, Any]], answers: dict[str, Any]
     except Implausible as error:
         return {"verdict": f"implausible: {error}", "loss": None, "skill": None, "interval": None, "measures": {}}
     own = _losses(task, items, [answers[item["id"]] for item in items], data)
-    chance = _losses(task, items, [random.answer(item) for item in items], data)
-    loss, reference = (np.array([one["loss"] for one in losses]) for losses in (own, chance))
+    if task not in data.chance:
+        data.chance[task] = _losses(task, items, [random.answer(item) for item in items], data)
+    loss, reference = (np.array([one["loss"] for one in losses]) for losses in (own, data.chance[task]))
     seeds = np.array([item["cell_seed"] for item in items])
     cells = np.unique(seeds)
     sums = np.array([[loss[seeds == cell].sum(), reference[seeds == cell].sum()] for cell in cells])

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import os
 from concurrent.futures import ProcessPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -41,6 +41,8 @@ class Split:
     items: list[dict[str, Any]]
     truth: dict[str, Any]
     cells: dict[int, dict[str, Any]]
+    chance: dict[str, Any] = field(default_factory=dict)
+    """Losses of chance by task, once they are known."""
 
 
 def split(name: str, folder: str | Path | None = None) -> Split:

@@ -41,9 +41,9 @@ def _scene(item: dict[str, Any], cell: dict[str, Any]) -> breakshot.Scene:
 def _see(item: dict[str, Any]) -> Any:
     camera = item["camera"] | {"distortion": [0.0] * 5}
     scene = _scene(item, _cell(item) | {"points": camera.pop("points"), "camera": camera})
-    tracks = breakshot.track(item["film"], scene.cell, _objects(item), names := list(item["place"]), scene=scene).to_numpy()
-    frames: dict[str, list[Any]] = {name: [None] * item["frames"] for name in names}
-    for name, row in ((name, row) for name in names for row in tracks[name]):
+    tracks = breakshot.track(item["film"], scene.cell, _objects(item), list(item["place"]), scene=scene).to_numpy()
+    frames: dict[str, list[Any]] = {name: [None] * item["frames"] for name in item["place"]}
+    for name, row in ((name, row) for name, rows in tracks.items() for row in rows):
         frames[name][round(float(row["time_s"]) * item["rate_hz"])] = [float(row["x_m"]), float(row["y_m"])]
     return frames
 
