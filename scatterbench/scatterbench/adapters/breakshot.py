@@ -11,7 +11,7 @@ from typing import Any
 import breakshot
 import numpy as np
 
-ROLLOUTS = 1000
+UNMEASURED = [0.05, 0.5, 0.95]  # the restitution of a pair without a clean impact
 
 
 def answer(item: dict[str, Any]) -> Any:
@@ -39,8 +39,7 @@ def _scene(item: dict[str, Any], cell: dict[str, Any]) -> breakshot.Scene:
 
 
 def _see(item: dict[str, Any]) -> Any:
-    camera = item["camera"] | {"distortion": [0.0] * 5}
-    scene = _scene(item, _cell(item) | {"points": camera.pop("points"), "camera": camera})
+    scene = _scene(item, _cell(item) | {"points": (camera := dict(item["camera"])).pop("points"), "camera": camera})
     tracks = breakshot.track(item["film"], scene.cell, _objects(item), list(item["place"]), scene=scene).to_numpy()
     frames: dict[str, list[Any]] = {name: [None] * item["frames"] for name in item["place"]}
     for name, row in ((name, row) for name, rows in tracks.items() for row in rows):
@@ -60,8 +59,10 @@ def _learn(item: dict[str, Any]) -> Any:
         for name, fields in ("cell", _cell(item)), ("objects", {"objects": _objects(item)}), ("campaign", campaign):
             Path(folder, f"{name}.toml").write_text("\n".join(f"{key} = {_toml(value)}" for key, value in fields.items()))
         learned = breakshot.estimate(Path(folder, "campaign.toml"), reference="a")
-    kinds = {kind: getattr(learned, kind) for kind in ("friction", "striker_restitution", "restitution", "mass_ratio")}
-    rows = {kind: {name: [v.interval_95[0], v.mean, v.interval_95[1]] for name, v in values.items()} for kind, values in kinds.items()}
+    rows: dict[str, Any] = {"restitution": {f"{a}/{b}": UNMEASURED for a in learned.friction for b in learned.friction if a < b}}
+    for kind in ("friction", "striker_restitution", "restitution", "mass_ratio"):
+        for name, v in getattr(learned, kind).items():
+            rows.setdefault(kind, {})[name] = [v.interval_95[0], v.mean, v.interval_95[1]]
     return rows | {"mass_ratio": {name: row for name, row in rows["mass_ratio"].items() if name != "a"}}
 
 
@@ -78,7 +79,7 @@ def _properties(item: dict[str, Any]) -> breakshot.Properties:
         mean, error = one["mean"], one["standard_error"]
         return {"mean": mean, "std": std, "standard_error": error, "interval_95": [mean - 2 * error, mean + 2 * error], "n": 1}
 
-    kinds = ("striker_restitution", "restitution", "contact_friction")
+    kinds = [kind for kind in given if kind.endswith(("restitution", "contact_friction"))]
     fields: dict[str, Any] = {kind: {name: value(one) for name, one in given[kind].items()} for kind in kinds}
     fields["friction"] = {name: value(one, given["friction_variation"] * one["mean"]) for name, one in given["friction"].items()}
     ratios = {name: {key: part / given["mass_kg"]["a"]["mean"] for key, part in one.items()} for name, one in given["mass_kg"].items()}
@@ -88,8 +89,7 @@ def _properties(item: dict[str, Any]) -> breakshot.Properties:
 
 def _predict(item: dict[str, Any]) -> Any:
     world = breakshot.World(_scene(item, _cell(item)), _properties(item), uncertain=True)
-    strike = [*item["strike"]["start_m"], *(item["strike"][key] for key in ("heading_rad", "speed_m_s", "travel_m"))]
-    rollouts = breakshot.Simulator().rollout(world, np.tile(strike, (ROLLOUTS, 1)), seed=1, threads=1)
+    rollouts = breakshot.Simulator().rollout(world, [breakshot.Strike(**item["strike"])] * 1000, seed=1, threads=1)
     at = dict(zip(world.names, rollouts.poses[..., :2].transpose(1, 0, 2), strict=True))
     pairs = {f"{a}/{b}": np.linalg.norm(at[a] - at[b], axis=1) for a in sorted(at) for b in sorted(at) if a < b}
     return {pair: np.quantile(values, [0.025, 0.5, 0.975]).tolist() for pair, values in pairs.items()}
