@@ -19,7 +19,7 @@ def test_values_show_themselves(demo_scene, demo_properties):
         assert ElementTree.fromstring(figure).tag.endswith("svg")
     pictures = ElementTree.fromstring(f"<div>{demo_properties._repr_html_()}</div>").iter("img")
     drawings = [base64.b64decode(picture.attrib["src"].partition("base64,")[2]) for picture in pictures]
-    assert len(drawings) == 4 and all(ElementTree.fromstring(drawing).tag.endswith("svg") for drawing in drawings)
+    assert len(drawings) == 5 and all(ElementTree.fromstring(drawing).tag.endswith("svg") for drawing in drawings)
     empty = breakshot.Tracks.from_json('{"version": 1, "video": "x.mp4", "tracks": [], "reprojection_rms_px": 0.0, "warnings": []}')
     assert empty._repr_svg_() is None
 

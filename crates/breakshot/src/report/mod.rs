@@ -87,7 +87,7 @@ pub fn scene_figure(scene: &Scene) -> String {
     paper_figures::pile(scene)
 }
 
-/// Figs. 7 to 9 of the paper as a part of an HTML page: pictures that load nothing and whose style stays their own.
+/// Figs. 7, 8, 9 and Table 1 of the paper as a part of an HTML page: pictures that load nothing and whose style stays their own.
 ///
 /// # Errors
 /// As [`paper_figures`].
