@@ -90,7 +90,7 @@ pub fn scene_figure(scene: &Scene) -> String {
 /// Figs. 7, 8, 9 and Table 1 of the paper as a part of an HTML page: pictures that load nothing and whose style stays their own.
 ///
 /// # Errors
-/// As [`paper_figures`].
+/// As [`paper_figures()`].
 pub fn property_pictures(properties: &Properties) -> Result<String> {
     paper_figures::property_pictures(properties)
 }
