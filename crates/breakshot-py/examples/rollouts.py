@@ -4,7 +4,7 @@
     python rollouts.py S4g.txt              the piles of a file, as the Rust example `scenes` reads it
 
 Prints rollouts a second on one thread and on two, of CPU time and of the clock, and checks that both give the same bits; then those of
-two processes of one thread each, which share nothing: what two threads cannot exceed on this machine.  Each
+two processes of one thread each, which share nothing: what the machine itself permits.  Each
 strike has an offset of its own of up to a micrometre, as in
 `cargo run --release --example scenes -- S4g.txt --repeat 2500`, which prints the rate of Rust.
 """
