@@ -11,6 +11,7 @@ mod fuzz;
 mod process;
 mod python;
 mod sbom;
+mod scatterbench;
 mod speed;
 #[path = "../../crates/breakshot/tests/splitmix/mod.rs"]
 mod splitmix;
@@ -114,6 +115,9 @@ usage: cargo xtask TASK
   proto            the Rust code of the Indy's messages is generated again from crates/breakshot-drivers/proto/indy.proto
   python [PYTHON]  the Python package: its wheel is built, installed with NumPy alone and tested, its types are checked (PYTHON is an
                    interpreter, python3 if not given)
+  scatterbench [PYTHON]
+                   the benchmark beside the project: its tests, the tables of its adapters from nothing, and that the adapter which is
+                   wrong on purpose fails
   deny             licences, sources and advisories of all dependencies (installs cargo-deny)
   dist             a static program as an archive with documents, man pages, completions and checksums; the program is tried with an
                    empty folder as its root
@@ -184,6 +188,7 @@ fn main() -> ExitCode {
         ["bench", "plan", lab, properties] => bench::plan::bench(lab.as_ref(), properties.as_ref()),
         ["bench", "physics", flags @ ..] => bench_physics(flags),
         ["python", rest @ ..] => python::python(rest.first().unwrap_or(&"python3")),
+        ["scatterbench", rest @ ..] => scatterbench::scatterbench(rest.first().unwrap_or(&"python3")),
         ["deny"] => check::deny(),
         ["dist", rest @ ..] => dist::run(rest),
         ["sbom", rest @ ..] => sbom::run(rest),

@@ -25,6 +25,10 @@ const CHECKERS: [&str; 4] = ["numpy", "gymnasium==1.4.0", "pytest==9.2.0", "mypy
 const CLUSTER: [&str; 4] = ["numpy", "gymnasium==1.4.0", "pytest==9.2.0", "ray==2.60.0"];
 const CLUSTER_TEST: &str = "tests/test_ray.py";
 
+/// What executes the notebook.
+const NOTEBOOK: [&str; 4] = ["numpy", "pytest==9.2.0", "nbclient==0.11.0", "ipykernel==7.4.0"];
+const NOTEBOOK_TEST: &str = "tests/test_notebook.py";
+
 /// Builds and checks the package for an interpreter.
 pub(crate) fn python(interpreter: &str) -> Result<(), String> {
     cargo(&["build", "--release", "--package", "breakshot-cli"], &[])?;
@@ -32,9 +36,10 @@ pub(crate) fn python(interpreter: &str) -> Result<(), String> {
     let megabytes = std::fs::metadata(&wheel).map_err(|e| e.to_string())?.len() as f64 * 1e-6;
     let import_ms = import_with_numpy_alone(interpreter, &wheel)?;
     let checkers = installed(interpreter, "breakshot-checks", &CHECKERS, &wheel)?;
-    // Without Ray, whose test skips itself.
+    // Without Ray and a notebook's kernel, whose tests skip themselves.
     tests(&checkers, "tests")?;
     types(&checkers)?;
+    tests(&installed(interpreter, "breakshot-notebook", &NOTEBOOK, &wheel)?, NOTEBOOK_TEST)?;
     tests(&installed(interpreter, "breakshot-cluster", &CLUSTER, &wheel)?, CLUSTER_TEST)?;
     let rows = [
         Row::at_most("size of the wheel", megabytes, MOST_MEGABYTES, "MB"),
@@ -44,7 +49,7 @@ pub(crate) fn python(interpreter: &str) -> Result<(), String> {
 }
 
 /// Builds the wheel into a folder of its own.
-fn wheel(interpreter: &str) -> Result<PathBuf, String> {
+pub(crate) fn wheel(interpreter: &str) -> Result<PathBuf, String> {
     let folder = target().join("python/wheel");
     if folder.exists() {
         std::fs::remove_dir_all(&folder).map_err(|e| format!("{}: {e}", folder.display()))?;
@@ -61,7 +66,12 @@ fn wheel(interpreter: &str) -> Result<PathBuf, String> {
 }
 
 /// The interpreter of an environment with these packages and the wheel.
-fn installed(interpreter: &str, name: &str, packages: &[&str], wheel: &Path) -> Result<PathBuf, String> {
+pub(crate) fn installed(
+    interpreter: &str,
+    name: &str,
+    packages: &[&str],
+    wheel: &Path,
+) -> Result<PathBuf, String> {
     let python = venv::python_of(interpreter, name, packages)?;
     let arguments = ["-m", "pip", "install", "--quiet", "--force-reinstall", "--no-deps"];
     venv::succeed(Command::new(&python).args(arguments).arg(wheel))?;

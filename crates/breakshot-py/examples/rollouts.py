@@ -3,7 +3,8 @@
     python rollouts.py                      a pile of four discs
     python rollouts.py S4g.txt              the piles of a file, as the Rust example `scenes` reads it
 
-Prints rollouts a second on one thread and on two, of CPU time and of the clock, and checks that both give the same bits.  Each
+Prints rollouts a second on one thread and on two, of CPU time and of the clock, and checks that both give the same bits; then those of
+two processes of one thread each, which share nothing: what the machine itself permits.  Each
 strike has an offset of its own of up to a micrometre, as in
 `cargo run --release --example scenes -- S4g.txt --repeat 2500`, which prints the rate of Rust.
 """
@@ -11,8 +12,10 @@ strike has an offset of its own of up to a micrometre, as in
 from __future__ import annotations
 
 import json
+import multiprocessing
 import sys
 import time
+from multiprocessing.synchronize import Barrier
 
 import numpy as np
 import numpy.typing as npt
@@ -20,6 +23,7 @@ import numpy.typing as npt
 import breakshot
 
 STRIKES = 100_000
+ROUNDS = 3
 PILE = """\
 scene four 0
 striker 0.015 -0.08424247062849749 -0.009894693908688506 0.6 0.06 0.75 0.0
@@ -89,6 +93,35 @@ def piles(text: str) -> tuple[list[breakshot.World], npt.NDArray[np.float64]]:
     return worlds, np.array(strikes)
 
 
+def alone(text: str, numbers: npt.NDArray[np.float64], together: Barrier) -> None:
+    """Simulates on one thread, at the same time as another process."""
+    worlds, _ = piles(text)
+    simulator = breakshot.Simulator()
+    simulator.rollout(worlds, numbers[:1], threads=1)
+    for _ in range(ROUNDS):
+        together.wait()
+        simulator.rollout(worlds, numbers, threads=1)
+        together.wait()
+
+
+def rate_of_two_processes(text: str, numbers: npt.NDArray[np.float64]) -> float:
+    """Rollouts a second (clock) of two processes, best of some rounds."""
+    context = multiprocessing.get_context("spawn")
+    together = context.Barrier(3)
+    processes = [context.Process(target=alone, args=(text, numbers, together)) for _ in range(2)]
+    for process in processes:
+        process.start()
+    best_s = np.inf
+    for _ in range(ROUNDS):
+        together.wait()
+        start_s = time.perf_counter()
+        together.wait()
+        best_s = min(best_s, time.perf_counter() - start_s)
+    for process in processes:
+        process.join()
+    return float(2 * numbers.shape[0] * numbers.shape[1] / best_s)
+
+
 def main() -> None:
     """Prints the rates."""
     text = PILE
@@ -104,7 +137,7 @@ def main() -> None:
     rates, bits = [], set()
     for threads in (1, 2):
         best_s = best_cpu_s = np.inf
-        for _ in range(3):
+        for _ in range(ROUNDS):
             start_s, start_cpu_s = time.perf_counter(), time.process_time()
             rollouts = simulator.rollout(worlds, numbers, threads=threads)
             best_s = min(best_s, time.perf_counter() - start_s)
@@ -115,6 +148,7 @@ def main() -> None:
         print(f"threads={threads} rollouts_per_cpu_s={count / best_cpu_s:.0f} rollouts_per_s={rates[-1]:.0f}")
     assert len(bits) == 1, "the number of threads changed the result"
     print(f"two threads over one: {rates[1] / rates[0]:.2f}")
+    print(f"two processes over one: {rate_of_two_processes(text, numbers) / rates[0]:.2f}")
 
 
 if __name__ == "__main__":

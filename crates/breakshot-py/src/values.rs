@@ -7,7 +7,7 @@ use crate::arguments::{Arg, fields_of, json_of, reconstructed};
 use crate::error::{invalid, raised};
 use crate::held::Held;
 use breakshot::{Error as LibraryError, Result};
-use breakshot::{files, robot};
+use breakshot::{files, report, robot};
 use pyo3::exceptions::PyAttributeError;
 use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
@@ -172,6 +172,11 @@ class! {
         fn cell(&self) -> Cell {
             self.value.cell.clone().into()
         }
+
+        /// The pile from above, as notebooks show it.
+        fn _repr_svg_(&self) -> String {
+            report::scene_figure(&self.value)
+        }
     }
 }
 
@@ -221,6 +226,11 @@ class! {
             let drawn = breakshot::plan::drawn_properties(&self.value, n, seed);
             Ok(drawn.into_iter().map(Self::from).collect())
         }
+
+        /// Friction, restitution and mass ratios with their intervals, as notebooks show them; `None` if there are none.
+        fn _repr_html_(&self) -> Option<String> {
+            report::property_pictures(&self.value).ok()
+        }
     }
 }
 
@@ -235,6 +245,11 @@ class! {
         /// `ax_m_s2`, `ay_m_s2` and `std_m`; what was not measured is NaN.
         fn to_numpy<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
             crate::arguments::track_arrays(py, &self.value)
+        }
+
+        /// Distance, speed and acceleration over time, as notebooks show them; `None` without a sample.
+        fn _repr_svg_(&self) -> Option<String> {
+            report::motion_figure(&self.value).ok()
         }
     }
 }
@@ -271,6 +286,11 @@ class! {
         #[getter]
         fn strike(&self) -> Option<Strike> {
             self.value.strike.clone().map(Strike::from)
+        }
+
+        /// The pile, the strike and the final poses, as notebooks show them.
+        fn _repr_svg_(&self) -> String {
+            report::plan_figure(&self.value)
         }
     }
 }

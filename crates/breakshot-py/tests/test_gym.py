@@ -141,6 +141,19 @@ def test_a_planned_strike_succeeds_as_often_as_the_plan_says():
     assert np.mean(succeeded) > 0.5
 
 
+def test_a_strike_is_an_action():
+    env = one("Singulate").unwrapped
+    action = np.array([0.2, -0.1, 0.4, 0.0], dtype=np.float32)
+    by_numbers, by_strike = [], []
+    for seen, taken in ((by_numbers, lambda: action), (by_strike, lambda: env.strike(action))):
+        env.reset(seed=5)
+        seen += [observed.tobytes() if hasattr(observed, "tobytes") else observed for observed in env.step(taken())]
+    assert by_numbers == by_strike
+    env.reset(seed=5)
+    plan = breakshot.plan(env.scene, env.properties)
+    assert env.strike(plan.strike) == plan.strike.replace(object=None)
+
+
 def test_random_piles_can_be_simulated():
     scene, properties = games.example()
     for seed in range(50):
@@ -175,5 +188,7 @@ def test_wrong_settings_are_named():
         games.SingulateEnv(render_mode="human")
     with pytest.raises(breakshot.Error, match="objects is 1; needed: at least 2"):
         games.PushTargetEnv(objects=1)
+    with pytest.raises(breakshot.Error, match="scene before reset"):
+        _ = games.SingulateEnv().scene
     with pytest.raises(breakshot.Error, match="step before reset"):
         games.SingulateEnv().step(np.zeros(4))

@@ -90,6 +90,19 @@ pub fn plan_figure(plan: &Plan) -> String {
     paper_figures::plan(plan)
 }
 
+/// A pile as a standalone SVG: the objects on the table, walls and areas to keep out of.
+pub fn scene_figure(scene: &Scene) -> String {
+    paper_figures::pile(scene)
+}
+
+/// Figs. 7, 8, 9 and Table 1 of the paper as a part of an HTML page: pictures that load nothing and whose style stays their own.
+///
+/// # Errors
+/// As [`paper_figures()`].
+pub fn property_pictures(properties: &Properties) -> Result<String> {
+    paper_figures::property_pictures(properties)
+}
+
 /// The success probability of strikes by contact point and direction as a standalone SVG: the pile, and the last part of the
 /// striker's path to each contact, with the best of the speeds that were evaluated ([`crate::plan::evaluate_grid`]).
 pub fn strike_map(scene: &Scene, strikes: &[EvaluatedStrike]) -> String {

@@ -20,6 +20,9 @@ Continuous action: four numbers from -1 to 1.  The heading (times pi, rad); the 
 pile, to the left (times the radius of the pile); the speed, from the striker's slowest to its fastest; the end of the strike, from the
 front edge of the pile to its back edge.  The striker starts 30 mm before the pile.
 
+A `breakshot.Strike`, such as that of a plan for `env.unwrapped.scene` and `env.unwrapped.properties`, is an action too, and
+`env.unwrapped.strike(action)` is the strike of an action.
+
 Discrete action: the number of a strike in the planner's grid of the pile, thinned to `GRID_STRIKES` strikes (`breakshot.survey`).
 
 In ``PushTarget-v0`` (after Kiatos and Malassiotis, "Robust object grasping in clutter via singulation", ICRA 2019) the first of six

@@ -13,7 +13,7 @@ from gymnasium.vector.utils import batch_space
 
 import breakshot
 
-from ._episodes import GRID_STRIKES, Episode, Game, begun, struck
+from ._episodes import GRID_STRIKES, Episode, Game, begun, strike_numbers, struck
 from ._picture import picture
 from ._pushes import DIRECTIONS, PRIMITIVES, PUSHES
 
@@ -73,12 +73,31 @@ class SingulateEnv(gymnasium.Env[Observation, Any]):
         self._episode = begun(self._game, self.np_random)
         return self._episode.observation(), {}
 
+    @property
+    def scene(self) -> breakshot.Scene:
+        """The pile as it is observed."""
+        return self._begun("scene").scene
+
+    @property
+    def properties(self) -> breakshot.Properties:
+        """The learned properties, those that a planner is given."""
+        return self._game.properties
+
+    def strike(self, action: Any) -> breakshot.Strike:
+        """The strike of an action."""
+        x_m, y_m, *others = strike_numbers(self._game, self._begun("strike"), action).tolist()
+        return breakshot.Strike([x_m, y_m], *others)
+
     def step(self, action: Any) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
-        """Strikes the pile."""
+        """Strikes the pile by an action, or by a `breakshot.Strike` such as that of a plan."""
+        episode = self._begun("step")
+        [result] = struck(self._game, [episode], [action], 1)
+        return episode.observation(), result.reward, result.terminated, result.truncated, result.info
+
+    def _begun(self, what: str) -> Episode:
         if self._episode is None:
-            raise breakshot.Error("gym: step before reset; needed: a call of reset first")
-        [result] = struck(self._game, [self._episode], [action], 1)
-        return self._episode.observation(), result.reward, result.terminated, result.truncated, result.info
+            raise breakshot.Error(f"gym: {what} before reset; needed: a call of reset first")
+        return self._episode
 
     def render(self) -> Frame | None:
         """The table from above with the objects and the last strike: (height, width, 3)."""
@@ -158,8 +177,13 @@ class SingulateVectorEnv(VectorEnv[Observation, Any, npt.NDArray[Any]]):
         self._episodes = [begun(self._game, rng) for rng in self._rngs]
         return self._observations(), {}
 
+    @property
+    def scenes(self) -> list[breakshot.Scene]:
+        """The piles as they are observed."""
+        return [episode.scene for episode in self._episodes]
+
     def step(self, actions: Any) -> tuple[Observation, npt.NDArray[Any], npt.NDArray[Any], npt.NDArray[Any], dict[str, Any]]:
-        """Strikes every pile."""
+        """Strikes every pile; an action is also a `breakshot.Strike`."""
         if not self._episodes:
             raise breakshot.Error("gym: step before reset; needed: a call of reset first")
         steps = struck(self._game, self._episodes, actions, self._threads)

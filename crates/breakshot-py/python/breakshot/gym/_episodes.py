@@ -127,6 +127,8 @@ def _grid(episode: Episode, game: Game) -> Array:
 
 def strike_numbers(game: Game, episode: Episode, action: Any) -> Array:
     """Start x, y (m), heading (rad), speed (m/s) and travel (m) of an action."""
+    if isinstance(action, breakshot.Strike):
+        return np.array([*action.start_m, action.heading_rad, action.speed_m_s, action.travel_m])
     if episode.grid is not None:
         return np.asarray(episode.grid[int(action)])
     radii_m = np.array([outer_radius_m(shape) for shape in shapes_of(episode.scene, game.names)])

@@ -107,6 +107,16 @@ pub(in crate::report) fn drawing(plan: &Plan) -> String {
     top_view(&whole, view, WIDTH_PX, "The pile, the strike, and the possible final poses")
 }
 
+/// The pile alone.
+pub(in crate::report) fn pile(scene: &Scene) -> String {
+    let palette = Palette::new(scene.placed.iter().map(|p| p.object.as_str()));
+    let current = scene.placed.iter().map(|p| (p.object.as_str(), p.pose()));
+    let objects = drawn_objects(scene, current, Layer::Current, &palette);
+    let whole = TopView { scene, objects, paths: Vec::new(), strike: None, approaches: Vec::new() };
+    let view = Viewport::of(&[&whole], WORKSPACE_FACTOR);
+    top_view(&whole, view, WIDTH_PX, "The pile from above")
+}
+
 /// The pile with the evaluated strikes: of those that differ in the speed alone, the best.
 pub(in crate::report) fn map(scene: &Scene, strikes: &[EvaluatedStrike]) -> String {
     let mut best: BTreeMap<(&str, u64, u64), &EvaluatedStrike> = BTreeMap::new();

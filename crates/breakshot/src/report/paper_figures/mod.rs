@@ -13,6 +13,7 @@ pub use figure_file::FigureFile;
 use super::figures::Palette;
 use super::html::{ClipMotion, clip_motion, plan as plan_chapter};
 use crate::detect::Tracks;
+use crate::encoding::base64;
 use crate::error::{Error, Result};
 use crate::estimate::ClipValue;
 use crate::object::Object;
@@ -41,6 +42,27 @@ pub(super) fn motion(tracks: &Tracks) -> Option<String> {
 /// A plan: the pile, the strike, the expected and the possible final poses.
 pub(super) fn plan(plan: &Plan) -> String {
     standalone_style::standalone(&plan_chapter::drawing(plan))
+}
+
+/// The pile.
+pub(super) fn pile(scene: &Scene) -> String {
+    standalone_style::standalone(&plan_chapter::pile(scene))
+}
+
+/// The drawings of the properties, each as a picture of its own.
+///
+/// # Errors
+/// As [`paper_figures`].
+pub(super) fn property_pictures(properties: &Properties) -> Result<String> {
+    let figures = paper_figures(properties, &[], &[])?;
+    let drawings = figures.files.iter().filter(|file| file.text.starts_with("<svg"));
+    Ok(drawings.map(picture).collect())
+}
+
+/// A drawing as an image whose address holds it.
+fn picture(file: &FigureFile) -> String {
+    let data = base64(file.text.as_bytes());
+    format!("<p><img alt=\"{}\" src=\"data:image/svg+xml;base64,{data}\"/></p>\n", file.name)
 }
 
 /// The pile with evaluated strikes.
@@ -128,6 +150,21 @@ mod tests {
             roxmltree::Document::parse(text).unwrap_or_else(|e| panic!("{name}: {e}"));
             assert!(!text.contains("var("), "{name} contains a CSS variable");
         }
+    }
+
+    #[test]
+    fn the_pictures_of_properties_hold_the_drawings() {
+        let found = paper_figures(&estimated(), &[], &[]).expect("figures");
+        let drawings = found.files.iter().filter(|file| file.text.starts_with("<svg"));
+        let expected: Vec<String> = drawings
+            .map(|file| format!("data:image/svg+xml;base64,{}", base64(file.text.as_bytes())))
+            .collect();
+        let page = format!("<div>{}</div>", property_pictures(&estimated()).expect("pictures"));
+        let page = roxmltree::Document::parse(&page).expect("well-formed HTML");
+        let shown: Vec<&str> = page.descendants().filter_map(|node| node.attribute("src")).collect();
+        assert_eq!(shown, expected);
+        assert!(shown.len() >= 3, "{} pictures", shown.len());
+        assert!(property_pictures(&Properties::default()).is_err());
     }
 
     #[test]
