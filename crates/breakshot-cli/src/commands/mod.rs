@@ -17,6 +17,7 @@ pub(crate) mod look;
 #[cfg(feature = "manual")]
 pub(crate) mod manual;
 mod overlay_film;
+pub(crate) mod objects;
 pub(crate) mod plan;
 pub(crate) mod run;
 pub(crate) mod simulate;

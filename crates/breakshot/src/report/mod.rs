@@ -11,7 +11,7 @@ mod warning_lines;
 mod weighed;
 
 pub use html::{CheckPage, CheckedClip, ClipMotion, FilmedStrike, Page, SimulatedStrike};
-pub use overlay::{Overlay, RgbImage};
+pub use overlay::{Overlay, RgbImage, draft_figure};
 pub use paper_figures::{FigureFile, PaperFigures};
 pub use warning_lines::warning_lines;
 

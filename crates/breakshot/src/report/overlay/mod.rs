@@ -1,8 +1,10 @@
 //! Film frames with the tracks drawn on them: outlines, paths of the centres, velocities, and the time.
 
 mod canvas;
+mod draft_figure;
 mod rgb_image;
 
+pub use draft_figure::draft_figure;
 pub use rgb_image::RgbImage;
 
 use crate::capture::{Camera, Frame};

@@ -1,0 +1,284 @@
+//! The simplest outline that fits points of its border within their noise.
+
+use crate::geometry::{Point, Pose, Vec2, half_turn_wrapped_rad};
+use crate::object::Shape;
+use crate::statistics::{STD_OVER_MEDIAN_ABSOLUTE, median};
+use nalgebra::{Matrix3, Vector3};
+use std::f64::consts::{FRAC_PI_2, PI};
+
+/// An outline at its pose.
+#[derive(Clone, Debug)]
+pub(super) struct Fitted {
+    pub shape: Shape,
+    pub pose: Pose,
+    /// Root mean square distance of the points from the outline (m), without outliers.
+    pub rms_m: f64,
+    /// Whether the outline fits within the noise.
+    pub fits: bool,
+}
+
+/// Largest number of corners.
+const MOST_CORNERS: usize = 12;
+/// Rounds of the robust fits, and the distance of an outlier in standard deviations (Tukey's biweight).
+const ROUNDS: usize = 8;
+const OUTLIER_STDS: f64 = 4.0;
+/// Least scatter of the points, and largest rms distance of an outline that fits (px).
+const LEAST_SCATTER_PX: f64 = 0.05;
+const FITS_PX: f64 = 0.3;
+/// So much of an outline must fit.
+const LEAST_FITTING: f64 = 0.85;
+/// Distance of a corner from the chord of its neighbours (px), and distance from the corners within which points are rounded (px).
+const CORNER_PX: f64 = 1.5;
+const ROUNDED_PX: f64 = 2.5;
+/// Sides whose directions differ by less are one (rad).
+const ONE_SIDE_RAD: f64 = 0.14;
+/// A rectangle's points are at most this factor as far off as those of a free quadrilateral.
+const RECTANGLE_FACTOR: f64 = 1.2;
+
+/// The outline of points in counter-clockwise order along the border; `pixel_m` is the side of a pixel.
+pub(super) fn fitted(points: &[Point], pixel_m: f64) -> Option<Fitted> {
+    const LEAST_POINTS: usize = 12;
+    if points.len() < LEAST_POINTS {
+        return None;
+    }
+    let disc = disc(points, pixel_m);
+    if let Some(disc) = disc.as_ref().filter(|disc| disc.fits) {
+        return Some(disc.clone());
+    }
+    let polygon = polygon(points, pixel_m);
+    [polygon, disc].into_iter().flatten().min_by(|a, b| b.fits.cmp(&a.fits).then(a.rms_m.total_cmp(&b.rms_m)))
+}
+
+/// The rms of residuals without outliers, and whether they are those of an outline that fits.
+fn judged(residuals_m: &[f64], pixel_m: f64) -> (f64, bool) {
+    let limit_m = FITS_PX * pixel_m;
+    let near: Vec<f64> = residuals_m.iter().copied().filter(|r| r.abs() < OUTLIER_STDS * limit_m).collect();
+    let rms_m = (near.iter().map(|r| r * r).sum::<f64>() / near.len().max(1) as f64).sqrt();
+    let fits = near.len() as f64 >= LEAST_FITTING * residuals_m.len() as f64 && rms_m <= limit_m;
+    (rms_m, fits && !near.is_empty())
+}
+
+/// Tukey's weights of residuals.
+fn weights(residuals_m: &[f64], pixel_m: f64) -> Vec<f64> {
+    let middle_m = median(residuals_m.iter().map(|r| r.abs())).unwrap_or(0.0);
+    let limit_m = OUTLIER_STDS * (STD_OVER_MEDIAN_ABSOLUTE * middle_m).max(LEAST_SCATTER_PX * pixel_m);
+    residuals_m.iter().map(|r| (1.0 - (r / limit_m).powi(2)).max(0.0).powi(2)).collect()
+}
+
+fn disc(points: &[Point], pixel_m: f64) -> Option<Fitted> {
+    let sum = points.iter().fold(Vec2::ZERO, |sum, point| sum + point.to_vec());
+    let mut center = Point::ORIGIN + sum * (1.0 / points.len() as f64);
+    let mut radius_m = median(points.iter().map(|point| point.distance(center)))?;
+    let residuals = |center: Point, radius_m: f64| -> Vec<f64> {
+        points.iter().map(|point| point.distance(center) - radius_m).collect()
+    };
+    for _ in 0..ROUNDS {
+        let off_m = residuals(center, radius_m);
+        let (mut matrix, mut side) = (Matrix3::zeros(), Vector3::zeros());
+        for ((point, off_m), weight) in points.iter().zip(&off_m).zip(weights(&off_m, pixel_m)) {
+            let Some(out) = (*point - center).direction() else { continue };
+            let row = Vector3::new(out.x, out.y, 1.0);
+            matrix += row * row.transpose() * weight;
+            side += row * (weight * off_m);
+        }
+        let change = matrix.try_inverse()? * side;
+        center += Vec2::new(change.x, change.y);
+        radius_m += change.z;
+    }
+    let (rms_m, fits) = judged(&residuals(center, radius_m), pixel_m);
+    let sane = center.is_finite() && radius_m.is_finite() && radius_m > pixel_m;
+    let pose = Pose { position: center, yaw_rad: 0.0 };
+    sane.then_some(Fitted { shape: Shape::Disc { radius_m }, pose, rms_m, fits })
+}
+
+/// A straight line: a point on it and its direction, a unit vector.
+type Line = (Point, Vec2);
+
+/// A polygon, or a rectangle if that fits as well.
+fn polygon(points: &[Point], pixel_m: f64) -> Option<Fitted> {
+    let mut corners = joined(reduced(points, CORNER_PX * pixel_m));
+    for _ in 0..2 {
+        if !(3..=MOST_CORNERS).contains(&corners.len()) {
+            return None;
+        }
+        let sides = sides(points, &corners, pixel_m);
+        corners = crossings(&sides.iter().map(|side| line(side, pixel_m)).collect::<Option<Vec<_>>>()?)?;
+    }
+    let (rms_m, fits) = judged(&border_distances_m(points, &corners), pixel_m);
+    if corners.len() == 4
+        && let Some(rectangle) = rectangle(points, &corners, pixel_m)
+        && rectangle.rms_m <= (RECTANGLE_FACTOR * rms_m).max(LEAST_SCATTER_PX * pixel_m)
+    {
+        return Some(rectangle);
+    }
+    let mut shape = Shape::Polygon { points_m: corners };
+    let position = Point::ORIGIN + shape.check_and_centre("an outline").ok()?;
+    Some(Fitted { shape, pose: Pose { position, yaw_rad: 0.0 }, rms_m, fits })
+}
+
+/// The rectangle near a quadrilateral; its longer side is along its x.
+fn rectangle(points: &[Point], corners: &[Point], pixel_m: f64) -> Option<Fitted> {
+    const RIGHT_ANGLE_RAD: f64 = 0.05;
+    let sides = sides(points, corners, pixel_m);
+    let lines = sides.iter().map(|side| line(side, pixel_m)).collect::<Option<Vec<Line>>>()?;
+    let first_rad = lines[0].1.heading_rad();
+    // The directions modulo a right angle, the longer sides with more weight
+    let (mut sum, mut total) = (0.0, 0.0);
+    for (k, (_, direction)) in lines.iter().enumerate() {
+        let turned = half_turn_wrapped_rad(direction.heading_rad() - first_rad - k as f64 * FRAC_PI_2);
+        if turned.abs() > RIGHT_ANGLE_RAD {
+            return None;
+        }
+        let weight = (sides[k].len() as f64).powi(3);
+        (sum, total) = (sum + weight * turned, total + weight);
+    }
+    let heading_rad = first_rad + sum / total;
+    // The sides' distances along both axes
+    let axes = [Vec2::from_heading(heading_rad), Vec2::from_heading(heading_rad + FRAC_PI_2)];
+    let offset = |k: usize, axis: Vec2| median(sides[k].iter().map(|point| point.to_vec().dot(axis)));
+    let (low, high) = (offset(0, axes[1])?, offset(2, axes[1])?);
+    let (right, left) = (offset(1, axes[0])?, offset(3, axes[0])?);
+    let center = Point::ORIGIN + axes[0] * (0.5 * (left + right)) + axes[1] * (0.5 * (low + high));
+    let (x_m, y_m) = (right - left, high - low);
+    let (size_m, yaw_rad) = if x_m >= y_m { ([x_m, y_m], heading_rad) } else { ([y_m, x_m], heading_rad + FRAC_PI_2) };
+    let shape = Shape::Rectangle { size_m };
+    let pose = Pose { position: center, yaw_rad: half_turn_wrapped_rad(yaw_rad) };
+    let placed: Vec<Point> = shape.corners().into_iter().map(|corner| pose.table_from_body(corner)).collect();
+    let (rms_m, fits) = judged(&border_distances_m(points, &placed), pixel_m);
+    (x_m > 0.0 && y_m > 0.0).then_some(Fitted { shape, pose, rms_m, fits })
+}
+
+/// The corners of a closed line after Ramer (1972), Douglas and Peucker (1973).
+fn reduced(points: &[Point], tolerance_m: f64) -> Vec<Point> {
+    let far = |from: Point| (0..points.len()).max_by(|&a, &b| points[a].distance(from).total_cmp(&points[b].distance(from)));
+    let Some((a, b)) = far(points[0]).and_then(|a| Some((a, far(points[a])?))) else { return Vec::new() };
+    let n = points.len();
+    let (mut kept, mut open) = (vec![a, b], vec![(a, b), (b, a)]);
+    while let Some((from, to)) = open.pop() {
+        let length = (to + n - from) % n;
+        let off_m = |k: usize| segment_distance_m(points[k % n], points[from], points[to]);
+        let worst = (from + 1..from + length).max_by(|&i, &k| off_m(i).total_cmp(&off_m(k)));
+        if let Some(worst) = worst.filter(|&worst| off_m(worst) > tolerance_m) {
+            kept.push(worst % n);
+            open.extend([(from, worst % n), (worst % n, to)]);
+        }
+    }
+    kept.sort_unstable();
+    kept.dedup();
+    kept.into_iter().map(|k| points[k]).collect()
+}
+
+/// The corners without those at which the line hardly turns, and without very short sides.
+fn joined(mut corners: Vec<Point>) -> Vec<Point> {
+    loop {
+        let n = corners.len();
+        if n <= 3 {
+            return corners;
+        }
+        let turn = |k: usize| {
+            let (into, out) = (corners[k] - corners[(k + n - 1) % n], corners[(k + 1) % n] - corners[k]);
+            into.cross(out).atan2(into.dot(out)).abs()
+        };
+        let least = (0..n).min_by(|&a, &b| turn(a).total_cmp(&turn(b)));
+        match least.filter(|&k| turn(k) < ONE_SIDE_RAD) {
+            Some(k) => corners.remove(k),
+            None => return corners,
+        };
+    }
+}
+
+/// The points of each side of a polygon, without those near corners.
+fn sides(points: &[Point], corners: &[Point], pixel_m: f64) -> Vec<Vec<Point>> {
+    let n = corners.len();
+    let mut sides = vec![Vec::new(); n];
+    for &point in points {
+        let off_m = |k: usize| segment_distance_m(point, corners[k], corners[(k + 1) % n]);
+        let nearest = (0..n).min_by(|&a, &b| off_m(a).total_cmp(&off_m(b)));
+        let at_corner = corners.iter().any(|corner| corner.distance(point) < ROUNDED_PX * pixel_m);
+        if let Some(side) = nearest.filter(|_| !at_corner) {
+            sides[side].push(point);
+        }
+    }
+    sides
+}
+
+/// The line through points by robust total least squares.
+fn line(points: &[Point], pixel_m: f64) -> Option<Line> {
+    let mut weight = vec![1.0; points.len()];
+    let mut found = None;
+    for _ in 0..ROUNDS {
+        let total: f64 = weight.iter().sum();
+        if points.len() < 3 || total <= 0.0 {
+            return None;
+        }
+        let sum = points.iter().zip(&weight).fold(Vec2::ZERO, |sum, (point, w)| sum + point.to_vec() * *w);
+        let middle = Point::ORIGIN + sum * (1.0 / total);
+        let [mut xx, mut xy, mut yy] = [0.0; 3];
+        for (point, w) in points.iter().zip(&weight) {
+            let d = *point - middle;
+            (xx, xy, yy) = (xx + w * d.x * d.x, xy + w * d.x * d.y, yy + w * d.y * d.y);
+        }
+        let mut direction = Vec2::from_heading(0.5 * (2.0 * xy).atan2(xx - yy));
+        if direction.dot(points[points.len() - 1] - points[0]) < 0.0 {
+            direction = direction * -1.0;
+        }
+        let off_m: Vec<f64> = points.iter().map(|point| direction.cross(*point - middle)).collect();
+        weight = weights(&off_m, pixel_m);
+        found = Some((middle, direction));
+    }
+    found
+}
+
+/// The corner between each line and the one before it.
+fn crossings(lines: &[Line]) -> Option<Vec<Point>> {
+    let n = lines.len();
+    let crossing = |k: usize| {
+        let ((p, u), (q, v)) = (lines[(k + n - 1) % n], lines[k]);
+        let across = u.cross(v);
+        let point = p + u * ((q - p).cross(v) / across);
+        point.is_finite().then_some(point)
+    };
+    (0..n).map(crossing).collect()
+}
+
+/// The distance of each point from the border of a polygon (m).
+fn border_distances_m(points: &[Point], corners: &[Point]) -> Vec<f64> {
+    let n = corners.len();
+    let off_m = |point: Point, k: usize| segment_distance_m(point, corners[k], corners[(k + 1) % n]);
+    points.iter().map(|&point| (0..n).map(|k| off_m(point, k)).fold(f64::INFINITY, f64::min)).collect()
+}
+
+fn segment_distance_m(point: Point, from: Point, to: Point) -> f64 {
+    let along = to - from;
+    let length2 = along.length_squared();
+    let t = if length2 > 0.0 { ((point - from).dot(along) / length2).clamp(0.0, 1.0) } else { 0.0 };
+    point.distance(from + along * t)
+}
+
+/// An outline with its frame turned by an angle (rad): the border stays where it is.
+pub(super) fn turned(fitted: &Fitted, yaw_rad: f64) -> Fitted {
+    let by_rad = yaw_rad - fitted.pose.yaw_rad;
+    let shape = match &fitted.shape {
+        Shape::Disc { .. } => fitted.shape.clone(),
+        shape => {
+            let points = shape.corners().into_iter().map(|corner| Point::ORIGIN + corner.to_vec().rotated(-by_rad));
+            Shape::Polygon { points_m: points.collect() }
+        }
+    };
+    let shape = match (&fitted.shape, shape) {
+        // By right angles a rectangle stays one.
+        (Shape::Rectangle { size_m: [x, y] }, turned) => {
+            let quarters = by_rad / FRAC_PI_2;
+            let right = (quarters - quarters.round()).abs() * FRAC_PI_2 < RIGHT_RAD;
+            let odd = (quarters.round() as i64).rem_euclid(2) == 1;
+            if !right { turned } else { Shape::Rectangle { size_m: if odd { [*y, *x] } else { [*x, *y] } } }
+        }
+        (_, turned) => turned,
+    };
+    let quarter = matches!(shape, Shape::Rectangle { .. });
+    let yaw_rad = if quarter { fitted.pose.yaw_rad + (by_rad / FRAC_PI_2).round() * FRAC_PI_2 } else { yaw_rad };
+    Fitted { shape, pose: Pose { yaw_rad: (yaw_rad + PI).rem_euclid(2.0 * PI) - PI, ..fitted.pose }, ..fitted.clone() }
+}
+
+/// Rotations by less than this from a right angle are errors of a measured marker (rad).
+const RIGHT_RAD: f64 = 0.03;
