@@ -151,7 +151,7 @@ fn main() -> ExitCode {
         ["validate", "contact", lab, cells] => {
             number(cells, "cells").and_then(|cells| validate::contact(lab.as_ref(), cells))
         }
-        ["validate", "cells", rest @ ..] => cells(rest),
+        ["validate", what @ ("cells" | "objects"), rest @ ..] => cells(what, rest),
         ["validate", "tracks", lab, tracks] => validate::tracks(lab.as_ref(), tracks.as_ref()),
         ["validate", "mistakes", lab, tracks] => validate::mistakes(lab.as_ref(), tracks.as_ref()),
         ["validate", what @ ("lenses" | "boards"), rest @ ..] => lenses(what, rest),
@@ -221,13 +221,14 @@ fn kills(rest: &[&str]) -> Result<(), String> {
     validate::kills(count?)
 }
 
-fn cells(rest: &[&str]) -> Result<(), String> {
+fn cells(what: &str, rest: &[&str]) -> Result<(), String> {
+    let measure = if what == "objects" { validate::objects } else { validate::cells };
     match rest {
-        [] => validate::cells("../shared/lab".as_ref(), None),
-        ["--lab", lab] => validate::cells(lab.as_ref(), None),
-        [seeds] => validate::cells("../shared/lab".as_ref(), Some(seeds)),
-        [seeds, "--lab", lab] => validate::cells(lab.as_ref(), Some(seeds)),
-        other => Err(format!("`validate cells` has no {}", other.join(" "))),
+        [] => measure("../shared/lab".as_ref(), None),
+        ["--lab", lab] => measure(lab.as_ref(), None),
+        [seeds] => measure("../shared/lab".as_ref(), Some(seeds)),
+        [seeds, "--lab", lab] => measure(lab.as_ref(), Some(seeds)),
+        other => Err(format!("`validate {what}` has no {}", other.join(" "))),
     }
 }
 

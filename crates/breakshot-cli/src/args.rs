@@ -272,6 +272,9 @@ pub(crate) struct ObjectsArgs {
     /// The output file (objects, TOML).
     #[arg(short, long, value_name = "FILE")]
     pub(crate) output: PathBuf,
+    /// Prints where each object lies as JSON.
+    #[arg(long)]
+    pub(crate) json: bool,
 }
 
 #[derive(Debug, Args)]

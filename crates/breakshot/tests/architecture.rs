@@ -14,7 +14,7 @@ use syn::visit::{self, Visit};
 /// The stages in the order of the data flow, and of each the output types that other stages may use.
 const STAGES: [(&str, &[&str]); 7] = [
     ("capture", &["Capture", "Footage", "Camera", "CameraMotion", "CAMERA_MOVED", "Frame", "GreyImage"]),
-    ("detect", &["Tracks", "Track", "Sample", "StrikerTrack", "StrikerSample"]),
+    ("detect", &["Tracks", "Track", "Sample", "StrikerTrack", "StrikerSample", "Draft", "Drafted"]),
     ("estimate", &["Estimation", "ClipFit", "BodyFit", "Impact", "Measured", "ClipTracks", "ClipValue"]),
     ("physics", &["*"]),
     ("plan", &["Plan", "Outcome", "Prediction", "Iteration", "Contact", "Method", "EvaluatedStrike"]),

@@ -10,6 +10,7 @@ use breakshot::files;
 use breakshot::geometry::outline::Outline;
 use breakshot::geometry::{Point, Pose};
 use breakshot::object::{Marker, Object};
+use breakshot::scene::Placed;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -126,7 +127,11 @@ impl Figures {
         };
         let places = |marker: &Marker, yaw_rad: f64| -> Vec<Point> {
             let dot = marker.dot.map(|dot| dot.at_m);
-            [Some(marker.at_m), dot].into_iter().flatten().map(|p| Point::ORIGIN + p.to_vec().rotated(yaw_rad)).collect()
+            [Some(marker.at_m), dot]
+                .into_iter()
+                .flatten()
+                .map(|p| Point::ORIGIN + p.to_vec().rotated(yaw_rad))
+                .collect()
         };
         let (found, given) = (places(marker, pose.yaw_rad), places(true_marker, true_pose.yaw_rad));
         if found.len() != given.len() {
@@ -195,9 +200,8 @@ fn drafted(program: &Program, folder: &Path, heights: &[String]) -> Result<Vec<D
     let mut args = vec!["objects", &cell, &picture, "-o", &output, "--figure", &figure, "--json"];
     args.extend(heights.iter().flat_map(|height| ["--height-m", height.as_str()]));
     let run = program.run(&args)?;
-    let text = String::from_utf8_lossy(&run.stdout).into_owned();
-    let rows: Vec<(String, [f64; 3])> = serde_json::from_str(&text).map_err(|e| format!("--json: {e}"))?;
+    let placed: Vec<Placed> = serde_json::from_str(&run.stdout).map_err(|e| format!("--json: {e}"))?;
     let objects = files::load_objects(&paths[2]).map_err(|e| e.to_string())?.value;
-    let posed = objects.into_iter().zip(rows);
-    Ok(posed.map(|(object, (_, [x, y, yaw_rad]))| (object, Pose::new(x, y, yaw_rad))).collect())
+    let pose = |placed: &Placed| Pose { position: placed.position_m, yaw_rad: placed.yaw_rad };
+    Ok(objects.into_iter().zip(placed.iter().map(pose)).collect())
 }

@@ -16,8 +16,8 @@ pub(crate) mod lens;
 pub(crate) mod look;
 #[cfg(feature = "manual")]
 pub(crate) mod manual;
-mod overlay_film;
 pub(crate) mod objects;
+mod overlay_film;
 pub(crate) mod plan;
 pub(crate) mod run;
 pub(crate) mod simulate;

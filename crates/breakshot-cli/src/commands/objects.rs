@@ -5,6 +5,7 @@ use crate::{Outcome, console};
 use breakshot::detect::{self, Draft, Drafted, Heights};
 use breakshot::geometry::Point;
 use breakshot::object::{Marker, Shape};
+use breakshot::scene::Placed;
 use breakshot::{Error, Result, files, report};
 use std::fmt::Write;
 
@@ -17,13 +18,24 @@ pub(crate) fn run(args: &ObjectsArgs) -> Result<Outcome> {
     console::warn(&draft.warnings);
     files::write_whole(&args.output, toml_text(&draft).as_bytes())?;
     files::load_objects(&args.output)?;
-    print_table(&draft);
-    println!("Wrote {}", args.output.display());
     if let Some(path) = &args.figure {
-        let png = report::draft_figure(&draft).png().ok_or_else(|| {
-            Error::Write { path: path.clone(), source: std::io::Error::other("a picture without pixels") }
+        let png = report::draft_figure(&draft).png().ok_or_else(|| Error::Write {
+            path: path.clone(),
+            source: std::io::Error::other("a picture without pixels"),
         })?;
         files::write_whole(path, &png)?;
+    }
+    if args.json {
+        let placed = |drafted: &Drafted| Placed {
+            object: drafted.object.name.clone(),
+            position_m: drafted.pose.position,
+            yaw_rad: drafted.pose.yaw_rad,
+        };
+        console::print_json(&draft.objects.iter().map(placed).collect::<Vec<_>>())?;
+        return Ok(Outcome::doubtful_if(!draft.warnings.is_empty()));
+    }
+    print_table(&draft);
+    for path in std::iter::once(&args.output).chain(&args.figure) {
         println!("Wrote {}", path.display());
     }
     println!("Fill in each height_m, and draft again with --height-m: outlines are measured at that height.");
@@ -35,7 +47,12 @@ fn heights(words: &[String]) -> Result<Heights> {
     let mut heights = Heights::default();
     let number = |text: &str| {
         text.parse::<f64>().map_err(|_| {
-            Error::invalid("--height-m", "height", format!("`{text}`"), "metres, or NAME=METRES as in object_2=0.05")
+            Error::invalid(
+                "--height-m",
+                "height",
+                format!("`{text}`"),
+                "metres, or NAME=METRES as in object_2=0.05",
+            )
         })
     };
     for word in words {

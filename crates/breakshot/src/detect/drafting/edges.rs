@@ -59,13 +59,15 @@ impl TopView<'_> {
         let sign = if light { -1.0 } else { 1.0 };
         let count = (2.0 * reach_px / STEP_PX) as usize + 1;
         let off_px = |k: f64| k * STEP_PX - reach_px;
-        let step = |k: usize| sign * (grey(off_px(k as f64) + HALF_STEP_PX) - grey(off_px(k as f64) - HALF_STEP_PX));
+        let step =
+            |k: usize| sign * (grey(off_px(k as f64) + HALF_STEP_PX) - grey(off_px(k as f64) - HALF_STEP_PX));
         let steps: Vec<f64> = (0..count).map(step).collect();
         let highest = steps.iter().copied().fold(0.0, f64::max);
         if highest < LEAST_STEP || steps.iter().any(|step| step.is_nan()) {
             return None;
         }
-        let peak = |&k: &usize| steps[k] >= RIVAL * highest && steps[k] > steps[k - 1] && steps[k] >= steps[k + 1];
+        let peak =
+            |&k: &usize| steps[k] >= RIVAL * highest && steps[k] > steps[k - 1] && steps[k] >= steps[k + 1];
         let best = (1..count - 1).find(peak)?;
         let [before, here, after] = [steps[best - 1], steps[best], steps[best + 1]];
         let bend = before - 2.0 * here + after;

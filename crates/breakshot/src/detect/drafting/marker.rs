@@ -23,7 +23,13 @@ const SECOND_STRENGTH: f64 = 0.6;
 const LARGEST_DOT: f64 = 0.7;
 
 /// The marker in the region of an object's top.
-pub(super) fn marked(top: &TopView, object: &Region, own: Fitted, name: &str, warnings: &mut Vec<String>) -> Marked {
+pub(super) fn marked(
+    top: &TopView,
+    object: &Region,
+    own: Fitted,
+    name: &str,
+    warnings: &mut Vec<String>,
+) -> Marked {
     let most_px = (MARKER_FRACTION * object.area_px as f64) as u64;
     let areas_px = LEAST_PX..=most_px.max(LEAST_PX);
     let all: Vec<Region> = regions(top.image, object.window(), &areas_px)
@@ -34,23 +40,35 @@ pub(super) fn marked(top: &TopView, object: &Region, own: Fitted, name: &str, wa
     by_strength.sort_by(|a, b| b.strength.total_cmp(&a.strength).then(b.area_px.cmp(&a.area_px)));
     let Some(first) = by_strength.first() else { return Marked { outline: own, marker: None, light: None } };
     let belongs = |region: &&Region| {
-        region.is_light == first.is_light && region.strength >= SECOND_STRENGTH * first.strength && !region.overlaps(first)
+        region.is_light == first.is_light
+            && region.strength >= SECOND_STRENGTH * first.strength
+            && !region.overlaps(first)
     };
     let second = by_strength.iter().find(belongs);
-    let measured = |region: &Region| outline(top, &strongest(region, &all)).filter(|fit| fit.fits && !is_concave(&fit.shape));
+    let measured = |region: &Region| {
+        outline(top, &strongest(region, &all)).filter(|fit| fit.fits && !is_concave(&fit.shape))
+    };
     let mut shapes: Vec<Fitted> = [Some(first), second].into_iter().flatten().filter_map(measured).collect();
     shapes.sort_by(|a, b| b.shape.area_m2().total_cmp(&a.shape.area_m2()));
     if shapes.is_empty() {
         warnings.push(format!("`{name}` has a marker whose shape cannot be measured: it is left out"));
         return Marked { outline: own, marker: None, light: None };
     }
-    let Some(main) = shapes.first().cloned() else { return Marked { outline: own, marker: None, light: None } };
+    let Some(main) = shapes.first().cloned() else {
+        return Marked { outline: own, marker: None, light: None };
+    };
     let (outline, marker) = composed(own, &main, shapes.get(1), name, warnings);
     Marked { outline, marker: Some(marker), light: Some(first.is_light) }
 }
 
 /// The object's frame and the marker in it.
-fn composed(own: Fitted, main: &Fitted, second: Option<&Fitted>, name: &str, warnings: &mut Vec<String>) -> (Fitted, Marker) {
+fn composed(
+    own: Fitted,
+    main: &Fitted,
+    second: Option<&Fitted>,
+    name: &str,
+    warnings: &mut Vec<String>,
+) -> (Fitted, Marker) {
     // A bar lies along its object's axes, as far as that frame is free.
     let is_bar = matches!(main.shape, Shape::Rectangle { .. });
     let free = !matches!(own.shape, Shape::Rectangle { .. });

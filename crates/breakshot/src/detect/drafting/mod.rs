@@ -132,29 +132,37 @@ struct Search<'a> {
 impl Search<'_> {
     /// The regions of the objects' tops.
     fn objects(&self, heights: &Heights, warnings: &mut Vec<String>) -> Vec<Region> {
-        let middle = self.cell.workspace.min_m + (self.cell.workspace.max_m - self.cell.workspace.min_m) * 0.5;
+        let middle =
+            self.cell.workspace.min_m + (self.cell.workspace.max_m - self.cell.workspace.min_m) * 0.5;
         let top = TopView { image: self.image, camera: self.camera, height_m: heights.default_m };
         let pixel_m = top.pixel_m(middle);
         if !pixel_m.is_finite() || pixel_m <= 0.0 {
             return Vec::new();
         }
         let areas_px = AREAS_M2.map(|area_m2| (area_m2 / (pixel_m * pixel_m)) as u64);
-        let all = regions(self.image, Window::whole(self.image), &(areas_px[0].max(20)..=areas_px[1].max(21)));
+        let all =
+            regions(self.image, Window::whole(self.image), &(areas_px[0].max(20)..=areas_px[1].max(21)));
         let stands_out = |region: &Region| {
-            region.strength >= LEAST_STRENGTH && self.is_on_table(region, &top) && self.differs(region, pixel_m)
+            region.strength >= LEAST_STRENGTH
+                && self.is_on_table(region, &top)
+                && self.differs(region, pixel_m)
         };
         let mut rest: Vec<Region> = all.into_iter().filter(stands_out).collect();
         rest.sort_by(|a, b| b.area_px.cmp(&a.area_px).then(b.strength.total_cmp(&a.strength)));
         let mut chosen: Vec<Region> = Vec::new();
         while let Some(outer) = rest.first().cloned() {
-            let (inside, others): (Vec<Region>, Vec<Region>) = rest.drain(..).partition(|region| outer.covers(region));
+            let (inside, others): (Vec<Region>, Vec<Region>) =
+                rest.drain(..).partition(|region| outer.covers(region));
             let parts = parts(&outer, &inside);
             for top in parts {
                 if !chosen.iter().any(|other| other.overlaps(&top)) {
                     chosen.push(top);
                 }
             }
-            rest = others.into_iter().filter(|region| !chosen.iter().any(|other| other.overlaps(region))).collect();
+            rest = others
+                .into_iter()
+                .filter(|region| !chosen.iter().any(|other| other.overlaps(region)))
+                .collect();
         }
         self.warn_of_the_edge(&chosen, warnings);
         chosen
@@ -163,9 +171,13 @@ impl Search<'_> {
     /// Objects near the picture's edge have no edge all around: their workspace is named.
     fn warn_of_the_edge(&self, chosen: &[Region], warnings: &mut Vec<String>) {
         let corners = [self.cell.workspace.min_m, self.cell.workspace.max_m];
-        let hidden = corners.iter().any(|&corner| !self.camera.shows(self.camera.pixel_from_table(corner, 0.0)));
+        let hidden =
+            corners.iter().any(|&corner| !self.camera.shows(self.camera.pixel_from_table(corner, 0.0)));
         if hidden && !chosen.is_empty() {
-            warnings.push("the picture does not show the whole workspace: objects that its edge cuts are left out".into());
+            warnings.push(
+                "the picture does not show the whole workspace: objects that its edge cuts are left out"
+                    .into(),
+            );
         }
     }
 
@@ -199,7 +211,13 @@ impl Search<'_> {
     }
 
     /// The object of a region; `None` for the striker, and without a shape that fits.
-    fn drafted(&self, region: &Region, name: String, height_m: f64, warnings: &mut Vec<String>) -> Option<Drafted> {
+    fn drafted(
+        &self,
+        region: &Region,
+        name: String,
+        height_m: f64,
+        warnings: &mut Vec<String>,
+    ) -> Option<Drafted> {
         let top = TopView { image: self.image, camera: self.camera, height_m };
         let at = self.camera.table_from_pixel(region.centroid, height_m);
         let place = format!("at ({:.0}, {:.0}) mm", 1e3 * at.x, 1e3 * at.y);
@@ -215,7 +233,9 @@ impl Search<'_> {
             let mm = 1e3 * outline.rms_m;
             warnings.push(format!("doubtful: the outline of `{name}` {place} fits its edges to {mm:.2} mm only; a shadow or a second object may touch it"));
         } else if is_concave(&outline.shape) {
-            warnings.push(format!("the outline of `{name}` {place} is concave: if it is two objects that touch, move them apart"));
+            warnings.push(format!(
+                "the outline of `{name}` {place} is concave: if it is two objects that touch, move them apart"
+            ));
         }
         let marked = marker::marked(&top, region, outline, &name, warnings);
         let (shape, marker) = (marked.outline.shape, marked.marker);
@@ -224,7 +244,12 @@ impl Search<'_> {
             warnings.push(format!("what lies {place} is left out: {error}"));
             return None;
         }
-        Some(Drafted { object, pose: marked.outline.pose, rms_m: marked.outline.rms_m, light_marker: marked.light })
+        Some(Drafted {
+            object,
+            pose: marked.outline.pose,
+            rms_m: marked.outline.rms_m,
+            light_marker: marked.light,
+        })
     }
 
     /// Whether a region is the top of the striker.
@@ -247,7 +272,9 @@ fn parts(outer: &Region, inside: &[Region]) -> Vec<Region> {
     let fraction = |region: &Region| region.area_px as f64 / outer.area_px as f64;
     // Disjoint parts, the largest first, that make up most of the region
     let mut disjoint: Vec<&Region> = Vec::new();
-    for region in inside.iter().filter(|region| (LEAST_PART..MARKER_FRACTION * 1.5).contains(&fraction(region))) {
+    for region in
+        inside.iter().filter(|region| (LEAST_PART..MARKER_FRACTION * 1.5).contains(&fraction(region)))
+    {
         if !disjoint.iter().any(|other| other.overlaps(region)) {
             disjoint.push(region);
         }
@@ -280,8 +307,9 @@ fn outline(top: &TopView, region: &Region) -> Option<Fitted> {
     let smooth = smooth(&border);
     let mut fit = fitted(&top.edges(&smooth, REACHES_PX[0], region.is_light), pixel_m)?;
     for reach_px in REACHES_PX {
-        let points = top.edges(&placed(&fit, SPACING_PX * pixel_m), reach_px, region.is_light);
-        fit = fitted(&points, pixel_m)?;
+        // A shape that does not fit would lead the search away from the edges.
+        let line = if fit.fits { placed(&fit, SPACING_PX * pixel_m) } else { smooth.clone() };
+        fit = fitted(&top.edges(&line, reach_px, region.is_light), pixel_m)?;
     }
     Some(fit)
 }
@@ -292,7 +320,8 @@ fn smooth(border: &[Point]) -> Vec<Point> {
     let n = border.len();
     let mean = |k: usize| {
         let near = (0..=2 * NEIGHBOURS).map(|i| border[(k + n + i - NEIGHBOURS) % n].to_vec());
-        Point::ORIGIN + near.fold(crate::geometry::Vec2::ZERO, |sum, p| sum + p) * (1.0 / (2 * NEIGHBOURS + 1) as f64)
+        Point::ORIGIN
+            + near.fold(crate::geometry::Vec2::ZERO, |sum, p| sum + p) * (1.0 / (2 * NEIGHBOURS + 1) as f64)
     };
     if n > 2 * NEIGHBOURS { (0..n).map(mean).collect() } else { Vec::new() }
 }
@@ -309,7 +338,9 @@ fn placed(fit: &Fitted, spacing_m: f64) -> Vec<Point> {
     };
     let on_disc = |point: Point| match fit.shape {
         // Not the chord but the circle.
-        Shape::Disc { radius_m } => point.to_vec().direction().map_or(point, |out| Point::ORIGIN + out * radius_m),
+        Shape::Disc { radius_m } => {
+            point.to_vec().direction().map_or(point, |out| Point::ORIGIN + out * radius_m)
+        }
         _ => point,
     };
     (0..n).flat_map(between).map(|point| fit.pose.table_from_body(on_disc(point))).collect()
@@ -319,5 +350,6 @@ fn placed(fit: &Fitted, spacing_m: f64) -> Vec<Point> {
 fn is_concave(shape: &Shape) -> bool {
     let corners = shape.corners();
     let n = corners.len();
-    (0..n).any(|k| (corners[(k + 1) % n] - corners[k]).cross(corners[(k + 2) % n] - corners[(k + 1) % n]) < 0.0)
+    (0..n)
+        .any(|k| (corners[(k + 1) % n] - corners[k]).cross(corners[(k + 2) % n] - corners[(k + 1) % n]) < 0.0)
 }

@@ -52,8 +52,11 @@ pub(super) fn regions(image: &GreyImage, window: Window, areas_px: &RangeInclusi
     let uniform = GRADIENTS.into_iter().map(|level| (&steep, Level::Below(level), GRADIENT_REACH_PX));
     for (source, level, grown_px) in passes.chain(uniform) {
         let components = labeller.components(source, window, level, areas_px).to_vec();
-        let region = |component: &Component| Region::new(source, &smooth, window, (component, level, grown_px));
-        found.extend(components.iter().filter_map(region).filter(|region| areas_px.contains(&(region.area_px as u64))));
+        let region =
+            |component: &Component| Region::new(source, &smooth, window, (component, level, grown_px));
+        found.extend(
+            components.iter().filter_map(region).filter(|region| areas_px.contains(&(region.area_px as u64))),
+        );
     }
     found
 }
@@ -80,7 +83,8 @@ impl Region {
             let at = (window.y[0] + k / width) * source.width + window.x[0] + k % width;
             level.is_foreground(source.pixels[at])
         };
-        let seed = (component.seed[1] as usize - window.y[0]) * width + component.seed[0] as usize - window.x[0];
+        let seed =
+            (component.seed[1] as usize - window.y[0]) * width + component.seed[0] as usize - window.x[0];
         flood(&mut mask, width, seed, true, inside);
         for _ in 0..grown_px {
             mask = grown(&mask, width);
@@ -88,8 +92,15 @@ impl Region {
         let mut outside = vec![false; mask.len()];
         flood(&mut outside, width, 0, false, |k| !mask[k]);
         let mask: Vec<bool> = outside.iter().map(|outside| !outside).collect();
-        let mut region =
-            Self { window, mask, area_px: 0, centroid: Pixel::new(0.0, 0.0), border: Vec::new(), strength: 0.0, is_light: false };
+        let mut region = Self {
+            window,
+            mask,
+            area_px: 0,
+            centroid: Pixel::new(0.0, 0.0),
+            border: Vec::new(),
+            strength: 0.0,
+            is_light: false,
+        };
         region.measure(image, width)?;
         Some(region)
     }
@@ -119,7 +130,8 @@ impl Region {
     /// The largest step of grey level across a point of the border, outside minus inside.
     fn step(&self, image: &GreyImage, k: usize) -> f64 {
         let n = self.border.len();
-        let (from, to) = (self.border[(k + n - DIRECTION_POINTS) % n], self.border[(k + DIRECTION_POINTS) % n]);
+        let (from, to) =
+            (self.border[(k + n - DIRECTION_POINTS) % n], self.border[(k + DIRECTION_POINTS) % n]);
         let (dx, dy) = (to.x - from.x, to.y - from.y);
         let length_px = dx.hypot(dy).max(1.0);
         // The walk goes clockwise in the image: outside is on its left.
@@ -129,7 +141,8 @@ impl Region {
             let at = Pixel::new(here.x + out_px * outward[0], here.y + out_px * outward[1]);
             image.grey_at(at).unwrap_or(f64::NAN)
         };
-        let steps = OFFSETS_PX.map(|offset_px| grey(offset_px + 0.5 + READ_AT_PX) - grey(offset_px + 0.5 - READ_AT_PX));
+        let steps = OFFSETS_PX
+            .map(|offset_px| grey(offset_px + 0.5 + READ_AT_PX) - grey(offset_px + 0.5 - READ_AT_PX));
         let known = steps.into_iter().filter(|step| step.is_finite());
         known.max_by(|a, b| a.abs().total_cmp(&b.abs())).unwrap_or(0.0)
     }

@@ -11,7 +11,7 @@ use std::f64::consts::{FRAC_PI_2, PI};
 pub(super) struct Fitted {
     pub shape: Shape,
     pub pose: Pose,
-    /// Root mean square distance of the points from the outline (m), without outliers.
+    /// Root mean square distance of the points from the outline (m), that of outliers bounded.
     pub rms_m: f64,
     /// Whether the outline fits within the noise.
     pub fits: bool,
@@ -30,6 +30,8 @@ const LEAST_FITTING: f64 = 0.85;
 /// Distance of a corner from the chord of its neighbours (px), and distance from the corners within which points are rounded (px).
 const CORNER_PX: f64 = 1.5;
 const ROUNDED_PX: f64 = 2.5;
+/// Shorter sides are rounded corners (px).
+const SHORT_PX: f64 = 8.0;
 /// Sides whose directions differ by less are one (rad).
 const ONE_SIDE_RAD: f64 = 0.14;
 /// A rectangle's points are at most this factor as far off as those of a free quadrilateral.
@@ -49,13 +51,18 @@ pub(super) fn fitted(points: &[Point], pixel_m: f64) -> Option<Fitted> {
     [polygon, disc].into_iter().flatten().min_by(|a, b| b.fits.cmp(&a.fits).then(a.rms_m.total_cmp(&b.rms_m)))
 }
 
-/// The rms of residuals without outliers, and whether they are those of an outline that fits.
+/// The rms of residuals, those of outliers bounded, and whether they are those of an outline that fits.
 fn judged(residuals_m: &[f64], pixel_m: f64) -> (f64, bool) {
     let limit_m = FITS_PX * pixel_m;
-    let near: Vec<f64> = residuals_m.iter().copied().filter(|r| r.abs() < OUTLIER_STDS * limit_m).collect();
-    let rms_m = (near.iter().map(|r| r * r).sum::<f64>() / near.len().max(1) as f64).sqrt();
-    let fits = near.len() as f64 >= LEAST_FITTING * residuals_m.len() as f64 && rms_m <= limit_m;
-    (rms_m, fits && !near.is_empty())
+    let far_m = OUTLIER_STDS * limit_m;
+    let near: Vec<f64> = residuals_m.iter().copied().filter(|r| r.abs() < far_m).collect();
+    let rms_m = |residuals_m: &mut dyn Iterator<Item = f64>, count: usize| {
+        (residuals_m.map(|r| r * r).sum::<f64>() / count.max(1) as f64).sqrt()
+    };
+    let near_rms_m = rms_m(&mut near.iter().copied(), near.len());
+    let fits = near.len() as f64 >= LEAST_FITTING * residuals_m.len() as f64 && near_rms_m <= limit_m;
+    let all_m = rms_m(&mut residuals_m.iter().map(|r| r.abs().min(far_m)), residuals_m.len());
+    (all_m, fits && !near.is_empty())
 }
 
 /// Tukey's weights of residuals.
@@ -96,13 +103,12 @@ type Line = (Point, Vec2);
 
 /// A polygon, or a rectangle if that fits as well.
 fn polygon(points: &[Point], pixel_m: f64) -> Option<Fitted> {
-    let mut corners = joined(reduced(points, CORNER_PX * pixel_m));
+    let mut corners = joined(without_short_sides(joined(reduced(points, CORNER_PX * pixel_m)), pixel_m));
     for _ in 0..2 {
         if !(3..=MOST_CORNERS).contains(&corners.len()) {
             return None;
         }
-        let sides = sides(points, &corners, pixel_m);
-        corners = crossings(&sides.iter().map(|side| line(side, pixel_m)).collect::<Option<Vec<_>>>()?)?;
+        corners = crossings(&lines(&sides(points, &corners, pixel_m), &corners, pixel_m)?)?;
     }
     let (rms_m, fits) = judged(&border_distances_m(points, &corners), pixel_m);
     if corners.len() == 4
@@ -120,7 +126,7 @@ fn polygon(points: &[Point], pixel_m: f64) -> Option<Fitted> {
 fn rectangle(points: &[Point], corners: &[Point], pixel_m: f64) -> Option<Fitted> {
     const RIGHT_ANGLE_RAD: f64 = 0.05;
     let sides = sides(points, corners, pixel_m);
-    let lines = sides.iter().map(|side| line(side, pixel_m)).collect::<Option<Vec<Line>>>()?;
+    let lines = lines(&sides, corners, pixel_m)?;
     let first_rad = lines[0].1.heading_rad();
     // The directions modulo a right angle, the longer sides with more weight
     let (mut sum, mut total) = (0.0, 0.0);
@@ -140,7 +146,8 @@ fn rectangle(points: &[Point], corners: &[Point], pixel_m: f64) -> Option<Fitted
     let (right, left) = (offset(1, axes[0])?, offset(3, axes[0])?);
     let center = Point::ORIGIN + axes[0] * (0.5 * (left + right)) + axes[1] * (0.5 * (low + high));
     let (x_m, y_m) = (right - left, high - low);
-    let (size_m, yaw_rad) = if x_m >= y_m { ([x_m, y_m], heading_rad) } else { ([y_m, x_m], heading_rad + FRAC_PI_2) };
+    let (size_m, yaw_rad) =
+        if x_m >= y_m { ([x_m, y_m], heading_rad) } else { ([y_m, x_m], heading_rad + FRAC_PI_2) };
     let shape = Shape::Rectangle { size_m };
     let pose = Pose { position: center, yaw_rad: half_turn_wrapped_rad(yaw_rad) };
     let placed: Vec<Point> = shape.corners().into_iter().map(|corner| pose.table_from_body(corner)).collect();
@@ -150,7 +157,9 @@ fn rectangle(points: &[Point], corners: &[Point], pixel_m: f64) -> Option<Fitted
 
 /// The corners of a closed line after Ramer (1972), Douglas and Peucker (1973).
 fn reduced(points: &[Point], tolerance_m: f64) -> Vec<Point> {
-    let far = |from: Point| (0..points.len()).max_by(|&a, &b| points[a].distance(from).total_cmp(&points[b].distance(from)));
+    let far = |from: Point| {
+        (0..points.len()).max_by(|&a, &b| points[a].distance(from).total_cmp(&points[b].distance(from)))
+    };
     let Some((a, b)) = far(points[0]).and_then(|a| Some((a, far(points[a])?))) else { return Vec::new() };
     let n = points.len();
     let (mut kept, mut open) = (vec![a, b], vec![(a, b), (b, a)]);
@@ -202,8 +211,33 @@ fn sides(points: &[Point], corners: &[Point], pixel_m: f64) -> Vec<Vec<Point>> {
     sides
 }
 
+/// The corners with each very short side, the rounding of a corner, replaced by the corner of its neighbours.
+fn without_short_sides(mut corners: Vec<Point>, pixel_m: f64) -> Vec<Point> {
+    loop {
+        let n = corners.len();
+        let length_m = |k: usize| corners[k].distance(corners[(k + 1) % n]);
+        let shortest = (0..n).min_by(|&a, &b| length_m(a).total_cmp(&length_m(b)));
+        let Some(k) = shortest.filter(|&k| n > 3 && length_m(k) < SHORT_PX * pixel_m) else { return corners };
+        let at = |i: usize| corners[(k + n + i) % n];
+        let (before, from, to, after) = (at(n - 1), at(0), at(1), at(2));
+        let (u, v) = (from - before, to - after);
+        let crossing = before + u * ((after - before).cross(v) / u.cross(v));
+        let near = crossing.is_finite() && crossing.distance(from) < 2.0 * SHORT_PX * pixel_m;
+        let corner = if near { crossing } else { from + (to - from) * 0.5 };
+        corners[k] = corner;
+        corners.remove((k + 1) % n);
+    }
+}
+
+/// The line through each side, in the direction of the corners.
+fn lines(sides: &[Vec<Point>], corners: &[Point], pixel_m: f64) -> Option<Vec<Line>> {
+    let n = corners.len();
+    let line = |k: usize| line(&sides[k], corners[(k + 1) % n] - corners[k], pixel_m);
+    (0..n).map(line).collect()
+}
+
 /// The line through points by robust total least squares.
-fn line(points: &[Point], pixel_m: f64) -> Option<Line> {
+fn line(points: &[Point], along: Vec2, pixel_m: f64) -> Option<Line> {
     let mut weight = vec![1.0; points.len()];
     let mut found = None;
     for _ in 0..ROUNDS {
@@ -219,7 +253,7 @@ fn line(points: &[Point], pixel_m: f64) -> Option<Line> {
             (xx, xy, yy) = (xx + w * d.x * d.x, xy + w * d.x * d.y, yy + w * d.y * d.y);
         }
         let mut direction = Vec2::from_heading(0.5 * (2.0 * xy).atan2(xx - yy));
-        if direction.dot(points[points.len() - 1] - points[0]) < 0.0 {
+        if direction.dot(along) < 0.0 {
             direction = direction * -1.0;
         }
         let off_m: Vec<f64> = points.iter().map(|point| direction.cross(*point - middle)).collect();
@@ -261,7 +295,8 @@ pub(super) fn turned(fitted: &Fitted, yaw_rad: f64) -> Fitted {
     let shape = match &fitted.shape {
         Shape::Disc { .. } => fitted.shape.clone(),
         shape => {
-            let points = shape.corners().into_iter().map(|corner| Point::ORIGIN + corner.to_vec().rotated(-by_rad));
+            let points =
+                shape.corners().into_iter().map(|corner| Point::ORIGIN + corner.to_vec().rotated(-by_rad));
             Shape::Polygon { points_m: points.collect() }
         }
     };
@@ -276,8 +311,13 @@ pub(super) fn turned(fitted: &Fitted, yaw_rad: f64) -> Fitted {
         (_, turned) => turned,
     };
     let quarter = matches!(shape, Shape::Rectangle { .. });
-    let yaw_rad = if quarter { fitted.pose.yaw_rad + (by_rad / FRAC_PI_2).round() * FRAC_PI_2 } else { yaw_rad };
-    Fitted { shape, pose: Pose { yaw_rad: (yaw_rad + PI).rem_euclid(2.0 * PI) - PI, ..fitted.pose }, ..fitted.clone() }
+    let yaw_rad =
+        if quarter { fitted.pose.yaw_rad + (by_rad / FRAC_PI_2).round() * FRAC_PI_2 } else { yaw_rad };
+    Fitted {
+        shape,
+        pose: Pose { yaw_rad: (yaw_rad + PI).rem_euclid(2.0 * PI) - PI, ..fitted.pose },
+        ..fitted.clone()
+    }
 }
 
 /// Rotations by less than this from a right angle are errors of a measured marker (rad).

@@ -48,8 +48,13 @@ fn drawn() -> Vec<(Object, Pose)> {
         dot: Some(Dot { radius_m: 0.004, at_m: Point::new(0.012, 0.0) }),
         thickness_m: 0.0,
     };
-    let bar = Marker { at_m: Point::new(0.004, 0.002), ..Marker::centred(Shape::Rectangle { size_m: [0.02, 0.009] }) };
-    let mut wedge = Shape::Polygon { points_m: [(0.0, 0.0), (0.06, 0.0), (0.02, 0.05)].map(|(x, y)| Point::new(x, y)).to_vec() };
+    let bar = Marker {
+        at_m: Point::new(0.004, 0.002),
+        ..Marker::centred(Shape::Rectangle { size_m: [0.02, 0.009] })
+    };
+    let mut wedge = Shape::Polygon {
+        points_m: [(0.0, 0.0), (0.06, 0.0), (0.02, 0.05)].map(|(x, y)| Point::new(x, y)).to_vec(),
+    };
     wedge.check_and_centre("a wedge").expect("a polygon");
     vec![
         (object(Shape::Disc { radius_m: 0.03 }, Some(dotted)), Pose::new(-0.15, 0.05, 0.4)),
