@@ -48,6 +48,8 @@ usage: cargo xtask TASK
   validate cells [SEEDS] [--lab LAB]
                    tracks and estimates of drawn cells beside the truth; SEEDS are a list of 3, 3-easy, 3-hard or 3-9 (default
                    501-512, each easy and hard). A film is made once and takes a minute of CPU (needs ffmpeg and libosmesa)
+  validate objects [SEEDS] [--lab LAB]
+                   objects drafted from one picture of drawn cells beside the truth (default 101-110; needs libosmesa)
   validate tracks LAB TRACKS
                    bounds, thinned and spoilt campaigns on the films' saved tracks, without the films (TRACKS is what
                    `breakshot estimate --tracks` wrote)

@@ -17,7 +17,7 @@ const HALF_STEP_PX: f64 = 1.0;
 /// Distances along the outline at which profiles are averaged (px).
 const ALONG_PX: [f64; 5] = [-2.0, -1.0, 0.0, 1.0, 2.0];
 /// An edge is at least this fraction as steep as the steepest: of several, the innermost belongs to the top, the others to its side and its shadow.
-const RIVAL: f64 = 0.5;
+const RIVAL: f64 = 0.3;
 /// Smaller steps (grey levels) are noise.
 const LEAST_STEP: f64 = 4.0;
 
@@ -33,22 +33,24 @@ impl TopView<'_> {
         points.filter(|point| point.is_finite()).collect()
     }
 
-    /// The edges within `reach_px` of a closed counter-clockwise outline, in its order: those of one sign, `light` inside or dark.
-    pub(super) fn edges(&self, outline: &[Point], reach_px: f64, light: bool) -> Vec<Point> {
+    /// The edges within `reach_px` of a closed counter-clockwise outline, in its order.
+    ///
+    /// Of either sign: the side of a dark object may be darker than its top.
+    pub(super) fn edges(&self, outline: &[Point], reach_px: f64) -> Vec<Point> {
         let n = outline.len();
         let point = |k: usize| {
             let (before, here, after) = (outline[(k + n - 1) % n], outline[k], outline[(k + 1) % n]);
             let along = (after - before).direction()?;
             let scale_m = self.pixel_m(here);
             let outward = along.perpendicular() * -scale_m;
-            let off_px = self.edge_px([here.to_vec(), outward, along * scale_m], reach_px, light)?;
+            let off_px = self.edge_px([here.to_vec(), outward, along * scale_m], reach_px)?;
             Some(here + outward * off_px)
         };
         (0..n).filter_map(point).collect()
     }
 
     /// How far outside a point the edge is (px).
-    fn edge_px(&self, [at, outward, along]: [Vec2; 3], reach_px: f64, light: bool) -> Option<f64> {
+    fn edge_px(&self, [at, outward, along]: [Vec2; 3], reach_px: f64) -> Option<f64> {
         let grey = |out_px: f64| {
             let sum = ALONG_PX.iter().map(|&along_px| {
                 let point = Point::ORIGIN + at + outward * out_px + along * along_px;
@@ -56,7 +58,6 @@ impl TopView<'_> {
             });
             sum.sum::<f64>() / ALONG_PX.len() as f64
         };
-        let sign = if light { -1.0 } else { 1.0 };
         let count = (2.0 * reach_px / STEP_PX) as usize + 1;
         let off_px = |k: f64| k * STEP_PX - reach_px;
         let step =

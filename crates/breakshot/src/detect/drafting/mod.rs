@@ -101,6 +101,8 @@ pub fn draft(capture: Capture, heights: &Heights) -> Result<Draft> {
     let mut found = Search { image: &image, camera: &camera, cell: &cell }.objects(heights, &mut warnings);
     found.sort_by(|a, b| a.centroid.x.total_cmp(&b.centroid.x).then(a.centroid.y.total_cmp(&b.centroid.y)));
     let search = Search { image: &image, camera: &camera, cell: &cell };
+    // Numbers do not depend on the heights of single objects.
+    found.retain(|region| search.has_outline(region, heights.default_m, &mut warnings));
     let mut objects = Vec::new();
     for region in &found {
         let name = format!("object_{}", objects.len() + 1);
@@ -210,6 +212,18 @@ impl Search<'_> {
         median(inside).zip(median(outside)).is_some_and(|(top, table)| (top - table).abs() >= LEAST_STRENGTH)
     }
 
+    /// Whether a disc, a rectangle or a polygon fits a region's edges: a shadow has none that ends sharply.
+    fn has_outline(&self, region: &Region, height_m: f64, warnings: &mut Vec<String>) -> bool {
+        let top = TopView { image: self.image, camera: self.camera, height_m };
+        if outline(&top, region).is_some_and(|outline| outline.fits) {
+            return true;
+        }
+        let at = self.camera.table_from_pixel(region.centroid, height_m);
+        let (x_mm, y_mm) = (1e3 * at.x, 1e3 * at.y);
+        warnings.push(format!("no outline fits what lies at ({x_mm:.0}, {y_mm:.0}) mm, a shadow or objects that touch: it is left out"));
+        false
+    }
+
     /// The object of a region; `None` for the striker, and without a shape that fits.
     fn drafted(
         &self,
@@ -305,11 +319,11 @@ fn outline(top: &TopView, region: &Region) -> Option<Fitted> {
     border.reverse();
     let pixel_m = top.pixel_m(top.camera.table_from_pixel(region.centroid, top.height_m));
     let smooth = smooth(&border);
-    let mut fit = fitted(&top.edges(&smooth, REACHES_PX[0], region.is_light), pixel_m)?;
+    let mut fit = fitted(&top.edges(&smooth, REACHES_PX[0]), pixel_m)?;
     for reach_px in REACHES_PX {
         // A shape that does not fit would lead the search away from the edges.
         let line = if fit.fits { placed(&fit, SPACING_PX * pixel_m) } else { smooth.clone() };
-        fit = fitted(&top.edges(&line, reach_px, region.is_light), pixel_m)?;
+        fit = fitted(&top.edges(&line, reach_px), pixel_m)?;
     }
     Some(fit)
 }
