@@ -61,7 +61,7 @@ impl TopView<'_> {
         let count = (2.0 * reach_px / STEP_PX) as usize + 1;
         let off_px = |k: f64| k * STEP_PX - reach_px;
         let step =
-            |k: usize| sign * (grey(off_px(k as f64) + HALF_STEP_PX) - grey(off_px(k as f64) - HALF_STEP_PX));
+            |k: usize| (grey(off_px(k as f64) + HALF_STEP_PX) - grey(off_px(k as f64) - HALF_STEP_PX)).abs();
         let steps: Vec<f64> = (0..count).map(step).collect();
         let highest = steps.iter().copied().fold(0.0, f64::max);
         if highest < LEAST_STEP || steps.iter().any(|step| step.is_nan()) {
