@@ -1,78 +1,95 @@
-//! Where is the edge along an outline, to a fraction of a pixel?
+//! Where is the edge of an outline, to a fraction of a pixel?
 
+use super::regions::Region;
+use super::shape_fit::{BorderPoint, Fitted, fitted, refitted, simplest};
 use crate::capture::{Camera, GreyImage};
-use crate::geometry::{Pixel, Point, Vec2};
+use crate::detect::markerless::edge_visibility::OutlineView;
+use crate::geometry::{Pixel, Point};
 
-/// An image, its camera and the height of the plane in which an outline lies (m).
+/// An image, its camera and the height of the plane in which outlines lie (m).
 #[derive(Clone, Copy)]
 pub(super) struct TopView<'a> {
     pub image: &'a GreyImage,
     pub camera: &'a Camera,
     pub height_m: f64,
+    /// Whether the outline is that of a body, with a side below it, or of ink.
+    pub solid: bool,
 }
 
-/// Step of the profiles across the outline (px), and half the distance over which a step of grey level is measured.
-const STEP_PX: f64 = 0.25;
-const HALF_STEP_PX: f64 = 1.0;
-/// Distances along the outline at which profiles are averaged (px).
-const ALONG_PX: [f64; 5] = [-2.0, -1.0, 0.0, 1.0, 2.0];
-/// An edge is at least this fraction as steep as the steepest: of several, the innermost belongs to the top, the others to its side and its shadow.
-const RIVAL: f64 = 0.3;
-/// Smaller steps (grey levels) are noise.
-const LEAST_STEP: f64 = 4.0;
+/// Distances from the outline within which edges are searched, round by round (px).
+const REACHES_PX: [f64; 5] = [5.0, 4.0, 3.0, 3.0, 3.0];
+/// The border of a region, in whole pixels, is at most this far from the outline (px, rms).
+const BORDER_RMS_PX: f64 = 2.0;
+/// Its area is that of the outline within this factor.
+const SAME_AREA: f64 = 1.6;
+/// An edge within this distance belongs to the outline (px), and this fraction of an outline has one.
+const ON_OUTLINE_PX: f64 = 1.0;
+const LEAST_VISIBLE: f64 = 0.8;
 
 impl TopView<'_> {
-    /// The side of a pixel at the height of the outline (m).
-    pub(super) fn pixel_m(&self, at: Point) -> f64 {
-        self.camera.scale_m_per_px(self.camera.pixel_from_table(at, self.height_m), self.height_m)
+    /// The side of a pixel at the height of the outlines (m).
+    pub(super) fn pixel_m(&self, at: Pixel) -> f64 {
+        self.camera.scale_m_per_px(at, self.height_m)
     }
 
-    /// The points of the plane seen at these pixels.
-    pub(super) fn points(&self, pixels: &[Pixel]) -> Vec<Point> {
-        let points = pixels.iter().map(|&pixel| self.camera.table_from_pixel(pixel, self.height_m));
+    /// The simplest outline that fits the edges near a region's border; `fits` is false where a part of it has no edges.
+    pub(super) fn outline(&self, region: &Region) -> Option<Fitted> {
+        let pixel_m = self.pixel_m(region.centroid);
+        let border: Vec<BorderPoint> = smooth(&self.points(&region.border))
+            .into_iter()
+            .map(|at| BorderPoint { at, weight: 1.0 })
+            .collect();
+        let area_m2 = region.area_px as f64 * pixel_m * pixel_m;
+        let is_near = |fit: &Fitted| {
+            let ratio = fit.shape.area_m2() / area_m2;
+            fit.rms_m < BORDER_RMS_PX * pixel_m && (1.0 / SAME_AREA..SAME_AREA).contains(&ratio)
+        };
+        let refined = |fit: Fitted| self.refined(fit, pixel_m, is_near);
+        simplest(fitted(&border, pixel_m).into_iter().filter(is_near).filter_map(refined).collect())
+    }
+
+    /// An outline corrected until it lies on the edges near it.
+    fn refined(&self, mut fit: Fitted, pixel_m: f64, is_near: impl Fn(&Fitted) -> bool) -> Option<Fitted> {
+        for reach_px in REACHES_PX {
+            fit = refitted(&fit, &self.border(&fit, reach_px).0, pixel_m).filter(&is_near)?;
+        }
+        let (border, visible_fraction) = self.border(&fit, REACHES_PX[REACHES_PX.len() - 1]);
+        let fits = fit.fits && visible_fraction >= LEAST_VISIBLE && !border.is_empty();
+        Some(Fitted { fits, ..fit })
+    }
+
+    /// The edges near an outline, and the fraction of the outline that lies on one.
+    fn border(&self, fit: &Fitted, reach_px: f64) -> (Vec<BorderPoint>, f64) {
+        let view = OutlineView {
+            image: self.image,
+            camera: self.camera,
+            shape: &fit.shape,
+            height_m: self.height_m,
+        };
+        let edges = view.measured_edges(fit.pose, reach_px, self.solid);
+        let on = edges.iter().flatten().filter(|edge| edge.off_px.abs() < ON_OUTLINE_PX).count();
+        let visible_fraction = on as f64 / edges.len().max(1) as f64;
+        let point = |pixel: Pixel| self.camera.table_from_pixel(pixel, self.height_m);
+        let points =
+            edges.iter().flatten().map(|edge| BorderPoint { at: point(edge.at), weight: edge.weight });
+        (points.filter(|point| point.at.is_finite()).collect(), visible_fraction)
+    }
+
+    /// The points of the plane seen at the pixels of a clockwise walk, counter-clockwise: a camera does not mirror.
+    fn points(&self, pixels: &[Pixel]) -> Vec<Point> {
+        let points = pixels.iter().rev().map(|&pixel| self.camera.table_from_pixel(pixel, self.height_m));
         points.filter(|point| point.is_finite()).collect()
     }
+}
 
-    /// The edges within `reach_px` of a closed counter-clockwise outline, in its order.
-    ///
-    /// Of either sign: the side of a dark object may be darker than its top.
-    pub(super) fn edges(&self, outline: &[Point], reach_px: f64) -> Vec<Point> {
-        let n = outline.len();
-        let point = |k: usize| {
-            let (before, here, after) = (outline[(k + n - 1) % n], outline[k], outline[(k + 1) % n]);
-            let along = (after - before).direction()?;
-            let scale_m = self.pixel_m(here);
-            let outward = along.perpendicular() * -scale_m;
-            let off_px = self.edge_px([here.to_vec(), outward, along * scale_m], reach_px)?;
-            Some(here + outward * off_px)
-        };
-        (0..n).filter_map(point).collect()
-    }
-
-    /// How far outside a point the edge is (px).
-    fn edge_px(&self, [at, outward, along]: [Vec2; 3], reach_px: f64) -> Option<f64> {
-        let grey = |out_px: f64| {
-            let sum = ALONG_PX.iter().map(|&along_px| {
-                let point = Point::ORIGIN + at + outward * out_px + along * along_px;
-                self.image.grey_at(self.camera.pixel_from_table(point, self.height_m)).unwrap_or(f64::NAN)
-            });
-            sum.sum::<f64>() / ALONG_PX.len() as f64
-        };
-        let count = (2.0 * reach_px / STEP_PX) as usize + 1;
-        let off_px = |k: f64| k * STEP_PX - reach_px;
-        let step =
-            |k: usize| (grey(off_px(k as f64) + HALF_STEP_PX) - grey(off_px(k as f64) - HALF_STEP_PX)).abs();
-        let steps: Vec<f64> = (0..count).map(step).collect();
-        let highest = steps.iter().copied().fold(0.0, f64::max);
-        if highest < LEAST_STEP || steps.iter().any(|step| step.is_nan()) {
-            return None;
-        }
-        let peak =
-            |&k: &usize| steps[k] >= RIVAL * highest && steps[k] > steps[k - 1] && steps[k] >= steps[k + 1];
-        let best = (1..count - 1).find(peak)?;
-        let [before, here, after] = [steps[best - 1], steps[best], steps[best + 1]];
-        let bend = before - 2.0 * here + after;
-        let shift = if bend < 0.0 { 0.5 * (before - after) / bend } else { 0.0 };
-        Some(off_px(best as f64 + shift))
-    }
+/// A closed line, each point the mean of its neighbours: a border of whole pixels has steps.
+fn smooth(border: &[Point]) -> Vec<Point> {
+    const NEIGHBOURS: usize = 2;
+    let n = border.len();
+    let mean = |k: usize| {
+        let near = (0..=2 * NEIGHBOURS).map(|i| border[(k + n + i - NEIGHBOURS) % n].to_vec());
+        Point::ORIGIN
+            + near.fold(crate::geometry::Vec2::ZERO, |sum, p| sum + p) * (1.0 / (2 * NEIGHBOURS + 1) as f64)
+    };
+    if n > 2 * NEIGHBOURS { (0..n).map(mean).collect() } else { Vec::new() }
 }

@@ -1,9 +1,10 @@
 //! Which marker is on an object's top?
 
+use super::candidates::{LEAST_STRENGTH, MARKER_FRACTIONS};
 use super::edges::TopView;
+use super::is_concave;
 use super::regions::{Region, regions};
 use super::shape_fit::{Fitted, turned};
-use super::{LEAST_STRENGTH, MARKER_FRACTION, is_concave, outline, strongest};
 use crate::geometry::Point;
 use crate::object::{Dot, Marker, Shape};
 
@@ -30,7 +31,7 @@ pub(super) fn marked(
     name: &str,
     warnings: &mut Vec<String>,
 ) -> Marked {
-    let most_px = (MARKER_FRACTION * object.area_px as f64) as u64;
+    let most_px = (MARKER_FRACTIONS[1] * object.area_px as f64) as u64;
     let areas_px = LEAST_PX..=most_px.max(LEAST_PX);
     let all: Vec<Region> = regions(top.image, object.window(), &areas_px)
         .into_iter()
@@ -45,9 +46,8 @@ pub(super) fn marked(
             && !region.overlaps(first)
     };
     let second = by_strength.iter().find(belongs);
-    let measured = |region: &Region| {
-        outline(top, &strongest(region, &all)).filter(|fit| fit.fits && !is_concave(&fit.shape))
-    };
+    let ink = TopView { solid: false, ..*top };
+    let measured = |region: &Region| ink.outline(region).filter(|fit| fit.fits && !is_concave(&fit.shape));
     let mut shapes: Vec<Fitted> = [Some(first), second].into_iter().flatten().filter_map(measured).collect();
     shapes.sort_by(|a, b| b.shape.area_m2().total_cmp(&a.shape.area_m2()));
     if shapes.is_empty() {

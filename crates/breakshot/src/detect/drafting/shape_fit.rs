@@ -37,32 +37,60 @@ const ONE_SIDE_RAD: f64 = 0.14;
 /// A rectangle's points are at most this factor as far off as those of a free quadrilateral.
 const RECTANGLE_FACTOR: f64 = 1.2;
 
-/// The outline of points in counter-clockwise order along the border; `pixel_m` is the side of a pixel.
-pub(super) fn fitted(points: &[Point], pixel_m: f64) -> Option<Fitted> {
-    const LEAST_POINTS: usize = 12;
-    if points.len() < LEAST_POINTS {
-        return None;
-    }
-    let disc = disc(points, pixel_m);
-    if let Some(disc) = disc.as_ref().filter(|disc| disc.fits) {
-        return Some(disc.clone());
-    }
-    let polygon = polygon(points, pixel_m);
-    [polygon, disc].into_iter().flatten().min_by(|a, b| b.fits.cmp(&a.fits).then(a.rms_m.total_cmp(&b.rms_m)))
+/// A measured point of a border.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct BorderPoint {
+    pub at: Point,
+    /// Weight in a fit, 0 to 1.
+    pub weight: f64,
 }
 
-/// The rms of residuals, those of outliers bounded, and whether they are those of an outline that fits.
-fn judged(residuals_m: &[f64], pixel_m: f64) -> (f64, bool) {
+/// Disc and polygon (or rectangle) nearest to a border in counter-clockwise order; `pixel_m` is the side of a pixel.
+pub(super) fn fitted(border: &[BorderPoint], pixel_m: f64) -> Vec<Fitted> {
+    const LEAST_POINTS: usize = 12;
+    if border.len() < LEAST_POINTS {
+        return Vec::new();
+    }
+    let points: Vec<Point> = border.iter().map(|point| point.at).collect();
+    let corners = joined(without_short_sides(joined(reduced(&points, CORNER_PX * pixel_m)), pixel_m));
+    let polygon = polygon(border, corners, pixel_m).and_then(|first| refitted(&first, border, pixel_m));
+    disc(border, pixel_m).into_iter().chain(polygon).collect()
+}
+
+/// An outline of the same kind and number of corners nearest to other points of its border.
+pub(super) fn refitted(fit: &Fitted, border: &[BorderPoint], pixel_m: f64) -> Option<Fitted> {
+    match fit.shape {
+        Shape::Disc { .. } => disc(border, pixel_m),
+        _ => {
+            let corners = fit.shape.corners().into_iter().map(|corner| fit.pose.table_from_body(corner));
+            polygon(border, corners.collect(), pixel_m)
+        }
+    }
+}
+
+/// The disc, unless a polygon fits clearly better: a polygon of many corners fits every disc.
+pub(super) fn simplest(fits: Vec<Fitted>) -> Option<Fitted> {
+    const CLEARLY: f64 = 1.3;
+    let factor = |fit: &Fitted| if matches!(fit.shape, Shape::Disc { .. }) { 1.0 / CLEARLY } else { 1.0 };
+    fits.into_iter()
+        .min_by(|a, b| b.fits.cmp(&a.fits).then((factor(a) * a.rms_m).total_cmp(&(factor(b) * b.rms_m))))
+}
+
+/// The weighted rms of residuals, those of outliers bounded, and whether they are those of an outline that fits.
+fn judged(residuals_m: &[f64], border: &[BorderPoint], pixel_m: f64) -> (f64, bool) {
     let limit_m = FITS_PX * pixel_m;
     let far_m = OUTLIER_STDS * limit_m;
-    let near: Vec<f64> = residuals_m.iter().copied().filter(|r| r.abs() < far_m).collect();
-    let rms_m = |residuals_m: &mut dyn Iterator<Item = f64>, count: usize| {
-        (residuals_m.map(|r| r * r).sum::<f64>() / count.max(1) as f64).sqrt()
+    let mean_square = |most_m: f64| {
+        let near = residuals_m.iter().zip(border).filter(|(r, _)| r.abs() < most_m);
+        let (sum, total) = near.fold((0.0, 0.0), |(sum, total), (r, point)| {
+            (sum + point.weight * r.abs().min(far_m).powi(2), total + point.weight)
+        });
+        sum / total
     };
-    let near_rms_m = rms_m(&mut near.iter().copied(), near.len());
-    let fits = near.len() as f64 >= LEAST_FITTING * residuals_m.len() as f64 && near_rms_m <= limit_m;
-    let all_m = rms_m(&mut residuals_m.iter().map(|r| r.abs().min(far_m)), residuals_m.len());
-    (all_m, fits && !near.is_empty())
+    let near = residuals_m.iter().filter(|r| r.abs() < far_m).count();
+    let fits =
+        near as f64 >= LEAST_FITTING * residuals_m.len() as f64 && mean_square(far_m).sqrt() <= limit_m;
+    (mean_square(f64::INFINITY).sqrt(), fits)
 }
 
 /// Tukey's weights of residuals.
@@ -72,7 +100,8 @@ fn weights(residuals_m: &[f64], pixel_m: f64) -> Vec<f64> {
     residuals_m.iter().map(|r| (1.0 - (r / limit_m).powi(2)).max(0.0).powi(2)).collect()
 }
 
-fn disc(points: &[Point], pixel_m: f64) -> Option<Fitted> {
+fn disc(border: &[BorderPoint], pixel_m: f64) -> Option<Fitted> {
+    let points: Vec<Point> = border.iter().map(|point| point.at).collect();
     let sum = points.iter().fold(Vec2::ZERO, |sum, point| sum + point.to_vec());
     let mut center = Point::ORIGIN + sum * (1.0 / points.len() as f64);
     let mut radius_m = median(points.iter().map(|point| point.distance(center)))?;
@@ -82,8 +111,9 @@ fn disc(points: &[Point], pixel_m: f64) -> Option<Fitted> {
     for _ in 0..ROUNDS {
         let off_m = residuals(center, radius_m);
         let (mut matrix, mut side) = (Matrix3::zeros(), Vector3::zeros());
-        for ((point, off_m), weight) in points.iter().zip(&off_m).zip(weights(&off_m, pixel_m)) {
-            let Some(out) = (*point - center).direction() else { continue };
+        for ((point, off_m), robust) in border.iter().zip(&off_m).zip(weights(&off_m, pixel_m)) {
+            let Some(out) = (point.at - center).direction() else { continue };
+            let weight = point.weight * robust;
             let row = Vector3::new(out.x, out.y, 1.0);
             matrix += row * row.transpose() * weight;
             side += row * (weight * off_m);
@@ -92,7 +122,7 @@ fn disc(points: &[Point], pixel_m: f64) -> Option<Fitted> {
         center += Vec2::new(change.x, change.y);
         radius_m += change.z;
     }
-    let (rms_m, fits) = judged(&residuals(center, radius_m), pixel_m);
+    let (rms_m, fits) = judged(&residuals(center, radius_m), border, pixel_m);
     let sane = center.is_finite() && radius_m.is_finite() && radius_m > pixel_m;
     let pose = Pose { position: center, yaw_rad: 0.0 };
     sane.then_some(Fitted { shape: Shape::Disc { radius_m }, pose, rms_m, fits })
@@ -101,18 +131,15 @@ fn disc(points: &[Point], pixel_m: f64) -> Option<Fitted> {
 /// A straight line: a point on it and its direction, a unit vector.
 type Line = (Point, Vec2);
 
-/// A polygon, or a rectangle if that fits as well.
-fn polygon(points: &[Point], pixel_m: f64) -> Option<Fitted> {
-    let mut corners = joined(without_short_sides(joined(reduced(points, CORNER_PX * pixel_m)), pixel_m));
-    for _ in 0..2 {
-        if !(3..=MOST_CORNERS).contains(&corners.len()) {
-            return None;
-        }
-        corners = crossings(&lines(&sides(points, &corners, pixel_m), &corners, pixel_m)?)?;
+/// The polygon with sides near those between given corners, or a rectangle if that fits as well.
+fn polygon(border: &[BorderPoint], corners: Vec<Point>, pixel_m: f64) -> Option<Fitted> {
+    if !(3..=MOST_CORNERS).contains(&corners.len()) {
+        return None;
     }
-    let (rms_m, fits) = judged(&border_distances_m(points, &corners), pixel_m);
+    let corners = crossings(&lines(&sides(border, &corners, pixel_m), &corners, pixel_m)?)?;
+    let (rms_m, fits) = judged(&border_distances_m(border, &corners), border, pixel_m);
     if corners.len() == 4
-        && let Some(rectangle) = rectangle(points, &corners, pixel_m)
+        && let Some(rectangle) = rectangle(border, &corners, pixel_m)
         && rectangle.rms_m <= (RECTANGLE_FACTOR * rms_m).max(LEAST_SCATTER_PX * pixel_m)
     {
         return Some(rectangle);
@@ -123,9 +150,9 @@ fn polygon(points: &[Point], pixel_m: f64) -> Option<Fitted> {
 }
 
 /// The rectangle near a quadrilateral; its longer side is along its x.
-fn rectangle(points: &[Point], corners: &[Point], pixel_m: f64) -> Option<Fitted> {
+fn rectangle(border: &[BorderPoint], corners: &[Point], pixel_m: f64) -> Option<Fitted> {
     const RIGHT_ANGLE_RAD: f64 = 0.05;
-    let sides = sides(points, corners, pixel_m);
+    let sides = sides(border, corners, pixel_m);
     let lines = lines(&sides, corners, pixel_m)?;
     let first_rad = lines[0].1.heading_rad();
     // The directions modulo a right angle, the longer sides with more weight
@@ -141,7 +168,7 @@ fn rectangle(points: &[Point], corners: &[Point], pixel_m: f64) -> Option<Fitted
     let heading_rad = first_rad + sum / total;
     // The sides' distances along both axes
     let axes = [Vec2::from_heading(heading_rad), Vec2::from_heading(heading_rad + FRAC_PI_2)];
-    let offset = |k: usize, axis: Vec2| median(sides[k].iter().map(|point| point.to_vec().dot(axis)));
+    let offset = |k: usize, axis: Vec2| offset_m(&sides[k], axis);
     let (low, high) = (offset(0, axes[1])?, offset(2, axes[1])?);
     let (right, left) = (offset(1, axes[0])?, offset(3, axes[0])?);
     let center = Point::ORIGIN + axes[0] * (0.5 * (left + right)) + axes[1] * (0.5 * (low + high));
@@ -151,8 +178,24 @@ fn rectangle(points: &[Point], corners: &[Point], pixel_m: f64) -> Option<Fitted
     let shape = Shape::Rectangle { size_m };
     let pose = Pose { position: center, yaw_rad: half_turn_wrapped_rad(yaw_rad) };
     let placed: Vec<Point> = shape.corners().into_iter().map(|corner| pose.table_from_body(corner)).collect();
-    let (rms_m, fits) = judged(&border_distances_m(points, &placed), pixel_m);
+    let (rms_m, fits) = judged(&border_distances_m(border, &placed), border, pixel_m);
     (x_m > 0.0 && y_m > 0.0).then_some(Fitted { shape, pose, rms_m, fits })
+}
+
+/// The distance of a side along an axis: the weighted median of its points (m).
+fn offset_m(side: &[BorderPoint], axis: Vec2) -> Option<f64> {
+    let mut offsets: Vec<(f64, f64)> =
+        side.iter().map(|point| (point.at.to_vec().dot(axis), point.weight)).collect();
+    offsets.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let half = 0.5 * offsets.iter().map(|(_, weight)| weight).sum::<f64>();
+    let mut sum = 0.0;
+    offsets
+        .into_iter()
+        .find(|(_, weight)| {
+            sum += weight;
+            sum >= half
+        })
+        .map(|(offset_m, _)| offset_m)
 }
 
 /// The corners of a closed line after Ramer (1972), Douglas and Peucker (1973).
@@ -197,13 +240,13 @@ fn joined(mut corners: Vec<Point>) -> Vec<Point> {
 }
 
 /// The points of each side of a polygon, without those near corners.
-fn sides(points: &[Point], corners: &[Point], pixel_m: f64) -> Vec<Vec<Point>> {
+fn sides(border: &[BorderPoint], corners: &[Point], pixel_m: f64) -> Vec<Vec<BorderPoint>> {
     let n = corners.len();
     let mut sides = vec![Vec::new(); n];
-    for &point in points {
-        let off_m = |k: usize| segment_distance_m(point, corners[k], corners[(k + 1) % n]);
+    for &point in border {
+        let off_m = |k: usize| segment_distance_m(point.at, corners[k], corners[(k + 1) % n]);
         let nearest = (0..n).min_by(|&a, &b| off_m(a).total_cmp(&off_m(b)));
-        let at_corner = corners.iter().any(|corner| corner.distance(point) < ROUNDED_PX * pixel_m);
+        let at_corner = corners.iter().any(|corner| corner.distance(point.at) < ROUNDED_PX * pixel_m);
         if let Some(side) = nearest.filter(|_| !at_corner) {
             sides[side].push(point);
         }
@@ -230,34 +273,35 @@ fn without_short_sides(mut corners: Vec<Point>, pixel_m: f64) -> Vec<Point> {
 }
 
 /// The line through each side, in the direction of the corners.
-fn lines(sides: &[Vec<Point>], corners: &[Point], pixel_m: f64) -> Option<Vec<Line>> {
+fn lines(sides: &[Vec<BorderPoint>], corners: &[Point], pixel_m: f64) -> Option<Vec<Line>> {
     let n = corners.len();
     let line = |k: usize| line(&sides[k], corners[(k + 1) % n] - corners[k], pixel_m);
     (0..n).map(line).collect()
 }
 
 /// The line through points by robust total least squares.
-fn line(points: &[Point], along: Vec2, pixel_m: f64) -> Option<Line> {
-    let mut weight = vec![1.0; points.len()];
+fn line(points: &[BorderPoint], along: Vec2, pixel_m: f64) -> Option<Line> {
+    let mut weight: Vec<f64> = points.iter().map(|point| point.weight).collect();
     let mut found = None;
     for _ in 0..ROUNDS {
         let total: f64 = weight.iter().sum();
         if points.len() < 3 || total <= 0.0 {
             return None;
         }
-        let sum = points.iter().zip(&weight).fold(Vec2::ZERO, |sum, (point, w)| sum + point.to_vec() * *w);
+        let sum = points.iter().zip(&weight).fold(Vec2::ZERO, |sum, (point, w)| sum + point.at.to_vec() * *w);
         let middle = Point::ORIGIN + sum * (1.0 / total);
         let [mut xx, mut xy, mut yy] = [0.0; 3];
         for (point, w) in points.iter().zip(&weight) {
-            let d = *point - middle;
+            let d = point.at - middle;
             (xx, xy, yy) = (xx + w * d.x * d.x, xy + w * d.x * d.y, yy + w * d.y * d.y);
         }
         let mut direction = Vec2::from_heading(0.5 * (2.0 * xy).atan2(xx - yy));
         if direction.dot(along) < 0.0 {
             direction = direction * -1.0;
         }
-        let off_m: Vec<f64> = points.iter().map(|point| direction.cross(*point - middle)).collect();
-        weight = weights(&off_m, pixel_m);
+        let off_m: Vec<f64> = points.iter().map(|point| direction.cross(point.at - middle)).collect();
+        let robust = weights(&off_m, pixel_m);
+        weight = points.iter().zip(robust).map(|(point, robust)| point.weight * robust).collect();
         found = Some((middle, direction));
     }
     found
@@ -276,10 +320,10 @@ fn crossings(lines: &[Line]) -> Option<Vec<Point>> {
 }
 
 /// The distance of each point from the border of a polygon (m).
-fn border_distances_m(points: &[Point], corners: &[Point]) -> Vec<f64> {
+fn border_distances_m(border: &[BorderPoint], corners: &[Point]) -> Vec<f64> {
     let n = corners.len();
     let off_m = |point: Point, k: usize| segment_distance_m(point, corners[k], corners[(k + 1) % n]);
-    points.iter().map(|&point| (0..n).map(|k| off_m(point, k)).fold(f64::INFINITY, f64::min)).collect()
+    border.iter().map(|point| (0..n).map(|k| off_m(point.at, k)).fold(f64::INFINITY, f64::min)).collect()
 }
 
 fn segment_distance_m(point: Point, from: Point, to: Point) -> f64 {

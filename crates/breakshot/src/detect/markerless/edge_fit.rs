@@ -6,7 +6,7 @@
 
 use super::edge_visibility::{EdgePoint, OutlineView, ReducedImage};
 use super::side_band::{Band, band_widths_px, parabola_minimum};
-use crate::geometry::{Pose, Vec2, wrapped_rad};
+use crate::geometry::{Pixel, Pose, Vec2, wrapped_rad};
 use crate::statistics::{STD_OVER_MEDIAN_ABSOLUTE, sorted_by_value, upper_median};
 use nalgebra::{Matrix2, Matrix4, Vector2, Vector4};
 use std::borrow::Cow;
@@ -82,6 +82,16 @@ const NEAR_STEPS: f64 = 2.5;
 const REDUCED_RADIUS_PX: f64 = 10.0;
 const LARGEST_REDUCTION: usize = 2;
 const RETRIED_POSES: usize = 64;
+
+/// An edge in the image near an outline.
+#[derive(Clone, Copy, Debug)]
+pub(in crate::detect) struct MeasuredEdge {
+    pub at: Pixel,
+    /// Distance outside the outline (px).
+    pub off_px: f64,
+    /// Weight in a fit, 0 to 1.
+    pub weight: f64,
+}
 
 /// An edge near a point of the outline.
 #[derive(Clone, Copy)]
@@ -187,6 +197,27 @@ impl OutlineView<'_> {
         let fits = distinct(&tried, FITTED_POSES, NEAR_STEPS * step_m).into_iter().filter_map(fit);
         let best = fits.max_by(|a, b| a.visible_fraction.total_cmp(&b.visible_fraction))?;
         self.fitted(best.pose, [0.0, 0.0]).filter(|fit| free(fit.pose)).or(Some(best))
+    }
+
+    /// The edge within `reach_px` of each point of the outline at a pose, `None` where there is none.
+    ///
+    /// `solid` objects have a visible side below the outline; the ink of a marker has none.
+    pub(in crate::detect) fn measured_edges(
+        &self,
+        pose: Pose,
+        reach_px: f64,
+        solid: bool,
+    ) -> Vec<Option<MeasuredEdge>> {
+        let mut contour = Contour::new(self.edge_points(pose), [0.0, 0.0]);
+        if !solid {
+            contour.widths_px.fill(0.0);
+        }
+        let blur_radius_px = self.blur_radius_px(&contour.merged_bands(), reach_px);
+        let edges = self.edges(&contour, reach_px, Some(blur_radius_px));
+        let measured = |(point, edge): (&EdgePoint, Option<Edge>)| {
+            edge.map(|Edge { off_px, weight }| MeasuredEdge { at: point.outward_by(off_px), off_px, weight })
+        };
+        contour.points.iter().zip(edges).map(measured).collect()
     }
 
     /// Upper bound of the displacement of a point of the outline between two poses (px).
