@@ -34,6 +34,11 @@ const TABLE_AT_M: [f64; 3] = [3e-3, 4.5e-3, 6e-3];
 /// Height of the tallest object (m), by which the silhouette of a side is bounded, and the steps in height at which it is compared.
 const TALLEST_M: f64 = 0.08;
 const HEIGHT_STEPS: usize = 8;
+/// Least step of grey level around a silhouette, above that of most shadows, and the number of silhouettes that are tried.
+const SILHOUETTE_STRENGTH: f64 = 15.0;
+const MOST_SILHOUETTES: usize = 60;
+/// Heights that are tried for a silhouette (m).
+const HEIGHTS_M: [f64; 4] = [0.015, 0.03, 0.045, 0.06];
 /// Regions nearer than this touch (px).
 const TOUCHING_PX: f64 = 3.0;
 
@@ -46,44 +51,86 @@ pub(super) fn tops(view: &TopView, cell: &Cell) -> Vec<Candidate> {
     }
     let [least_px, most_px] = AREAS_M2.map(|area_m2| (area_m2 / (pixel_m * pixel_m)) as u64);
     let areas_px = LEAST_MARKER_PX..=most_px.max(LEAST_MARKER_PX + 1);
-    let all = distinct(
+    let all: Vec<Region> = distinct(
         regions(view.image, Window::whole(view.image), &areas_px)
             .into_iter()
             .filter(|region| region.strength >= LEAST_STRENGTH && is_on_table(view, cell, region)),
     );
+    // Tops and markers that are regions of their own
     let ink = TopView { solid: false, ..*view };
     let is_marker_size = |region: &Region| (region.area_px as u64) < least_px;
-    let candidate = |region: Region| {
-        let view = if is_marker_size(&region) { &ink } else { view };
-        let outline = view.outline(&region).filter(|outline| outline.fits)?;
-        Some(Candidate { region, outline })
+    let direct = |region: &Region| {
+        let view = if is_marker_size(region) { &ink } else { view };
+        let outline = view.nearest(region).filter(|outline| outline.fits)?;
+        Some(Candidate { region: region.clone(), outline })
     };
-    let candidates: Vec<Candidate> = all.into_iter().filter_map(candidate).collect();
-    let large: Vec<&Candidate> = candidates
-        .iter()
-        .filter(|candidate| !is_marker_size(&candidate.region) && differs(view, &candidate.region, pixel_m))
-        .collect();
-    let has_marker = |top: &Candidate| candidates.iter().any(|other| is_marker(other, top));
-    let (mut marked, mut bare): (Vec<&Candidate>, Vec<&Candidate>) =
-        large.into_iter().partition(|candidate| has_marker(candidate));
+    let candidates: Vec<Candidate> = all.iter().filter_map(direct).collect();
+    let is_top_size = |region: &Region| !is_marker_size(region) && differs(view, region, pixel_m);
+    let has_marker = |top: &Region| candidates.iter().any(|other| is_marker(&other.region, top));
+    let mut chosen = Chosen { view, tops: Vec::new() };
     // The innermost of marked regions is the top, the others are its silhouette and its shadow.
-    marked.sort_by_key(|candidate| candidate.region.area_px);
-    bare.sort_by(|a, b| b.region.strength.total_cmp(&a.region.strength));
-    let mut chosen: Vec<Candidate> = Vec::new();
-    for candidate in marked {
-        if !chosen.iter().any(|other| other.region.overlaps(&candidate.region)) {
-            chosen.push(candidate.clone());
+    let mut large: Vec<&Candidate> =
+        candidates.iter().filter(|candidate| is_top_size(&candidate.region)).collect();
+    large.sort_by_key(|candidate| candidate.region.area_px);
+    for candidate in large.iter().filter(|candidate| has_marker(&candidate.region)) {
+        chosen.add(candidate, false);
+    }
+    // Silhouettes around a marker: sides as light as the tops
+    let mut others: Vec<&Region> = all
+        .iter()
+        .filter(|region| {
+            region.strength >= SILHOUETTE_STRENGTH && is_top_size(region) && chosen.is_free(region, false)
+        })
+        .take(MOST_SILHOUETTES)
+        .collect();
+    others.sort_by_key(|region| region.area_px);
+    let (marked, bare): (Vec<&Region>, Vec<&Region>) =
+        others.into_iter().partition(|region| has_marker(region));
+    for region in marked {
+        chosen.add_silhouette(region, false);
+    }
+    // Without a marker the strongest edges first
+    large.sort_by(|a, b| b.region.strength.total_cmp(&a.region.strength));
+    for candidate in large.into_iter().filter(|candidate| !has_marker(&candidate.region)) {
+        chosen.add(candidate, true);
+    }
+    for region in bare {
+        chosen.add_silhouette(region, true);
+    }
+    chosen.tops
+}
+
+/// The tops that were found so far.
+struct Chosen<'a> {
+    view: &'a TopView<'a>,
+    tops: Vec<Candidate>,
+}
+
+impl Chosen<'_> {
+    /// Whether a region overlaps no top, and if it is `apart` touches none.
+    fn is_free(&self, region: &Region, apart: bool) -> bool {
+        let is_hit =
+            |top: &Candidate| top.region.overlaps(region) || apart && touches(self.view, top, region);
+        !self.tops.iter().any(is_hit)
+    }
+
+    fn add(&mut self, candidate: &Candidate, apart: bool) {
+        if self.is_free(&candidate.region, apart) {
+            self.tops.push(candidate.clone());
         }
     }
-    for candidate in bare {
-        if !chosen
-            .iter()
-            .any(|other| other.region.overlaps(&candidate.region) || touches(view, other, &candidate.region))
-        {
-            chosen.push(candidate.clone());
+
+    /// Adds a silhouette, if it is that of an outline at one of some heights: the height decides which top it has.
+    fn add_silhouette(&mut self, region: &Region, apart: bool) {
+        if !self.is_free(region, apart) {
+            return;
+        }
+        let at = |height_m: f64| TopView { height_m, ..*self.view }.outline(region);
+        let heights_m = std::iter::once(self.view.height_m).chain(HEIGHTS_M);
+        if let Some(outline) = heights_m.filter_map(at).find(|outline| outline.fits) {
+            self.tops.push(Candidate { region: region.clone(), outline });
         }
     }
-    chosen
 }
 
 /// Of regions with the same border the one with the strongest edge.
@@ -107,9 +154,9 @@ fn has_same_border(a: &Region, b: &Region) -> bool {
 }
 
 /// Whether a region can be a marker on a top.
-fn is_marker(marker: &Candidate, top: &Candidate) -> bool {
-    let fraction = marker.region.area_px as f64 / top.region.area_px as f64;
-    (MARKER_FRACTIONS[0]..MARKER_FRACTIONS[1]).contains(&fraction) && top.region.covers(&marker.region)
+fn is_marker(marker: &Region, top: &Region) -> bool {
+    let fraction = marker.area_px as f64 / top.area_px as f64;
+    (MARKER_FRACTIONS[0]..MARKER_FRACTIONS[1]).contains(&fraction) && top.covers(marker)
 }
 
 /// Whether a region lies in the workspace and is no tag.

@@ -32,8 +32,22 @@ impl TopView<'_> {
         self.camera.scale_m_per_px(at, self.height_m)
     }
 
-    /// The simplest outline that fits the edges near a region's border; `fits` is false where a part of it has no edges.
+    /// The simplest outline that fits the edges near a region's border, or if the region is the silhouette of a body, near that of its top;
+    /// `fits` is false where a part of it has no edges.
     pub(super) fn outline(&self, region: &Region) -> Option<Fitted> {
+        let own = self.nearest(region);
+        if !self.solid || own.as_ref().is_some_and(|own| own.fits) {
+            return own;
+        }
+        let foot = |pixel: Pixel| {
+            self.camera.pixel_from_table(self.camera.table_from_pixel(pixel, self.height_m), 0.0)
+        };
+        let top = region.shared_with_shifted(self.image, foot).and_then(|top| self.nearest(&top));
+        simplest(own.into_iter().chain(top).collect())
+    }
+
+    /// The simplest outline that fits the edges near a region's border.
+    pub(super) fn nearest(&self, region: &Region) -> Option<Fitted> {
         let pixel_m = self.pixel_m(region.centroid);
         let border: Vec<BorderPoint> = smooth(&self.points(&region.border))
             .into_iter()

@@ -105,6 +105,32 @@ impl Region {
         Some(region)
     }
 
+    /// The part of a region that is also in it when shifted.
+    ///
+    /// The silhouette of an upright body is the union of its shifted tops from table to top: with the top's points and the points straight below them
+    /// in it, this is the top.
+    pub(super) fn shared_with_shifted(
+        &self,
+        image: &GreyImage,
+        shifted: impl Fn(Pixel) -> Pixel,
+    ) -> Option<Self> {
+        let [width, _] = self.size();
+        let at = |k: usize| {
+            Pixel::new((self.window.x[0] + k % width) as f64, (self.window.y[0] + k / width) as f64)
+        };
+        let shared: Vec<bool> =
+            (0..self.mask.len()).map(|k| self.mask[k] && self.contains(shifted(at(k)))).collect();
+        let distance_px = |k: &usize| at(*k).distance_px(self.centroid);
+        let seed = (0..shared.len())
+            .filter(|&k| shared[k])
+            .min_by(|a, b| distance_px(a).total_cmp(&distance_px(b)))?;
+        let mut mask = vec![false; shared.len()];
+        flood(&mut mask, width, seed, false, |k| shared[k]);
+        let mut top = Self { mask, ..self.clone() };
+        top.measure(image, width)?;
+        Some(top)
+    }
+
     /// Area, centroid, border and strength.
     fn measure(&mut self, image: &GreyImage, width: usize) -> Option<()> {
         let at = |k: usize| [(self.window.x[0] + k % width) as f64, (self.window.y[0] + k / width) as f64];

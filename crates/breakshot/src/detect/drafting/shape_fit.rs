@@ -24,7 +24,7 @@ const ROUNDS: usize = 8;
 const OUTLIER_STDS: f64 = 4.0;
 /// Least scatter of the points, and largest rms distance of an outline that fits (px).
 const LEAST_SCATTER_PX: f64 = 0.05;
-const FITS_PX: f64 = 0.3;
+const FITS_PX: f64 = 0.6;
 /// So much of an outline must fit.
 const LEAST_FITTING: f64 = 0.85;
 /// Distance of a corner from the chord of its neighbours (px), and distance from the corners within which points are rounded (px).

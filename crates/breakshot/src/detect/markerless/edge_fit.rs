@@ -70,6 +70,9 @@ const SIDE_SEPARATE_PX: f64 = 4.0;
 /// Weight of merged edges.
 const MERGED_WEIGHT: f64 = 0.02;
 
+/// Weight of a top edge that is known from its foot.
+const FOOT_WEIGHT: f64 = 0.3;
+
 /// Steps of a search in position (px) and in yaw (rad).
 const SEARCH_STEP_PX: f64 = 3.0;
 const SEARCH_STEP_RAD: f64 = 0.1;
@@ -214,10 +217,26 @@ impl OutlineView<'_> {
         }
         let blur_radius_px = self.blur_radius_px(&contour.merged_bands(), reach_px);
         let edges = self.edges(&contour, reach_px, Some(blur_radius_px));
-        let measured = |(point, edge): (&EdgePoint, Option<Edge>)| {
-            edge.map(|Edge { off_px, weight }| MeasuredEdge { at: point.outward_by(off_px), off_px, weight })
+        let from_foot = |k: usize| {
+            let width_px = contour.widths_px[k];
+            (width_px >= SIDE_SEPARATE_PX).then(|| self.foot_edge(&contour.points[k], width_px, reach_px))?
         };
-        contour.points.iter().zip(edges).map(measured).collect()
+        let measured = |(k, edge): (usize, Option<Edge>)| {
+            let Edge { off_px, weight } = edge.or_else(|| from_foot(k))?;
+            Some(MeasuredEdge { at: contour.points[k].outward_by(off_px), off_px, weight })
+        };
+        edges.into_iter().enumerate().map(measured).collect()
+    }
+
+    /// The top edge of a side as light as the top, from the steepest step near its foot.
+    fn foot_edge(&self, point: &EdgePoint, width_px: f64, reach_px: f64) -> Option<Edge> {
+        let foot = EdgePoint { at: point.outward_by(width_px), ..*point };
+        let band = Band { point: &foot, width_px: 0.0, motion_px: 0.0 };
+        let profile: Vec<f64> = self.steps_across(&band, reach_px).into_iter().map(f64::abs).collect();
+        let highest = (0..profile.len()).max_by(|&a, &b| profile[a].total_cmp(&profile[b]))?;
+        let best = local_maximum(&profile, highest).filter(|&best| profile[best] >= LEAST_STEP)?;
+        let shift = parabola_minimum([-profile[best - 1], -profile[best], -profile[best + 1]]);
+        Some(Edge { off_px: (best as f64 + shift) * STEP_PX - reach_px, weight: FOOT_WEIGHT })
     }
 
     /// Upper bound of the displacement of a point of the outline between two poses (px).
