@@ -12,7 +12,7 @@ mod scratch;
 mod splitmix;
 pub mod targets;
 
-pub use mutation::mutate;
+pub use mutation::{Counts, mutate};
 pub use scratch::Scratch;
 
 use breakshot::capture::is_decoding;
@@ -125,12 +125,13 @@ impl Target {
 }
 
 /// All targets.
-pub static TARGETS: [Target; 22] = [
+pub static TARGETS: [Target; 23] = [
     targets::films::FILM,
     targets::films::FILM_PLAYED,
     targets::films::PICTURE,
     targets::films::PICTURE_TIMES,
     targets::films::BAG,
+    targets::films::BAG_METADATA,
     targets::cells::CELL,
     targets::cells::CAMERA_INFO,
     targets::cells::BOARD,
@@ -149,6 +150,10 @@ pub static TARGETS: [Target; 22] = [
     targets::robots::INDY,
     targets::robots::STUDIO,
 ];
+
+/// The readers of tables (CSV) and of files in YAML and XML.
+pub static TEXT: [Target; 3] =
+    [targets::numbers::TRACKS, targets::cells::CAMERA_INFO, targets::films::BAG_METADATA];
 
 /// Reports panics, except those of the built-in decoder, which become errors of the film; then does `after`.
 pub fn report_panics(after: fn()) {

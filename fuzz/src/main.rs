@@ -2,12 +2,13 @@
 
 mod guided;
 
-use breakshot_fuzz::{Scratch, TARGETS, Target, mutate, report_panics};
+use breakshot_fuzz::{Counts, Scratch, TARGETS, TEXT, Target, mutate, report_panics};
 use std::path::Path;
 use std::process::ExitCode;
 
 const USAGE: &str = "\
 usage: cargo xtask fuzz [TARGET] [COUNT]                  mutations of the seeds at random (100,000 if not given)
+       cargo xtask fuzz text [COUNT]                      as many of CSV, YAML and XML together: tracks, camera_info, bag_metadata
        cargo xtask fuzz guided [TARGET] [--seconds N]     mutations that reach new code are kept (60 s each if not given)
        cargo xtask fuzz repeat TARGET FILE                one input again
        cargo xtask fuzz list                              the targets";
@@ -51,6 +52,8 @@ fn run(words: &[&str]) -> Result<(), String> {
         ["guided", name] => guided::run(&[*named(name)?], SECONDS),
         ["guided", name, "--seconds", seconds] => guided::run(&[*named(name)?], number(seconds)?),
         ["guided", ..] => Err(USAGE.into()),
+        ["text"] => text_mutations(COUNT),
+        ["text", count] => text_mutations(number(count)?),
         [] => mutations(&TARGETS, COUNT),
         [count] if count.bytes().all(|byte| byte.is_ascii_digit()) => mutations(&TARGETS, number(count)?),
         [name] => mutations(&[*named(name)?], COUNT),
@@ -59,13 +62,36 @@ fn run(words: &[&str]) -> Result<(), String> {
     }
 }
 
-/// Mutations at random of these targets; all are run, whatever the others found.
+/// Mutations at random of these targets, so many of each; all are run, whatever the others found.
 fn mutations(targets: &[Target], count: usize) -> Result<(), String> {
+    shared_mutations(targets, &vec![count; targets.len()])
+}
+
+/// So many mutations at random of files of text, shared by their readers.
+fn text_mutations(count: usize) -> Result<(), String> {
+    let share = |k: usize| (count + k) / TEXT.len();
+    shared_mutations(&TEXT, &[0, 1, 2].map(share))
+}
+
+/// As many mutations at random of each target as the count beside it.
+fn shared_mutations(targets: &[Target], counts: &[usize]) -> Result<(), String> {
     report_panics(|| {});
-    let wrong: Vec<String> =
-        targets.iter().filter_map(|target| mutate(target, count, Path::new(FOUND)).err()).collect();
+    let mut all = Counts::default();
+    let mut wrong = Vec::new();
+    for (target, count) in targets.iter().zip(counts) {
+        match mutate(target, *count, Path::new(FOUND)) {
+            Ok(Counts { inputs, read }) => {
+                all = Counts { inputs: all.inputs + inputs, read: all.read + read }
+            }
+            Err(message) => wrong.push(message),
+        }
+    }
     remove_scratch();
-    if wrong.is_empty() { Ok(()) } else { Err(wrong.join("; ")) }
+    if !wrong.is_empty() {
+        return Err(wrong.join("; "));
+    }
+    println!("{} mutated inputs of {} targets, {} read, none bad", all.inputs, targets.len(), all.read);
+    Ok(())
 }
 
 /// Removes the files of the inputs.

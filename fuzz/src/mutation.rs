@@ -20,11 +20,20 @@ struct Outcomes {
     memory_mb: f64,
 }
 
+/// How many inputs were tried.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Counts {
+    /// All of them.
+    pub inputs: usize,
+    /// Those that were read; the others were refused.
+    pub read: usize,
+}
+
 /// Gives a target so many mutated seeds; every one that panics, takes too long or needs too much memory is kept in a folder.
 ///
 /// # Errors
 /// The number of inputs that went wrong; a folder that cannot be written.
-pub fn mutate(target: &Target, count: usize, folder: &Path) -> Result<(), String> {
+pub fn mutate(target: &Target, count: usize, folder: &Path) -> Result<Counts, String> {
     let seeds = (target.seeds)();
     target.prepare();
     let mut draw = Draw::new(1);
@@ -52,7 +61,7 @@ pub fn mutate(target: &Target, count: usize, folder: &Path) -> Result<(), String
         println!("BAD: {line}");
     }
     if bad.is_empty() {
-        Ok(())
+        Ok(Counts { inputs: count, read: outcomes.read })
     } else {
         Err(format!("{}: {} of {count} inputs went wrong", target.name, bad.len()))
     }

@@ -1,9 +1,10 @@
 """Repacks a film as bags of ROS 2, with the packages `rosbags` and `mcap`.
 
     ros_bags.py FILM.json FOLDER              one bag for each coding and compression
-    ros_bags.py FILM.json FOLDER --converted  bags that are refused, converted by the command that the refusal names
+    ros_bags.py FILM.json FOLDER --converted  a bag with the film's lens, and bags that are refused, converted by the command that the refusal names
 
-FILM.json holds `size_px`, `times_s` and the name of a file with the luma of all frames (`luma`). FOLDER gets
+FILM.json holds `size_px`, `times_s`, the name of a file with the luma of all frames (`luma`), and `focal_px`, `center_px` and `distortion`
+(plumb_bob). FOLDER gets
 `CODING-COMPRESSION.mcap`, and `h264.mp4`, the film that the H.264 of the bags was copied from (needs ffmpeg with x264).
 """
 import json
@@ -21,8 +22,9 @@ COMPRESSIONS = {"plain": CompressionType.NONE, "zstd": CompressionType.ZSTD, "lz
 START_NS, DELAY_NS = 1_700_000_000_000_000_000, 20_000_000
 VIDEO = "foxglove_msgs/msg/CompressedVideo"
 IMAGE, COMPRESSED = "sensor_msgs/msg/Image", "sensor_msgs/msg/CompressedImage"
+INFO = "sensor_msgs/msg/CameraInfo"
 JPEG_QUALITY = 95
-TOPIC = "/camera/image"
+TOPIC, INFO_TOPIC = "/camera/image", "/camera/camera_info"
 
 store = get_typestore(Stores.ROS2_JAZZY)
 store.register(get_types_from_msg("builtin_interfaces/Time timestamp\nstring frame_id\nuint8[] data\nstring format\n", VIDEO))
@@ -105,8 +107,18 @@ def pack(frames, times_s, folder):
         write(folder / f"h264-{name}.mcap", compression, ((t, video(t, unit)) for t, unit in zip(taken, units)))
 
 
-def written(path, frames, taken, storage, compression=None):
-    """A bag by the package `rosbags`."""
+def camera_info(film):
+    """The messages of a bag with the film's lens, by the time of the image."""
+    (width, height), (fx, fy), (cx, cy) = (film[key] for key in ("size_px", "focal_px", "center_px"))
+    roi = store.types["sensor_msgs/msg/RegionOfInterest"](x_offset=0, y_offset=0, height=0, width=0, do_rectify=False)
+    matrices = dict(k=[fx, 0, cx, 0, fy, cy, 0, 0, 1], r=[1, 0, 0, 0, 1, 0, 0, 0, 1], p=[fx, 0, cx, 0, 0, fy, cy, 0, 0, 0, 1, 0])
+    fields = {name: np.array(values, float) for name, values in (matrices | dict(d=film["distortion"])).items()}
+    fields |= dict(height=height, width=width, distortion_model="plumb_bob", binning_x=0, binning_y=0, roi=roi)
+    return lambda t: store.types[INFO](header=header(t), **fields)
+
+
+def written(path, frames, taken, storage, compression=None, info=None):
+    """A bag by the package `rosbags`; with the messages that `info` gives for the times of the images."""
     writer = rosbag2.Writer(path, version=9, storage_plugin=storage)
     if compression:
         writer.set_compression(compression, rosbag2.CompressionFormat.ZSTD)
@@ -115,15 +127,21 @@ def written(path, frames, taken, storage, compression=None):
         for t, frame in zip(taken, frames):
             kind, message = raw(t, "mono8", frame)
             writer.write(connection, t + DELAY_NS, store.serialize_cdr(message, kind))
+        if info:
+            connection = writer.add_connection(INFO_TOPIC, INFO, typestore=store)
+            for t in taken:
+                writer.write(connection, t + DELAY_NS, store.serialize_cdr(info(t), INFO))
 
 
-def converted(frames, times_s, folder):
+def converted(frames, film, folder):
+    times_s = film["times_s"]
     taken = [START_NS + round(1e9 * time_s) for time_s in times_s]
     modes, storages = rosbag2.CompressionMode, rosbag2.StoragePlugin
     refused = folder / "refused"
     refused.mkdir(exist_ok=True)
     written(folder / "folder", frames, taken, storages.MCAP)
     written(folder / "folder_zstd", frames, taken, storages.MCAP, modes.STORAGE)
+    written(folder / "camera_info", frames, taken, storages.MCAP, modes.STORAGE, camera_info(film))
     written(refused / "sqlite", frames, taken, storages.SQLITE3)
     written(refused / "files", frames, taken, storages.MCAP, modes.FILE)
     written(refused / "messages", frames, taken, storages.MCAP, modes.MESSAGE)
@@ -147,7 +165,10 @@ def main():
     film, folder = json.loads(Path(sys.argv[1]).read_text()), Path(sys.argv[2])
     width, height = film["size_px"]
     frames = np.fromfile(film["luma"], np.uint8).reshape(-1, height, width)
-    (converted if "--converted" in sys.argv else pack)(frames, film["times_s"], folder)
+    if "--converted" in sys.argv:
+        converted(frames, film, folder)
+    else:
+        pack(frames, film["times_s"], folder)
 
 
 if __name__ == "__main__":

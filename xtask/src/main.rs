@@ -26,7 +26,7 @@ const USAGE: &str = "\
 usage: cargo xtask TASK
 
   test             formatting, lints, docs and all tests: what CI runs
-  test --studio    a person's way through `breakshot studio` in headless Chromium, with pictures of every view and latencies
+  test --studio    a person's way through `breakshot studio` and `report.html` in headless Chromium, with pictures of every view and latencies
   validate LAB [--details]
                    accuracy, speed and memory on films with known truth (LAB holds campaign/ and scatter/)
   validate advise [CELLS]
@@ -93,6 +93,8 @@ usage: cargo xtask TASK
   fuzz [TARGET] [COUNT]
                    COUNT mutated files or messages for each reader (default 100,000): no panic, no hang, no waste of memory;
                    `fuzz list` names the readers
+  fuzz text [COUNT]
+                   COUNT mutated files in CSV, YAML and XML, shared by their three readers
   fuzz guided [TARGET] [--seconds N]
                    the same, guided by coverage, N seconds each (default 60), on the stable compiler (libFuzzer, needs a C++ compiler);
                    a table of executions and edges reached

@@ -50,10 +50,13 @@ fn the_demo_writes_the_output_of_every_stage_and_the_commands_run_on_its_files()
         .map(|(k, part)| if k == 0 { part } else { part.split_once('"').map_or("", |(_, rest)| rest) })
         .collect();
     assert!(words.contains("<svg") && words.contains("Filmed against simulated"), "figures and chapters");
-    for bad in ["NaN", "<script", "http://", "https://"] {
+    for bad in ["NaN", "<script src", "http://", "https://"] {
         let at = words.replace("http://www.w3.org", "").find(bad);
         assert!(at.is_none(), "`{bad}` is in the page");
     }
+    // The motions of a clip, of the planned strike and of the filmed one, and the script that plays them.
+    let scripts = ["<script type=\"application/json\"", "<script type=\"module\"", "<script"];
+    assert_eq!(scripts.map(|script| words.matches(script).count()), [3, 1, 4], "scripts in the page");
 
     // The weighed masses are not used in the estimation; they are the reference.
     let properties = json(&demo.join("properties.json"));
@@ -83,6 +86,9 @@ fn the_demo_writes_the_output_of_every_stage_and_the_commands_run_on_its_files()
     for file in ["report.html", "report.json", "distances.csv", "tracks.json", "trajectory.json"] {
         assert!(demo.join("report").join(file).exists(), "{file} is missing");
     }
+    let alignment = &json(&demo.join("report/report.json"))["alignment"];
+    assert_eq!(*alignment, report["alignment"], "film and simulation have the same time axis as in the demo");
+    assert_eq!(alignment["object"], "a", "the object that is struck");
 }
 
 #[test]

@@ -283,7 +283,9 @@ pub(crate) fn verify(
         let simulated =
             physics::trajectory(&scene.0, &properties, &strike, &breakshot::plan::laws(&scene.0)?)?;
         let observed = Observed::from_tracks(&tracks.0);
-        breakshot::verify::comparison(&scene.0, &simulated.final_poses, &observed)
+        let mut report = breakshot::verify::comparison(&scene.0, &simulated.final_poses, &observed)?;
+        report.align(&tracks.0, &simulated);
+        Ok(report)
     })?;
     compared.map(Report::from).map_err(raised)
 }

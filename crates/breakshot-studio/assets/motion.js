@@ -1,4 +1,4 @@
-/** Poses, paths and events of a simulated motion. The segments are those of `trajectory.json`: polynomials, evaluated as the library does. */
+/** Poses and paths of a simulated motion. The segments are those of `trajectory.json`: polynomials, evaluated as the library does. */
 
 const at = (coefficients, time) => coefficients.reduceRight((sum, c) => sum * time + c, 0);
 
@@ -36,18 +36,4 @@ export function path(trajectory, name, most = 400) {
     }
   }
   return points;
-}
-
-/** The impacts and other events in words, those of one instant together. */
-export function moments(trajectory) {
-  const verbs = { impact: " hits ", fallen: " falls off the table", entered: " enters " };
-  const found = [];
-  for (const event of trajectory.events) {
-    const words = event.kind === "fallen" ? event.bodies[0] + verbs.fallen : event.bodies.join(verbs[event.kind] ?? " and ");
-    const last = found.at(-1);
-    if (last && event.time_s - last.time < 1e-9) {
-      if (!last.words.includes(words)) last.words.push(words);
-    } else found.push({ time: event.time_s, words: [words] });
-  }
-  return found;
 }

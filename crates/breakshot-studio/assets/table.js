@@ -1,6 +1,7 @@
 /** The table from above, to scale: what lies there, the strike, and where everything may come to rest. */
 
-import { along, degrees, svg } from "/elements.js";
+import { along, svg } from "/elements.js";
+import { outline, placed } from "/outlines.js";
 
 /** Room around the workspace, as a part of its longer side. */
 const MARGIN = 0.035;
@@ -13,18 +14,6 @@ const ABOVE = ["paths", "expected", "objects", "map", "strike"];
 
 /** The kind of an object: `a` for its second copy `a#2`. */
 export const kindOf = (name) => name.split("#")[0];
-
-/** The largest distance of an outline from its centre (m). */
-export function radius(shape) {
-  if (shape.disc) return shape.disc.radius_m;
-  return Math.max(...corners(shape).map(([x, y]) => Math.hypot(x, y)));
-}
-
-function corners(shape) {
-  if (shape.polygon) return shape.polygon.points_m;
-  const [x, y] = shape.rectangle.size_m.map((side) => side / 2);
-  return [[-x, -y], [x, -y], [x, y], [-x, y]];
-}
 
 export class Table {
   #layers = {};
@@ -103,18 +92,12 @@ export class Table {
 
   /** An outline about its centre, as the `d` of a path. */
   outline(shape) {
-    if (shape.disc) {
-      const r = (shape.disc.radius_m * this.#scale).toFixed(2);
-      return `M${r} 0A${r} ${r} 0 1 0 -${r} 0A${r} ${r} 0 1 0 ${r} 0Z`;
-    }
-    const points = corners(shape).map(([x, y]) => `${(x * this.#scale).toFixed(2)} ${(-y * this.#scale).toFixed(2)}`);
-    return `M${points.join("L")}Z`;
+    return outline(shape, this.#scale);
   }
 
   /** The `transform` that puts an outline at a pose. */
   placed([x, y, yaw]) {
-    const [px, py] = this.px([x, y]);
-    return `translate(${px.toFixed(2)} ${py.toFixed(2)}) rotate(${(-degrees(yaw)).toFixed(3)})`;
+    return placed(this.px([x, y]), yaw);
   }
 
   /** A line through points, as the `d` of a path. */

@@ -15,7 +15,7 @@ const INDEX: &[u8] = include_bytes!("../assets/index.html");
 const REPORT_STYLE: &[u8] = include_bytes!("../assets/report.css");
 
 /// Path, media type and content of each file.
-const FILES: [(&str, &str, &[u8]); 22] = assets![
+const FILES: [(&str, &str, &[u8]); 25] = assets![
     "studio.css": "text/css; charset=utf-8",
     "icon.svg": "image/svg+xml",
     "app.js": "text/javascript; charset=utf-8",
@@ -24,6 +24,9 @@ const FILES: [(&str, &str, &[u8]); 22] = assets![
     "keys.js": "text/javascript; charset=utf-8",
     "table.js": "text/javascript; charset=utf-8",
     "motion.js": "text/javascript; charset=utf-8",
+    "outlines.js": "text/javascript; charset=utf-8",
+    "playback.js": "text/javascript; charset=utf-8",
+    "timeline.js": "text/javascript; charset=utf-8",
     "learned.js": "text/javascript; charset=utf-8",
     "films/view.js": "text/javascript; charset=utf-8",
     "films/frames.js": "text/javascript; charset=utf-8",

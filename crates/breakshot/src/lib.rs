@@ -52,6 +52,7 @@ pub mod capture;
 pub mod cell;
 pub mod columns;
 pub mod detect;
+mod encoding;
 pub mod error;
 pub mod estimate;
 pub mod files;

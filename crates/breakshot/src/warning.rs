@@ -10,6 +10,8 @@ use std::collections::BTreeSet;
 pub enum Cause {
     /// Times of the films and speeds of the strikes contradict each other.
     FrameRate,
+    /// The lens in a film and that of the cell contradict each other, or the lens changes in a film.
+    Lens,
     /// Lengths on the table and sizes of the objects contradict each other.
     Lengths,
     /// Given strikes do not fit the films.
@@ -47,6 +49,10 @@ impl Cause {
             Self::FrameRate => (
                 "frame rates and given speeds do not fit each other",
                 "set frame_rate_hz to the rate at which the films were taken, or correct strike.speed_m_s",
+            ),
+            Self::Lens => (
+                "the lens in the film is doubtful",
+                "correct or remove the lens in the cell, which is used if it gives one",
             ),
             Self::Lengths => (
                 "lengths on the table and sizes of objects do not fit each other",

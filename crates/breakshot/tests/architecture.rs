@@ -13,7 +13,19 @@ use syn::visit::{self, Visit};
 
 /// The stages in the order of the data flow, and of each the output types that other stages may use.
 const STAGES: [(&str, &[&str]); 7] = [
-    ("capture", &["Capture", "Footage", "Camera", "CameraMotion", "CAMERA_MOVED", "Frame", "GreyImage"]),
+    (
+        "capture",
+        &[
+            "Capture",
+            "Footage",
+            "Camera",
+            "CameraMotion",
+            "CAMERA_MOVED",
+            "RECORDED_LENS",
+            "Frame",
+            "GreyImage",
+        ],
+    ),
     ("detect", &["Tracks", "Track", "Sample", "StrikerTrack", "StrikerSample", "Draft", "Drafted"]),
     ("estimate", &["Estimation", "ClipFit", "BodyFit", "Impact", "Measured", "ClipTracks", "ClipValue"]),
     ("physics", &["*"]),
@@ -23,7 +35,18 @@ const STAGES: [(&str, &[&str]); 7] = [
         "robot",
         &["Command", "MountedArm", "Answer", "Capability", "Limits", "FASTEST_M_S", "least_follow_through_m"],
     ),
-    ("verify", &["Report", "GoalCheck", "ObservedPose", "DistanceErrors"]),
+    (
+        "verify",
+        &[
+            "Report",
+            "Alignment",
+            "Divergence",
+            "GoalCheck",
+            "ObservedPose",
+            "DistanceErrors",
+            "PairDifference",
+        ],
+    ),
 ];
 /// Shows the output of all stages; no stage uses it.
 const REPORT: &str = "report";

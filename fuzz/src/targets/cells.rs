@@ -93,7 +93,8 @@ pub const CAMERA_INFO: Target = Target::of_text(
                       intrinsics: [600.5, 601, 320.25, 240]\n  resolution: [640, 480]\n";
         let message = "height: 480\nwidth: 640\ndistortion_model: rational_polynomial\nd: [0.1, -0.2, 0.001, 0.002, 0.0, 0.1, 0, 0]\nk: [600.5, 0, \
                        320, 0, 601, 240, 0, 0, 1]\nbinning_x: 2\nbinning_y: 2\nroi: {x_offset: 10, y_offset: 20, height: 400, width: 600}\n";
-        vec![ros.into(), opencv.into_bytes(), xml.into(), kalibr.into(), message.into()]
+        let fisheye = xml.replace("<image_size>", "<fisheye_model>1</fisheye_model>\n<image_size>");
+        vec![ros.into(), opencv.into_bytes(), xml.into(), fisheye.into(), kalibr.into(), message.into()]
     },
     &[&[
         "---\n", "...\n", "- ", "? ", ": ", "&a ", "*a", "!!", "|\n", ">\n", "[", "]", "{", "}", "'", "\"",

@@ -1,7 +1,10 @@
 //! Films and pictures, by the readers and decoders that are built in.
 
 use super::{fixture, repository};
-use crate::bag_writer::{BagWriter, Chunks, compressed, image, protobuf_video, video};
+use crate::bag_writer::{
+    BagWriter, Chunks, Info, camera_calibration, camera_info, compressed, image, protobuf_calibration,
+    protobuf_video, video,
+};
 use crate::{Outcome, Scratch, Target};
 use breakshot::capture::{Capture, Decoder, Footage, Frame, GreyImage, PngEffort};
 use breakshot::files;
@@ -113,7 +116,7 @@ pub const PICTURE_TIMES: Target = Target::of_text(
 /// Bags of ROS 2, played to their end.
 pub const BAG: Target = Target {
     name: "bag",
-    what: "MCAP: records, chunks (zstd, LZ4), CDR, Protocol Buffers, raw images, JPEG, PNG, H.264",
+    what: "MCAP: records, chunks (zstd, LZ4), CDR, Protocol Buffers, raw images, JPEG, PNG, H.264, lenses",
     read: |bytes| play(&Scratch::folder().write("film.mcap", bytes), true),
     seeds: bags,
     pieces: &[&[
@@ -126,6 +129,13 @@ pub const BAG: Target = Target {
         "sensor_msgs/msg/CompressedImage",
         "foxglove_msgs/msg/CompressedVideo",
         "foxglove.CompressedVideo",
+        "sensor_msgs/msg/CameraInfo",
+        "foxglove.CameraCalibration",
+        "/camera_info",
+        "/image_rect",
+        "plumb_bob",
+        "rational_polynomial",
+        "equidistant",
         "mono8",
         "mono16",
         "bgra8",
@@ -143,6 +153,63 @@ pub const BAG: Target = Target {
     most_memory_mb: 600.0,
 };
 
+/// The list of the files of a bag that is a folder.
+pub const BAG_METADATA: Target = Target::of_text(
+    "bag_metadata",
+    "metadata.yaml of a bag that is a folder; the files that it names are played",
+    |bytes| {
+        let scratch = Scratch::folder();
+        for file in ["bag/film_0.mcap", "bag/film_1.mcap"] {
+            scratch.keep(file, &raw(Chunks::Plain, "mono8", 1));
+        }
+        scratch.write("bag/metadata.yaml", bytes);
+        play(&scratch.path("bag"), true)
+    },
+    bag_metadata,
+    &[&[
+        "rosbag2_bagfile_information",
+        "version: ",
+        "storage_identifier: ",
+        "mcap",
+        "sqlite3",
+        "relative_file_paths:",
+        "film_0.mcap",
+        "film_1.mcap",
+        "../film_0.mcap",
+        "/etc",
+        "compression_format: ",
+        "compression_mode: ",
+        "zstd",
+        "FILE",
+        "MESSAGE",
+        "---\n",
+        "...\n",
+        "- ",
+        "? ",
+        ": ",
+        "&a ",
+        "*a",
+        "!!",
+        "|\n",
+        ">\n",
+        "[",
+        "]",
+        "{",
+        "}",
+        "'",
+        "\"",
+        "#",
+        "\t",
+        "  ",
+        ".inf",
+        ".nan",
+        "1e308",
+        "~",
+        "<<: ",
+        "\u{0}",
+    ]],
+);
+
 fn read(bytes: &[u8], to_the_end: bool) -> Result<Outcome, String> {
     play(&Scratch::folder().write("film", bytes), to_the_end)
 }
@@ -159,6 +226,11 @@ fn play(path: &Path, to_the_end: bool) -> Result<Outcome, String> {
         Err(said) => return refused(said.to_string()),
         Ok(footage) => footage,
     };
+    if let Some(Ok(lens)) = footage.intrinsics()
+        && ![lens.focal_px, lens.center_px].iter().flatten().all(|number| number.is_finite())
+    {
+        return Err(format!("a lens without numbers: {lens:?}"));
+    }
     if !to_the_end {
         return Ok(Outcome::Read);
     }
@@ -211,23 +283,65 @@ fn films() -> Vec<Vec<u8>> {
     films
 }
 
-/// Bags of three images each: raw, compressed and video, in chunks of all kinds.
-fn bags() -> Vec<Vec<u8>> {
-    const FRAME_NS: u64 = 16_666_667;
-    let folder = "crates/breakshot/tests/data/footage";
-    let bag = |chunks, schema: &str, encoding: &str, message: &dyn Fn(u64, usize) -> Vec<u8>| {
-        let mut bag = BagWriter::new(chunks).without_checksums();
-        let channel = bag.channel("/image", schema, encoding);
-        for n in 0..3 {
-            let taken_ns = n as u64 * FRAME_NS;
-            bag.message(channel, taken_ns, &message(taken_ns, n));
+/// Time from an image to the next (ns).
+const FRAME_NS: u64 = 16_666_667;
+
+/// A bag of three messages with images.
+fn bag(chunks: Chunks, schema: &str, encoding: &str, message: &dyn Fn(u64, usize) -> Vec<u8>) -> Vec<u8> {
+    let mut bag = BagWriter::new(chunks).without_checksums();
+    let channel = bag.channel("/image", schema, encoding);
+    for n in 0..3 {
+        let taken_ns = n as u64 * FRAME_NS;
+        bag.message(channel, taken_ns, &message(taken_ns, n));
+    }
+    bag.finished()
+}
+
+/// A bag of three raw images.
+fn raw(chunks: Chunks, encoding: &str, bytes: usize) -> Vec<u8> {
+    let message = |t, n| image(t, [12, 8], encoding, 12 * bytes, &vec![n as u8; 12 * 12 * bytes]);
+    bag(chunks, "sensor_msgs/msg/Image", "cdr", &message)
+}
+
+/// Bags of two images, each with the lens in one kind of messages.
+fn bags_with_lenses() -> Vec<Vec<u8>> {
+    let distortion = [-0.1, 0.02, 1e-3, -1e-3, 0.0, 0.1, 0.0, 0.0];
+    let whole = Info::new([12, 8], [15.0, 15.5], [5.5, 3.5], "rational_polynomial", &distortion);
+    let part = Info { size_px: [48, 32], binning: [2, 2], roi: [4, 2, 24, 16], ..whole };
+    let messages = [
+        ("sensor_msgs/msg/CameraInfo", "cdr", camera_info(0, &part)),
+        ("foxglove_msgs/msg/CameraCalibration", "cdr", camera_calibration(0, &whole)),
+        ("foxglove.CameraCalibration", "protobuf", protobuf_calibration(0, &whole)),
+    ];
+    let with = |(schema, encoding, message): (&str, &str, Vec<u8>)| {
+        let mut bag = BagWriter::new(Chunks::Plain).without_checksums();
+        let images = bag.channel("/image_raw", "sensor_msgs/msg/Image", "cdr");
+        let lenses = bag.channel("/camera_info", schema, encoding);
+        for n in 0..2 {
+            bag.message(lenses, n * FRAME_NS, &message);
+            bag.message(images, n * FRAME_NS, &image(n * FRAME_NS, [12, 8], "mono8", 12, &[n as u8; 96]));
         }
         bag.finished()
     };
-    let raw = |chunks, encoding: &str, bytes: usize| {
-        let message = |t, n| image(t, [12, 8], encoding, 12 * bytes, &vec![n as u8; 12 * 12 * bytes]);
-        bag(chunks, "sensor_msgs/msg/Image", "cdr", &message)
-    };
+    messages.map(with).to_vec()
+}
+
+/// As `ros2 bag record` of two releases writes the file.
+fn bag_metadata() -> Vec<Vec<u8>> {
+    let old = "rosbag2_bagfile_information:\n  version: 5\n  storage_identifier: mcap\n  duration:\n    nanoseconds: 50000000\n  \
+               starting_time:\n    nanoseconds_since_epoch: 1700000000000000000\n  message_count: 3\n  topics_with_message_count:\n    \
+               - topic_metadata:\n        name: /image\n        type: sensor_msgs/msg/Image\n        serialization_format: cdr\n        \
+               offered_qos_profiles: \"- history: 3\\n  depth: 0\"\n      message_count: 3\n  compression_format: \"\"\n  compression_mode: \
+               \"\"\n  relative_file_paths:\n    - film_0.mcap\n";
+    let new = "rosbag2_bagfile_information:\n  version: 9\n  storage_identifier: mcap\n  relative_file_paths: [film_1.mcap]\n  files:\n    \
+               - path: film_1.mcap\n      starting_time: {nanoseconds_since_epoch: 0}\n      duration: {nanoseconds: 33333334}\n      \
+               message_count: 3\n  custom_data: ~\n  ros_distro: jazzy\n";
+    vec![old.into(), new.into()]
+}
+
+/// Bags of three images each: raw, compressed and video, in chunks of all kinds; and bags with lenses.
+fn bags() -> Vec<Vec<u8>> {
+    let folder = "crates/breakshot/tests/data/footage";
     let mut bags = vec![
         raw(Chunks::Without, "mono8", 1),
         raw(Chunks::Plain, "bgr8", 3),
@@ -253,6 +367,7 @@ fn bags() -> Vec<Vec<u8>> {
     bags.push(bag(Chunks::Without, "foxglove_msgs/msg/CompressedVideo", "cdr", &in_cdr));
     let in_protobuf = |t, n| protobuf_video(t, "h264", unit(n));
     bags.push(bag(Chunks::Zstd, "foxglove.CompressedVideo", "protobuf", &in_protobuf));
+    bags.extend(bags_with_lenses());
     bags
 }
 

@@ -76,7 +76,8 @@ pub(crate) fn run(args: &DemoArgs) -> Result<Outcome> {
     let film = capture::capture(&folder.join("pile.mp4"), &scene.cell)?;
     let tracked = verify_command::tracked_strike(&scene, film)?;
     let observed = Observed::from_tracks(&tracked.tracks);
-    let report = verify::comparison(&scene, &simulated.final_poses, &observed)?;
+    let mut report = verify::comparison(&scene, &simulated.final_poses, &observed)?;
+    report.align(&tracked.tracks, &simulated);
     if !args.json {
         verify_command::print_table(&report);
     }
@@ -166,7 +167,12 @@ fn write(folder: &Path, results: &Results) -> Result<()> {
     let page = report::html(&Page {
         title: "Breakshot: from strike videos to a strike",
         objects: &results.campaign.objects,
-        motion: shown.map(|clip| ClipMotion { tracks: &clip.tracks, fit }),
+        motion: shown.map(|clip| ClipMotion {
+            tracks: &clip.tracks,
+            fit,
+            cell: Some(&results.campaign.cell),
+            strike: clip.strike.as_ref(),
+        }),
         properties: Some(&results.estimation.properties),
         fits: &results.estimation.clips,
         plan: Some(results.plan),

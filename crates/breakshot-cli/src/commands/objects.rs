@@ -2,6 +2,7 @@
 
 use crate::args::ObjectsArgs;
 use crate::{Outcome, console};
+use breakshot::capture::colours;
 use breakshot::detect::{self, Draft, Drafted, Heights};
 use breakshot::geometry::Point;
 use breakshot::object::{Marker, Shape};
@@ -14,7 +15,7 @@ pub(crate) fn run(args: &ObjectsArgs) -> Result<Outcome> {
     let heights = heights(&args.heights)?;
     let cell = files::load_cell(&args.cell)?;
     let film = args.decoder.film(&args.photo, &cell)?;
-    let draft = detect::draft(film, &heights)?;
+    let draft = detect::draft(film, colours(&args.photo)?, &heights)?;
     console::warn(&draft.warnings);
     files::write_whole(&args.output, toml_text(&draft).as_bytes())?;
     files::load_objects(&args.output)?;

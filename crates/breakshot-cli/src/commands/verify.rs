@@ -27,7 +27,8 @@ pub(crate) fn run(args: &VerifyArgs) -> Result<Outcome> {
     let plan: Option<Plan> = files::read_json(&args.strike).ok();
     let trajectory = physics::trajectory(scene, properties, &strike, &plan::laws(scene)?)?;
     let TrackedStrike { tracks, end_frames } = observed_strike(args, scene)?;
-    let report = verify::comparison(scene, &trajectory.final_poses, &Observed::from_tracks(&tracks))?;
+    let mut report = verify::comparison(scene, &trajectory.final_poses, &Observed::from_tracks(&tracks))?;
+    report.align(&tracks, &trajectory);
     console::warn(&trajectory.notes);
     console::warn(&report.warnings);
 

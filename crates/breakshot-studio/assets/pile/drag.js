@@ -2,7 +2,7 @@
 
 import { degrees, fixed, mm, svg, wrapped } from "/elements.js";
 import { addKeys } from "/keys.js";
-import { radius } from "/table.js";
+import { radius } from "/outlines.js";
 
 /** Length of the stalk of the knob that turns an object (px). */
 const STALK_PX = 20;

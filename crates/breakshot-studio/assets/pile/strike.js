@@ -5,7 +5,8 @@
 
 import { along, degrees, distance, fixed, svg, wrapped } from "/elements.js";
 import { addKeys } from "/keys.js";
-import { arrowHead, radius } from "/table.js";
+import { radius } from "/outlines.js";
+import { arrowHead } from "/table.js";
 
 /** Distance of the cue's grip behind the striker (px): at no speed, and per speed of the fastest strike. */
 const CUE_PX = [26, 90];

@@ -25,7 +25,7 @@ pub(super) const CORNER_NOISE_PX: f64 = 0.02;
 const CLICK_NOISE_PX: f64 = 0.5;
 /// Largest relative standard deviation of an accepted focal length: 1 % shifts a point 5 cm above the table by 0.04 % of
 /// its distance from the point below the camera.
-const FOCAL_STD: f64 = 0.01;
+pub(super) const FOCAL_STD: f64 = 0.01;
 /// Relative tolerance of a tag's size: the error of a ruler on the smallest tags.
 const SAME_SIZE: f64 = 0.03;
 /// k1 is estimated if it differs from zero by this many standard deviations.
@@ -34,6 +34,9 @@ const SIGNIFICANT: f64 = 5.0;
 const FOCAL_GUESSES: [f64; 4] = [0.6, 1.0, 1.8, 4.0];
 /// Largest motion of a corner between two frames of a fixed camera (px): noise is smaller.
 const STILL_PX: f64 = 1.0;
+
+/// Where the size of the calibrated picture is from, in messages.
+pub(super) const SIZE_OF_CELL: &str = "the camera's image_size_px";
 
 /// The name of the picture in messages, and what is known before the pose.
 struct PoseProblem<'a> {
@@ -78,36 +81,47 @@ fn failure(name: &str, found: impl Into<String>, needed: impl Into<String>) -> E
 
 fn problem<'a>(name: &'a str, size_px: [usize; 2], cell: &'a Cell) -> Result<PoseProblem<'a>> {
     let spec = cell.camera.resolved("cell")?;
-    check_size(name, size_px, &spec)?;
+    check_size(name, size_px, &spec, SIZE_OF_CELL)?;
     let mut warnings = Vec::new();
-    let lens = match spec.focal_px {
-        Some(focal_px) => {
-            if spec.center_px.is_none() {
-                warnings.push("camera.center_px is not given: the middle of the picture is taken".into());
-            }
-            let distortion = spec.own_distortion("cell")?.unwrap_or_default();
-            let lens = Lens::new(focal_px, spec.center_px.unwrap_or(middle_px(size_px)), distortion);
-            lens.check("cell", size_px)?;
-            Some(lens)
-        }
-        None if spec.distortion.iter().flatten().any(|&k| k != 0.0) || spec.distortion_model.is_some() => {
+    let lens = given_lens(&spec, size_px)?;
+    if lens.is_some() && spec.center_px.is_none() {
+        warnings.push("camera.center_px is not given: the middle of the picture is taken".into());
+    }
+    Ok(PoseProblem { name, size_px, cell, spec, lens, quarter_turns: 0, warnings })
+}
+
+/// The lens in the camera's own keys, with the principal point in the middle of the picture if none is given; `None` without a focal length.
+///
+/// # Errors
+/// A distortion without a focal length, or one that is not one to one in the picture.
+pub(super) fn given_lens(spec: &CameraSpec, size_px: [usize; 2]) -> Result<Option<Lens>> {
+    let Some(focal_px) = spec.focal_px else {
+        if spec.distortion.iter().flatten().any(|&k| k != 0.0) || spec.distortion_model.is_some() {
             return Err(Error::invalid("cell", "camera.focal_px", "not given", "focal_px beside distortion"));
         }
-        None => None,
+        return Ok(None);
     };
-    Ok(PoseProblem { name, size_px, cell, spec, lens, quarter_turns: 0, warnings })
+    let distortion = spec.own_distortion("cell")?.unwrap_or_default();
+    let lens = Lens::new(focal_px, spec.center_px.unwrap_or(middle_px(size_px)), distortion);
+    lens.check("cell", size_px)?;
+    Ok(Some(lens))
 }
 
 /// An error for a picture of another size than the calibration.
 ///
 /// The picture may be scaled, binned or cropped: the error's message holds the numbers for a scaled one, which are never
-/// used without the user.
-fn check_size(name: &str, [width, height]: [usize; 2], spec: &CameraSpec) -> Result<()> {
+/// used without the user. `whose` says where the size of the calibration is from.
+pub(super) fn check_size(
+    name: &str,
+    [width, height]: [usize; 2],
+    spec: &CameraSpec,
+    whose: &str,
+) -> Result<()> {
     let Some([w, h]) = spec.image_size_px else { return Ok(()) };
     if (w as usize, h as usize) == (width, height) {
         return Ok(());
     }
-    let mut needed = format!("{w} x {h}, the camera's image_size_px");
+    let mut needed = format!("{w} x {h}, {whose}");
     if let (true, Some([fx, fy])) = (w as usize * height == h as usize * width, spec.focal_px) {
         let s = width as f64 / f64::from(w);
         let [cx, cy] = spec.center_px.unwrap_or(middle_px([w as usize, h as usize]));

@@ -1,8 +1,10 @@
 //! The frames of a film, one after the other.
 
 use super::image::{Frame, GreyImage};
+use super::recorded_lens::RecordedLens;
 use super::retimed::RetimedFrames;
 use super::source::{self, Decoder, Pictures, RepeatedFrames};
+use crate::cell::Intrinsics;
 use crate::error::{Error, Result};
 use crate::files::FilmPath;
 use std::path::Path;
@@ -19,6 +21,8 @@ pub struct Footage {
     repeats: Option<RepeatedFrames>,
     /// Whether the times are those of a rate that was given.
     is_retimed: bool,
+    /// The lens that the film's own file gives.
+    pub(super) lens: Option<RecordedLens>,
 }
 
 impl Footage {
@@ -59,6 +63,7 @@ impl Footage {
             frames: opened.frames,
             repeats: Some(RepeatedFrames::new(opened.tick_s)),
             is_retimed: false,
+            lens: opened.lens,
         })
     }
 
@@ -73,6 +78,7 @@ impl Footage {
             frames: Box::new(frames.into_iter().map(Ok)),
             repeats: Some(RepeatedFrames::default()),
             is_retimed: false,
+            lens: None,
         }
     }
 
@@ -110,6 +116,14 @@ impl Footage {
     /// The number of frames, if the file holds it.
     pub fn frame_count(&self) -> Option<usize> {
         self.frame_count
+    }
+
+    /// The lens that the film's own file gives: of a bag the `CameraInfo` that belongs to the images, of other films none.
+    ///
+    /// The error is that of a damaged message or of a lens that is not supported. [`Capture::of`](super::Capture::of) uses the lens if the cell
+    /// gives none; the footage in the capture has it no longer.
+    pub fn intrinsics(&self) -> Option<std::result::Result<&Intrinsics, &Error>> {
+        self.lens.as_ref().map(|lens| lens.intrinsics.as_ref())
     }
 
     /// Warnings about the film: missing frames, a variable rate and, after the last frame, repeated frames.

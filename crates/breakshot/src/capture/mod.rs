@@ -14,6 +14,7 @@ mod image;
 mod lens;
 mod png_url;
 mod pose;
+mod recorded_lens;
 mod retimed;
 mod source;
 mod tags;
@@ -27,7 +28,8 @@ pub use footage::Footage;
 pub use image::{Frame, GreyImage};
 pub use lens::Lens;
 pub use png_url::PngEffort;
-pub use source::{Decoder, Pictures, is_decoding, recorded_unix_s};
+pub(crate) use recorded_lens::RECORDED_LENS;
+pub use source::{Decoder, Pictures, colours, is_decoding, recorded_unix_s};
 pub use tags::{board_sheet, tag_sheet};
 
 #[cfg(any(test, feature = "synthetic"))]
@@ -35,6 +37,7 @@ pub(crate) use tags::{CODES, is_white};
 
 use crate::cell::Cell;
 use crate::error::Result;
+use recorded_lens::with_recorded;
 use std::path::Path;
 
 /// A film and the camera that took it.
@@ -43,7 +46,7 @@ pub struct Capture {
     pub footage: Footage,
     /// The camera, calibrated from the film's first frames.
     pub camera: Camera,
-    /// The cell it was filmed in.
+    /// The cell it was filmed in, with the lens of the film if the cell gives none.
     pub cell: Cell,
 }
 
@@ -52,7 +55,8 @@ const FRAMES_FOR_THE_POSE: usize = 3;
 
 impl Capture {
     /// Calibrates the camera from a film's first frames, which stay in the film; its times are those of the cell's
-    /// `frame_rate_hz`, unless the film has been given another.
+    /// `frame_rate_hz`, unless the film has been given another. If the cell gives no lens and the film's own file does
+    /// ([`Footage::intrinsics`]), that lens is taken; one that differs from the cell's lens is a warning of the camera.
     ///
     /// ```
     /// use breakshot::capture::{Camera, Capture, Footage, Lens};
@@ -84,9 +88,13 @@ impl Capture {
         let mut footage = footage.at_frame_rate(cell.camera.frame_rate_hz);
         let first: Vec<Frame> = footage.frames.by_ref().take(FRAMES_FOR_THE_POSE).collect::<Result<_>>()?;
         let pictures: Vec<&GreyImage> = first.iter().map(|frame| &frame.image).collect();
-        let camera = camera(&footage.name, &pictures, cell)?;
+        let (cell, mut warnings) =
+            with_recorded(cell, footage.lens.take(), &footage.name, footage.size_px())?;
+        let mut camera = camera(&footage.name, &pictures, &cell)?;
+        warnings.append(&mut camera.warnings);
+        camera.warnings = warnings;
         footage.frames = Box::new(first.into_iter().map(Ok).chain(footage.frames));
-        Ok(Self { footage, camera, cell: cell.clone() })
+        Ok(Self { footage, camera, cell })
     }
 }
 

@@ -151,7 +151,12 @@ impl CameraSpec {
             let needed = "a cell read from its cell.toml, or focal_px, center_px and distortion";
             return Err(Error::invalid(file, "camera.camera_info", found, needed));
         };
-        Ok(Self {
+        Ok(self.with_intrinsics(intrinsics))
+    }
+
+    /// The same camera with these intrinsics in its own keys.
+    pub(crate) fn with_intrinsics(&self, intrinsics: Intrinsics) -> Self {
+        Self {
             image_size_px: Some(intrinsics.image_size_px),
             focal_px: Some(intrinsics.focal_px),
             center_px: Some(intrinsics.center_px),
@@ -162,7 +167,17 @@ impl CameraSpec {
             },
             camera_info: None,
             ..self.clone()
-        })
+        }
+    }
+
+    /// Whether the cell says anything about the lens.
+    pub(crate) fn gives_lens(&self) -> bool {
+        self.camera_info.is_some() || self.has_lens_keys()
+    }
+
+    fn has_lens_keys(&self) -> bool {
+        let distortion_given = self.distortion.is_some() || self.distortion_model.is_some();
+        self.focal_px.is_some() || self.center_px.is_some() || distortion_given
     }
 
     /// The distortion that the keys give; none without them.
@@ -190,9 +205,7 @@ impl CameraSpec {
     }
 
     fn check_lens_given_once(&self, file: &str) -> Result<()> {
-        let distortion_given = self.distortion.is_some() || self.distortion_model.is_some();
-        let own_keys = self.focal_px.is_some() || self.center_px.is_some() || distortion_given;
-        if self.camera_info.is_some() && own_keys {
+        if self.camera_info.is_some() && self.has_lens_keys() {
             let needed = "the lens once: camera_info, or focal_px, center_px and distortion";
             return Err(Error::invalid(file, "camera", "both camera_info and the lens's own keys", needed));
         }

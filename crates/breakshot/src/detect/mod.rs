@@ -30,7 +30,7 @@ pub use recorded::{Recording, recorded_tracks};
 pub use striker::{StrikerSample, StrikerTrack};
 pub use tracks::{Sample, Track, Tracks};
 
-use crate::capture::{Camera, CameraMotion, Capture, Frame, GreyImage};
+use crate::capture::{Camera, CameraMotion, Capture, Frame, GreyImage, RECORDED_LENS};
 use crate::error::{Error, Result};
 use crate::object::{self, Object};
 use crate::scene::{Placed, Strike};
@@ -105,7 +105,7 @@ pub fn tracks(
     let targets = targets(objects, names)?;
     let clip = Clip { name: footage.name().to_string(), camera: &camera, targets, given };
     let mut tracks = clip.tracks(objects, &mut footage, layout, options)?;
-    tracks.warnings.splice(0..0, footage.warnings().iter().cloned());
+    tracks.warnings.splice(0..0, lens_warnings(&camera).chain(footage.warnings().iter().cloned()));
     Ok(tracks)
 }
 
@@ -138,7 +138,12 @@ pub fn placed(
         position_m: start.pose.position,
         yaw_rad: start.pose.yaw_rad,
     });
-    Ok((placed.collect(), warnings))
+    Ok((placed.collect(), lens_warnings(&camera).chain(warnings).collect()))
+}
+
+/// The camera's warnings about the lens in the film's own file.
+fn lens_warnings(camera: &Camera) -> impl Iterator<Item = String> {
+    camera.warnings.iter().filter(|warning| warning.starts_with(RECORDED_LENS)).cloned()
 }
 
 fn targets<'a>(objects: &'a [Object], names: &'a [String]) -> Result<Vec<Target<'a>>> {

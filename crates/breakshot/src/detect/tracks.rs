@@ -2,7 +2,7 @@
 
 use super::markerless::outline_size::OUTLINE_SIZE;
 use super::striker::StrikerTrack;
-use crate::capture::CAMERA_MOVED;
+use crate::capture::{CAMERA_MOVED, RECORDED_LENS};
 use crate::geometry::Point;
 use crate::warning::Cause;
 use serde::{Deserialize, Serialize};
@@ -70,6 +70,8 @@ impl Tracks {
         let cause = |warning: &str| {
             if warning.starts_with(CAMERA_MOVED) {
                 Cause::CameraMotion
+            } else if warning.starts_with(RECORDED_LENS) {
+                Cause::Lens
             } else if warning.starts_with(OUTLINE_SIZE) {
                 Cause::Lengths
             } else {

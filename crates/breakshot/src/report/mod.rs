@@ -25,7 +25,8 @@ use crate::scene::Scene;
 
 /// A self-contained HTML page with a chapter for every result that `page` holds.
 ///
-/// The page is well-formed XML without scripts and without references to other files.
+/// The page is well-formed XML without references to other files. Where it holds motions it has one script, which plays them; without it
+/// drawings stand in their place.
 ///
 /// ```
 /// use breakshot::properties::Properties;

@@ -68,6 +68,7 @@ pub(super) fn report(
         pairs,
         objects,
         warnings,
+        alignment: None,
     })
 }
 

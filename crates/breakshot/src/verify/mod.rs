@@ -6,6 +6,7 @@
 //! The prediction starts from the poses of the scene file, as the plan did.  The first frames of the film measure how
 //! far the objects were from these poses; a warning names every object for which the difference matters.
 
+mod alignment;
 mod compare;
 mod departure;
 #[cfg(test)]
@@ -19,7 +20,10 @@ mod striker;
 mod striker_tests;
 
 pub use observed::{Observed, ObservedPose};
-pub use report::{DistanceErrors, GoalCheck, GoalChecks, ObjectDifference, PairDifference, Report, Summary};
+pub use report::{
+    Alignment, DistanceErrors, Divergence, GoalCheck, GoalChecks, ObjectDifference, PairDifference, Report,
+    SimulatedImpact, Summary,
+};
 
 use crate::cell::Cell;
 use crate::error::Result;

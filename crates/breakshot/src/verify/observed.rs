@@ -43,7 +43,7 @@ pub struct Observed {
 /// At most this many frames are averaged: the mean of 16 has a quarter of the noise of one.
 const MOST_FRAMES: usize = 16;
 /// An object is at rest while it stays within this many standard deviations of the position noise.
-const REST_SIGMAS: f64 = 5.0;
+pub(super) const REST_SIGMAS: f64 = 5.0;
 /// A drift below this (m) does not count as motion, however small the stated noise is.
 const REST_M: f64 = 1e-4;
 /// A film with fewer frames at rest at its end stopped too early.

@@ -29,6 +29,46 @@ pub struct Report {
     pub goal: GoalChecks,
     /// The tracker's warnings and deviations of the scene file from the film.
     pub warnings: Vec<String>,
+    /// Film and simulation on one time axis ([`Report::align`]); none where that was not asked for, and where the struck object moves in
+    /// only one of them.
+    #[serde(default)]
+    pub alignment: Option<Alignment>,
+}
+
+/// A film and a simulation of the same strike on one time axis.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
+pub struct Alignment {
+    /// The object that is struck first: where it has moved by as much in the film as in the simulation, the times are equal.
+    pub object: String,
+    /// Time of the film at which the simulated striker starts (s).
+    pub start_s: f64,
+    /// Where objects leave their simulated motion for good, in the order of time.
+    pub divergences: Vec<Divergence>,
+}
+
+/// Where an object leaves its simulated motion by more than 2 mm and does not come back.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
+pub struct Divergence {
+    /// The object.
+    pub object: String,
+    /// Time of the first such frame (s after the striker starts).
+    pub time_s: f64,
+    /// Distance between the observed and the simulated position in that frame (m).
+    pub distance_m: f64,
+    /// The last simulated impact of the object before that; none if the simulation has none.
+    pub last_impact: Option<SimulatedImpact>,
+}
+
+/// An impact of a simulation.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
+pub struct SimulatedImpact {
+    /// Time (s after the striker starts).
+    pub time_s: f64,
+    /// The two bodies.
+    pub bodies: Vec<String>,
 }
 
 /// The distance of two objects after the strike.
@@ -122,6 +162,12 @@ pub struct GoalCheck {
     pub mean_distance_m: Option<f64>,
     /// The violated conditions, the largest violation first.
     pub violations: Vec<String>,
+}
+
+impl Divergence {
+    /// The distance from which on an object has left its simulated motion (m): at 1 m/s it covers it in 2 ms, a tenth of a frame at 50 Hz,
+    /// to which film and simulation can be set to the same time.
+    pub const LEAST_M: f64 = 2e-3;
 }
 
 impl Report {

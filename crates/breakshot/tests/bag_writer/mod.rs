@@ -1,4 +1,4 @@
-//! Writes bags of ROS 2 (MCAP, <https://mcap.dev/spec>) and messages that hold images, for tests of their reader.
+//! Writes bags of ROS 2 (MCAP, <https://mcap.dev/spec>) and messages that hold images and lenses, for tests of their reader.
 
 #![allow(dead_code, reason = "each user needs a part of it")]
 
@@ -133,6 +133,14 @@ impl Cdr {
         self
     }
 
+    fn f64s(mut self, numbers: &[f64]) -> Self {
+        if !numbers.is_empty() {
+            self.0.resize((self.0.len() - 4).next_multiple_of(8) + 4, 0);
+        }
+        self.0.extend(numbers.iter().flat_map(|number| number.to_le_bytes()));
+        self
+    }
+
     fn text(self, text: &str) -> Self {
         self.bytes(&[text.as_bytes(), b"\0"].concat())
     }
@@ -168,11 +176,83 @@ pub(crate) fn video(taken_ns: u64, format: &str, data: &[u8]) -> Vec<u8> {
 
 /// `foxglove.CompressedVideo`
 pub(crate) fn protobuf_video(taken_ns: u64, format: &str, data: &[u8]) -> Vec<u8> {
-    let (seconds, rest) = (taken_ns / 1_000_000_000, taken_ns % 1_000_000_000);
-    let time = [&[0x08][..], &varint(seconds), &[0x10], &varint(rest)].concat();
-    let field =
-        |number: u8, bytes: &[u8]| [&[number << 3 | 2][..], &varint(bytes.len() as u64), bytes].concat();
+    let field = protobuf_field;
+    let time = protobuf_time(taken_ns);
     [field(1, &time), field(2, b"camera"), field(3, data), field(4, format.as_bytes())].concat()
+}
+
+/// A calibration of a camera, for messages.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Info<'a> {
+    pub(crate) size_px: [u32; 2],
+    pub(crate) model: &'a str,
+    pub(crate) d: &'a [f64],
+    pub(crate) k: [f64; 9],
+    pub(crate) p: [f64; 12],
+    pub(crate) binning: [u32; 2],
+    /// x offset, y offset, width, height.
+    pub(crate) roi: [u32; 4],
+}
+
+impl<'a> Info<'a> {
+    /// The whole sensor; rectified pictures have the same camera matrix.
+    pub(crate) fn new(
+        size_px: [u32; 2],
+        [fx, fy]: [f64; 2],
+        [cx, cy]: [f64; 2],
+        model: &'a str,
+        d: &'a [f64],
+    ) -> Self {
+        let k = [fx, 0.0, cx, 0.0, fy, cy, 0.0, 0.0, 1.0];
+        let p = [fx, 0.0, cx, 0.0, 0.0, fy, cy, 0.0, 0.0, 0.0, 1.0, 0.0];
+        Self { size_px, model, d, k, p, binning: [0; 2], roi: [0; 4] }
+    }
+
+    fn matrices(&self, head: Cdr) -> Cdr {
+        let coefficients = head.text(self.model).u32(self.d.len() as u32).f64s(self.d);
+        coefficients.f64s(&self.k).f64s(&[1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0]).f64s(&self.p)
+    }
+}
+
+/// `sensor_msgs/msg/CameraInfo`
+pub(crate) fn camera_info(taken_ns: u64, info: &Info) -> Vec<u8> {
+    let ([width, height], [x, y, roi_width, roi_height]) = (info.size_px, info.roi);
+    let matrices = info.matrices(Cdr::new(taken_ns, "camera").u32(height).u32(width));
+    let binned = matrices.u32(info.binning[0]).u32(info.binning[1]);
+    binned.u32(x).u32(y).u32(roi_height).u32(roi_width).u8(0).0
+}
+
+/// `foxglove_msgs/msg/CameraCalibration`
+pub(crate) fn camera_calibration(taken_ns: u64, info: &Info) -> Vec<u8> {
+    info.matrices(Cdr::new(taken_ns, "camera").u32(info.size_px[0]).u32(info.size_px[1])).0
+}
+
+/// `foxglove.CameraCalibration`
+pub(crate) fn protobuf_calibration(taken_ns: u64, info: &Info) -> Vec<u8> {
+    let bytes = |numbers: &[f64]| numbers.iter().flat_map(|number| number.to_le_bytes()).collect::<Vec<_>>();
+    let fixed = |number: u8, value: u32| [&[number << 3 | 5][..], &value.to_le_bytes()].concat();
+    let one_by_one: Vec<u8> =
+        info.d.iter().flat_map(|d| [&[5 << 3 | 1][..], &d.to_le_bytes()].concat()).collect();
+    [
+        protobuf_field(1, &protobuf_time(taken_ns)),
+        fixed(2, info.size_px[0]),
+        fixed(3, info.size_px[1]),
+        protobuf_field(4, info.model.as_bytes()),
+        one_by_one,
+        protobuf_field(6, &bytes(&info.k)),
+        protobuf_field(8, &bytes(&info.p)),
+        protobuf_field(9, b"camera"),
+    ]
+    .concat()
+}
+
+fn protobuf_time(taken_ns: u64) -> Vec<u8> {
+    let (seconds, rest) = (taken_ns / 1_000_000_000, taken_ns % 1_000_000_000);
+    [&[0x08][..], &varint(seconds), &[0x10], &varint(rest)].concat()
+}
+
+fn protobuf_field(number: u8, bytes: &[u8]) -> Vec<u8> {
+    [&[number << 3 | 2][..], &varint(bytes.len() as u64), bytes].concat()
 }
 
 fn varint(mut number: u64) -> Vec<u8> {

@@ -2,7 +2,7 @@
 
 use super::limits::MAX_FRAMES;
 use super::opened::Opened;
-use super::picture::{png_decoder, png_picture, png_size_px};
+use super::picture::{png_colours, png_decoder, png_picture, png_size_px};
 use super::{sniff, timestamps};
 use crate::capture::image::{Frame, GreyImage};
 use crate::error::{Error, Result};
@@ -24,7 +24,14 @@ pub(super) fn open_one(path: &Path) -> Result<Opened> {
     let size_px = size_px(path)?;
     let file = PathBuf::from(path);
     let frames = std::iter::once_with(move || Ok(Frame { time_s: 0.0, image: picture(&file)? }));
-    Ok(Opened { size_px, frame_count: Some(1), warnings: Vec::new(), frames: Box::new(frames), tick_s: None })
+    Ok(Opened {
+        size_px,
+        frame_count: Some(1),
+        warnings: Vec::new(),
+        frames: Box::new(frames),
+        tick_s: None,
+        lens: None,
+    })
 }
 
 /// A folder of images in the natural order of their names.
@@ -43,7 +50,7 @@ pub(super) fn open_folder(path: &Path) -> Result<Opened> {
         }
         Ok(Frame { time_s, image })
     });
-    Ok(Opened { size_px, frame_count, warnings, frames: Box::new(frames), tick_s: None })
+    Ok(Opened { size_px, frame_count, warnings, frames: Box::new(frames), tick_s: None, lens: None })
 }
 
 fn pictures_in(folder: &Path) -> Result<Vec<PathBuf>> {
@@ -156,4 +163,15 @@ fn bytes_of(path: &Path) -> Result<BufReader<File>> {
 /// The luma of a PNG.
 fn picture(path: &Path) -> Result<GreyImage> {
     png_picture(bytes_of(path)?).map_err(|error| error.for_file(path))
+}
+
+/// Red, green and blue of a PNG file; nothing for one without colours and for files of other formats.
+///
+/// # Errors
+/// A file that cannot be read, a PNG that is damaged.
+pub fn colours(path: &Path) -> Result<Vec<GreyImage>> {
+    if size_px(path).is_err() {
+        return Ok(Vec::new());
+    }
+    png_colours(bytes_of(path)?).map_err(|error| error.for_file(path))
 }

@@ -42,6 +42,7 @@ pub(super) fn open(path: &Path, file: File) -> Result<Opened> {
         warnings: Vec::new(),
         frames: Box::new(frames),
         tick_s: None,
+        lens: None,
     })
 }
 

@@ -2,12 +2,15 @@
 
 mod kalibr;
 mod matrix_file;
+mod sensor_calibration;
 mod text;
 
 use crate::cell::Intrinsics;
 use crate::error::{Error, Result};
 use serde_json::{Map, Value};
 use std::path::Path;
+
+pub(crate) use sensor_calibration::SensorCalibration;
 
 /// What is read.
 const NEEDED: &str =
@@ -34,7 +37,7 @@ pub(crate) fn parsed(
         let found = format!("`#{camera}` after the name of a file of one camera");
         return Err(Error::invalid(name, "camera", found, "the name alone, or a Kalibr camchain"));
     }
-    matrix_file::intrinsics(path, &map, given_size_px)
+    matrix_file::calibration(path, &map, given_size_px)?.intrinsics(&name)
 }
 
 /// The first of these keys that the map has.

@@ -6,6 +6,7 @@
 use super::edges::TopView;
 use super::regions::{Region, regions};
 use super::shape_fit::Fitted;
+use crate::capture::GreyImage;
 use crate::cell::Cell;
 use crate::detect::label::Window;
 use crate::geometry::Pixel;
@@ -16,6 +17,8 @@ use crate::statistics::median;
 #[derive(Clone, Debug)]
 pub(super) struct Candidate {
     pub region: Region,
+    /// Where its edge is strongest: 0 for the luma, then the colours.
+    pub plane: usize,
     pub outline: Fitted,
 }
 
@@ -34,70 +37,122 @@ const TABLE_AT_M: [f64; 3] = [3e-3, 4.5e-3, 6e-3];
 /// Height of the tallest object (m), by which the silhouette of a side is bounded, and the steps in height at which it is compared.
 const TALLEST_M: f64 = 0.08;
 const HEIGHT_STEPS: usize = 8;
-/// Least step of grey level around a silhouette, above that of most shadows, and the number of silhouettes that are tried.
+/// Least step of grey level around a silhouette, above that of most shadows.
 const SILHOUETTE_STRENGTH: f64 = 15.0;
-const MOST_SILHOUETTES: usize = 60;
+/// Largest area of a marker (m2), and the least step of grey level around it.
+const MOST_MARKER_M2: f64 = 0.01;
+const MARKER_STRENGTH: f64 = 12.0;
 /// Heights that are tried for a silhouette (m).
 const HEIGHTS_M: [f64; 4] = [0.015, 0.03, 0.045, 0.06];
 /// Regions nearer than this touch (px).
 const TOUCHING_PX: f64 = 3.0;
 
-/// The tops in a picture.
-pub(super) fn tops(view: &TopView, cell: &Cell) -> Vec<Candidate> {
+/// The tops in a picture, of which `planes` are the luma and the colours.
+pub(super) fn tops<'a>(planes: &'a [GreyImage], view: &TopView<'a>, cell: &Cell) -> Vec<Candidate> {
     let middle = cell.workspace.min_m + (cell.workspace.max_m - cell.workspace.min_m) * 0.5;
     let pixel_m = view.pixel_m(view.camera.pixel_from_table(middle, view.height_m));
     if !pixel_m.is_finite() || pixel_m <= 0.0 {
         return Vec::new();
     }
-    let [least_px, most_px] = AREAS_M2.map(|area_m2| (area_m2 / (pixel_m * pixel_m)) as u64);
-    let areas_px = LEAST_MARKER_PX..=most_px.max(LEAST_MARKER_PX + 1);
-    let all: Vec<Region> = distinct(
-        regions(view.image, Window::whole(view.image), &areas_px)
-            .into_iter()
-            .filter(|region| region.strength >= LEAST_STRENGTH && is_on_table(view, cell, region)),
-    );
-    // Tops and markers that are regions of their own
-    let ink = TopView { solid: false, ..*view };
-    let is_marker_size = |region: &Region| (region.area_px as u64) < least_px;
-    let direct = |region: &Region| {
-        let view = if is_marker_size(region) { &ink } else { view };
-        let outline = view.nearest(region).filter(|outline| outline.fits)?;
-        Some(Candidate { region: region.clone(), outline })
-    };
-    let candidates: Vec<Candidate> = all.iter().filter_map(direct).collect();
-    let is_top_size = |region: &Region| !is_marker_size(region) && differs(view, region, pixel_m);
-    let has_marker = |top: &Region| candidates.iter().any(|other| is_marker(&other.region, top));
+    let search = Search { planes, view: *view, cell, pixel_m };
+    let all = search.regions();
+    let markers: Vec<&PlaneRegion> = all.iter().filter(|found| search.is_marker(found)).collect();
+    let has_marker = |top: &Region| markers.iter().any(|marker| can_carry(top, &marker.region));
     let mut chosen = Chosen { view, tops: Vec::new() };
     // The innermost of marked regions is the top, the others are its silhouette and its shadow.
-    let mut large: Vec<&Candidate> =
-        candidates.iter().filter(|candidate| is_top_size(&candidate.region)).collect();
-    large.sort_by_key(|candidate| candidate.region.area_px);
-    for candidate in large.iter().filter(|candidate| has_marker(&candidate.region)) {
-        chosen.add(candidate, false);
+    let mut large: Vec<(&PlaneRegion, bool)> = all
+        .iter()
+        .filter(|found| search.is_top_size(found))
+        .map(|found| (found, has_marker(&found.region)))
+        .collect();
+    large.sort_by_key(|(found, _)| found.region.area_px);
+    for (found, _) in large.iter().filter(|(_, is_marked)| *is_marked) {
+        if chosen.is_free(&found.region, false) {
+            chosen.tops.extend(search.top(found));
+        }
     }
     // Silhouettes around a marker: sides as light as the tops
-    let mut others: Vec<&Region> = all
-        .iter()
-        .filter(|region| {
-            region.strength >= SILHOUETTE_STRENGTH && is_top_size(region) && chosen.is_free(region, false)
-        })
-        .take(MOST_SILHOUETTES)
-        .collect();
-    others.sort_by_key(|region| region.area_px);
-    let (marked, bare): (Vec<&Region>, Vec<&Region>) =
-        others.into_iter().partition(|region| has_marker(region));
-    for region in marked {
-        chosen.add_silhouette(region, false);
+    for (found, _) in large.iter().filter(|(_, is_marked)| *is_marked) {
+        if chosen.is_free(&found.region, false) {
+            chosen.tops.extend(search.silhouette(found));
+        }
     }
     // Without a marker the strongest edges first
-    large.sort_by(|a, b| b.region.strength.total_cmp(&a.region.strength));
-    for candidate in large.into_iter().filter(|candidate| !has_marker(&candidate.region)) {
-        chosen.add(candidate, true);
-    }
-    for region in bare {
-        chosen.add_silhouette(region, true);
+    large.retain(|(_, is_marked)| !is_marked);
+    large.sort_by(|(a, _), (b, _)| b.region.strength.total_cmp(&a.region.strength));
+    for (found, _) in &large {
+        if chosen.is_free(&found.region, true) {
+            chosen.tops.extend(search.top(found).or_else(|| search.silhouette(found)));
+        }
     }
     chosen.tops
+}
+
+/// A region of one of the planes.
+struct PlaneRegion {
+    region: Region,
+    plane: usize,
+}
+
+/// Where tops are searched.
+struct Search<'a> {
+    planes: &'a [GreyImage],
+    view: TopView<'a>,
+    cell: &'a Cell,
+    pixel_m: f64,
+}
+
+impl<'a> Search<'a> {
+    /// The regions of all planes, of regions with the same border the one with the strongest edge.
+    fn regions(&self) -> Vec<PlaneRegion> {
+        let most_px = (AREAS_M2[1] / (self.pixel_m * self.pixel_m)) as u64;
+        let areas_px = LEAST_MARKER_PX..=most_px.max(LEAST_MARKER_PX + 1);
+        let of_plane = |plane: usize| {
+            let image = &self.planes[plane];
+            let found = regions(image, Window::whole(image), &areas_px).into_iter();
+            found.map(move |region| PlaneRegion { region, plane })
+        };
+        let stands_out = |found: &PlaneRegion| {
+            found.region.strength >= LEAST_STRENGTH && is_on_table(&self.view, self.cell, &found.region)
+        };
+        distinct((0..self.planes.len()).flat_map(of_plane).filter(stands_out))
+    }
+
+    fn view(&self, plane: usize) -> TopView<'a> {
+        TopView { image: &self.planes[plane], ..self.view }
+    }
+
+    /// Whether a region is large enough for a top, and other than the table.
+    fn is_top_size(&self, PlaneRegion { region, plane }: &PlaneRegion) -> bool {
+        let area_m2 = region.area_px as f64 * self.pixel_m * self.pixel_m;
+        area_m2 >= AREAS_M2[0] && differs(&self.view(*plane), region, self.pixel_m)
+    }
+
+    /// Whether a region has the outline of a marker.
+    fn is_marker(&self, PlaneRegion { region, plane }: &PlaneRegion) -> bool {
+        let area_m2 = region.area_px as f64 * self.pixel_m * self.pixel_m;
+        let ink = TopView { solid: false, ..self.view(*plane) };
+        area_m2 <= MOST_MARKER_M2
+            && region.strength >= MARKER_STRENGTH
+            && ink.nearest(region).is_some_and(|outline| outline.fits)
+    }
+
+    /// A region as a top.
+    fn top(&self, PlaneRegion { region, plane }: &PlaneRegion) -> Option<Candidate> {
+        let outline = self.view(*plane).nearest(region).filter(|outline| outline.fits)?;
+        Some(Candidate { region: region.clone(), plane: *plane, outline })
+    }
+
+    /// A region as the silhouette of an object: its height decides which top it has.
+    fn silhouette(&self, PlaneRegion { region, plane }: &PlaneRegion) -> Option<Candidate> {
+        if region.strength < SILHOUETTE_STRENGTH {
+            return None;
+        }
+        let at = |height_m: f64| TopView { height_m, ..self.view(*plane) }.outline(region);
+        let heights_m = std::iter::once(self.view.height_m).chain(HEIGHTS_M);
+        let outline = heights_m.filter_map(at).find(|outline| outline.fits)?;
+        Some(Candidate { region: region.clone(), plane: *plane, outline })
+    }
 }
 
 /// The tops that were found so far.
@@ -113,34 +168,17 @@ impl Chosen<'_> {
             |top: &Candidate| top.region.overlaps(region) || apart && touches(self.view, top, region);
         !self.tops.iter().any(is_hit)
     }
-
-    fn add(&mut self, candidate: &Candidate, apart: bool) {
-        if self.is_free(&candidate.region, apart) {
-            self.tops.push(candidate.clone());
-        }
-    }
-
-    /// Adds a silhouette, if it is that of an outline at one of some heights: the height decides which top it has.
-    fn add_silhouette(&mut self, region: &Region, apart: bool) {
-        if !self.is_free(region, apart) {
-            return;
-        }
-        let at = |height_m: f64| TopView { height_m, ..*self.view }.outline(region);
-        let heights_m = std::iter::once(self.view.height_m).chain(HEIGHTS_M);
-        if let Some(outline) = heights_m.filter_map(at).find(|outline| outline.fits) {
-            self.tops.push(Candidate { region: region.clone(), outline });
-        }
-    }
 }
 
-/// Of regions with the same border the one with the strongest edge.
-fn distinct(all: impl Iterator<Item = Region>) -> Vec<Region> {
-    let mut by_strength: Vec<Region> = all.collect();
-    by_strength.sort_by(|a, b| b.strength.total_cmp(&a.strength).then(b.area_px.cmp(&a.area_px)));
-    let mut kept: Vec<Region> = Vec::new();
-    for region in by_strength {
-        if !kept.iter().any(|other| has_same_border(other, &region)) {
-            kept.push(region);
+fn distinct(all: impl Iterator<Item = PlaneRegion>) -> Vec<PlaneRegion> {
+    let mut by_strength: Vec<PlaneRegion> = all.collect();
+    by_strength.sort_by(|a, b| {
+        b.region.strength.total_cmp(&a.region.strength).then(b.region.area_px.cmp(&a.region.area_px))
+    });
+    let mut kept: Vec<PlaneRegion> = Vec::new();
+    for found in by_strength {
+        if !kept.iter().any(|other| has_same_border(&other.region, &found.region)) {
+            kept.push(found);
         }
     }
     kept
@@ -153,8 +191,8 @@ fn has_same_border(a: &Region, b: &Region) -> bool {
     (area - other).abs() < SAME_BORDER * area && off_px < 0.5 * SAME_BORDER * area.sqrt()
 }
 
-/// Whether a region can be a marker on a top.
-fn is_marker(marker: &Region, top: &Region) -> bool {
+/// Whether a top can carry a marker.
+fn can_carry(top: &Region, marker: &Region) -> bool {
     let fraction = marker.area_px as f64 / top.area_px as f64;
     (MARKER_FRACTIONS[0]..MARKER_FRACTIONS[1]).contains(&fraction) && top.covers(marker)
 }

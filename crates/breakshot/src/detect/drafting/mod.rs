@@ -71,11 +71,11 @@ const STRIKER_FRACTION: f64 = 0.05;
 
 /// Everything that stands out from the table in a picture, or in the first frames of a film, as objects.
 ///
-/// Outlines are measured in the plane of the given heights.
+/// Outlines are measured in the plane of the given heights. `colours` are further planes of the same picture, as [`colours`](crate::capture::colours) gives them; they may be missing.
 ///
 /// # Errors
 /// A film that cannot be decoded, a height that is not a length, a height of an object that is not there, a picture without objects.
-pub fn draft(capture: Capture, heights: &Heights) -> Result<Draft> {
+pub fn draft(capture: Capture, colours: Vec<GreyImage>, heights: &Heights) -> Result<Draft> {
     length("--height-m", "height_m", heights.default_m)?;
     for (name, height_m) in &heights.named_m {
         length("--height-m", name, *height_m)?;
@@ -84,8 +84,12 @@ pub fn draft(capture: Capture, heights: &Heights) -> Result<Draft> {
     let clip = footage.name().to_string();
     let image = mean_image(&first_frames(&clip, &mut footage)?);
     let mut warnings: Vec<String> = footage.warnings().to_vec();
-    let search = Search { image: &image, camera: &camera, cell: &cell };
-    let mut found = tops(&search.view(heights.default_m), &cell);
+    let planes: Vec<GreyImage> = std::iter::once(image).chain(colours).collect();
+    let image = &planes[0];
+    let same_size = |plane: &GreyImage| [plane.width, plane.height] == [image.width, image.height];
+    let planes: &[GreyImage] = if planes.iter().all(same_size) { &planes } else { &planes[..1] };
+    let search = Search { planes, camera: &camera, cell: &cell };
+    let mut found = tops(planes, &search.view(0, heights.default_m), &cell);
     // Numbers do not depend on the heights of single objects.
     found.sort_by(|a, b| {
         let at = |candidate: &candidates::Candidate| candidate.outline.pose.position;
@@ -93,10 +97,10 @@ pub fn draft(capture: Capture, heights: &Heights) -> Result<Draft> {
     });
     search.warn_of_the_edge(&mut warnings);
     let mut objects = Vec::new();
-    for candidates::Candidate { region, .. } in &found {
+    for candidates::Candidate { region, plane, .. } in &found {
         let name = format!("object_{}", objects.len() + 1);
         let height_m = heights.named_m.get(&name).copied().unwrap_or(heights.default_m);
-        objects.extend(search.drafted(region, name, height_m, &mut warnings));
+        objects.extend(search.drafted((region, *plane), name, height_m, &mut warnings));
     }
     if objects.is_empty() {
         return Err(Error::Markers {
@@ -109,20 +113,20 @@ pub fn draft(capture: Capture, heights: &Heights) -> Result<Draft> {
         let needed = format!("one of object_1 to object_{}", objects.len());
         return Err(Error::invalid("--height-m", "object", format!("`{name}`"), needed));
     }
-    Ok(Draft { objects, image, camera, warnings })
+    Ok(Draft { objects, image: image.clone(), camera, warnings })
 }
 
 /// A picture in which objects are searched.
 #[derive(Clone, Copy)]
 struct Search<'a> {
-    image: &'a GreyImage,
+    planes: &'a [GreyImage],
     camera: &'a Camera,
     cell: &'a Cell,
 }
 
 impl Search<'_> {
-    const fn view(&self, height_m: f64) -> TopView<'_> {
-        TopView { image: self.image, camera: self.camera, height_m, solid: true }
+    const fn view(&self, plane: usize, height_m: f64) -> TopView<'_> {
+        TopView { image: &self.planes[plane], camera: self.camera, height_m, solid: true }
     }
 
     /// Objects near the picture's edge have no edge all around: their workspace is named.
@@ -141,19 +145,19 @@ impl Search<'_> {
     /// The object of a region; `None` for the striker, and without a shape that fits.
     fn drafted(
         &self,
-        region: &Region,
+        (region, plane): (&Region, usize),
         name: String,
         height_m: f64,
         warnings: &mut Vec<String>,
     ) -> Option<Drafted> {
-        let top = self.view(height_m);
+        let top = self.view(plane, height_m);
         let at = self.camera.table_from_pixel(region.centroid, height_m);
         let place = format!("at ({:.0}, {:.0}) mm", 1e3 * at.x, 1e3 * at.y);
         let Some(outline) = top.outline(region) else {
             warnings.push(format!("what lies {place} has no outline that can be measured: it is left out"));
             return None;
         };
-        if self.is_striker(region) {
+        if self.is_striker(region, plane) {
             warnings.push(format!("the disc {place} has the striker's size: it is left out"));
             return None;
         }
@@ -181,10 +185,10 @@ impl Search<'_> {
     }
 
     /// Whether a region is the top of the striker.
-    fn is_striker(&self, region: &Region) -> bool {
+    fn is_striker(&self, region: &Region, plane: usize) -> bool {
         let striker = &self.cell.striker;
         let Shape::Disc { radius_m: given_m } = striker.shape else { return false };
-        let radius_m = match self.view(striker.height_m).outline(region) {
+        let radius_m = match self.view(plane, striker.height_m).outline(region) {
             Some(Fitted { shape: Shape::Disc { radius_m }, .. }) => radius_m,
             _ => return false,
         };

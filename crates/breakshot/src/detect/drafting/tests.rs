@@ -26,7 +26,7 @@ fn drafted(drawn: &[(Object, Pose)], heights: &Heights) -> Result<Draft> {
     let image = picture(&view, &things.collect::<Vec<_>>());
     let cell = Cell::from_above(1000.0, Workspace::centred([0.5, 0.3]), Striker::rod(0.01, [0.1, 1.0]));
     let footage = Footage::from_frames("drawn", vec![Frame { time_s: 0.0, image }]);
-    draft(Capture { footage, camera: view.camera, cell }, heights)
+    draft(Capture { footage, camera: view.camera, cell }, Vec::new(), heights)
 }
 
 fn heights() -> Heights {

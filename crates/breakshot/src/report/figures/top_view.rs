@@ -142,6 +142,16 @@ impl Viewport {
         view.with_margin()
     }
 
+    /// The left and the upper end (m).
+    pub(in crate::report) fn top_left_m(self) -> [f64; 2] {
+        [self.min.x, self.max.y]
+    }
+
+    /// The scale of a drawing of this width (px/m).
+    pub(in crate::report) fn px_per_m(self, width_px: f64) -> f64 {
+        width_px / (self.max.x - self.min.x)
+    }
+
     /// The area that contains the objects only.
     pub(in crate::report) fn of_objects(drawing: &TopView) -> Self {
         let mut view = Self::EMPTY;
@@ -216,9 +226,8 @@ impl Canvas {
 
 /// The table from above as an SVG of this width.
 pub(in crate::report) fn top_view(drawing: &TopView, view: Viewport, width_px: f64, label: &str) -> String {
-    let size = view.max - view.min;
-    let px_per_m = width_px / size.x;
-    let height_px = size.y * px_per_m;
+    let px_per_m = view.px_per_m(width_px);
+    let height_px = (view.max.y - view.min.y) * px_per_m;
     let svg = Svg::new(width_px, height_px + FOOT_PX);
     let mut canvas = Canvas { svg, labels: Labels::default(), view, px_per_m };
     canvas.labels.keep_free([f64::NEG_INFINITY, height_px, f64::INFINITY, f64::INFINITY]);

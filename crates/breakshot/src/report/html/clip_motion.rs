@@ -1,11 +1,17 @@
 //! The chapter on the motion in one clip (Fig. 6): measurements as dots, the fitted motion as lines.
 
 use super::content::ClipMotion;
-use super::text::figure;
+use super::player::{Moment, Motion, Player, played};
+use super::text::{HALF_WORKSPACE_FACTOR, figure};
+use super::top_views::drawn_objects;
 use crate::detect::{Sample, Track};
 use crate::estimate::{BodyFit, ClipFit};
-use crate::geometry::Vec2;
-use crate::report::figures::{Mark, PANEL_PX, Palette, Panel, Series, Stroke, escaped, line_chart};
+use crate::geometry::{Pose, Vec2};
+use crate::object::Object;
+use crate::report::figures::{
+    CentrePath, Layer, Mark, PANEL_PX, Palette, Panel, Series, Stroke, TopView, Viewport, escaped, line_chart,
+};
+use crate::scene::{Goal, Scene};
 
 /// At a lower speed (m/s) noise dominates the direction of motion.
 const MOVING_M_S: f64 = 0.03;
@@ -55,7 +61,7 @@ pub(in crate::report) fn drawing(motion: &ClipMotion, palette: &Palette) -> Opti
     ))
 }
 
-pub(super) fn chapter(motion: &ClipMotion, palette: &Palette) -> Option<String> {
+pub(super) fn chapter(motion: &ClipMotion, objects: &[Object], palette: &Palette) -> Option<String> {
     let svg = drawing(motion, palette)?;
     let name = escaped(&motion.tracks.video);
     let legend = match motion.fit {
@@ -73,11 +79,66 @@ pub(super) fn chapter(motion: &ClipMotion, palette: &Palette) -> Option<String> 
         "<h2>The motion in one clip</h2>\n<p>The striker hits the first object, which may hit the second. An impact changes \
          the speeds instantaneously; after it each object slides to rest with a constant deceleration, the coefficient of \
          friction times <i>g</i>. The objects were tracked in {frames} frames; the reprojection error of the tags is \
-         {:.2} px (rms).{}</p>\n{}",
+         {:.2} px (rms).{}</p>\n{}{}",
         motion.tracks.reprojection_rms_px,
         motion.fit.map_or(String::new(), residual),
-        figure(&svg, &caption)
+        figure(&svg, &caption),
+        player(motion, objects, palette)
     ))
+}
+
+/// The clip played: the film, and the fitted motion.
+fn player(motion: &ClipMotion, objects: &[Object], palette: &Palette) -> String {
+    let Some(cell) = motion.cell else { return String::new() };
+    let film = Motion::filmed(motion.tracks, 0.0);
+    let fitted = motion.fit.map(|fit| Motion::fitted(fit, motion.tracks));
+    let scene = Scene {
+        cell: cell.clone(),
+        objects: objects.to_vec(),
+        observed_unix_s: None,
+        placed: Vec::new(),
+        walls: Vec::new(),
+        keep_out: Vec::new(),
+        goal: Goal::default(),
+    };
+    // The part of the table that the first and the last poses and the paths need.
+    let tracks = || motion.tracks.tracks.iter();
+    let pose = |sample: &Sample| Pose { position: sample.position(), yaw_rad: sample.yaw_rad.unwrap_or(0.0) };
+    let ends = tracks().flat_map(|track| {
+        let ends = track.samples.first().into_iter().chain(track.samples.last());
+        ends.map(|sample| (track.object.as_str(), pose(sample)))
+    });
+    let paths = tracks().map(|track| CentrePath {
+        class: palette.class(&track.object),
+        points: track.samples.iter().map(Sample::position).collect(),
+    });
+    let mut ground = TopView {
+        scene: &scene,
+        objects: drawn_objects(&scene, ends, Layer::Current, palette),
+        paths: paths.collect(),
+        strike: motion.strike,
+        approaches: Vec::new(),
+    };
+    let view = Viewport::of(&[&ground], HALF_WORKSPACE_FACTOR);
+    ground.paths.clear();
+    ground.objects.clear();
+    let drawn = if fitted.is_some() {
+        "Filled outlines and solid lines: the film. Dashed outlines and lines: the fitted motion."
+    } else {
+        "Outlines: the film. Lines: the paths of the centres."
+    };
+    let caption = film.caption(drawn);
+    let title = format!("Motion in {}", motion.tracks.video);
+    let player = Player {
+        title: &title,
+        ground,
+        view,
+        moments: motion.fit.map(Moment::of_fit).unwrap_or_default(),
+        motions: std::iter::once(film).chain(fitted).collect(),
+        film_start_s: Some(0.0),
+        caption,
+    };
+    played(&player, palette, "")
 }
 
 fn residual(fit: &ClipFit) -> String {

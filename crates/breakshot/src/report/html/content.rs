@@ -1,6 +1,7 @@
 //! The contents of the page: the results of the stages that it shows.
 
 use crate::capture::GreyImage;
+use crate::cell::Cell;
 use crate::detect::Tracks;
 use crate::estimate::ClipFit;
 use crate::object::Object;
@@ -40,6 +41,10 @@ pub struct ClipMotion<'a> {
     pub tracks: &'a Tracks,
     /// The fitted motion.
     pub fit: Option<&'a ClipFit>,
+    /// The cell in which it was filmed: with it and the page's objects the motion can be played.
+    pub cell: Option<&'a Cell>,
+    /// The strike.
+    pub strike: Option<&'a Strike>,
 }
 
 /// A simulated strike.
@@ -60,11 +65,11 @@ pub struct FilmedStrike<'a> {
     pub scene: &'a Scene,
     /// The strike.
     pub strike: &'a Strike,
-    /// The tracks of the film, for the paths of the centres.
+    /// The tracks of the film, for the paths of the centres and the filmed motion.
     pub tracks: Option<&'a Tracks>,
-    /// The simulation, for the paths of the centres.
+    /// The simulation, for the paths of the centres and the simulated motion.
     pub trajectory: Option<&'a Trajectory>,
-    /// The comparison of the two.
+    /// The comparison of the two; with its alignment film and simulation are played together.
     pub report: &'a Report,
     /// A frame from before the strike and one from after it.
     pub frames: Option<[&'a GreyImage; 2]>,

@@ -1,6 +1,8 @@
 //! The chapter on filmed strikes and their simulations (Figs. 12 to 17).
 
 use super::content::FilmedStrike;
+use super::explanation::explanation;
+use super::player::{Moment, Motion, Player, played};
 use super::text::{
     Conclusion, DASH, HALF_WIDTH_PX, HALF_WORKSPACE_FACTOR, Half, KeyNumber, conclusion, figure, figure_pair,
     key_numbers, mm, mm_or_dash, sentence, table,
@@ -12,7 +14,7 @@ use crate::report::figures::{
     BarPair, CentrePath, Layer, LowerBound, Palette, TopView, Viewport, bar_chart, escaped, film_image,
     top_view,
 };
-use crate::verify::{DistanceErrors, GoalCheck, ObservedPose, Report};
+use crate::verify::{DistanceErrors, GoalCheck, ObservedPose, PairDifference, Report};
 use std::collections::BTreeMap;
 
 pub(super) fn chapter(filmed: &[FilmedStrike], palette: &Palette) -> Option<String> {
@@ -83,16 +85,19 @@ fn strike(film: &FilmedStrike, palette: &Palette) -> String {
             (Half { title: "Before", image: &before }, Half { title: "After", image: &after });
         section += &figure_pair(&left, &right, "Two frames of the film.");
     }
-    section += &beside(film, palette);
-    section += &figure(
-        &overlay(film, palette),
-        "Filled outlines: the filmed final poses. Dashed outlines: the simulated ones.",
-    );
+    let still = beside(film, palette)
+        + &figure(
+            &overlay(film, palette),
+            "Filled outlines: the filmed final poses. Dashed outlines: the simulated ones.",
+        );
+    section += &player(film, palette, &still);
+    section += &explanation(film);
     if !rows.is_empty() {
         let label = "Pairwise distances, filmed and simulated";
         let svg = bar_chart(&rows, "distance between centres (mm)", bound.as_ref(), label);
         section += &figure(&svg, "Distances after the strike for each pair (Fig. 17).");
         section += &distance_errors(report);
+        section += &pair_table(report);
     }
     section + &object_table(report)
 }
@@ -129,6 +134,47 @@ fn beside(film: &FilmedStrike, palette: &Palette) -> String {
                    the paths of the centres.";
     let (left, right) = (Half { title: "Filmed", image: &left }, Half { title: "Simulated", image: &right });
     figure_pair(&left, &right, caption)
+}
+
+/// Film and simulation played on one time axis; without a script the drawings.
+fn player(film: &FilmedStrike, palette: &Palette, still: &str) -> String {
+    let start_s = film.report.alignment.as_ref().map(|alignment| alignment.start_s);
+    let filmed = film.tracks.map(|tracks| Motion::filmed(tracks, start_s.unwrap_or(0.0)));
+    let simulated = film.trajectory.map(Motion::simulated);
+    let real = filmed_view(film, palette);
+    let expected = simulated_view(film.scene, film.strike, &film.report.predicted, film.trajectory, palette);
+    let view = Viewport::of(&[&real, &expected], HALF_WORKSPACE_FACTOR);
+    let drawn = match (&filmed, &simulated, start_s) {
+        (None, None, _) => return still.to_owned(),
+        (Some(_), Some(_), Some(_)) => {
+            "Filled outlines and solid lines: the film. Dashed outlines and lines: the simulation. Short lines: from the filmed to \
+             the simulated position. The times are equal where the struck object has first moved by as much in both."
+        }
+        (Some(_), Some(_), None) => {
+            "Filled outlines and solid lines: the film. Dashed outlines and lines: the simulation. The struck object does not move in \
+             both: each begins at its own start, and there are no distances."
+        }
+        _ => "Outlines: the objects. Lines: the paths of the centres.",
+    };
+    let caption = filmed.as_ref().map_or_else(|| drawn.to_owned(), |filmed| filmed.caption(drawn));
+    let title = format!("Motion in {}, filmed and simulated", film.report.video);
+    let ground = TopView {
+        scene: film.scene,
+        objects: Vec::new(),
+        paths: Vec::new(),
+        strike: Some(film.strike),
+        approaches: Vec::new(),
+    };
+    let player = Player {
+        title: &title,
+        ground,
+        view,
+        motions: filmed.into_iter().chain(simulated).collect(),
+        moments: film.trajectory.map(Moment::of).unwrap_or_default(),
+        film_start_s: start_s,
+        caption,
+    };
+    played(&player, palette, still)
 }
 
 /// The width of the drawing of the final poses (px).
@@ -170,6 +216,17 @@ fn overlay(film: &FilmedStrike, palette: &Palette) -> String {
     drawing.objects.extend(drawn_objects(film.scene, expected, Layer::Expected, palette));
     let view = Viewport::of_objects(&drawing);
     top_view(&drawing, view, OVERLAY_WIDTH_PX, "Final poses, filmed and simulated")
+}
+
+/// The distance of each pair at rest.
+fn pair_table(report: &Report) -> String {
+    let row = |pair: &PairDifference| {
+        let names = format!("{} \u{2013} {}", pair.a, pair.b);
+        let difference = format!("{:+.1} mm", pair.difference_m * 1e3);
+        vec![names, mm(pair.observed_m), mm(pair.predicted_m), difference]
+    };
+    let rows: Vec<Vec<String>> = report.pairs.iter().map(row).collect();
+    table(&["pair", "distance at rest, filmed", "simulated", "simulated less filmed"], &rows)
 }
 
 /// The mean and the largest error of the pairwise distances.

@@ -1,4 +1,5 @@
-//! The HTML page: one file without scripts and without references to other files, light or dark as the reader's system.
+//! The HTML page: one file without references to other files, light or dark as the reader's system.  Its one script plays motions; without it
+//! the page is complete.
 //!
 //! A chapter appears if the page holds the results that it shows.  The page is well-formed XML.
 
@@ -7,8 +8,10 @@
 pub(super) mod check;
 pub(super) mod clip_motion;
 mod content;
+mod explanation;
 mod filmed_strike;
 pub(super) mod plan;
+mod player;
 mod properties;
 mod simulated_strike;
 #[cfg(test)]
@@ -26,7 +29,7 @@ use super::figures::{Palette, escaped};
 pub(super) fn html(page: &Page) -> String {
     let palette = palette(page);
     let chapters: Vec<String> = [
-        page.motion.and_then(|motion| clip_motion::chapter(&motion, &palette)),
+        page.motion.and_then(|motion| clip_motion::chapter(&motion, page.objects, &palette)),
         page.properties.and_then(|properties| properties::chapter(page, properties, &palette)),
         page.plan.map(|plan| plan::chapter(plan, &palette)),
         page.simulated.map(|simulated| simulated_strike::chapter(&simulated, &palette)),
@@ -44,14 +47,22 @@ pub(super) fn html(page: &Page) -> String {
 
 /// A page with this title, first paragraph and contents.
 fn page_of(title: &str, lead: &str, body: &str) -> String {
+    let has_players = body.contains(player::PLAYED);
+    let mut style = format!("\n{}", include_str!("report.css"));
+    if has_players {
+        style += player::PLAYER_CSS;
+    }
     format!(
         "<!DOCTYPE html>\n<html lang=\"en\" xmlns=\"http://www.w3.org/1999/xhtml\">\n<head>\n<meta charset=\"utf-8\"/>\n\
+         <meta http-equiv=\"Content-Security-Policy\" content=\"{}\"/>\n\
          <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\"/>\n<title>{title}</title>\n\
-         <style>\n{}</style>\n</head>\n<body>\n<main>\n<h1>{title}</h1>\n<p class=\"lead\">{lead}</p>\n{body}\
+         <style>{style}</style>\n</head>\n<body>\n<main>\n<h1>{title}</h1>\n<p class=\"lead\">{lead}</p>\n{}{body}\
          <footer>Made by breakshot {}. Lengths in mm, times in s; distances are between centres unless stated \
-         otherwise.</footer>\n</main>\n</body>\n</html>\n",
-        include_str!("report.css"),
+         otherwise.</footer>\n</main>\n{}</body>\n</html>\n",
+        player::content_security_policy(&style, has_players),
+        if has_players { player::ABOUT_KEYS } else { "" },
         env!("CARGO_PKG_VERSION"),
+        if has_players { player::scripts() } else { String::new() },
     )
 }
 

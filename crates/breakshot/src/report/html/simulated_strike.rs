@@ -1,12 +1,13 @@
 //! The chapter on the simulation of the planned strike.
 
 use super::content::SimulatedStrike;
+use super::player::{Moment, Motion, Player, played};
 use super::text::{KeyNumber, figure, key_numbers, mm, table};
-use super::top_views::{centre_path, simulated_view};
+use super::top_views::{centre_path, drawn_objects, simulated_view};
 use crate::geometry::{Point, Vec2};
 use crate::physics::{Event, Trajectory};
 use crate::report::figures::{
-    Mark, PANEL_PX, Palette, Panel, Series, Stroke, Viewport, WIDTH_PX, line_chart, top_view,
+    Layer, Mark, PANEL_PX, Palette, Panel, Series, Stroke, TopView, Viewport, WIDTH_PX, line_chart, top_view,
 };
 
 /// The drawing shows the whole workspace if it is at most this many times as wide as the contents.
@@ -23,6 +24,10 @@ pub(super) fn chapter(simulated: &SimulatedStrike, palette: &Palette) -> String 
     let drawing = simulated_view(scene, strike, &trajectory.final_poses, Some(trajectory), palette);
     let view = Viewport::of(&[&drawing], WORKSPACE_FACTOR);
     let svg = top_view(&drawing, view, WIDTH_PX, "The simulated strike: paths and final poses");
+    let still = figure(
+        &svg,
+        "Pale outlines: the poses before the strike. Filled outlines: the final poses. Lines: the paths of the centres.",
+    );
     let path_m =
         |name: &String| centre_path(trajectory, name).windows(2).map(|w| w[0].distance(w[1])).sum::<f64>();
     let longest_m = trajectory.final_poses.keys().map(path_m).fold(0.0, f64::max);
@@ -37,14 +42,34 @@ pub(super) fn chapter(simulated: &SimulatedStrike, palette: &Palette) -> String 
     format!(
         "<h2>The simulated strike</h2>\n<p>The simulation proceeds from impact to impact; between impacts the motion of each \
          object under friction has a closed form.</p>\n{}{}{}{}",
-        figure(
-            &svg,
-            "Pale outlines: the poses before the strike. Filled outlines: the final poses. Lines: the paths of the centres."
-        ),
+        player(simulated, view, palette, &still),
         key_numbers(&items),
         speeds(trajectory, palette),
         impacts(trajectory)
     )
+}
+
+/// The simulation played; without a script the drawing.
+fn player(simulated: &SimulatedStrike, view: Viewport, palette: &Palette, still: &str) -> String {
+    let SimulatedStrike { scene, strike, trajectory } = *simulated;
+    let before = scene.placed.iter().map(|p| (p.object.as_str(), p.pose()));
+    let ground = TopView {
+        scene,
+        objects: drawn_objects(scene, before, Layer::Before, palette),
+        paths: Vec::new(),
+        strike: Some(strike),
+        approaches: Vec::new(),
+    };
+    let player = Player {
+        title: "Motion of the simulated strike",
+        ground,
+        view,
+        motions: vec![Motion::simulated(trajectory)],
+        moments: Moment::of(trajectory),
+        film_start_s: None,
+        caption: "Filled outlines: the objects and the striker at the time shown. Pale outlines: the poses before the strike. Lines: the paths of the centres.".into(),
+    };
+    played(&player, palette, still)
 }
 
 /// The time at which the last object comes to rest (s).

@@ -34,7 +34,7 @@ pub struct PaperFigures {
 /// The three panels of Fig. 6: distance, speed and acceleration of every object over time; none without a sample.
 pub(super) fn motion(tracks: &Tracks) -> Option<String> {
     let palette = Palette::new(tracks.tracks.iter().map(|t| t.object.as_str()));
-    let motion = ClipMotion { tracks, fit: None };
+    let motion = ClipMotion { tracks, fit: None, cell: None, strike: None };
     clip_motion::drawing(&motion, &palette).map(|svg| standalone_style::standalone(&svg))
 }
 

@@ -51,6 +51,26 @@ impl<'a> Cdr<'a> {
         Ok(if self.is_big_endian { u32::from_be_bytes(bytes) } else { u32::from_le_bytes(bytes) })
     }
 
+    /// Numbers of double precision, of a fixed count.
+    pub(super) fn f64_array(&mut self, count: usize) -> Result<Vec<f64>> {
+        self.at = self.at.next_multiple_of(8);
+        let number = if self.is_big_endian { f64::from_be_bytes } else { f64::from_le_bytes };
+        Ok(self.take(8 * count)?.as_chunks().0.iter().copied().map(number).collect())
+    }
+
+    /// A sequence of numbers of double precision.
+    ///
+    /// # Errors
+    /// A message that ends early, more than `most` numbers.
+    pub(super) fn f64_sequence(&mut self, most: usize) -> Result<Vec<f64>> {
+        let count = self.u32()? as usize;
+        if count > most {
+            return Err(SourceError::damaged(format!("a message with a list of {count} numbers")));
+        }
+        // Nothing is aligned for numbers that are not there.
+        if count == 0 { Ok(Vec::new()) } else { self.f64_array(count) }
+    }
+
     /// A sequence of bytes.
     pub(super) fn bytes(&mut self) -> Result<&'a [u8]> {
         let length = self.u32()? as usize;
@@ -98,6 +118,14 @@ mod tests {
         assert!(cdr.u8().is_err(), "the end");
         let mut cdr = Cdr::of(&[0, 0, 0, 0, 0, 0, 0, 2, 0, 0, 0, 5]).expect("CDR");
         assert_eq!(cdr.time_ns().unwrap(), 2_000_000_005);
+        let one = 1_f64.to_le_bytes();
+        let numbers =
+            [&[0, 1, 0, 0, 1, 0, 0, 0, 0, 0, 0, 0, 1, 0, 0, 0, 0, 0, 0, 0][..], &one, &one].concat();
+        let mut cdr = Cdr::of(&numbers).expect("CDR");
+        assert_eq!((cdr.u8().unwrap(), cdr.f64_sequence(3).unwrap()), (1, vec![]));
+        assert_eq!((cdr.f64_sequence(3).unwrap(), cdr.f64_array(1).unwrap()), (vec![1.0], vec![1.0]));
+        assert!(cdr.f64_array(1).is_err(), "the end");
+        assert!(Cdr::of(&[0, 1, 0, 0, 9, 0, 0, 0]).expect("CDR").f64_sequence(3).is_err(), "too many");
         assert!(Cdr::of(&[0, 7, 0, 0]).is_err() && Cdr::of(&[0, 1]).is_err());
         assert!(time_ns(1, NANOSECONDS).is_err() && time_ns(i64::MAX, 0).is_err());
     }

@@ -1,5 +1,6 @@
-//! Where are the messages of a bag that hold images?
+//! Where are the messages of a bag that hold images, and which calibrations are beside them?
 
+use super::camera_info::{self, Calibrations};
 use super::chunk::{Chunk, ChunkReader, Compression};
 use super::messages::Kind;
 use super::records::{
@@ -53,6 +54,8 @@ pub(super) struct Index {
     pub topics: BTreeMap<String, Topic>,
     /// The topics without images, and the type of their messages.
     pub others: BTreeMap<String, String>,
+    /// The topics of cameras' calibrations, which are also among the others.
+    pub calibrations: BTreeMap<String, Calibrations>,
     /// The compressed chunks.
     pub chunks: Vec<Chunk>,
     entry_count: u64,
@@ -64,10 +67,19 @@ struct Scan<'a> {
     path: &'a Path,
     file: u32,
     schemas: BTreeMap<u16, String>,
-    /// The topic of each channel; `None` for messages without images.
-    channels: BTreeMap<u16, Option<String>>,
+    channels: BTreeMap<u16, Content>,
     /// Number of messages of all channels.
     message_count: u64,
+}
+
+/// What the messages of a channel hold.
+#[derive(Clone, PartialEq, Eq)]
+enum Content {
+    /// The images of this topic.
+    Images(String),
+    /// The calibrations of this topic.
+    Calibrations(String),
+    Other,
 }
 
 impl Index {
@@ -218,10 +230,16 @@ impl Scan<'_> {
 
     fn add_channel(&mut self, channel: Channel) -> Result<()> {
         let schema = self.schemas.get(&channel.schema).map_or("", String::as_str);
-        let topic = match Kind::of(schema, &channel.encoding) {
+        let content = match Kind::of(schema, &channel.encoding) {
             None => {
                 self.index.others.insert(channel.topic.clone(), schema.to_owned());
-                None
+                match Calibrations::of(schema, &channel.encoding) {
+                    None => Content::Other,
+                    Some(calibrations) => {
+                        self.index.calibrations.entry(channel.topic.clone()).or_insert(calibrations);
+                        Content::Calibrations(channel.topic.clone())
+                    }
+                }
             }
             Some(kind) => {
                 let topic = self.index.topics.entry(channel.topic.clone()).or_insert_with(|| Topic {
@@ -237,11 +255,11 @@ impl Scan<'_> {
                         channel.topic, topic.schema
                     )));
                 }
-                Some(channel.topic.clone())
+                Content::Images(channel.topic.clone())
             }
         };
-        match self.channels.insert(channel.id, topic.clone()) {
-            Some(other) if other != topic => {
+        match self.channels.insert(channel.id, content.clone()) {
+            Some(other) if other != content => {
                 Err(SourceError::damaged(format!("two topics in channel {} of an MCAP file", channel.id)))
             }
             _ => Ok(()),
@@ -255,13 +273,20 @@ impl Scan<'_> {
         length: u64,
         place: Option<Place>,
     ) -> Result<()> {
-        let Some(topic) = self.channels.get(&message.channel) else {
-            return Err(SourceError::damaged(format!(
-                "a message in channel {}, which is not defined",
-                message.channel
-            )));
+        let topic = match self.channels.get(&message.channel) {
+            Some(Content::Images(topic)) => self.index.topics.get_mut(topic),
+            Some(Content::Calibrations(topic)) => {
+                let calibrations = self.index.calibrations.get_mut(topic);
+                return add_calibration(calibrations, records, length);
+            }
+            Some(Content::Other) => None,
+            None => {
+                return Err(SourceError::damaged(format!(
+                    "a message in channel {}, which is not defined",
+                    message.channel
+                )));
+            }
         };
-        let topic = topic.as_ref().and_then(|topic| self.index.topics.get_mut(topic));
         let Some(topic) = topic else { return records.skip(length) };
         topic.count += 1;
         let (Ok(kind), None) = (&topic.kind, &topic.problem) else { return records.skip(length) };
@@ -292,6 +317,24 @@ impl Scan<'_> {
         }
         Ok(())
     }
+}
+
+/// Adds the next message to a topic's calibrations.
+fn add_calibration(
+    calibrations: Option<&mut Calibrations>,
+    records: &mut impl Records,
+    length: u64,
+) -> Result<()> {
+    let Some(calibrations) = calibrations.filter(|calibrations| calibrations.wants_more()) else {
+        return records.skip(length);
+    };
+    if length > camera_info::MAX_BYTES {
+        calibrations.add(Err(SourceError::damaged(format!("a calibration of {length} bytes"))));
+        return records.skip(length);
+    }
+    let message = records::read_bytes(records, length)?;
+    calibrations.add(Ok(&message));
+    Ok(())
 }
 
 /// Where the records of a chunk are.

@@ -1,8 +1,9 @@
 //! Bags of ROS 2 as films: the images of one topic of an MCAP file, or of a folder of them.
 //!
 //! The order of the images is that of their recording, their times are those in the messages. One pass through the file finds
-//! the messages and checks the checksums; images are decoded one after the other.
+//! the messages and checks the checksums; images are decoded one after the other. The calibration in the same bag is the lens of the film.
 
+mod camera_info;
 mod cdr;
 mod chunk;
 mod folder;
@@ -17,6 +18,8 @@ use super::error::SourceError;
 use super::opened::Opened;
 use super::prefetch::prefetch;
 use super::timestamps;
+use crate::capture::recorded_lens::RecordedLens;
+use crate::cell::camera_info::SensorCalibration;
 use crate::error::Result;
 pub(super) use folder::is_bag;
 use index::{Entry, Index};
@@ -37,19 +40,51 @@ struct Images {
     kind: Kind,
     chunks: Vec<chunk::Chunk>,
     entries: Vec<Entry>,
+    lens: Option<Lens>,
+}
+
+/// The calibration of the camera that took the images of a topic.
+struct Lens {
+    topic: String,
+    calibration: std::result::Result<SensorCalibration, SourceError>,
+    /// The number of the first message, from 1 on, that does not hold it.
+    change: Option<u64>,
+}
+
+impl Lens {
+    /// That of the topic that belongs to a topic of images; `None` without one, and from a driver without a calibration.
+    fn of_images(index: &Index, image_topic: &str) -> Option<Self> {
+        let topic = camera_info::topic_of(image_topic, index.calibrations.keys().map(String::as_str))?;
+        let calibrations = index.calibrations.get(topic)?;
+        let calibration = calibrations.of_images(camera_info::are_rectified(image_topic))?;
+        Some(Self { topic: topic.to_owned(), calibration, change: calibrations.change })
+    }
+
+    /// The same for a film at the path `shown`.
+    fn recorded(self, shown: &Path) -> RecordedLens {
+        let name = format!("{}: `{}`", shown.display(), self.topic.escape_debug());
+        let of_topic = |error: SourceError| {
+            let found = format!("`{}`: {}", self.topic.escape_debug(), error.found);
+            SourceError { found, ..error }.for_file(shown)
+        };
+        let intrinsics = self.calibration.map_err(of_topic).and_then(|lens| lens.intrinsics(&name));
+        RecordedLens { topic: self.topic, intrinsics, change: self.change }
+    }
 }
 
 /// Opens the topic of the bag in `file`, an MCAP file or a folder; `shown` is the path in error messages.
 pub(super) fn open(file: &Path, topic: Option<&str>, shown: &Path) -> Result<Opened> {
-    let opened = images(file, topic).and_then(|images| BagReader::of(images, shown));
-    let (mut reader, mut warnings) = opened.map_err(|error| error.for_file(shown))?;
+    let mut images = images(file, topic).map_err(|error| error.for_file(shown))?;
+    let lens = images.lens.take().map(|lens| lens.recorded(shown));
+    let (mut reader, mut warnings) = BagReader::of(images, shown).map_err(|error| error.for_file(shown))?;
     let times_s = reader.times_s();
     warnings.extend(timestamps::warnings(&times_s, TICK_S));
     let first = reader.next().transpose()?;
     let first = first.ok_or_else(|| SourceError::damaged("a bag without an image").for_file(shown))?;
     let size_px = [first.image.width, first.image.height];
     let frames = std::iter::once(Ok(first)).chain(prefetch(shown.into(), reader));
-    Ok(Opened { size_px, frame_count: Some(times_s.len()), warnings, frames: Box::new(frames), tick_s: None })
+    let (frame_count, frames) = (Some(times_s.len()), Box::new(frames));
+    Ok(Opened { size_px, frame_count, warnings, frames, tick_s: None, lens })
 }
 
 /// When the first image of a topic was taken (ns); `None` for a bag that cannot be read.
@@ -89,7 +124,8 @@ fn images(file: &Path, topic: Option<&str>) -> std::result::Result<Images, Sourc
             "at least one image",
         ));
     }
-    Ok(Images { files, topic, kind, chunks: index.chunks, entries })
+    let lens = Lens::of_images(&index, &topic);
+    Ok(Images { files, topic, kind, chunks: index.chunks, entries, lens })
 }
 
 /// The only topic with images.

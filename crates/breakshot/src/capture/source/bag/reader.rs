@@ -70,7 +70,7 @@ impl BagReader {
     /// # Errors
     /// Times that do not grow, a video without a key frame.
     pub(super) fn of(images: Images, shown: &Path) -> Result<(Self, Vec<String>)> {
-        let Images { files, topic, kind, chunks, entries } = images;
+        let Images { files, topic, kind, chunks, entries, lens: _ } = images;
         if let Some(n) = (1..entries.len()).find(|&n| entries[n].taken_ns <= entries[n - 1].taken_ns) {
             let [last_s, time_s] = [n - 1, n].map(|n| entries[n].taken_ns as f64 * 1e-9);
             let found = format!(

@@ -45,7 +45,7 @@ pub(crate) fn open(path: &Path, reason: &SourceError) -> Result<Opened> {
     let size_px = [first.width, first.height];
     process.next = Some(first);
     let tick_s = Some(process.tick[0] / process.tick[1]);
-    Ok(Opened { size_px, frame_count: None, warnings, frames: Box::new(process), tick_s })
+    Ok(Opened { size_px, frame_count: None, warnings, frames: Box::new(process), tick_s, lens: None })
 }
 
 /// A running `ffmpeg` process and what is known about its frames.

@@ -95,6 +95,7 @@ impl Mp4Reader {
             warnings,
             frames: Box::new(std::iter::empty()),
             tick_s: None,
+            lens: None,
         };
         let movie = Self {
             path: path.into(),

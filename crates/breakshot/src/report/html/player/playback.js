@@ -1,0 +1,1 @@
+../../../../../breakshot-studio/assets/playback.js
