@@ -40,8 +40,10 @@ const HEIGHT_STEPS: usize = 8;
 /// Least step of grey level around a silhouette, above that of most shadows.
 const SILHOUETTE_STRENGTH: f64 = 15.0;
 /// Largest area of a marker (m2), and the least step of grey level around it.
-const MOST_MARKER_M2: f64 = 0.01;
+const MOST_MARKER_M2: f64 = 2.5e-3;
 const MARKER_STRENGTH: f64 = 12.0;
+/// A marker with at least this step is none of a shadow.
+const CERTAIN_STRENGTH: f64 = 30.0;
 /// Heights that are tried for a silhouette (m).
 const HEIGHTS_M: [f64; 4] = [0.015, 0.03, 0.045, 0.06];
 /// Regions nearer than this touch (px).
@@ -56,31 +58,30 @@ pub(super) fn tops<'a>(planes: &'a [GreyImage], view: &TopView<'a>, cell: &Cell)
     }
     let search = Search { planes, view: *view, cell, pixel_m };
     let all = search.regions();
-    let markers: Vec<&PlaneRegion> = all.iter().filter(|found| search.is_marker(found)).collect();
-    let has_marker = |top: &Region| markers.iter().any(|marker| can_carry(top, &marker.region));
+    let inks: Vec<&PlaneRegion> = all.iter().filter(|found| search.is_ink(found)).collect();
+    // What carries ink itself is a top. The regions are in the order of their strengths.
+    let is_blank = |found: &&PlaneRegion| !inks.iter().any(|ink| can_carry(&found.region, &ink.region));
+    let markers: Vec<&PlaneRegion> = inks.iter().copied().filter(is_blank).collect();
+    let mut large: Vec<&PlaneRegion> = all.iter().filter(|found| search.is_top_size(found)).collect();
+    large.sort_by_key(|found| found.region.area_px);
     let mut chosen = Chosen { view, tops: Vec::new() };
-    // The innermost of marked regions is the top, the others are its silhouette and its shadow.
-    let mut large: Vec<(&PlaneRegion, bool)> = all
-        .iter()
-        .filter(|found| search.is_top_size(found))
-        .map(|found| (found, has_marker(&found.region)))
-        .collect();
-    large.sort_by_key(|(found, _)| found.region.area_px);
-    for (found, _) in large.iter().filter(|(_, is_marked)| *is_marked) {
-        if chosen.is_free(&found.region, false) {
-            chosen.tops.extend(search.top(found));
-        }
-    }
-    // Silhouettes around a marker: sides as light as the tops
-    for (found, _) in large.iter().filter(|(_, is_marked)| *is_marked) {
-        if chosen.is_free(&found.region, false) {
-            chosen.tops.extend(search.silhouette(found));
-        }
+    for marker in &markers {
+        let apart = marker.region.strength < CERTAIN_STRENGTH;
+        let mut around = large
+            .iter()
+            .copied()
+            .filter(|found| can_carry(&found.region, &marker.region) && chosen.is_free(&found.region, apart));
+        // The innermost region is the top, the others are its silhouette and its shadow. A side as light as the top leaves the silhouette alone.
+        let top = around.clone().find_map(|found| search.top(found));
+        let top = top.or_else(|| around.find_map(|found| search.silhouette(found)));
+        chosen.tops.extend(top);
     }
     // Without a marker the strongest edges first
-    large.retain(|(_, is_marked)| !is_marked);
-    large.sort_by(|(a, _), (b, _)| b.region.strength.total_cmp(&a.region.strength));
-    for (found, _) in &large {
+    let is_bare =
+        |found: &&&PlaneRegion| !markers.iter().any(|marker| can_carry(&found.region, &marker.region));
+    let mut bare: Vec<&PlaneRegion> = large.iter().filter(is_bare).copied().collect();
+    bare.sort_by(|a, b| b.region.strength.total_cmp(&a.region.strength));
+    for found in bare {
         if chosen.is_free(&found.region, true) {
             chosen.tops.extend(search.top(found).or_else(|| search.silhouette(found)));
         }
@@ -129,7 +130,7 @@ impl<'a> Search<'a> {
     }
 
     /// Whether a region has the outline of a marker.
-    fn is_marker(&self, PlaneRegion { region, plane }: &PlaneRegion) -> bool {
+    fn is_ink(&self, PlaneRegion { region, plane }: &PlaneRegion) -> bool {
         let area_m2 = region.area_px as f64 * self.pixel_m * self.pixel_m;
         let ink = TopView { solid: false, ..self.view(*plane) };
         area_m2 <= MOST_MARKER_M2
