@@ -41,5 +41,19 @@ picture = camera.shoot(world)
 camera.close()
 lab.export(spec, folder)
 cv2.imwrite(os.path.join(folder, "picture.png"), cv2.cvtColor(picture, cv2.COLOR_RGB2BGR))
+
+
+def centroid(points):
+    """The centroid of a polygon's area, about which objects are compared."""
+    x, y = np.asarray(points).T
+    cross = x * np.roll(y, -1) - np.roll(x, -1) * y
+    return np.array([((x + np.roll(x, -1)) * cross).sum(), ((y + np.roll(y, -1)) * cross).sum()]) / (3 * cross.sum())
+
+
+poses = {}
+for name, (x, y, yaw) in placed.items():
+    shape = spec["objects"][name]["shape"]
+    at = np.zeros(2) if shape["type"] == "disc" else centroid(lab.outline(shape))
+    poses[name] = [x + at[0] * math.cos(yaw) - at[1] * math.sin(yaw), y + at[0] * math.sin(yaw) + at[1] * math.cos(yaw), yaw]
 with open(os.path.join(folder, "poses.json"), "w") as file:
-    json.dump(placed, file)
+    json.dump(poses, file)

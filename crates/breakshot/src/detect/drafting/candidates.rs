@@ -4,8 +4,8 @@
 //! its shadow. A region that contains a smaller one, its marker, is a top before all others; regions that touch a top are its side and its shadow.
 
 use super::edges::TopView;
-use super::regions::{Region, regions};
-use super::shape_fit::Fitted;
+use super::regions::{Region, regions, uniform_regions};
+use super::shape_fit::{Fitted, simplest};
 use crate::capture::GreyImage;
 use crate::cell::Cell;
 use crate::detect::label::Window;
@@ -17,9 +17,11 @@ use crate::statistics::median;
 #[derive(Clone, Debug)]
 pub(super) struct Candidate {
     pub region: Region,
-    /// Where its edge is strongest: 0 for the luma, then the colours.
+    /// Where its outline fits best: 0 for the luma, then the colours.
     pub plane: usize,
+    /// At `height_m`.
     pub outline: Fitted,
+    pub height_m: f64,
 }
 
 /// Area of an object's outline (m2): from a coin of 11 mm to a plate of 200 mm.
@@ -46,6 +48,10 @@ const MARKER_STRENGTH: f64 = 12.0;
 const CERTAIN_STRENGTH: f64 = 30.0;
 /// Heights that are tried for a silhouette (m).
 const HEIGHTS_M: [f64; 4] = [0.015, 0.03, 0.045, 0.06];
+/// The edge of a top is at least this fraction as strong as the strongest one around its marker.
+const LEAST_RELATIVE: f64 = 0.15;
+/// So much of the outline of an object without a marker is visible.
+const BARE_VISIBLE: f64 = 0.9;
 /// Regions nearer than this touch (px).
 const TOUCHING_PX: f64 = 3.0;
 
@@ -58,12 +64,25 @@ pub(super) fn tops<'a>(planes: &'a [GreyImage], view: &TopView<'a>, cell: &Cell)
     }
     let search = Search { planes, view: *view, cell, pixel_m };
     let all = search.regions();
-    let inks: Vec<&PlaneRegion> = all.iter().filter(|found| search.is_ink(found)).collect();
+    let inks: Vec<&PlaneRegion> = all.iter().filter(|found| !found.several && search.is_ink(found)).collect();
     // What carries ink itself is a top. The regions are in the order of their strengths.
     let is_blank = |found: &&PlaneRegion| !inks.iter().any(|ink| can_carry(&found.region, &ink.region));
     let markers: Vec<&PlaneRegion> = inks.iter().copied().filter(is_blank).collect();
     let mut large: Vec<&PlaneRegion> = all.iter().filter(|found| search.is_top_size(found)).collect();
     large.sort_by_key(|found| found.region.area_px);
+    if let Ok(d) = std::env::var("DBG") {
+        let v: Vec<f64> = d.split(',').filter_map(|x| x.parse().ok()).collect();
+        let px = view.camera.pixel_from_table(crate::geometry::Point::new(v[0] / 1e3, v[1] / 1e3), view.height_m);
+        for m in &markers {
+            if m.region.centroid.distance_px(px) < 40.0 { eprintln!("marker plane {} area {} strength {:.0} at {:?}", m.plane, m.region.area_px, m.region.strength, m.region.centroid); }
+        }
+        for l in all.iter().filter(|l| l.region.contains(px) && l.region.area_px > 300) {
+            let v = search.view(l.plane);
+            let _=v; let own = search.best(|v| v.nearest(&l.region)).map(|x| x.1); let out = search.best(|v| v.outline(&l.region)).map(|x| x.1);
+            let show = |f: &Option<Fitted>| f.as_ref().map(|f| format!("{} {:.2}px fits {}", match &f.shape { crate::object::Shape::Disc{..} => 'd'.to_string(), s => s.corners().len().to_string() }, f.rms_m / search.pixel_m, f.fits));
+            eprintln!("region {} plane {} area {} strength {:.1} light {} top_size {} own {:?} outline {:?}", l.several, l.plane, l.region.area_px, l.region.strength, l.region.is_light, search.is_top_size(l), show(&own), show(&out));
+        }
+    }
     let mut chosen = Chosen { view, tops: Vec::new() };
     for marker in &markers {
         let apart = marker.region.strength < CERTAIN_STRENGTH;
@@ -71,19 +90,23 @@ pub(super) fn tops<'a>(planes: &'a [GreyImage], view: &TopView<'a>, cell: &Cell)
             .iter()
             .copied()
             .filter(|found| can_carry(&found.region, &marker.region) && chosen.is_free(&found.region, apart));
-        // The innermost region is the top, the others are its silhouette and its shadow. A side as light as the top leaves the silhouette alone.
-        let top = around.clone().find_map(|found| search.top(found));
-        let top = top.or_else(|| around.find_map(|found| search.silhouette(found)));
+        // Silhouettes and shadows need more corners than tops, and parts of tops have weaker edges.
+        let fits: Vec<(Candidate, f64)> = around.clone().filter_map(|found| search.top(found)).collect();
+        let strongest = fits.iter().map(|(_, strength)| *strength).fold(0.0, f64::max);
+        if std::env::var("DBG").is_ok() { for (c, st) in &fits { eprintln!("fit marker {:?} area {} plane {} complexity {} rms {:.2} visible {:.2} strength {:.1}", marker.region.centroid, c.region.area_px, c.plane, c.outline.complexity(), c.outline.rms_m / pixel_m, c.outline.visible_fraction, st); } }
+        let likely = fits.into_iter().filter(|(_, strength)| *strength >= LEAST_RELATIVE * strongest);
+        let top = likely.map(|(top, _)| top).min_by_key(|top| top.outline.complexity());
+        let top = top.or_else(|| around.find_map(|found| search.silhouette(found, LEAST_STRENGTH)));
         chosen.tops.extend(top);
     }
     // Without a marker the strongest edges first
     let is_bare =
-        |found: &&&PlaneRegion| !markers.iter().any(|marker| can_carry(&found.region, &marker.region));
+        |found: &&&PlaneRegion| !found.several && !markers.iter().any(|marker| can_carry(&found.region, &marker.region));
     let mut bare: Vec<&PlaneRegion> = large.iter().filter(is_bare).copied().collect();
     bare.sort_by(|a, b| b.region.strength.total_cmp(&a.region.strength));
     for found in bare {
         if chosen.is_free(&found.region, true) {
-            chosen.tops.extend(search.top(found).or_else(|| search.silhouette(found)));
+            chosen.tops.extend(search.bare(found));
         }
     }
     chosen.tops
@@ -93,6 +116,8 @@ pub(super) fn tops<'a>(planes: &'a [GreyImage], view: &TopView<'a>, cell: &Cell)
 struct PlaneRegion {
     region: Region,
     plane: usize,
+    /// Whether its edges are those of several planes together.
+    several: bool,
 }
 
 /// Where tops are searched.
@@ -111,12 +136,20 @@ impl<'a> Search<'a> {
         let of_plane = |plane: usize| {
             let image = &self.planes[plane];
             let found = regions(image, Window::whole(image), &areas_px).into_iter();
-            found.map(move |region| PlaneRegion { region, plane })
+            found.map(move |region| PlaneRegion { region, plane, several: false })
         };
         let stands_out = |found: &PlaneRegion| {
             found.region.strength >= LEAST_STRENGTH && is_on_table(&self.view, self.cell, &found.region)
         };
-        distinct((0..self.planes.len()).flat_map(of_plane).filter(stands_out))
+        let window = Window::whole(&self.planes[0]);
+        let uniform = if self.planes.len() > 1 { uniform_regions(self.planes, window, &areas_px) } else { Vec::new() };
+        let uniform = uniform.into_iter().map(|region| PlaneRegion { region, plane: 0, several: true });
+        let uniform: Vec<PlaneRegion> = uniform.filter(stands_out).collect();
+        let mut all = distinct((0..self.planes.len()).flat_map(of_plane).filter(stands_out));
+        let new = |found: &PlaneRegion| !all.iter().any(|other| has_same_border(&other.region, &found.region));
+        let new: Vec<PlaneRegion> = distinct(uniform.into_iter()).into_iter().filter(new).collect();
+        all.extend(new);
+        all
     }
 
     fn view(&self, plane: usize) -> TopView<'a> {
@@ -124,13 +157,13 @@ impl<'a> Search<'a> {
     }
 
     /// Whether a region is large enough for a top, and other than the table.
-    fn is_top_size(&self, PlaneRegion { region, plane }: &PlaneRegion) -> bool {
+    fn is_top_size(&self, PlaneRegion { region, plane, .. }: &PlaneRegion) -> bool {
         let area_m2 = region.area_px as f64 * self.pixel_m * self.pixel_m;
         area_m2 >= AREAS_M2[0] && differs(&self.view(*plane), region, self.pixel_m)
     }
 
     /// Whether a region has the outline of a marker.
-    fn is_ink(&self, PlaneRegion { region, plane }: &PlaneRegion) -> bool {
+    fn is_ink(&self, PlaneRegion { region, plane, .. }: &PlaneRegion) -> bool {
         let area_m2 = region.area_px as f64 * self.pixel_m * self.pixel_m;
         let ink = TopView { solid: false, ..self.view(*plane) };
         area_m2 <= MOST_MARKER_M2
@@ -138,21 +171,65 @@ impl<'a> Search<'a> {
             && ink.nearest(region).is_some_and(|outline| outline.fits)
     }
 
-    /// A region as a top.
-    fn top(&self, PlaneRegion { region, plane }: &PlaneRegion) -> Option<Candidate> {
-        let outline = self.view(*plane).nearest(region).filter(|outline| outline.fits)?;
-        Some(Candidate { region: region.clone(), plane: *plane, outline })
+    /// A region as a top, and the strength of its outline.
+    fn top(&self, found: &PlaneRegion) -> Option<(Candidate, f64)> {
+        let region = &found.region;
+        let (plane, outline) = self.best(|view| view.nearest(region))?;
+        let outline = self.view(plane).simplified(outline, self.pixel_m);
+        let strength = self.strength(&outline);
+        Some((Candidate { region: region.clone(), plane, outline, height_m: self.view.height_m }, strength))
+    }
+
+    /// A region without a marker as an object: its outline is visible all around.
+    fn bare(&self, found: &PlaneRegion) -> Option<Candidate> {
+        let visible = |top: &Candidate| top.outline.visible_fraction >= BARE_VISIBLE;
+        let top = self.top(found).map(|(top, _)| top).filter(visible);
+        top.or_else(|| self.silhouette(found, SILHOUETTE_STRENGTH).filter(visible))
+    }
+
+    /// The step of grey level across the weakest parts of an outline, in that plane in which it is largest.
+    fn strength(&self, outline: &Fitted) -> f64 {
+        const READ_AT_PX: f64 = 2.5;
+        const WEAKEST: f64 = 0.15;
+        let center = self.view.camera.pixel_from_table(outline.pose.position, self.view.height_m);
+        let points = outline.shape.outline_points();
+        let step = |point: &crate::geometry::Point| {
+            let at = self.view.camera.pixel_from_table(outline.pose.table_from_body(*point), self.view.height_m);
+            let (dx, dy) = (at.x - center.x, at.y - center.y);
+            let length_px = dx.hypot(dy).max(1.0);
+            let off = |px: f64| Pixel::new(at.x + px * dx / length_px, at.y + px * dy / length_px);
+            let planes = self.planes.iter().filter_map(|plane| {
+                Some((plane.grey_at(off(READ_AT_PX))? - plane.grey_at(off(-READ_AT_PX))?).abs())
+            });
+            planes.fold(0.0, f64::max)
+        };
+        let mut steps: Vec<f64> = points.iter().map(step).collect();
+        steps.sort_unstable_by(f64::total_cmp);
+        steps.get((WEAKEST * steps.len() as f64) as usize).copied().unwrap_or(0.0)
     }
 
     /// A region as the silhouette of an object: its height decides which top it has.
-    fn silhouette(&self, PlaneRegion { region, plane }: &PlaneRegion) -> Option<Candidate> {
-        if region.strength < SILHOUETTE_STRENGTH {
+    fn silhouette(&self, found: &PlaneRegion, least_strength: f64) -> Option<Candidate> {
+        let region = &found.region;
+        if region.strength < least_strength {
             return None;
         }
-        let at = |height_m: f64| TopView { height_m, ..self.view(*plane) }.outline(region);
         let heights_m = std::iter::once(self.view.height_m).chain(HEIGHTS_M);
-        let outline = heights_m.filter_map(at).find(|outline| outline.fits)?;
-        Some(Candidate { region: region.clone(), plane: *plane, outline })
+        let at = |height_m: f64| {
+            let (plane, outline) = self.best(|view| TopView { height_m, ..*view }.outline(region))?;
+            let outline = TopView { height_m, ..self.view(plane) }.simplified(outline, self.pixel_m);
+            Some(Candidate { region: region.clone(), plane, outline, height_m })
+        };
+        heights_m.filter_map(at).next()
+    }
+
+    /// The plane in which an outline fits best, and the outline.
+    fn best(&self, outline: impl Fn(&TopView) -> Option<Fitted>) -> Option<(usize, Fitted)> {
+        let all: Vec<(usize, Fitted)> = (0..self.planes.len())
+            .filter_map(|plane| Some((plane, outline(&self.view(plane)).filter(|fit| fit.fits)?)))
+            .collect();
+        let best = simplest(all.iter().map(|(_, fit)| fit.clone()).collect())?;
+        all.into_iter().find(|(_, fit)| fit.rms_m.to_bits() == best.rms_m.to_bits())
     }
 }
 

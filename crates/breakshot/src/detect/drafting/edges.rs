@@ -25,6 +25,10 @@ const SAME_AREA: f64 = 1.6;
 /// An edge within this distance belongs to the outline (px), and this fraction of an outline has one.
 const ON_OUTLINE_PX: f64 = 1.0;
 const LEAST_VISIBLE: f64 = 0.8;
+/// A simpler outline is taken if its points are at most this factor as far off, or this far (px), and hardly less of it is visible.
+const SIMPLER_FACTOR: f64 = 1.3;
+const SIMPLER_PX: f64 = 0.15;
+const SIMPLER_VISIBLE: f64 = 0.03;
 
 impl TopView<'_> {
     /// The side of a pixel at the height of the outlines (m).
@@ -69,7 +73,32 @@ impl TopView<'_> {
         }
         let (border, visible_fraction) = self.border(&fit, REACHES_PX[REACHES_PX.len() - 1]);
         let fits = fit.fits && visible_fraction >= LEAST_VISIBLE && !border.is_empty();
-        Some(Fitted { fits, ..fit })
+        Some(Fitted { fits, visible_fraction, ..fit })
+    }
+
+    /// An outline corrected until it lies on the edges near it, wherever it began.
+    pub(super) fn corrected(&self, fit: Fitted, pixel_m: f64) -> Option<Fitted> {
+        self.refined(fit, pixel_m, |fit| fit.rms_m < BORDER_RMS_PX * pixel_m)
+    }
+
+    /// A polygon without the sides that it does not need: those of a silhouette, or of a corner that is rounded.
+    pub(super) fn simplified(&self, mut fit: Fitted, pixel_m: f64) -> Fitted {
+        loop {
+            let n = fit.shape.corners().len();
+            let limit_m = (SIMPLER_FACTOR * fit.rms_m).max(SIMPLER_PX * pixel_m);
+            let holds = |simpler: &Fitted| {
+                simpler.fits
+                    && simpler.rms_m <= limit_m
+                    && simpler.visible_fraction >= fit.visible_fraction - SIMPLER_VISIBLE
+                    && simpler.complexity() < fit.complexity()
+            };
+            let fewer = (0..n).flat_map(|k| [fit.without_side(k), fit.without_corner(k)]).flatten();
+            let simpler = fewer.filter_map(|fewer| self.corrected(fewer, pixel_m)).filter(holds);
+            match simpler.min_by(|a, b| a.rms_m.total_cmp(&b.rms_m)) {
+                Some(simpler) => fit = simpler,
+                None => return fit,
+            }
+        }
     }
 
     /// The edges near an outline, and the fraction of the outline that lies on one.

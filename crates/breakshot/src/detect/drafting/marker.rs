@@ -25,7 +25,7 @@ const LARGEST_DOT: f64 = 0.7;
 
 /// The marker in the region of an object's top.
 pub(super) fn marked(
-    top: &TopView,
+    tops: &[TopView],
     object: &Region,
     own: Fitted,
     name: &str,
@@ -33,21 +33,25 @@ pub(super) fn marked(
 ) -> Marked {
     let most_px = (MARKER_FRACTIONS[1] * object.area_px as f64) as u64;
     let areas_px = LEAST_PX..=most_px.max(LEAST_PX);
-    let all: Vec<Region> = regions(top.image, object.window(), &areas_px)
-        .into_iter()
-        .filter(|region| region.strength >= LEAST_STRENGTH && object.covers(region))
-        .collect();
-    let mut by_strength = all.clone();
-    by_strength.sort_by(|a, b| b.strength.total_cmp(&a.strength).then(b.area_px.cmp(&a.area_px)));
+    let in_plane = |top: &TopView| {
+        let found = regions(top.image, object.window(), &areas_px).into_iter();
+        let found = found.filter(|region| region.strength >= LEAST_STRENGTH && object.covers(region));
+        found.collect::<Vec<Region>>()
+    };
+    let mut by_strength: Vec<(&TopView, Region)> =
+        tops.iter().flat_map(|top| in_plane(top).into_iter().map(move |region| (top, region))).collect();
+    by_strength.sort_by(|(_, a), (_, b)| b.strength.total_cmp(&a.strength).then(b.area_px.cmp(&a.area_px)));
     let Some(first) = by_strength.first() else { return Marked { outline: own, marker: None, light: None } };
-    let belongs = |region: &&Region| {
-        region.is_light == first.is_light
-            && region.strength >= SECOND_STRENGTH * first.strength
-            && !region.overlaps(first)
+    let belongs = |(_, region): &&(&TopView, Region)| {
+        region.is_light == first.1.is_light
+            && region.strength >= SECOND_STRENGTH * first.1.strength
+            && !region.overlaps(&first.1)
     };
     let second = by_strength.iter().find(belongs);
-    let ink = TopView { solid: false, ..*top };
-    let measured = |region: &Region| ink.outline(region).filter(|fit| fit.fits && !is_concave(&fit.shape));
+    let measured = |(top, region): &(&TopView, Region)| {
+        let ink = TopView { solid: false, ..**top };
+        ink.outline(region).filter(|fit| fit.fits && !is_concave(&fit.shape))
+    };
     let mut shapes: Vec<Fitted> = [Some(first), second].into_iter().flatten().filter_map(measured).collect();
     shapes.sort_by(|a, b| b.shape.area_m2().total_cmp(&a.shape.area_m2()));
     if shapes.is_empty() {
@@ -58,7 +62,7 @@ pub(super) fn marked(
         return Marked { outline: own, marker: None, light: None };
     };
     let (outline, marker) = composed(own, &main, shapes.get(1), name, warnings);
-    Marked { outline, marker: Some(marker), light: Some(first.is_light) }
+    Marked { outline, marker: Some(marker), light: Some(first.1.is_light) }
 }
 
 /// The object's frame and the marker in it.

@@ -18,7 +18,7 @@ use crate::error::bounds::length;
 use crate::error::{Error, Result};
 use crate::geometry::Pose;
 use crate::object::{Object, Shape};
-use candidates::tops;
+use candidates::{Candidate, tops};
 use edges::TopView;
 use regions::Region;
 use shape_fit::Fitted;
@@ -92,15 +92,15 @@ pub fn draft(capture: Capture, colours: Vec<GreyImage>, heights: &Heights) -> Re
     let mut found = tops(planes, &search.view(0, heights.default_m), &cell);
     // Numbers do not depend on the heights of single objects.
     found.sort_by(|a, b| {
-        let at = |candidate: &candidates::Candidate| candidate.outline.pose.position;
+        let at = |candidate: &Candidate| candidate.outline.pose.position;
         at(a).x.total_cmp(&at(b).x).then(at(a).y.total_cmp(&at(b).y))
     });
     search.warn_of_the_edge(&mut warnings);
     let mut objects = Vec::new();
-    for candidates::Candidate { region, plane, .. } in &found {
+    for candidate in &found {
         let name = format!("object_{}", objects.len() + 1);
         let height_m = heights.named_m.get(&name).copied().unwrap_or(heights.default_m);
-        objects.extend(search.drafted((region, *plane), name, height_m, &mut warnings));
+        objects.extend(search.drafted(candidate, name, height_m, &mut warnings));
     }
     if objects.is_empty() {
         return Err(Error::Markers {
@@ -145,19 +145,19 @@ impl Search<'_> {
     /// The object of a region; `None` for the striker, and without a shape that fits.
     fn drafted(
         &self,
-        (region, plane): (&Region, usize),
+        candidate: &Candidate,
         name: String,
         height_m: f64,
         warnings: &mut Vec<String>,
     ) -> Option<Drafted> {
-        let top = self.view(plane, height_m);
+        let Candidate { region, plane, .. } = candidate;
         let at = self.camera.table_from_pixel(region.centroid, height_m);
         let place = format!("at ({:.0}, {:.0}) mm", 1e3 * at.x, 1e3 * at.y);
-        let Some(outline) = top.outline(region) else {
+        let Some(outline) = self.at_height(candidate, height_m) else {
             warnings.push(format!("what lies {place} has no outline that can be measured: it is left out"));
             return None;
         };
-        if self.is_striker(region, plane) {
+        if self.is_striker(region, *plane) {
             warnings.push(format!("the disc {place} has the striker's size: it is left out"));
             return None;
         }
@@ -169,7 +169,8 @@ impl Search<'_> {
                 "the outline of `{name}` {place} is concave: if it is two objects that touch, move them apart"
             ));
         }
-        let marked = marker::marked(&top, region, outline, &name, warnings);
+        let tops: Vec<TopView> = (0..self.planes.len()).map(|plane| self.view(plane, height_m)).collect();
+        let marked = marker::marked(&tops, region, outline, &name, warnings);
         let (shape, marker) = (marked.outline.shape, marked.marker);
         let mut object = Object { name, shape, height_m, marker, mass_kg: None, support: None };
         if let Err(error) = object.check() {
@@ -182,6 +183,18 @@ impl Search<'_> {
             rms_m: marked.outline.rms_m,
             light_marker: marked.light,
         })
+    }
+
+    /// The outline of a candidate at the height of its top.
+    fn at_height(&self, candidate: &Candidate, height_m: f64) -> Option<Fitted> {
+        let top = self.view(candidate.plane, height_m);
+        let moved = |point| {
+            self.camera.table_from_pixel(self.camera.pixel_from_table(point, candidate.height_m), height_m)
+        };
+        let pixel_m = top.pixel_m(candidate.region.centroid);
+        let corrected = candidate.outline.mapped(moved).and_then(|outline| top.corrected(outline, pixel_m));
+        let corrected = corrected.filter(|outline| outline.fits);
+        corrected.or_else(|| top.outline(&candidate.region))
     }
 
     /// Whether a region is the top of the striker.

@@ -43,17 +43,48 @@ const LEAST_BORDER: usize = 4 * DIRECTION_POINTS;
 
 /// All regions in a window whose number of pixels lies in a range.
 pub(super) fn regions(image: &GreyImage, window: Window, areas_px: &RangeInclusive<u64>) -> Vec<Region> {
-    let smooth = smoothed(image);
-    let steep = gradient(&smooth);
+    let smooth = [smoothed(image)];
+    let steep = gradient(&smooth[0]);
+    let greys = search_thresholds().flat_map(|level| [Level::Below(level), Level::Above(level)]);
+    let passes = greys.map(|level| (&smooth[0], level, 0));
+    searched(passes.chain(uniform(&steep)), &smooth, window, areas_px)
+}
+
+/// All regions in a window in which none of the planes of a picture has an edge: a top may differ from the table in one colour and from its side in another.
+pub(super) fn uniform_regions(
+    planes: &[GreyImage],
+    window: Window,
+    areas_px: &RangeInclusive<u64>,
+) -> Vec<Region> {
+    let smooth: Vec<GreyImage> = planes.iter().map(smoothed).collect();
+    let steepest = smooth.iter().map(gradient).reduce(|mut most, plane| {
+        most.pixels.iter_mut().zip(&plane.pixels).for_each(|(most, &here)| *most = here.max(*most));
+        most
+    });
+    steepest.map_or_else(Vec::new, |steep| searched(uniform(&steep), &smooth, window, areas_px))
+}
+
+/// Where components are searched: an image, the level below or above which its pixels belong to one, and by how many pixels it is grown.
+type Pass<'a> = (&'a GreyImage, Level, usize);
+
+/// The areas of small gradient.
+fn uniform(steep: &GreyImage) -> impl Iterator<Item = Pass<'_>> {
+    GRADIENTS.into_iter().map(move |level| (steep, Level::Below(level), GRADIENT_REACH_PX))
+}
+
+/// The regions of all passes; their edges are measured in the images.
+fn searched<'a>(
+    passes: impl Iterator<Item = Pass<'a>>,
+    images: &[GreyImage],
+    window: Window,
+    areas_px: &RangeInclusive<u64>,
+) -> Vec<Region> {
     let mut labeller = Labeller::default();
     let mut found = Vec::new();
-    let greys = search_thresholds().flat_map(|level| [Level::Below(level), Level::Above(level)]);
-    let passes = greys.map(|level| (&smooth, level, 0));
-    let uniform = GRADIENTS.into_iter().map(|level| (&steep, Level::Below(level), GRADIENT_REACH_PX));
-    for (source, level, grown_px) in passes.chain(uniform) {
+    for (source, level, grown_px) in passes {
         let components = labeller.components(source, window, level, areas_px).to_vec();
         let region =
-            |component: &Component| Region::new(source, &smooth, window, (component, level, grown_px));
+            |component: &Component| Region::new(source, images, window, (component, level, grown_px));
         found.extend(
             components.iter().filter_map(region).filter(|region| areas_px.contains(&(region.area_px as u64))),
         );
@@ -62,10 +93,10 @@ pub(super) fn regions(image: &GreyImage, window: Window, areas_px: &RangeInclusi
 }
 
 impl Region {
-    /// The region of a component of `source`; the edge is measured in `image`.
+    /// The region of a component of `source`; the edge is measured in the images.
     fn new(
         source: &GreyImage,
-        image: &GreyImage,
+        images: &[GreyImage],
         within: Window,
         (component, level, grown_px): (&Component, Level, usize),
     ) -> Option<Self> {
@@ -101,7 +132,7 @@ impl Region {
             strength: 0.0,
             is_light: false,
         };
-        region.measure(image, width)?;
+        region.measure(images, width)?;
         Some(region)
     }
 
@@ -127,12 +158,12 @@ impl Region {
         let mut mask = vec![false; shared.len()];
         flood(&mut mask, width, seed, false, |k| shared[k]);
         let mut top = Self { mask, ..self.clone() };
-        top.measure(image, width)?;
+        top.measure(std::slice::from_ref(image), width)?;
         Some(top)
     }
 
     /// Area, centroid, border and strength.
-    fn measure(&mut self, image: &GreyImage, width: usize) -> Option<()> {
+    fn measure(&mut self, images: &[GreyImage], width: usize) -> Option<()> {
         let at = |k: usize| [(self.window.x[0] + k % width) as f64, (self.window.y[0] + k / width) as f64];
         let (mut count, mut sum) = (0, [0.0; 2]);
         for k in (0..self.mask.len()).filter(|&k| self.mask[k]) {
@@ -145,9 +176,16 @@ impl Region {
         if self.border.len() < LEAST_BORDER {
             return None;
         }
-        let mut steps: Vec<f64> = (0..self.border.len()).map(|k| self.step(image, k)).collect();
+        let step = |k: usize| {
+            let steps = images.iter().map(|image| self.step(image, k));
+            steps.max_by(|a, b| a.abs().total_cmp(&b.abs())).unwrap_or(0.0)
+        };
+        let mut steps: Vec<f64> = (0..self.border.len()).map(step).collect();
         self.is_light = steps.iter().sum::<f64>() < 0.0;
-        steps.iter_mut().for_each(|step| *step = if self.is_light { -*step } else { *step });
+        // Steps in several colours have several signs.
+        let outward = |step: f64| if self.is_light { -step } else { step };
+        let strength = |step: f64| if images.len() > 1 { step.abs() } else { outward(step) };
+        steps.iter_mut().for_each(|step| *step = strength(*step));
         steps.sort_unstable_by(f64::total_cmp);
         self.strength = steps[(WEAKEST * steps.len() as f64) as usize];
         Some(())

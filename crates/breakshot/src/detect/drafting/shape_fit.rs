@@ -15,6 +15,8 @@ pub(super) struct Fitted {
     pub rms_m: f64,
     /// Whether the outline fits within the noise.
     pub fits: bool,
+    /// The fraction of the outline on which an edge was measured.
+    pub visible_fraction: f64,
 }
 
 /// Largest number of corners.
@@ -65,6 +67,73 @@ pub(super) fn refitted(fit: &Fitted, border: &[BorderPoint], pixel_m: f64) -> Op
             let corners = fit.shape.corners().into_iter().map(|corner| fit.pose.table_from_body(corner));
             polygon(border, corners.collect(), pixel_m)
         }
+    }
+}
+
+impl Fitted {
+    /// Number of numbers that the form needs, about: a disc before a rectangle before polygons.
+    pub(super) fn complexity(&self) -> usize {
+        match &self.shape {
+            Shape::Disc { .. } => 1,
+            Shape::Rectangle { .. } => 2,
+            shape => shape.corners().len(),
+        }
+    }
+
+    /// The corners on the table's plane; none of a disc.
+    fn placed_corners(&self) -> Vec<Point> {
+        self.shape.corners().into_iter().map(|corner| self.pose.table_from_body(corner)).collect()
+    }
+
+    /// The polygon without one of its sides: its neighbours meet in a corner; `None` if they do not, or for a shape without sides to spare.
+    pub(super) fn without_side(&self, k: usize) -> Option<Self> {
+        const FAR: f64 = 1.5;
+        let mut corners = self.placed_corners();
+        let n = corners.len();
+        if n <= 3 || k >= n {
+            return None;
+        }
+        let at = |i: usize| corners[(k + n + i) % n];
+        let (before, from, to, after) = (at(n - 1), at(0), at(1), at(2));
+        let (u, v) = (from - before, to - after);
+        let crossing = before + u * ((after - before).cross(v) / u.cross(v));
+        let size_m = self.shape.outer_radius_m();
+        let near = crossing.is_finite() && crossing.distance(self.pose.position) < FAR * size_m;
+        let ahead = (crossing - from).dot(u) > 0.0 && (crossing - to).dot(v) > 0.0;
+        if !near || !ahead {
+            return None;
+        }
+        corners[k] = crossing;
+        corners.remove((k + 1) % n);
+        self.with_corners(corners)
+    }
+
+    /// The polygon without one of its corners.
+    pub(super) fn without_corner(&self, k: usize) -> Option<Self> {
+        let mut corners = self.placed_corners();
+        if corners.len() <= 3 || k >= corners.len() {
+            return None;
+        }
+        corners.remove(k);
+        self.with_corners(corners)
+    }
+
+    /// The outline with every point moved; a disc stays one.
+    pub(super) fn mapped(&self, map: impl Fn(Point) -> Point) -> Option<Self> {
+        let Shape::Disc { radius_m } = self.shape else {
+            return self.with_corners(self.placed_corners().into_iter().map(map).collect());
+        };
+        let center = map(self.pose.position);
+        let radius_m = map(self.pose.position + Vec2::new(radius_m, 0.0)).distance(center);
+        let pose = Pose { position: center, yaw_rad: 0.0 };
+        (center.is_finite() && radius_m.is_finite())
+            .then(|| Self { shape: Shape::Disc { radius_m }, pose, ..self.clone() })
+    }
+
+    fn with_corners(&self, corners: Vec<Point>) -> Option<Self> {
+        let mut shape = Shape::Polygon { points_m: corners };
+        let position = Point::ORIGIN + shape.check_and_centre("an outline").ok()?;
+        Some(Self { shape, pose: Pose { position, yaw_rad: 0.0 }, ..self.clone() })
     }
 }
 
@@ -125,7 +194,7 @@ fn disc(border: &[BorderPoint], pixel_m: f64) -> Option<Fitted> {
     let (rms_m, fits) = judged(&residuals(center, radius_m), border, pixel_m);
     let sane = center.is_finite() && radius_m.is_finite() && radius_m > pixel_m;
     let pose = Pose { position: center, yaw_rad: 0.0 };
-    sane.then_some(Fitted { shape: Shape::Disc { radius_m }, pose, rms_m, fits })
+    sane.then_some(Fitted { shape: Shape::Disc { radius_m }, pose, rms_m, fits, visible_fraction: 1.0 })
 }
 
 /// A straight line: a point on it and its direction, a unit vector.
@@ -146,7 +215,7 @@ fn polygon(border: &[BorderPoint], corners: Vec<Point>, pixel_m: f64) -> Option<
     }
     let mut shape = Shape::Polygon { points_m: corners };
     let position = Point::ORIGIN + shape.check_and_centre("an outline").ok()?;
-    Some(Fitted { shape, pose: Pose { position, yaw_rad: 0.0 }, rms_m, fits })
+    Some(Fitted { shape, pose: Pose { position, yaw_rad: 0.0 }, rms_m, fits, visible_fraction: 1.0 })
 }
 
 /// The rectangle near a quadrilateral; its longer side is along its x.
@@ -179,7 +248,7 @@ fn rectangle(border: &[BorderPoint], corners: &[Point], pixel_m: f64) -> Option<
     let pose = Pose { position: center, yaw_rad: half_turn_wrapped_rad(yaw_rad) };
     let placed: Vec<Point> = shape.corners().into_iter().map(|corner| pose.table_from_body(corner)).collect();
     let (rms_m, fits) = judged(&border_distances_m(border, &placed), border, pixel_m);
-    (x_m > 0.0 && y_m > 0.0).then_some(Fitted { shape, pose, rms_m, fits })
+    (x_m > 0.0 && y_m > 0.0).then_some(Fitted { shape, pose, rms_m, fits, visible_fraction: 1.0 })
 }
 
 /// The distance of a side along an axis: the weighted median of its points (m).
@@ -275,7 +344,11 @@ fn without_short_sides(mut corners: Vec<Point>, pixel_m: f64) -> Vec<Point> {
 /// The line through each side, in the direction of the corners.
 fn lines(sides: &[Vec<BorderPoint>], corners: &[Point], pixel_m: f64) -> Option<Vec<Line>> {
     let n = corners.len();
-    let line = |k: usize| line(&sides[k], corners[(k + 1) % n] - corners[k], pixel_m);
+    let line = |k: usize| {
+        let along = corners[(k + 1) % n] - corners[k];
+        // A side without edges stays where it is.
+        line(&sides[k], along, pixel_m).or_else(|| Some((corners[k], along.direction()?)))
+    };
     (0..n).map(line).collect()
 }
 
