@@ -5,7 +5,7 @@
 
 use super::edges::TopView;
 use super::regions::{Region, regions, uniform_regions};
-use super::shape_fit::{Fitted, simplest};
+use super::shape_fit::Fitted;
 use crate::capture::GreyImage;
 use crate::cell::Cell;
 use crate::detect::label::Window;
@@ -39,13 +39,11 @@ const TABLE_AT_M: [f64; 3] = [3e-3, 4.5e-3, 6e-3];
 /// Height of the tallest object (m), by which the silhouette of a side is bounded, and the steps in height at which it is compared.
 const TALLEST_M: f64 = 0.08;
 const HEIGHT_STEPS: usize = 8;
-/// Least step of grey level around a silhouette, above that of most shadows.
-const SILHOUETTE_STRENGTH: f64 = 15.0;
 /// Largest area of a marker (m2), and the least step of grey level around it.
 const MOST_MARKER_M2: f64 = 2.5e-3;
 const MARKER_STRENGTH: f64 = 12.0;
-/// A marker with at least this step is none of a shadow.
-const CERTAIN_STRENGTH: f64 = 30.0;
+/// A marker with at least this fraction of the strongest one's step is none of a shadow.
+const CERTAIN: f64 = 0.5;
 /// Heights that are tried for a silhouette (m).
 const HEIGHTS_M: [f64; 4] = [0.015, 0.03, 0.045, 0.06];
 /// The edge of a top is at least this fraction as strong as the strongest one around its marker.
@@ -70,34 +68,16 @@ pub(super) fn tops<'a>(planes: &'a [GreyImage], view: &TopView<'a>, cell: &Cell)
     let markers: Vec<&PlaneRegion> = inks.iter().copied().filter(is_blank).collect();
     let mut large: Vec<&PlaneRegion> = all.iter().filter(|found| search.is_top_size(found)).collect();
     large.sort_by_key(|found| found.region.area_px);
-    if let Ok(d) = std::env::var("DBG") {
-        let v: Vec<f64> = d.split(',').filter_map(|x| x.parse().ok()).collect();
-        let px = view.camera.pixel_from_table(crate::geometry::Point::new(v[0] / 1e3, v[1] / 1e3), view.height_m);
-        for m in &markers {
-            if m.region.centroid.distance_px(px) < 40.0 { eprintln!("marker plane {} area {} strength {:.0} at {:?}", m.plane, m.region.area_px, m.region.strength, m.region.centroid); }
-        }
-        for l in all.iter().filter(|l| l.region.contains(px) && l.region.area_px > 300) {
-            let v = search.view(l.plane);
-            let _=v; let own = search.best(|v| v.nearest(&l.region)).map(|x| x.1); let out = search.best(|v| v.outline(&l.region)).map(|x| x.1);
-            let show = |f: &Option<Fitted>| f.as_ref().map(|f| format!("{} {:.2}px fits {}", match &f.shape { crate::object::Shape::Disc{..} => 'd'.to_string(), s => s.corners().len().to_string() }, f.rms_m / search.pixel_m, f.fits));
-            eprintln!("region {} plane {} area {} strength {:.1} light {} top_size {} own {:?} outline {:?}", l.several, l.plane, l.region.area_px, l.region.strength, l.region.is_light, search.is_top_size(l), show(&own), show(&out));
-        }
-    }
     let mut chosen = Chosen { view, tops: Vec::new() };
+    let strongest = markers.first().map_or(0.0, |marker| marker.region.strength);
     for marker in &markers {
-        let apart = marker.region.strength < CERTAIN_STRENGTH;
-        let mut around = large
+        let apart = marker.region.strength < CERTAIN * strongest;
+        let around = large
             .iter()
             .copied()
             .filter(|found| can_carry(&found.region, &marker.region) && chosen.is_free(&found.region, apart));
-        // Silhouettes and shadows need more corners than tops, and parts of tops have weaker edges.
-        let fits: Vec<(Candidate, f64)> = around.clone().filter_map(|found| search.top(found)).collect();
-        let strongest = fits.iter().map(|(_, strength)| *strength).fold(0.0, f64::max);
-        if std::env::var("DBG").is_ok() { for (c, st) in &fits { eprintln!("fit marker {:?} area {} plane {} complexity {} rms {:.2} visible {:.2} strength {:.1}", marker.region.centroid, c.region.area_px, c.plane, c.outline.complexity(), c.outline.rms_m / pixel_m, c.outline.visible_fraction, st); } }
-        let likely = fits.into_iter().filter(|(_, strength)| *strength >= LEAST_RELATIVE * strongest);
-        let top = likely.map(|(top, _)| top).min_by_key(|top| top.outline.complexity());
-        let top = top.or_else(|| around.find_map(|found| search.silhouette(found, LEAST_STRENGTH)));
-        chosen.tops.extend(top);
+        let around: Vec<&PlaneRegion> = around.collect();
+        chosen.tops.extend(search.top(&around));
     }
     // Without a marker the strongest edges first
     let is_bare =
@@ -106,7 +86,10 @@ pub(super) fn tops<'a>(planes: &'a [GreyImage], view: &TopView<'a>, cell: &Cell)
     bare.sort_by(|a, b| b.region.strength.total_cmp(&a.region.strength));
     for found in bare {
         if chosen.is_free(&found.region, true) {
-            chosen.tops.extend(search.bare(found));
+            let same = |other: &&&PlaneRegion| is_same_object(&other.region, &found.region);
+            let around: Vec<&PlaneRegion> = large.iter().filter(same).copied().collect();
+            let visible = |top: &Candidate| top.outline.visible_fraction >= BARE_VISIBLE;
+            chosen.tops.extend(search.top(&around).filter(visible));
         }
     }
     chosen.tops
@@ -171,30 +154,51 @@ impl<'a> Search<'a> {
             && ink.nearest(region).is_some_and(|outline| outline.fits)
     }
 
-    /// A region as a top, and the strength of its outline.
-    fn top(&self, found: &PlaneRegion) -> Option<(Candidate, f64)> {
-        let region = &found.region;
-        let (plane, outline) = self.best(|view| view.nearest(region))?;
-        let outline = self.view(plane).simplified(outline, self.pixel_m);
-        let strength = self.strength(&outline);
-        Some((Candidate { region: region.clone(), plane, outline, height_m: self.view.height_m }, strength))
+    /// The top of an object among regions that belong to it: a side or a shadow adds corners to it, and parts of it have weaker edges.
+    fn top(&self, around: &[&PlaneRegion]) -> Option<Candidate> {
+        let heights_m = std::iter::once(self.view.height_m).chain(HEIGHTS_M);
+        heights_m.filter_map(|height_m| self.top_at(around, height_m)).next()
     }
 
-    /// A region without a marker as an object: its outline is visible all around.
-    fn bare(&self, found: &PlaneRegion) -> Option<Candidate> {
-        let visible = |top: &Candidate| top.outline.visible_fraction >= BARE_VISIBLE;
-        let top = self.top(found).map(|(top, _)| top).filter(visible);
-        top.or_else(|| self.silhouette(found, SILHOUETTE_STRENGTH).filter(visible))
+    fn top_at(&self, around: &[&PlaneRegion], height_m: f64) -> Option<Candidate> {
+        let mut fits: Vec<Candidate> = Vec::new();
+        for found in around {
+            for (plane, image) in self.planes.iter().enumerate() {
+                let view = TopView { image, height_m, ..self.view };
+                let new = view.outlines(&found.region).into_iter().filter(|outline| outline.fits);
+                fits.extend(new.map(|outline| Candidate { region: found.region.clone(), plane, outline, height_m }));
+            }
+        }
+        fits.sort_by(|a, b| a.outline.rms_m.total_cmp(&b.outline.rms_m));
+        let mut apart: Vec<Candidate> = Vec::new();
+        for fit in fits {
+            if !apart.iter().any(|other| has_same_outline(&other.outline, &fit.outline, self.pixel_m)) {
+                apart.push(fit);
+            }
+        }
+        let simplified = |candidate: Candidate| {
+            let view = TopView { height_m, ..self.view(candidate.plane) };
+            Candidate { outline: view.simplified(candidate.outline.clone(), self.pixel_m), ..candidate }
+        };
+        let with_strength = |candidate: Candidate| (self.strength(&candidate), candidate);
+        let all: Vec<(f64, Candidate)> = apart.into_iter().map(simplified).map(with_strength).collect();
+        let strongest = all.iter().map(|(strength, _)| *strength).fold(0.0, f64::max);
+        if std::env::var("DBG").is_ok() { for (st, c) in &all { eprintln!("fit at {:?} area {} plane {} complexity {} rms {:.2} visible {:.2} strength {:.1} area_mm2 {:.0} h {}", c.region.centroid, c.region.area_px, c.plane, c.outline.complexity(), c.outline.rms_m / self.pixel_m, c.outline.visible_fraction, st, 1e6 * c.outline.shape.area_m2(), height_m); } }
+        let likely = all.into_iter().filter(|(strength, _)| *strength >= LEAST_RELATIVE * strongest);
+        likely.map(|(_, candidate)| candidate).min_by(|a, b| {
+            let area_m2 = |candidate: &Candidate| candidate.outline.shape.area_m2();
+            a.outline.complexity().cmp(&b.outline.complexity()).then(area_m2(a).total_cmp(&area_m2(b)))
+        })
     }
 
     /// The step of grey level across the weakest parts of an outline, in that plane in which it is largest.
-    fn strength(&self, outline: &Fitted) -> f64 {
+    fn strength(&self, Candidate { outline, height_m, .. }: &Candidate) -> f64 {
         const READ_AT_PX: f64 = 2.5;
         const WEAKEST: f64 = 0.15;
-        let center = self.view.camera.pixel_from_table(outline.pose.position, self.view.height_m);
+        let center = self.view.camera.pixel_from_table(outline.pose.position, *height_m);
         let points = outline.shape.outline_points();
         let step = |point: &crate::geometry::Point| {
-            let at = self.view.camera.pixel_from_table(outline.pose.table_from_body(*point), self.view.height_m);
+            let at = self.view.camera.pixel_from_table(outline.pose.table_from_body(*point), *height_m);
             let (dx, dy) = (at.x - center.x, at.y - center.y);
             let length_px = dx.hypot(dy).max(1.0);
             let off = |px: f64| Pixel::new(at.x + px * dx / length_px, at.y + px * dy / length_px);
@@ -206,30 +210,6 @@ impl<'a> Search<'a> {
         let mut steps: Vec<f64> = points.iter().map(step).collect();
         steps.sort_unstable_by(f64::total_cmp);
         steps.get((WEAKEST * steps.len() as f64) as usize).copied().unwrap_or(0.0)
-    }
-
-    /// A region as the silhouette of an object: its height decides which top it has.
-    fn silhouette(&self, found: &PlaneRegion, least_strength: f64) -> Option<Candidate> {
-        let region = &found.region;
-        if region.strength < least_strength {
-            return None;
-        }
-        let heights_m = std::iter::once(self.view.height_m).chain(HEIGHTS_M);
-        let at = |height_m: f64| {
-            let (plane, outline) = self.best(|view| TopView { height_m, ..*view }.outline(region))?;
-            let outline = TopView { height_m, ..self.view(plane) }.simplified(outline, self.pixel_m);
-            Some(Candidate { region: region.clone(), plane, outline, height_m })
-        };
-        heights_m.filter_map(at).next()
-    }
-
-    /// The plane in which an outline fits best, and the outline.
-    fn best(&self, outline: impl Fn(&TopView) -> Option<Fitted>) -> Option<(usize, Fitted)> {
-        let all: Vec<(usize, Fitted)> = (0..self.planes.len())
-            .filter_map(|plane| Some((plane, outline(&self.view(plane)).filter(|fit| fit.fits)?)))
-            .collect();
-        let best = simplest(all.iter().map(|(_, fit)| fit.clone()).collect())?;
-        all.into_iter().find(|(_, fit)| fit.rms_m.to_bits() == best.rms_m.to_bits())
     }
 }
 
@@ -269,10 +249,27 @@ fn has_same_border(a: &Region, b: &Region) -> bool {
     (area - other).abs() < SAME_BORDER * area && off_px < 0.5 * SAME_BORDER * area.sqrt()
 }
 
-/// Whether a top can carry a marker.
+/// Whether a top can carry a marker: its border is apart from the marker's.
 fn can_carry(top: &Region, marker: &Region) -> bool {
+    const MARGIN_PX: f64 = 3.0;
     let fraction = marker.area_px as f64 / top.area_px as f64;
-    (MARKER_FRACTIONS[0]..MARKER_FRACTIONS[1]).contains(&fraction) && top.covers(marker)
+    (MARKER_FRACTIONS[0]..MARKER_FRACTIONS[1]).contains(&fraction) && top.covers(marker, MARGIN_PX)
+}
+
+/// Whether two regions can be top and silhouette of one object.
+fn is_same_object(a: &Region, b: &Region) -> bool {
+    const LEAST_RATIO: f64 = 0.5;
+    let (small, large) = if a.area_px < b.area_px { (a, b) } else { (b, a) };
+    small.area_px as f64 >= LEAST_RATIO * large.area_px as f64 && large.covers(small, 0.0)
+}
+
+/// Whether two outlines have the same form, area and centroid within half a pixel.
+fn has_same_outline(a: &Fitted, b: &Fitted, pixel_m: f64) -> bool {
+    const NEAR_PX: f64 = 0.5;
+    let size = |fit: &Fitted| fit.shape.area_m2().sqrt();
+    let near_m = NEAR_PX * pixel_m;
+    let is_near = a.pose.position.distance(b.pose.position) < near_m && (size(a) - size(b)).abs() < near_m;
+    is_near && a.complexity() == b.complexity()
 }
 
 /// Whether a region lies in the workspace and is no tag.

@@ -36,18 +36,22 @@ impl TopView<'_> {
         self.camera.scale_m_per_px(at, self.height_m)
     }
 
-    /// The simplest outline that fits the edges near a region's border, or if the region is the silhouette of a body, near that of its top;
-    /// `fits` is false where a part of it has no edges.
-    pub(super) fn outline(&self, region: &Region) -> Option<Fitted> {
+    /// The outlines that fit the edges near a region's border: its own, and if it is the silhouette of a body, that of its top.
+    pub(super) fn outlines(&self, region: &Region) -> Vec<Fitted> {
         let own = self.nearest(region);
-        if !self.solid || own.as_ref().is_some_and(|own| own.fits) {
-            return own;
+        if !self.solid {
+            return own.into_iter().collect();
         }
         let foot = |pixel: Pixel| {
             self.camera.pixel_from_table(self.camera.table_from_pixel(pixel, self.height_m), 0.0)
         };
         let top = region.shared_with_shifted(self.image, foot).and_then(|top| self.nearest(&top));
-        simplest(own.into_iter().chain(top).collect())
+        own.into_iter().chain(top).collect()
+    }
+
+    /// The simplest of the outlines that fit; without one that fits, the nearest.
+    pub(super) fn outline(&self, region: &Region) -> Option<Fitted> {
+        simplest(self.outlines(region))
     }
 
     /// The simplest outline that fits the edges near a region's border.

@@ -35,34 +35,37 @@ pub(super) fn marked(
     let areas_px = LEAST_PX..=most_px.max(LEAST_PX);
     let in_plane = |top: &TopView| {
         let found = regions(top.image, object.window(), &areas_px).into_iter();
-        let found = found.filter(|region| region.strength >= LEAST_STRENGTH && object.covers(region));
+        let found = found.filter(|region| region.strength >= LEAST_STRENGTH && object.covers(region, 0.0));
         found.collect::<Vec<Region>>()
     };
     let mut by_strength: Vec<(&TopView, Region)> =
         tops.iter().flat_map(|top| in_plane(top).into_iter().map(move |region| (top, region))).collect();
     by_strength.sort_by(|(_, a), (_, b)| b.strength.total_cmp(&a.strength).then(b.area_px.cmp(&a.area_px)));
-    let Some(first) = by_strength.first() else { return Marked { outline: own, marker: None, light: None } };
-    let belongs = |(_, region): &&(&TopView, Region)| {
-        region.is_light == first.1.is_light
-            && region.strength >= SECOND_STRENGTH * first.1.strength
-            && !region.overlaps(&first.1)
-    };
-    let second = by_strength.iter().find(belongs);
-    let measured = |(top, region): &(&TopView, Region)| {
-        let ink = TopView { solid: false, ..**top };
-        ink.outline(region).filter(|fit| fit.fits && !is_concave(&fit.shape))
-    };
-    let mut shapes: Vec<Fitted> = [Some(first), second].into_iter().flatten().filter_map(measured).collect();
-    shapes.sort_by(|a, b| b.shape.area_m2().total_cmp(&a.shape.area_m2()));
-    if shapes.is_empty() {
-        warnings.push(format!("`{name}` has a marker whose shape cannot be measured: it is left out"));
+    if by_strength.is_empty() {
         return Marked { outline: own, marker: None, light: None };
     }
+    let measured = |(top, region): &(&TopView, Region)| {
+        let ink = TopView { solid: false, ..**top };
+        let fit = ink.outline(region).filter(|fit| fit.fits && !is_concave(&fit.shape))?;
+        Some((region.clone(), fit))
+    };
+    let Some((first, shape)) = by_strength.iter().find_map(measured) else {
+        warnings.push(format!("`{name}` has a marker whose shape cannot be measured: it is left out"));
+        return Marked { outline: own, marker: None, light: None };
+    };
+    let belongs = |(_, region): &&(&TopView, Region)| {
+        region.is_light == first.is_light
+            && region.strength >= SECOND_STRENGTH * first.strength
+            && !region.overlaps(&first)
+    };
+    let second = by_strength.iter().filter(belongs).find_map(measured).map(|(_, shape)| shape);
+    let mut shapes: Vec<Fitted> = std::iter::once(shape).chain(second).collect();
+    shapes.sort_by(|a, b| b.shape.area_m2().total_cmp(&a.shape.area_m2()));
     let Some(main) = shapes.first().cloned() else {
         return Marked { outline: own, marker: None, light: None };
     };
     let (outline, marker) = composed(own, &main, shapes.get(1), name, warnings);
-    Marked { outline, marker: Some(marker), light: Some(first.1.is_light) }
+    Marked { outline, marker: Some(marker), light: Some(first.is_light) }
 }
 
 /// The object's frame and the marker in it.

@@ -185,7 +185,7 @@ impl Search<'_> {
         })
     }
 
-    /// The outline of a candidate at the height of its top.
+    /// The outline of a candidate at the height of its top: the simplest, of its silhouette or of itself.
     fn at_height(&self, candidate: &Candidate, height_m: f64) -> Option<Fitted> {
         let top = self.view(candidate.plane, height_m);
         let moved = |point| {
@@ -193,8 +193,12 @@ impl Search<'_> {
         };
         let pixel_m = top.pixel_m(candidate.region.centroid);
         let corrected = candidate.outline.mapped(moved).and_then(|outline| top.corrected(outline, pixel_m));
-        let corrected = corrected.filter(|outline| outline.fits);
-        corrected.or_else(|| top.outline(&candidate.region))
+        let others = if height_m == candidate.height_m { Vec::new() } else { top.outlines(&candidate.region) };
+        let fits = corrected.into_iter().chain(others).filter(|outline| outline.fits);
+        let simplest = fits.map(|outline| top.simplified(outline, pixel_m)).min_by(|a, b| {
+            a.complexity().cmp(&b.complexity()).then(a.shape.area_m2().total_cmp(&b.shape.area_m2()))
+        });
+        simplest.or_else(|| top.outline(&candidate.region))
     }
 
     /// Whether a region is the top of the striker.

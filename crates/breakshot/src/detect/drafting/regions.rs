@@ -219,10 +219,15 @@ impl Region {
         inside && self.mask[y as usize * width + x as usize]
     }
 
-    /// Whether nearly all of another region belongs to this one.
-    pub(super) fn covers(&self, other: &Self) -> bool {
+    /// Whether nearly all of another region belongs to this one, and so do the pixels within a margin around it.
+    pub(super) fn covers(&self, other: &Self, margin_px: f64) -> bool {
         const NEARLY_ALL: f64 = 0.95;
-        let inside = other.border.iter().filter(|&&pixel| self.contains(pixel)).count();
+        let is_inside = |pixel: &&Pixel| {
+            let [dx, dy] = [pixel.x - other.centroid.x, pixel.y - other.centroid.y];
+            let factor = 1.0 + margin_px / dx.hypot(dy).max(1.0);
+            self.contains(Pixel::new(other.centroid.x + factor * dx, other.centroid.y + factor * dy))
+        };
+        let inside = other.border.iter().filter(is_inside).count();
         inside as f64 >= NEARLY_ALL * other.border.len() as f64
     }
 
