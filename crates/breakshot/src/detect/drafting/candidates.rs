@@ -46,21 +46,18 @@ const MARKER_STRENGTH: f64 = 12.0;
 const CERTAIN: f64 = 0.5;
 /// Heights that are tried for a silhouette (m).
 const HEIGHTS_M: [f64; 4] = [0.015, 0.03, 0.045, 0.06];
-/// The edge of a top is at least this fraction as strong as the strongest one around its marker.
-const LEAST_RELATIVE: f64 = 0.15;
+/// Outlines of the same form are equally near to their edges up to this factor, or within this distance (px), and equally visible up to this fraction.
+const RMS_FACTOR: f64 = 2.0;
+const LEAST_RMS_PX: f64 = 0.1;
+const LESS_VISIBLE: f64 = 0.06;
 /// So much of the outline of an object without a marker is visible.
 const BARE_VISIBLE: f64 = 0.9;
 /// Regions nearer than this touch (px).
 const TOUCHING_PX: f64 = 3.0;
 
-/// The tops in a picture, of which `planes` are the luma and the colours.
-pub(super) fn tops<'a>(planes: &'a [GreyImage], view: &TopView<'a>, cell: &Cell) -> Vec<Candidate> {
-    let middle = cell.workspace.min_m + (cell.workspace.max_m - cell.workspace.min_m) * 0.5;
-    let pixel_m = view.pixel_m(view.camera.pixel_from_table(middle, view.height_m));
-    if !pixel_m.is_finite() || pixel_m <= 0.0 {
-        return Vec::new();
-    }
-    let search = Search { planes, view: *view, cell, pixel_m };
+/// The tops in a picture, at the height of the view.
+pub(super) fn tops(search: &TopSearch) -> Vec<Candidate> {
+    let view = &search.view;
     let all = search.regions();
     let inks: Vec<&PlaneRegion> = all.iter().filter(|found| !found.several && search.is_ink(found)).collect();
     // What carries ink itself is a top. The regions are in the order of their strengths.
@@ -104,14 +101,23 @@ struct PlaneRegion {
 }
 
 /// Where tops are searched.
-struct Search<'a> {
+pub(super) struct TopSearch<'a> {
+    /// The luma and the colours.
     planes: &'a [GreyImage],
     view: TopView<'a>,
     cell: &'a Cell,
+    /// The side of a pixel in the middle of the workspace (m).
     pixel_m: f64,
 }
 
-impl<'a> Search<'a> {
+impl<'a> TopSearch<'a> {
+    /// `None` if the camera does not see the workspace.
+    pub(super) fn new(planes: &'a [GreyImage], view: TopView<'a>, cell: &'a Cell) -> Option<Self> {
+        let middle = cell.workspace.min_m + (cell.workspace.max_m - cell.workspace.min_m) * 0.5;
+        let pixel_m = view.pixel_m(view.camera.pixel_from_table(middle, view.height_m));
+        (pixel_m.is_finite() && pixel_m > 0.0).then_some(Self { planes, view, cell, pixel_m })
+    }
+
     /// The regions of all planes, of regions with the same border the one with the strongest edge.
     fn regions(&self) -> Vec<PlaneRegion> {
         let most_px = (AREAS_M2[1] / (self.pixel_m * self.pixel_m)) as u64;
@@ -161,14 +167,21 @@ impl<'a> Search<'a> {
     }
 
     fn top_at(&self, around: &[&PlaneRegion], height_m: f64) -> Option<Candidate> {
-        let mut fits: Vec<Candidate> = Vec::new();
-        for found in around {
-            for (plane, image) in self.planes.iter().enumerate() {
-                let view = TopView { image, height_m, ..self.view };
-                let new = view.outlines(&found.region).into_iter().filter(|outline| outline.fits);
-                fits.extend(new.map(|outline| Candidate { region: found.region.clone(), plane, outline, height_m }));
-            }
-        }
+        self.simplest(around.iter().flat_map(|found| self.fits(&found.region, height_m)).collect())
+    }
+
+    /// The outlines that fit near the border of a region, in any plane.
+    fn fits(&self, region: &Region, height_m: f64) -> Vec<Candidate> {
+        let in_plane = |plane: usize| {
+            let outlines = TopView { height_m, ..self.view(plane) }.outlines(region).into_iter();
+            let fits = outlines.filter(|outline| outline.fits);
+            fits.map(move |outline| Candidate { region: region.clone(), plane, outline, height_m })
+        };
+        (0..self.planes.len()).flat_map(in_plane).collect()
+    }
+
+    /// The top among outlines of one object. Silhouettes and shadows need more corners, or are larger; a line inside the top has a weak edge, or is off its edges.
+    fn simplest(&self, mut fits: Vec<Candidate>) -> Option<Candidate> {
         fits.sort_by(|a, b| a.outline.rms_m.total_cmp(&b.outline.rms_m));
         let mut apart: Vec<Candidate> = Vec::new();
         for fit in fits {
@@ -177,18 +190,40 @@ impl<'a> Search<'a> {
             }
         }
         let simplified = |candidate: Candidate| {
-            let view = TopView { height_m, ..self.view(candidate.plane) };
+            let view = TopView { height_m: candidate.height_m, ..self.view(candidate.plane) };
             Candidate { outline: view.simplified(candidate.outline.clone(), self.pixel_m), ..candidate }
         };
-        let with_strength = |candidate: Candidate| (self.strength(&candidate), candidate);
-        let all: Vec<(f64, Candidate)> = apart.into_iter().map(simplified).map(with_strength).collect();
-        let strongest = all.iter().map(|(strength, _)| *strength).fold(0.0, f64::max);
-        if std::env::var("DBG").is_ok() { for (st, c) in &all { eprintln!("fit at {:?} area {} plane {} complexity {} rms {:.2} visible {:.2} strength {:.1} area_mm2 {:.0} h {}", c.region.centroid, c.region.area_px, c.plane, c.outline.complexity(), c.outline.rms_m / self.pixel_m, c.outline.visible_fraction, st, 1e6 * c.outline.shape.area_m2(), height_m); } }
-        let likely = all.into_iter().filter(|(strength, _)| *strength >= LEAST_RELATIVE * strongest);
-        likely.map(|(_, candidate)| candidate).min_by(|a, b| {
-            let area_m2 = |candidate: &Candidate| candidate.outline.shape.area_m2();
-            a.outline.complexity().cmp(&b.outline.complexity()).then(area_m2(a).total_cmp(&area_m2(b)))
-        })
+        let is_strong = |candidate: &Candidate| self.strength(candidate) >= LEAST_STRENGTH;
+        let mut strong: Vec<Candidate> = apart.into_iter().map(simplified).filter(is_strong).collect();
+        let least = strong.iter().map(|candidate| candidate.outline.complexity()).min()?;
+        strong.retain(|candidate| candidate.outline.complexity() == least);
+        let outlines = || strong.iter().map(|candidate| &candidate.outline);
+        let least_rms_m = outlines().map(|outline| outline.rms_m).fold(f64::INFINITY, f64::min);
+        let most_visible = outlines().map(|outline| outline.visible_fraction).fold(0.0, f64::max);
+        let limit_m = (RMS_FACTOR * least_rms_m).max(LEAST_RMS_PX * self.pixel_m);
+        let is_equal = |candidate: &Candidate| {
+            let outline = &candidate.outline;
+            outline.rms_m <= limit_m && outline.visible_fraction >= most_visible - LESS_VISIBLE
+        };
+        let area_m2 = |candidate: &Candidate| candidate.outline.shape.area_m2();
+        strong.retain(is_equal);
+        strong.into_iter().min_by(|a, b| area_m2(a).total_cmp(&area_m2(b)))
+    }
+
+    /// A candidate at the height of its top.
+    pub(super) fn at_height(&self, candidate: &Candidate, height_m: f64) -> Option<Candidate> {
+        if height_m.to_bits() == candidate.height_m.to_bits() {
+            return Some(candidate.clone());
+        }
+        let camera = self.view.camera;
+        let moved =
+            |point| camera.table_from_pixel(camera.pixel_from_table(point, candidate.height_m), height_m);
+        let top = TopView { height_m, ..self.view(candidate.plane) };
+        let corrected =
+            candidate.outline.mapped(moved).and_then(|outline| top.corrected(outline, self.pixel_m));
+        let corrected = corrected.filter(|outline| outline.fits);
+        let corrected = corrected.map(|outline| Candidate { outline, height_m, ..candidate.clone() });
+        self.simplest(corrected.into_iter().chain(self.fits(&candidate.region, height_m)).collect())
     }
 
     /// The step of grey level across the weakest parts of an outline, in that plane in which it is largest.

@@ -18,7 +18,7 @@ use crate::error::bounds::length;
 use crate::error::{Error, Result};
 use crate::geometry::Pose;
 use crate::object::{Object, Shape};
-use candidates::{Candidate, tops};
+use candidates::{Candidate, TopSearch, tops};
 use edges::TopView;
 use regions::Region;
 use shape_fit::Fitted;
@@ -89,7 +89,8 @@ pub fn draft(capture: Capture, colours: Vec<GreyImage>, heights: &Heights) -> Re
     let same_size = |plane: &GreyImage| [plane.width, plane.height] == [image.width, image.height];
     let planes: &[GreyImage] = if planes.iter().all(same_size) { &planes } else { &planes[..1] };
     let search = Search { planes, camera: &camera, cell: &cell };
-    let mut found = tops(planes, &search.view(0, heights.default_m), &cell);
+    let top_search = TopSearch::new(planes, search.view(0, heights.default_m), &cell);
+    let mut found = top_search.as_ref().map_or_else(Vec::new, tops);
     // Numbers do not depend on the heights of single objects.
     found.sort_by(|a, b| {
         let at = |candidate: &Candidate| candidate.outline.pose.position;
@@ -97,10 +98,15 @@ pub fn draft(capture: Capture, colours: Vec<GreyImage>, heights: &Heights) -> Re
     });
     search.warn_of_the_edge(&mut warnings);
     let mut objects = Vec::new();
-    for candidate in &found {
-        let name = format!("object_{}", objects.len() + 1);
+    found.retain(|candidate| !search.is_striker(candidate, &mut warnings));
+    for (k, candidate) in found.iter().enumerate() {
+        let name = format!("object_{}", k + 1);
         let height_m = heights.named_m.get(&name).copied().unwrap_or(heights.default_m);
-        objects.extend(search.drafted(candidate, name, height_m, &mut warnings));
+        let Some(top) = top_search.as_ref().and_then(|tops| tops.at_height(candidate, height_m)) else {
+            warnings.push(format!("`{name}` has no outline at a height of {} mm: it is left out", 1e3 * height_m));
+            continue;
+        };
+        objects.extend(search.drafted(&top, name, &mut warnings));
     }
     if objects.is_empty() {
         return Err(Error::Markers {
@@ -110,7 +116,7 @@ pub fn draft(capture: Capture, colours: Vec<GreyImage>, heights: &Heights) -> Re
         });
     }
     if let Some(name) = heights.named_m.keys().find(|name| objects.iter().all(|o| &o.object.name != *name)) {
-        let needed = format!("one of object_1 to object_{}", objects.len());
+        let needed = format!("one of object_1 to object_{}", found.len());
         return Err(Error::invalid("--height-m", "object", format!("`{name}`"), needed));
     }
     Ok(Draft { objects, image: image.clone(), camera, warnings })
@@ -143,36 +149,19 @@ impl Search<'_> {
     }
 
     /// The object of a region; `None` for the striker, and without a shape that fits.
-    fn drafted(
-        &self,
-        candidate: &Candidate,
-        name: String,
-        height_m: f64,
-        warnings: &mut Vec<String>,
-    ) -> Option<Drafted> {
-        let Candidate { region, plane, .. } = candidate;
-        let at = self.camera.table_from_pixel(region.centroid, height_m);
+    fn drafted(&self, top: &Candidate, name: String, warnings: &mut Vec<String>) -> Option<Drafted> {
+        let Candidate { region, plane, outline, height_m } = top;
+        let at = outline.pose.position;
         let place = format!("at ({:.0}, {:.0}) mm", 1e3 * at.x, 1e3 * at.y);
-        let Some(outline) = self.at_height(candidate, height_m) else {
-            warnings.push(format!("what lies {place} has no outline that can be measured: it is left out"));
-            return None;
-        };
-        if self.is_striker(region, *plane) {
-            warnings.push(format!("the disc {place} has the striker's size: it is left out"));
-            return None;
-        }
-        if !outline.fits {
-            let mm = 1e3 * outline.rms_m;
-            warnings.push(format!("doubtful: the outline of `{name}` {place} fits its edges to {mm:.2} mm only; a shadow or a second object may touch it"));
-        } else if is_concave(&outline.shape) {
+        if is_concave(&outline.shape) {
             warnings.push(format!(
                 "the outline of `{name}` {place} is concave: if it is two objects that touch, move them apart"
             ));
         }
-        let tops: Vec<TopView> = (0..self.planes.len()).map(|plane| self.view(plane, height_m)).collect();
-        let marked = marker::marked(&tops, region, outline, &name, warnings);
+        let tops: Vec<TopView> = (0..self.planes.len()).map(|plane| self.view(plane, *height_m)).collect();
+        let marked = marker::marked(&tops, region, outline.clone(), &name, warnings);
         let (shape, marker) = (marked.outline.shape, marked.marker);
-        let mut object = Object { name, shape, height_m, marker, mass_kg: None, support: None };
+        let mut object = Object { name, shape, height_m: *height_m, marker, mass_kg: None, support: None };
         if let Err(error) = object.check() {
             warnings.push(format!("what lies {place} is left out: {error}"));
             return None;
@@ -185,31 +174,21 @@ impl Search<'_> {
         })
     }
 
-    /// The outline of a candidate at the height of its top: the simplest, of its silhouette or of itself.
-    fn at_height(&self, candidate: &Candidate, height_m: f64) -> Option<Fitted> {
-        let top = self.view(candidate.plane, height_m);
-        let moved = |point| {
-            self.camera.table_from_pixel(self.camera.pixel_from_table(point, candidate.height_m), height_m)
-        };
-        let pixel_m = top.pixel_m(candidate.region.centroid);
-        let corrected = candidate.outline.mapped(moved).and_then(|outline| top.corrected(outline, pixel_m));
-        let others = if height_m == candidate.height_m { Vec::new() } else { top.outlines(&candidate.region) };
-        let fits = corrected.into_iter().chain(others).filter(|outline| outline.fits);
-        let simplest = fits.map(|outline| top.simplified(outline, pixel_m)).min_by(|a, b| {
-            a.complexity().cmp(&b.complexity()).then(a.shape.area_m2().total_cmp(&b.shape.area_m2()))
-        });
-        simplest.or_else(|| top.outline(&candidate.region))
-    }
-
-    /// Whether a region is the top of the striker.
-    fn is_striker(&self, region: &Region, plane: usize) -> bool {
+    /// Whether an object is the striker, which is left out with a warning.
+    fn is_striker(&self, candidate: &Candidate, warnings: &mut Vec<String>) -> bool {
         let striker = &self.cell.striker;
         let Shape::Disc { radius_m: given_m } = striker.shape else { return false };
-        let radius_m = match self.view(plane, striker.height_m).outline(region) {
-            Some(Fitted { shape: Shape::Disc { radius_m }, .. }) => radius_m,
-            _ => return false,
+        let view = self.view(candidate.plane, striker.height_m);
+        let Some(Fitted { shape: Shape::Disc { radius_m }, pose, .. }) = view.outline(&candidate.region) else {
+            return false;
         };
-        given_m > 0.0 && (radius_m - given_m).abs() < STRIKER_FRACTION * given_m
+        let is_striker = given_m > 0.0 && (radius_m - given_m).abs() < STRIKER_FRACTION * given_m;
+        if is_striker {
+            let at = pose.position;
+            let place = format!("at ({:.0}, {:.0}) mm", 1e3 * at.x, 1e3 * at.y);
+            warnings.push(format!("the disc {place} has the striker's size: it is left out"));
+        }
+        is_striker
     }
 }
 
