@@ -9,9 +9,11 @@ use super::shape_fit::Fitted;
 use crate::capture::GreyImage;
 use crate::cell::Cell;
 use crate::detect::label::Window;
-use crate::geometry::Pixel;
 use crate::geometry::outline::Outline;
+use crate::geometry::{Pixel, Point, Vec2};
+use crate::object::Shape;
 use crate::statistics::median;
+use std::f64::consts::{FRAC_PI_2, TAU};
 
 /// A region and the outline that fits it.
 #[derive(Clone, Debug)]
@@ -59,7 +61,8 @@ const TOUCHING_PX: f64 = 3.0;
 pub(super) fn tops(search: &TopSearch) -> Vec<Candidate> {
     let view = &search.view;
     let all = search.regions();
-    let inks: Vec<&PlaneRegion> = all.iter().filter(|found| !found.several && search.is_ink(found)).collect();
+    let inks: Vec<&PlaneRegion> =
+        all.iter().filter(|found| !found.of_either_sign && search.is_ink(found)).collect();
     // What carries ink itself is a top. The regions are in the order of their strengths.
     let is_blank = |found: &&PlaneRegion| !inks.iter().any(|ink| can_carry(&found.region, &ink.region));
     let markers: Vec<&PlaneRegion> = inks.iter().copied().filter(is_blank).collect();
@@ -74,11 +77,12 @@ pub(super) fn tops(search: &TopSearch) -> Vec<Candidate> {
             .copied()
             .filter(|found| can_carry(&found.region, &marker.region) && chosen.is_free(&found.region, apart));
         let around: Vec<&PlaneRegion> = around.collect();
-        chosen.tops.extend(search.top(&around));
+        chosen.tops.extend(search.top(&around, Kind::Marked));
     }
     // Without a marker the strongest edges first
-    let is_bare =
-        |found: &&&PlaneRegion| !found.several && !markers.iter().any(|marker| can_carry(&found.region, &marker.region));
+    let is_bare = |found: &&&PlaneRegion| {
+        !found.of_either_sign && !markers.iter().any(|marker| can_carry(&found.region, &marker.region))
+    };
     let mut bare: Vec<&PlaneRegion> = large.iter().filter(is_bare).copied().collect();
     bare.sort_by(|a, b| b.region.strength.total_cmp(&a.region.strength));
     for found in bare {
@@ -86,18 +90,25 @@ pub(super) fn tops(search: &TopSearch) -> Vec<Candidate> {
             let same = |other: &&&PlaneRegion| is_same_object(&other.region, &found.region);
             let around: Vec<&PlaneRegion> = large.iter().filter(same).copied().collect();
             let visible = |top: &Candidate| top.outline.visible_fraction >= BARE_VISIBLE;
-            chosen.tops.extend(search.top(&around).filter(visible));
+            chosen.tops.extend(search.top(&around, Kind::Bare).filter(visible));
         }
     }
     chosen.tops
+}
+
+/// Whether an object is searched around its marker.
+#[derive(Clone, Copy, PartialEq)]
+enum Kind {
+    Marked,
+    Bare,
 }
 
 /// A region of one of the planes.
 struct PlaneRegion {
     region: Region,
     plane: usize,
-    /// Whether its edges are those of several planes together.
-    several: bool,
+    /// Whether its edges are of either sign, and in any plane.
+    of_either_sign: bool,
 }
 
 /// Where tops are searched.
@@ -125,17 +136,21 @@ impl<'a> TopSearch<'a> {
         let of_plane = |plane: usize| {
             let image = &self.planes[plane];
             let found = regions(image, Window::whole(image), &areas_px).into_iter();
-            found.map(move |region| PlaneRegion { region, plane, several: false })
+            found.map(move |region| PlaneRegion { region, plane, of_either_sign: false })
         };
         let stands_out = |found: &PlaneRegion| {
             found.region.strength >= LEAST_STRENGTH && is_on_table(&self.view, self.cell, &found.region)
         };
         let window = Window::whole(&self.planes[0]);
-        let uniform = if self.planes.len() > 1 { uniform_regions(self.planes, window, &areas_px) } else { Vec::new() };
-        let uniform = uniform.into_iter().map(|region| PlaneRegion { region, plane: 0, several: true });
+        let uniform = uniform_regions(self.planes, window, &areas_px).into_iter().map(|region| PlaneRegion {
+            region,
+            plane: 0,
+            of_either_sign: true,
+        });
         let uniform: Vec<PlaneRegion> = uniform.filter(stands_out).collect();
         let mut all = distinct((0..self.planes.len()).flat_map(of_plane).filter(stands_out));
-        let new = |found: &PlaneRegion| !all.iter().any(|other| has_same_border(&other.region, &found.region));
+        let new =
+            |found: &PlaneRegion| !all.iter().any(|other| has_same_border(&other.region, &found.region));
         let new: Vec<PlaneRegion> = distinct(uniform.into_iter()).into_iter().filter(new).collect();
         all.extend(new);
         all
@@ -161,13 +176,13 @@ impl<'a> TopSearch<'a> {
     }
 
     /// The top of an object among regions that belong to it: a side or a shadow adds corners to it, and parts of it have weaker edges.
-    fn top(&self, around: &[&PlaneRegion]) -> Option<Candidate> {
+    fn top(&self, around: &[&PlaneRegion], kind: Kind) -> Option<Candidate> {
         let heights_m = std::iter::once(self.view.height_m).chain(HEIGHTS_M);
-        heights_m.filter_map(|height_m| self.top_at(around, height_m)).next()
+        heights_m.filter_map(|height_m| self.top_at(around, kind, height_m)).next()
     }
 
-    fn top_at(&self, around: &[&PlaneRegion], height_m: f64) -> Option<Candidate> {
-        self.simplest(around.iter().flat_map(|found| self.fits(&found.region, height_m)).collect())
+    fn top_at(&self, around: &[&PlaneRegion], kind: Kind, height_m: f64) -> Option<Candidate> {
+        self.simplest(around.iter().flat_map(|found| self.fits(&found.region, height_m)).collect(), kind)
     }
 
     /// The outlines that fit near the border of a region, in any plane.
@@ -181,7 +196,7 @@ impl<'a> TopSearch<'a> {
     }
 
     /// The top among outlines of one object. Silhouettes and shadows need more corners, or are larger; a line inside the top has a weak edge, or is off its edges.
-    fn simplest(&self, mut fits: Vec<Candidate>) -> Option<Candidate> {
+    fn simplest(&self, mut fits: Vec<Candidate>, kind: Kind) -> Option<Candidate> {
         fits.sort_by(|a, b| a.outline.rms_m.total_cmp(&b.outline.rms_m));
         let mut apart: Vec<Candidate> = Vec::new();
         for fit in fits {
@@ -194,7 +209,12 @@ impl<'a> TopSearch<'a> {
             Candidate { outline: view.simplified(candidate.outline.clone(), self.pixel_m), ..candidate }
         };
         let is_strong = |candidate: &Candidate| self.strength(candidate) >= LEAST_STRENGTH;
-        let mut strong: Vec<Candidate> = apart.into_iter().map(simplified).filter(is_strong).collect();
+        let all: Vec<Candidate> = apart.into_iter().map(simplified).collect();
+        let mut strong: Vec<Candidate> = all.iter().filter(|top| is_strong(top)).cloned().collect();
+        // A marker is on some top, however weak its edges are.
+        if strong.is_empty() && kind == Kind::Marked {
+            strong = all;
+        }
         let least = strong.iter().map(|candidate| candidate.outline.complexity()).min()?;
         strong.retain(|candidate| candidate.outline.complexity() == least);
         let outlines = || strong.iter().map(|candidate| &candidate.outline);
@@ -223,28 +243,26 @@ impl<'a> TopSearch<'a> {
             candidate.outline.mapped(moved).and_then(|outline| top.corrected(outline, self.pixel_m));
         let corrected = corrected.filter(|outline| outline.fits);
         let corrected = corrected.map(|outline| Candidate { outline, height_m, ..candidate.clone() });
-        self.simplest(corrected.into_iter().chain(self.fits(&candidate.region, height_m)).collect())
+        self.simplest(
+            corrected.into_iter().chain(self.fits(&candidate.region, height_m)).collect(),
+            Kind::Marked,
+        )
     }
 
-    /// The step of grey level across the weakest parts of an outline, in that plane in which it is largest.
+    /// The step of grey level across the weakest side of an outline, in that plane in which it is largest.
     fn strength(&self, Candidate { outline, height_m, .. }: &Candidate) -> f64 {
         const READ_AT_PX: f64 = 2.5;
-        const WEAKEST: f64 = 0.15;
-        let center = self.view.camera.pixel_from_table(outline.pose.position, *height_m);
-        let points = outline.shape.outline_points();
-        let step = |point: &crate::geometry::Point| {
-            let at = self.view.camera.pixel_from_table(outline.pose.table_from_body(*point), *height_m);
-            let (dx, dy) = (at.x - center.x, at.y - center.y);
-            let length_px = dx.hypot(dy).max(1.0);
-            let off = |px: f64| Pixel::new(at.x + px * dx / length_px, at.y + px * dy / length_px);
-            let planes = self.planes.iter().filter_map(|plane| {
-                Some((plane.grey_at(off(READ_AT_PX))? - plane.grey_at(off(-READ_AT_PX))?).abs())
-            });
-            planes.fold(0.0, f64::max)
+        let pixel =
+            |point: Point| self.view.camera.pixel_from_table(outline.pose.table_from_body(point), *height_m);
+        let step = |at: Point, outward: Vec2| {
+            let [inside, outside] =
+                [-READ_AT_PX, READ_AT_PX].map(|px| pixel(at + outward * (px * self.pixel_m)));
+            let step = |plane: &GreyImage| Some((plane.grey_at(outside)? - plane.grey_at(inside)?).abs());
+            self.planes.iter().filter_map(step).fold(0.0, f64::max)
         };
-        let mut steps: Vec<f64> = points.iter().map(step).collect();
-        steps.sort_unstable_by(f64::total_cmp);
-        steps.get((WEAKEST * steps.len() as f64) as usize).copied().unwrap_or(0.0)
+        let of_side =
+            |side: Vec<(Point, Vec2)>| median(side.into_iter().map(|(at, outward)| step(at, outward)));
+        sides(&outline.shape).into_iter().filter_map(of_side).fold(f64::INFINITY, f64::min)
     }
 }
 
@@ -296,6 +314,28 @@ fn is_same_object(a: &Region, b: &Region) -> bool {
     const LEAST_RATIO: f64 = 0.5;
     let (small, large) = if a.area_px < b.area_px { (a, b) } else { (b, a) };
     small.area_px as f64 >= LEAST_RATIO * large.area_px as f64 && large.covers(small, 0.0)
+}
+
+/// Points of each side of a shape and the directions out of it, in the shape's frame; the sides of a disc are eighths.
+fn sides(shape: &Shape) -> Vec<Vec<(Point, Vec2)>> {
+    const POINTS: usize = 15;
+    const SECTORS: usize = 8;
+    // Near corners the edge is that of the other side.
+    let fraction = |k: usize| (k as f64 + 1.0) / (POINTS as f64 + 1.0);
+    if let Shape::Disc { radius_m } = shape {
+        let point = |sector: usize, k: usize| {
+            let out = Vec2::from_heading(TAU * (sector as f64 + fraction(k)) / SECTORS as f64);
+            (Point::ORIGIN + out * *radius_m, out)
+        };
+        return (0..SECTORS).map(|sector| (0..POINTS).map(|k| point(sector, k)).collect()).collect();
+    }
+    let corners = shape.corners();
+    let side = |k: usize| {
+        let along = corners[(k + 1) % corners.len()] - corners[k];
+        let out = along.direction().unwrap_or(Vec2::ZERO).rotated(-FRAC_PI_2);
+        (0..POINTS).map(|i| (corners[k] + along * fraction(i), out)).collect()
+    };
+    (0..corners.len()).map(side).collect()
 }
 
 /// Whether two outlines have the same form, area and centroid within half a pixel.

@@ -20,7 +20,6 @@ use crate::geometry::Pose;
 use crate::object::{Object, Shape};
 use candidates::{Candidate, TopSearch, tops};
 use edges::TopView;
-use regions::Region;
 use shape_fit::Fitted;
 use std::collections::BTreeMap;
 
@@ -103,7 +102,10 @@ pub fn draft(capture: Capture, colours: Vec<GreyImage>, heights: &Heights) -> Re
         let name = format!("object_{}", k + 1);
         let height_m = heights.named_m.get(&name).copied().unwrap_or(heights.default_m);
         let Some(top) = top_search.as_ref().and_then(|tops| tops.at_height(candidate, height_m)) else {
-            warnings.push(format!("`{name}` has no outline at a height of {} mm: it is left out", 1e3 * height_m));
+            warnings.push(format!(
+                "`{name}` has no outline at a height of {} mm: it is left out",
+                1e3 * height_m
+            ));
             continue;
         };
         objects.extend(search.drafted(&top, name, &mut warnings));
@@ -150,7 +152,7 @@ impl Search<'_> {
 
     /// The object of a region; `None` for the striker, and without a shape that fits.
     fn drafted(&self, top: &Candidate, name: String, warnings: &mut Vec<String>) -> Option<Drafted> {
-        let Candidate { region, plane, outline, height_m } = top;
+        let Candidate { region, outline, height_m, .. } = top;
         let at = outline.pose.position;
         let place = format!("at ({:.0}, {:.0}) mm", 1e3 * at.x, 1e3 * at.y);
         if is_concave(&outline.shape) {
@@ -179,7 +181,8 @@ impl Search<'_> {
         let striker = &self.cell.striker;
         let Shape::Disc { radius_m: given_m } = striker.shape else { return false };
         let view = self.view(candidate.plane, striker.height_m);
-        let Some(Fitted { shape: Shape::Disc { radius_m }, pose, .. }) = view.outline(&candidate.region) else {
+        let Some(Fitted { shape: Shape::Disc { radius_m }, pose, .. }) = view.outline(&candidate.region)
+        else {
             return false;
         };
         let is_striker = given_m > 0.0 && (radius_m - given_m).abs() < STRIKER_FRACTION * given_m;

@@ -27,6 +27,16 @@ pub(super) struct Region {
     pub is_light: bool,
 }
 
+/// Whether all of a region is lighter than what is outside or all of it darker, or parts of it may be either.
+#[derive(Clone, Copy)]
+enum Sign {
+    Same,
+    Either,
+}
+
+/// Images in which the edge around a region is measured, and its sign.
+type Edges<'a> = (&'a [GreyImage], Sign);
+
 /// Levels of the gradient (grey levels per two pixels) below which an area is uniform.
 const GRADIENTS: [u8; 6] = [5, 8, 12, 18, 28, 44];
 /// By this many pixels a uniform area ends before the edge around it.
@@ -47,10 +57,11 @@ pub(super) fn regions(image: &GreyImage, window: Window, areas_px: &RangeInclusi
     let steep = gradient(&smooth[0]);
     let greys = search_thresholds().flat_map(|level| [Level::Below(level), Level::Above(level)]);
     let passes = greys.map(|level| (&smooth[0], level, 0));
-    searched(passes.chain(uniform(&steep)), &smooth, window, areas_px)
+    searched(passes.chain(uniform(&steep)), (&smooth, Sign::Same), window, areas_px)
 }
 
-/// All regions in a window in which none of the planes of a picture has an edge: a top may differ from the table in one colour and from its side in another.
+/// All regions in a window in which none of the planes of a picture has an edge, bounded by edges of either sign: a top may be darker than the table and lighter
+/// than its side, or differ from them in several colours.
 pub(super) fn uniform_regions(
     planes: &[GreyImage],
     window: Window,
@@ -61,7 +72,8 @@ pub(super) fn uniform_regions(
         most.pixels.iter_mut().zip(&plane.pixels).for_each(|(most, &here)| *most = here.max(*most));
         most
     });
-    steepest.map_or_else(Vec::new, |steep| searched(uniform(&steep), &smooth, window, areas_px))
+    steepest
+        .map_or_else(Vec::new, |steep| searched(uniform(&steep), (&smooth, Sign::Either), window, areas_px))
 }
 
 /// Where components are searched: an image, the level below or above which its pixels belong to one, and by how many pixels it is grown.
@@ -75,7 +87,7 @@ fn uniform(steep: &GreyImage) -> impl Iterator<Item = Pass<'_>> {
 /// The regions of all passes; their edges are measured in the images.
 fn searched<'a>(
     passes: impl Iterator<Item = Pass<'a>>,
-    images: &[GreyImage],
+    edges: Edges<'_>,
     window: Window,
     areas_px: &RangeInclusive<u64>,
 ) -> Vec<Region> {
@@ -83,8 +95,7 @@ fn searched<'a>(
     let mut found = Vec::new();
     for (source, level, grown_px) in passes {
         let components = labeller.components(source, window, level, areas_px).to_vec();
-        let region =
-            |component: &Component| Region::new(source, images, window, (component, level, grown_px));
+        let region = |component: &Component| Region::new(source, edges, window, (component, level, grown_px));
         found.extend(
             components.iter().filter_map(region).filter(|region| areas_px.contains(&(region.area_px as u64))),
         );
@@ -93,10 +104,10 @@ fn searched<'a>(
 }
 
 impl Region {
-    /// The region of a component of `source`; the edge is measured in the images.
+    /// The region of a component of `source`; the edge is measured in the images of `edges`.
     fn new(
         source: &GreyImage,
-        images: &[GreyImage],
+        edges: Edges<'_>,
         within: Window,
         (component, level, grown_px): (&Component, Level, usize),
     ) -> Option<Self> {
@@ -132,7 +143,7 @@ impl Region {
             strength: 0.0,
             is_light: false,
         };
-        region.measure(images, width)?;
+        region.measure(edges, width)?;
         Some(region)
     }
 
@@ -158,12 +169,12 @@ impl Region {
         let mut mask = vec![false; shared.len()];
         flood(&mut mask, width, seed, false, |k| shared[k]);
         let mut top = Self { mask, ..self.clone() };
-        top.measure(std::slice::from_ref(image), width)?;
+        top.measure((std::slice::from_ref(image), Sign::Same), width)?;
         Some(top)
     }
 
     /// Area, centroid, border and strength.
-    fn measure(&mut self, images: &[GreyImage], width: usize) -> Option<()> {
+    fn measure(&mut self, (images, sign): Edges, width: usize) -> Option<()> {
         let at = |k: usize| [(self.window.x[0] + k % width) as f64, (self.window.y[0] + k / width) as f64];
         let (mut count, mut sum) = (0, [0.0; 2]);
         for k in (0..self.mask.len()).filter(|&k| self.mask[k]) {
@@ -182,9 +193,11 @@ impl Region {
         };
         let mut steps: Vec<f64> = (0..self.border.len()).map(step).collect();
         self.is_light = steps.iter().sum::<f64>() < 0.0;
-        // Steps in several colours have several signs.
-        let outward = |step: f64| if self.is_light { -step } else { step };
-        let strength = |step: f64| if images.len() > 1 { step.abs() } else { outward(step) };
+        let strength = |step: f64| match sign {
+            Sign::Either => step.abs(),
+            Sign::Same if self.is_light => -step,
+            Sign::Same => step,
+        };
         steps.iter_mut().for_each(|step| *step = strength(*step));
         steps.sort_unstable_by(f64::total_cmp);
         self.strength = steps[(WEAKEST * steps.len() as f64) as usize];

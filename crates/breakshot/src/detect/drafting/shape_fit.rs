@@ -126,8 +126,11 @@ impl Fitted {
         let center = map(self.pose.position);
         let radius_m = map(self.pose.position + Vec2::new(radius_m, 0.0)).distance(center);
         let pose = Pose { position: center, yaw_rad: 0.0 };
-        (center.is_finite() && radius_m.is_finite())
-            .then(|| Self { shape: Shape::Disc { radius_m }, pose, ..self.clone() })
+        (center.is_finite() && radius_m.is_finite()).then(|| Self {
+            shape: Shape::Disc { radius_m },
+            pose,
+            ..self.clone()
+        })
     }
 
     fn with_corners(&self, corners: Vec<Point>) -> Option<Self> {
