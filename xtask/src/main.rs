@@ -49,6 +49,8 @@ usage: cargo xtask TASK
   validate cells [SEEDS] [--lab LAB]
                    tracks and estimates of drawn cells beside the truth; SEEDS are a list of 3, 3-easy, 3-hard or 3-9 (default
                    501-512, each easy and hard). A film is made once and takes a minute of CPU (needs ffmpeg and libosmesa)
+  validate objects [SEEDS] [--lab LAB]
+                   objects drafted from one picture of drawn cells beside the truth (default 101-110; needs libosmesa)
   validate tracks LAB TRACKS
                    bounds, thinned and spoilt campaigns on the films' saved tracks, without the films (TRACKS is what
                    `breakshot estimate --tracks` wrote)
@@ -157,7 +159,7 @@ fn main() -> ExitCode {
         ["validate", "contact", lab, cells] => {
             number(cells, "cells").and_then(|cells| validate::contact(lab.as_ref(), cells))
         }
-        ["validate", "cells", rest @ ..] => cells(rest),
+        ["validate", what @ ("cells" | "objects"), rest @ ..] => cells(what, rest),
         ["validate", "tracks", lab, tracks] => validate::tracks(lab.as_ref(), tracks.as_ref()),
         ["validate", "mistakes", lab, tracks] => validate::mistakes(lab.as_ref(), tracks.as_ref()),
         ["validate", what @ ("lenses" | "boards"), rest @ ..] => lenses(what, rest),
@@ -228,13 +230,14 @@ fn kills(rest: &[&str]) -> Result<(), String> {
     validate::kills(count?)
 }
 
-fn cells(rest: &[&str]) -> Result<(), String> {
+fn cells(what: &str, rest: &[&str]) -> Result<(), String> {
+    let measure = if what == "objects" { validate::objects } else { validate::cells };
     match rest {
-        [] => validate::cells("../shared/lab".as_ref(), None),
-        ["--lab", lab] => validate::cells(lab.as_ref(), None),
-        [seeds] => validate::cells("../shared/lab".as_ref(), Some(seeds)),
-        [seeds, "--lab", lab] => validate::cells(lab.as_ref(), Some(seeds)),
-        other => Err(format!("`validate cells` has no {}", other.join(" "))),
+        [] => measure("../shared/lab".as_ref(), None),
+        ["--lab", lab] => measure(lab.as_ref(), None),
+        [seeds] => measure("../shared/lab".as_ref(), Some(seeds)),
+        [seeds, "--lab", lab] => measure(lab.as_ref(), Some(seeds)),
+        other => Err(format!("`validate {what}` has no {}", other.join(" "))),
     }
 }
 

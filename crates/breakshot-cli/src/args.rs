@@ -44,6 +44,12 @@ pub(crate) enum Command {
     /// Calibrates the camera pose from the tags: pose, reprojection error and a drawing of the fit.
     #[command(after_help = "Example: breakshot calibrate cell.toml clip.mp4 -o fit.svg")]
     Calibrate(CalibrateArgs),
+    /// Drafts the objects file from a picture: outlines and markers of what lies on the table.
+    #[command(
+        after_help = "Example: breakshot objects cell.toml photo.png -o objects.toml --figure objects.png\n\
+        Example: breakshot objects cell.toml photo.png --height-m 0.03 --height-m object_2=0.05 -o objects.toml"
+    )]
+    Objects(ObjectsArgs),
     /// Records a film from a camera, through the program `ffmpeg`.
     #[command(
         after_help = "Example: breakshot film v4l2:/dev/video0 --size 1280x720 --fps 120 --exposure-us 2000 -o clip.mp4\n\
@@ -250,6 +256,31 @@ fn taken_time(text: &str) -> std::result::Result<f64, String> {
     }
     let number = text.parse::<f64>().ok().filter(|time_s| (0.0..=LATEST_S).contains(time_s));
     number.ok_or_else(|| format!("`{text}`; needed: seconds since 1970, or `now`"))
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct ObjectsArgs {
+    /// The cell file.
+    #[arg(value_name = "CELL")]
+    pub(crate) cell: PathBuf,
+    /// An image of the table with the objects apart from each other, or a video that begins with it.
+    #[arg(value_name = "PHOTO")]
+    pub(crate) photo: PathBuf,
+    /// The height of the tops above the table (m), of all objects or as NAME=METRES of one; 0.02 if not given. Outlines are
+    /// measured at that height.
+    #[arg(long = "height-m", value_name = "[NAME=]METRES")]
+    pub(crate) heights: Vec<String>,
+    /// Writes the picture with the outlines, the markers and the numbers of the objects (PNG).
+    #[arg(long, value_name = "FILE")]
+    pub(crate) figure: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) decoder: DecoderArgs,
+    /// The output file (objects, TOML).
+    #[arg(short, long, value_name = "FILE")]
+    pub(crate) output: PathBuf,
+    /// Prints where each object lies as JSON.
+    #[arg(long)]
+    pub(crate) json: bool,
 }
 
 #[derive(Debug, Args)]

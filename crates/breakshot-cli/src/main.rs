@@ -68,6 +68,7 @@ fn run() -> Result<Outcome> {
         Command::Tags(args) => commands::tags::run(&args),
         Command::Lens(args) => commands::lens::run(&args),
         Command::Calibrate(args) => commands::calibrate::run(&args),
+        Command::Objects(args) => commands::objects::run(&args),
         Command::Film(args) => commands::film::run(&args),
         Command::Look(args) => commands::look::run(&args),
         Command::Campaign(args) => commands::campaign::run(&args),

@@ -26,7 +26,7 @@ const STAGES: [(&str, &[&str]); 7] = [
             "GreyImage",
         ],
     ),
-    ("detect", &["Tracks", "Track", "Sample", "StrikerTrack", "StrikerSample"]),
+    ("detect", &["Tracks", "Track", "Sample", "StrikerTrack", "StrikerSample", "Draft", "Drafted"]),
     ("estimate", &["Estimation", "ClipFit", "BodyFit", "Impact", "Measured", "ClipTracks", "ClipValue"]),
     ("physics", &["*"]),
     ("plan", &["Plan", "Outcome", "Prediction", "Iteration", "Contact", "Method", "EvaluatedStrike"]),

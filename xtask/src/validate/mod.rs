@@ -10,6 +10,7 @@ pub(crate) mod estimation;
 mod films;
 mod kills;
 mod lens;
+mod objects;
 mod physics;
 mod robot;
 pub(crate) mod row;
@@ -90,6 +91,12 @@ pub(crate) fn advise(cells: Option<&str>) -> Result<(), String> {
 pub(crate) fn cells(lab: &Path, seeds: Option<&str>) -> Result<(), String> {
     let seeds = seeds.unwrap_or(cells::SEEDS);
     require(cells::validate(&Program::build()?, lab, seeds)?)
+}
+
+/// Objects drafted from pictures of the drawn cells of these seeds.
+pub(crate) fn objects(lab: &Path, seeds: Option<&str>) -> Result<(), String> {
+    let seeds = seeds.unwrap_or(objects::SEEDS);
+    require(objects::validate(&Program::build()?, lab, seeds)?)
 }
 
 /// Default number of drawn cells.

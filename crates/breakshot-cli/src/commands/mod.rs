@@ -19,6 +19,7 @@ pub(crate) mod lens;
 pub(crate) mod look;
 #[cfg(feature = "manual")]
 pub(crate) mod manual;
+pub(crate) mod objects;
 mod overlay_film;
 pub(crate) mod plan;
 pub(crate) mod run;

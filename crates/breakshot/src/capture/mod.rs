@@ -29,7 +29,7 @@ pub use image::{Frame, GreyImage};
 pub use lens::Lens;
 pub use png_url::PngEffort;
 pub(crate) use recorded_lens::RECORDED_LENS;
-pub use source::{Decoder, Pictures, is_decoding, recorded_unix_s};
+pub use source::{Decoder, Pictures, colours, is_decoding, recorded_unix_s};
 pub use tags::{board_sheet, tag_sheet};
 
 #[cfg(any(test, feature = "synthetic"))]

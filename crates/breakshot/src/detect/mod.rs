@@ -7,6 +7,7 @@ mod assignment;
 mod association;
 mod candidates;
 mod derivatives;
+mod drafting;
 mod first_frames;
 #[doc(hidden)]
 pub mod label;
@@ -24,6 +25,7 @@ mod track_state;
 mod tracks;
 
 pub use association::Layout;
+pub use drafting::{Draft, Drafted, Heights, draft};
 pub use recorded::{Recording, recorded_tracks};
 pub use striker::{StrikerSample, StrikerTrack};
 pub use tracks::{Sample, Track, Tracks};

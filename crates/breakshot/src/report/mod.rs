@@ -18,7 +18,7 @@ pub use html::{
     CheckPage, CheckedClip, ClipMotion, DifferenceReason, FilmedStrike, Page, SimulatedStrike,
     difference_reasons,
 };
-pub use overlay::Overlay;
+pub use overlay::{Overlay, draft_figure};
 pub use paper_figures::{FigureFile, PaperFigures};
 pub use raster::RgbImage;
 pub use warning_lines::warning_lines;

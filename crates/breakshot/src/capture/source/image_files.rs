@@ -2,7 +2,7 @@
 
 use super::limits::MAX_FRAMES;
 use super::opened::Opened;
-use super::picture::{png_decoder, png_picture, png_size_px};
+use super::picture::{png_colours, png_decoder, png_picture, png_size_px};
 use super::{sniff, timestamps};
 use crate::capture::image::{Frame, GreyImage};
 use crate::error::{Error, Result};
@@ -163,4 +163,15 @@ fn bytes_of(path: &Path) -> Result<BufReader<File>> {
 /// The luma of a PNG.
 fn picture(path: &Path) -> Result<GreyImage> {
     png_picture(bytes_of(path)?).map_err(|error| error.for_file(path))
+}
+
+/// Red, green and blue of a PNG file; nothing for one without colours and for files of other formats.
+///
+/// # Errors
+/// A file that cannot be read, a PNG that is damaged.
+pub fn colours(path: &Path) -> Result<Vec<GreyImage>> {
+    if size_px(path).is_err() {
+        return Ok(Vec::new());
+    }
+    png_colours(bytes_of(path)?).map_err(|error| error.for_file(path))
 }

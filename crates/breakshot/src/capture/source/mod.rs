@@ -20,6 +20,7 @@ mod timestamps;
 mod y4m;
 
 pub use catch_panic::is_decoding;
+pub use image_files::colours;
 pub(super) use repeats::RepeatedFrames;
 
 use crate::error::Result;

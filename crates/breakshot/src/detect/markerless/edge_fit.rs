@@ -6,7 +6,7 @@
 
 use super::edge_visibility::{EdgePoint, OutlineView, ReducedImage};
 use super::side_band::{Band, band_widths_px, parabola_minimum};
-use crate::geometry::{Pose, Vec2, wrapped_rad};
+use crate::geometry::{Pixel, Pose, Vec2, wrapped_rad};
 use crate::statistics::{STD_OVER_MEDIAN_ABSOLUTE, sorted_by_value, upper_median};
 use nalgebra::{Matrix2, Matrix4, Vector2, Vector4};
 use std::borrow::Cow;
@@ -70,6 +70,9 @@ const SIDE_SEPARATE_PX: f64 = 4.0;
 /// Weight of merged edges.
 const MERGED_WEIGHT: f64 = 0.02;
 
+/// Weight of a top edge that is known from its foot.
+const FOOT_WEIGHT: f64 = 0.3;
+
 /// Steps of a search in position (px) and in yaw (rad).
 const SEARCH_STEP_PX: f64 = 3.0;
 const SEARCH_STEP_RAD: f64 = 0.1;
@@ -82,6 +85,16 @@ const NEAR_STEPS: f64 = 2.5;
 const REDUCED_RADIUS_PX: f64 = 10.0;
 const LARGEST_REDUCTION: usize = 2;
 const RETRIED_POSES: usize = 64;
+
+/// An edge in the image near an outline.
+#[derive(Clone, Copy, Debug)]
+pub(in crate::detect) struct MeasuredEdge {
+    pub at: Pixel,
+    /// Distance outside the outline (px).
+    pub off_px: f64,
+    /// Weight in a fit, 0 to 1.
+    pub weight: f64,
+}
 
 /// An edge near a point of the outline.
 #[derive(Clone, Copy)]
@@ -187,6 +200,43 @@ impl OutlineView<'_> {
         let fits = distinct(&tried, FITTED_POSES, NEAR_STEPS * step_m).into_iter().filter_map(fit);
         let best = fits.max_by(|a, b| a.visible_fraction.total_cmp(&b.visible_fraction))?;
         self.fitted(best.pose, [0.0, 0.0]).filter(|fit| free(fit.pose)).or(Some(best))
+    }
+
+    /// The edge within `reach_px` of each point of the outline at a pose, `None` where there is none.
+    ///
+    /// `solid` objects have a visible side below the outline; the ink of a marker has none.
+    pub(in crate::detect) fn measured_edges(
+        &self,
+        pose: Pose,
+        reach_px: f64,
+        solid: bool,
+    ) -> Vec<Option<MeasuredEdge>> {
+        let mut contour = Contour::new(self.edge_points(pose), [0.0, 0.0]);
+        if !solid {
+            contour.widths_px.fill(0.0);
+        }
+        let blur_radius_px = self.blur_radius_px(&contour.merged_bands(), reach_px);
+        let edges = self.edges(&contour, reach_px, Some(blur_radius_px));
+        let from_foot = |k: usize| {
+            let width_px = contour.widths_px[k];
+            (width_px >= SIDE_SEPARATE_PX).then(|| self.foot_edge(&contour.points[k], width_px, reach_px))?
+        };
+        let measured = |(k, edge): (usize, Option<Edge>)| {
+            let Edge { off_px, weight } = edge.or_else(|| from_foot(k))?;
+            Some(MeasuredEdge { at: contour.points[k].outward_by(off_px), off_px, weight })
+        };
+        edges.into_iter().enumerate().map(measured).collect()
+    }
+
+    /// The top edge of a side as light as the top, from the steepest step near its foot.
+    fn foot_edge(&self, point: &EdgePoint, width_px: f64, reach_px: f64) -> Option<Edge> {
+        let foot = EdgePoint { at: point.outward_by(width_px), ..*point };
+        let band = Band { point: &foot, width_px: 0.0, motion_px: 0.0 };
+        let profile: Vec<f64> = self.steps_across(&band, reach_px).into_iter().map(f64::abs).collect();
+        let highest = (0..profile.len()).max_by(|&a, &b| profile[a].total_cmp(&profile[b]))?;
+        let best = local_maximum(&profile, highest).filter(|&best| profile[best] >= LEAST_STEP)?;
+        let shift = parabola_minimum([-profile[best - 1], -profile[best], -profile[best + 1]]);
+        Some(Edge { off_px: (best as f64 + shift) * STEP_PX - reach_px, weight: FOOT_WEIGHT })
     }
 
     /// Upper bound of the displacement of a point of the outline between two poses (px).

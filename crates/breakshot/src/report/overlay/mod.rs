@@ -1,5 +1,9 @@
 //! Film frames with the tracks drawn on them: outlines, paths of the centres, velocities, and the time.
 
+mod draft_figure;
+
+pub use draft_figure::draft_figure;
+
 use super::figures::Palette;
 use super::raster::{Area, COLOURS, Canvas, Colour, FAINT, Lettering, Pen, RgbImage, STRONG, text_width_px};
 use crate::capture::{Camera, Frame};
@@ -27,6 +31,16 @@ const LEAST_LETTER_PX: f64 = 9.0;
 
 fn letter_px(longer_side_px: usize) -> f64 {
     (longer_side_px as f64 / IMAGE_OVER_LETTER).max(LEAST_LETTER_PX)
+}
+
+/// Text with a dark rim, from its left end on the base line.
+fn rimmed_text(canvas: &mut Canvas, text: &str, at: Pixel, height_px: f64) {
+    for (x, y) in [(-1.0, 0.0), (1.0, 0.0), (0.0, -1.0), (0.0, 1.0)] {
+        let rim_px = 0.1 * height_px;
+        let left = Pixel::new(at.x + x * rim_px, at.y + y * rim_px);
+        canvas.text(text, left, Lettering { height_px, colour: BLACK });
+    }
+    canvas.text(text, at, Lettering { height_px, colour: WHITE });
 }
 
 /// The colour of doubtful samples.
@@ -83,13 +97,7 @@ impl Overlay<'_> {
     fn draw_name(&self, canvas: &mut Canvas, name: &str, object: &Object, sample: &Sample) {
         let beside = sample.position() + Vec2::new(0.9, 0.9) * object.shape.outer_radius_m();
         let at = self.camera.pixel_from_table(beside, object.height_m);
-        let height_px = letter_px(self.camera.size_px[0].max(self.camera.size_px[1]));
-        for (x, y) in [(-1.0, 0.0), (1.0, 0.0), (0.0, -1.0), (0.0, 1.0)] {
-            let rim_px = 0.1 * height_px;
-            let left = Pixel::new(at.x + x * rim_px, at.y + y * rim_px);
-            canvas.text(name, left, Lettering { height_px, colour: BLACK });
-        }
-        canvas.text(name, at, Lettering { height_px, colour: WHITE });
+        rimmed_text(canvas, name, at, letter_px(self.camera.size_px[0].max(self.camera.size_px[1])));
     }
 
     /// Draws the outline, a cross at the centroid and the velocity.

@@ -1,0 +1,391 @@
+//! Which regions of a picture are the tops of objects?
+//!
+//! A top has an edge all around that a disc, a rectangle or a polygon fits. So have markers on it, its silhouette with its side, and sometimes
+//! its shadow. A region that contains a smaller one, its marker, is a top before all others; regions that touch a top are its side and its shadow.
+
+use super::edges::TopView;
+use super::regions::{Region, regions, uniform_regions};
+use super::shape_fit::Fitted;
+use crate::capture::GreyImage;
+use crate::cell::Cell;
+use crate::detect::label::Window;
+use crate::geometry::outline::Outline;
+use crate::geometry::{Pixel, Point, Vec2};
+use crate::object::Shape;
+use crate::statistics::median;
+use std::f64::consts::{FRAC_PI_2, TAU};
+
+/// A region and the outline that fits it.
+#[derive(Clone, Debug)]
+pub(super) struct Candidate {
+    pub region: Region,
+    /// Where its outline fits best: 0 for the luma, then the colours.
+    pub plane: usize,
+    /// At `height_m`.
+    pub outline: Fitted,
+    pub height_m: f64,
+}
+
+/// Area of an object's outline (m2): from a coin of 11 mm to a plate of 200 mm.
+const AREAS_M2: [f64; 2] = [1e-4, 0.04];
+/// Least step of grey level around an object, and difference of its top from the table: steps of noise are below two levels in the mean of nine pixels.
+pub(super) const LEAST_STRENGTH: f64 = 6.0;
+/// Least area of a marker over that of its top, and largest.
+pub(super) const MARKER_FRACTIONS: [f64; 2] = [0.01, 0.5];
+/// Least number of pixels of a marker: fewer have no shape.
+const LEAST_MARKER_PX: u64 = 20;
+/// Regions whose areas differ by less than this fraction have the same border.
+const SAME_BORDER: f64 = 0.06;
+/// Distance from an object at which the table is read (m), beyond lines that are drawn on it.
+const TABLE_AT_M: [f64; 3] = [3e-3, 4.5e-3, 6e-3];
+/// Height of the tallest object (m), by which the silhouette of a side is bounded, and the steps in height at which it is compared.
+const TALLEST_M: f64 = 0.08;
+const HEIGHT_STEPS: usize = 8;
+/// Largest area of a marker (m2), and the least step of grey level around it.
+const MOST_MARKER_M2: f64 = 2.5e-3;
+const MARKER_STRENGTH: f64 = 12.0;
+/// A marker with at least this fraction of the strongest one's step is none of a shadow.
+const CERTAIN: f64 = 0.5;
+/// Heights that are tried for a silhouette (m).
+const HEIGHTS_M: [f64; 4] = [0.015, 0.03, 0.045, 0.06];
+/// Outlines of the same form are equally near to their edges up to this factor, or within this distance (px), and equally visible up to this fraction.
+const RMS_FACTOR: f64 = 2.0;
+const LEAST_RMS_PX: f64 = 0.1;
+const LESS_VISIBLE: f64 = 0.06;
+/// So much of the outline of an object without a marker is visible.
+const BARE_VISIBLE: f64 = 0.9;
+/// Regions nearer than this touch (px).
+const TOUCHING_PX: f64 = 3.0;
+
+/// The tops in a picture, at the height of the view.
+pub(super) fn tops(search: &TopSearch) -> Vec<Candidate> {
+    let view = &search.view;
+    let all = search.regions();
+    let inks: Vec<&PlaneRegion> =
+        all.iter().filter(|found| !found.of_either_sign && search.is_ink(found)).collect();
+    // What carries ink itself is a top. The regions are in the order of their strengths.
+    let is_blank = |found: &&PlaneRegion| !inks.iter().any(|ink| can_carry(&found.region, &ink.region));
+    let markers: Vec<&PlaneRegion> = inks.iter().copied().filter(is_blank).collect();
+    let mut large: Vec<&PlaneRegion> = all.iter().filter(|found| search.is_top_size(found)).collect();
+    large.sort_by_key(|found| found.region.area_px);
+    let mut chosen = Chosen { view, tops: Vec::new() };
+    let strongest = markers.first().map_or(0.0, |marker| marker.region.strength);
+    for marker in &markers {
+        let apart = marker.region.strength < CERTAIN * strongest;
+        let around = large
+            .iter()
+            .copied()
+            .filter(|found| can_carry(&found.region, &marker.region) && chosen.is_free(&found.region, apart));
+        let around: Vec<&PlaneRegion> = around.collect();
+        chosen.tops.extend(search.top(&around, Kind::Marked));
+    }
+    // Without a marker the strongest edges first
+    let is_bare = |found: &&&PlaneRegion| {
+        !found.of_either_sign && !markers.iter().any(|marker| can_carry(&found.region, &marker.region))
+    };
+    let mut bare: Vec<&PlaneRegion> = large.iter().filter(is_bare).copied().collect();
+    bare.sort_by(|a, b| b.region.strength.total_cmp(&a.region.strength));
+    for found in bare {
+        if chosen.is_free(&found.region, true) {
+            let same = |other: &&&PlaneRegion| is_same_object(&other.region, &found.region);
+            let around: Vec<&PlaneRegion> = large.iter().filter(same).copied().collect();
+            let visible = |top: &Candidate| top.outline.visible_fraction >= BARE_VISIBLE;
+            chosen.tops.extend(search.top(&around, Kind::Bare).filter(visible));
+        }
+    }
+    chosen.tops
+}
+
+/// Whether an object is searched around its marker.
+#[derive(Clone, Copy, PartialEq)]
+enum Kind {
+    Marked,
+    Bare,
+}
+
+/// A region of one of the planes.
+struct PlaneRegion {
+    region: Region,
+    plane: usize,
+    /// Whether its edges are of either sign, and in any plane.
+    of_either_sign: bool,
+}
+
+/// Where tops are searched.
+pub(super) struct TopSearch<'a> {
+    /// The luma and the colours.
+    planes: &'a [GreyImage],
+    view: TopView<'a>,
+    cell: &'a Cell,
+    /// The side of a pixel in the middle of the workspace (m).
+    pixel_m: f64,
+}
+
+impl<'a> TopSearch<'a> {
+    /// `None` if the camera does not see the workspace.
+    pub(super) fn new(planes: &'a [GreyImage], view: TopView<'a>, cell: &'a Cell) -> Option<Self> {
+        let middle = cell.workspace.min_m + (cell.workspace.max_m - cell.workspace.min_m) * 0.5;
+        let pixel_m = view.pixel_m(view.camera.pixel_from_table(middle, view.height_m));
+        (pixel_m.is_finite() && pixel_m > 0.0).then_some(Self { planes, view, cell, pixel_m })
+    }
+
+    /// The regions of all planes, of regions with the same border the one with the strongest edge.
+    fn regions(&self) -> Vec<PlaneRegion> {
+        let most_px = (AREAS_M2[1] / (self.pixel_m * self.pixel_m)) as u64;
+        let areas_px = LEAST_MARKER_PX..=most_px.max(LEAST_MARKER_PX + 1);
+        let of_plane = |plane: usize| {
+            let image = &self.planes[plane];
+            let found = regions(image, Window::whole(image), &areas_px).into_iter();
+            found.map(move |region| PlaneRegion { region, plane, of_either_sign: false })
+        };
+        let stands_out = |found: &PlaneRegion| {
+            found.region.strength >= LEAST_STRENGTH && is_on_table(&self.view, self.cell, &found.region)
+        };
+        let window = Window::whole(&self.planes[0]);
+        let uniform = uniform_regions(self.planes, window, &areas_px).into_iter().map(|region| PlaneRegion {
+            region,
+            plane: 0,
+            of_either_sign: true,
+        });
+        let uniform: Vec<PlaneRegion> = uniform.filter(stands_out).collect();
+        let mut all = distinct((0..self.planes.len()).flat_map(of_plane).filter(stands_out));
+        let new =
+            |found: &PlaneRegion| !all.iter().any(|other| has_same_border(&other.region, &found.region));
+        let new: Vec<PlaneRegion> = distinct(uniform.into_iter()).into_iter().filter(new).collect();
+        all.extend(new);
+        all
+    }
+
+    fn view(&self, plane: usize) -> TopView<'a> {
+        TopView { image: &self.planes[plane], ..self.view }
+    }
+
+    /// Whether a region is large enough for a top, and other than the table.
+    fn is_top_size(&self, PlaneRegion { region, plane, .. }: &PlaneRegion) -> bool {
+        let area_m2 = region.area_px as f64 * self.pixel_m * self.pixel_m;
+        area_m2 >= AREAS_M2[0] && differs(&self.view(*plane), region, self.pixel_m)
+    }
+
+    /// Whether a region has the outline of a marker.
+    fn is_ink(&self, PlaneRegion { region, plane, .. }: &PlaneRegion) -> bool {
+        let area_m2 = region.area_px as f64 * self.pixel_m * self.pixel_m;
+        let ink = TopView { solid: false, ..self.view(*plane) };
+        area_m2 <= MOST_MARKER_M2
+            && region.strength >= MARKER_STRENGTH
+            && ink.nearest(region).is_some_and(|outline| outline.fits)
+    }
+
+    /// The top of an object among regions that belong to it: a side or a shadow adds corners to it, and parts of it have weaker edges.
+    fn top(&self, around: &[&PlaneRegion], kind: Kind) -> Option<Candidate> {
+        let heights_m = std::iter::once(self.view.height_m).chain(HEIGHTS_M);
+        heights_m.filter_map(|height_m| self.top_at(around, kind, height_m)).next()
+    }
+
+    fn top_at(&self, around: &[&PlaneRegion], kind: Kind, height_m: f64) -> Option<Candidate> {
+        self.simplest(around.iter().flat_map(|found| self.fits(&found.region, height_m)).collect(), kind)
+    }
+
+    /// The outlines that fit near the border of a region, in any plane.
+    fn fits(&self, region: &Region, height_m: f64) -> Vec<Candidate> {
+        let in_plane = |plane: usize| {
+            let outlines = TopView { height_m, ..self.view(plane) }.outlines(region).into_iter();
+            let fits = outlines.filter(|outline| outline.fits);
+            fits.map(move |outline| Candidate { region: region.clone(), plane, outline, height_m })
+        };
+        (0..self.planes.len()).flat_map(in_plane).collect()
+    }
+
+    /// The top among outlines of one object. Silhouettes and shadows need more corners, or are larger; a line inside the top has a weak edge, or is off its edges.
+    fn simplest(&self, mut fits: Vec<Candidate>, kind: Kind) -> Option<Candidate> {
+        fits.sort_by(|a, b| a.outline.rms_m.total_cmp(&b.outline.rms_m));
+        let mut apart: Vec<Candidate> = Vec::new();
+        for fit in fits {
+            if !apart.iter().any(|other| has_same_outline(&other.outline, &fit.outline, self.pixel_m)) {
+                apart.push(fit);
+            }
+        }
+        let simplified = |candidate: Candidate| {
+            let view = TopView { height_m: candidate.height_m, ..self.view(candidate.plane) };
+            Candidate { outline: view.simplified(candidate.outline.clone(), self.pixel_m), ..candidate }
+        };
+        let is_strong = |candidate: &Candidate| self.strength(candidate) >= LEAST_STRENGTH;
+        let all: Vec<Candidate> = apart.into_iter().map(simplified).collect();
+        let mut strong: Vec<Candidate> = all.iter().filter(|top| is_strong(top)).cloned().collect();
+        // A marker is on some top, however weak its edges are.
+        if strong.is_empty() && kind == Kind::Marked {
+            strong = all;
+        }
+        let least = strong.iter().map(|candidate| candidate.outline.complexity()).min()?;
+        strong.retain(|candidate| candidate.outline.complexity() == least);
+        let outlines = || strong.iter().map(|candidate| &candidate.outline);
+        let least_rms_m = outlines().map(|outline| outline.rms_m).fold(f64::INFINITY, f64::min);
+        let most_visible = outlines().map(|outline| outline.visible_fraction).fold(0.0, f64::max);
+        let limit_m = (RMS_FACTOR * least_rms_m).max(LEAST_RMS_PX * self.pixel_m);
+        let is_equal = |candidate: &Candidate| {
+            let outline = &candidate.outline;
+            outline.rms_m <= limit_m && outline.visible_fraction >= most_visible - LESS_VISIBLE
+        };
+        let area_m2 = |candidate: &Candidate| candidate.outline.shape.area_m2();
+        strong.retain(is_equal);
+        strong.into_iter().min_by(|a, b| area_m2(a).total_cmp(&area_m2(b)))
+    }
+
+    /// A candidate at the height of its top.
+    pub(super) fn at_height(&self, candidate: &Candidate, height_m: f64) -> Option<Candidate> {
+        if height_m.to_bits() == candidate.height_m.to_bits() {
+            return Some(candidate.clone());
+        }
+        let camera = self.view.camera;
+        let moved =
+            |point| camera.table_from_pixel(camera.pixel_from_table(point, candidate.height_m), height_m);
+        let top = TopView { height_m, ..self.view(candidate.plane) };
+        let corrected =
+            candidate.outline.mapped(moved).and_then(|outline| top.corrected(outline, self.pixel_m));
+        let corrected = corrected.filter(|outline| outline.fits);
+        let corrected = corrected.map(|outline| Candidate { outline, height_m, ..candidate.clone() });
+        self.simplest(
+            corrected.into_iter().chain(self.fits(&candidate.region, height_m)).collect(),
+            Kind::Marked,
+        )
+    }
+
+    /// The step of grey level across the weakest side of an outline, in that plane in which it is largest.
+    fn strength(&self, Candidate { outline, height_m, .. }: &Candidate) -> f64 {
+        const READ_AT_PX: f64 = 2.5;
+        let pixel =
+            |point: Point| self.view.camera.pixel_from_table(outline.pose.table_from_body(point), *height_m);
+        let step = |at: Point, outward: Vec2| {
+            let [inside, outside] =
+                [-READ_AT_PX, READ_AT_PX].map(|px| pixel(at + outward * (px * self.pixel_m)));
+            let step = |plane: &GreyImage| Some((plane.grey_at(outside)? - plane.grey_at(inside)?).abs());
+            self.planes.iter().filter_map(step).fold(0.0, f64::max)
+        };
+        let of_side =
+            |side: Vec<(Point, Vec2)>| median(side.into_iter().map(|(at, outward)| step(at, outward)));
+        sides(&outline.shape).into_iter().filter_map(of_side).fold(f64::INFINITY, f64::min)
+    }
+}
+
+/// The tops that were found so far.
+struct Chosen<'a> {
+    view: &'a TopView<'a>,
+    tops: Vec<Candidate>,
+}
+
+impl Chosen<'_> {
+    /// Whether a region overlaps no top, and if it is `apart` touches none.
+    fn is_free(&self, region: &Region, apart: bool) -> bool {
+        let is_hit =
+            |top: &Candidate| top.region.overlaps(region) || apart && touches(self.view, top, region);
+        !self.tops.iter().any(is_hit)
+    }
+}
+
+fn distinct(all: impl Iterator<Item = PlaneRegion>) -> Vec<PlaneRegion> {
+    let mut by_strength: Vec<PlaneRegion> = all.collect();
+    by_strength.sort_by(|a, b| {
+        b.region.strength.total_cmp(&a.region.strength).then(b.region.area_px.cmp(&a.region.area_px))
+    });
+    let mut kept: Vec<PlaneRegion> = Vec::new();
+    for found in by_strength {
+        if !kept.iter().any(|other| has_same_border(&other.region, &found.region)) {
+            kept.push(found);
+        }
+    }
+    kept
+}
+
+/// Whether areas and centroids of two regions agree.
+fn has_same_border(a: &Region, b: &Region) -> bool {
+    let [area, other] = [a, b].map(|region| region.area_px as f64);
+    let off_px = (a.centroid.x - b.centroid.x).hypot(a.centroid.y - b.centroid.y);
+    (area - other).abs() < SAME_BORDER * area && off_px < 0.5 * SAME_BORDER * area.sqrt()
+}
+
+/// Whether a top can carry a marker: its border is apart from the marker's.
+fn can_carry(top: &Region, marker: &Region) -> bool {
+    const MARGIN_PX: f64 = 3.0;
+    let fraction = marker.area_px as f64 / top.area_px as f64;
+    (MARKER_FRACTIONS[0]..MARKER_FRACTIONS[1]).contains(&fraction) && top.covers(marker, MARGIN_PX)
+}
+
+/// Whether two regions can be top and silhouette of one object.
+fn is_same_object(a: &Region, b: &Region) -> bool {
+    const LEAST_RATIO: f64 = 0.5;
+    let (small, large) = if a.area_px < b.area_px { (a, b) } else { (b, a) };
+    small.area_px as f64 >= LEAST_RATIO * large.area_px as f64 && large.covers(small, 0.0)
+}
+
+/// Points of each side of a shape and the directions out of it, in the shape's frame; the sides of a disc are eighths.
+fn sides(shape: &Shape) -> Vec<Vec<(Point, Vec2)>> {
+    const POINTS: usize = 15;
+    const SECTORS: usize = 8;
+    // Near corners the edge is that of the other side.
+    let fraction = |k: usize| (k as f64 + 1.0) / (POINTS as f64 + 1.0);
+    if let Shape::Disc { radius_m } = shape {
+        let point = |sector: usize, k: usize| {
+            let out = Vec2::from_heading(TAU * (sector as f64 + fraction(k)) / SECTORS as f64);
+            (Point::ORIGIN + out * *radius_m, out)
+        };
+        return (0..SECTORS).map(|sector| (0..POINTS).map(|k| point(sector, k)).collect()).collect();
+    }
+    let corners = shape.corners();
+    let side = |k: usize| {
+        let along = corners[(k + 1) % corners.len()] - corners[k];
+        let out = along.direction().unwrap_or(Vec2::ZERO).rotated(-FRAC_PI_2);
+        (0..POINTS).map(|i| (corners[k] + along * fraction(i), out)).collect()
+    };
+    (0..corners.len()).map(side).collect()
+}
+
+/// Whether two outlines have the same form, area and centroid within half a pixel.
+fn has_same_outline(a: &Fitted, b: &Fitted, pixel_m: f64) -> bool {
+    const NEAR_PX: f64 = 0.5;
+    let size = |fit: &Fitted| fit.shape.area_m2().sqrt();
+    let near_m = NEAR_PX * pixel_m;
+    let is_near = a.pose.position.distance(b.pose.position) < near_m && (size(a) - size(b)).abs() < near_m;
+    is_near && a.complexity() == b.complexity()
+}
+
+/// Whether a region lies in the workspace and is no tag.
+fn is_on_table(view: &TopView, cell: &Cell, region: &Region) -> bool {
+    const TAG_WITH_MARGIN: f64 = 1.25;
+    let at = view.camera.table_from_pixel(region.centroid, view.height_m);
+    let on_tag = |tag: &crate::cell::Tag| {
+        let center = view.camera.pixel_from_table(tag.center_m, 0.0);
+        let near_m = view.camera.table_from_pixel(region.centroid, 0.0).distance(tag.center_m);
+        region.contains(center) || near_m < 0.5 * TAG_WITH_MARGIN * std::f64::consts::SQRT_2 * tag.size_m
+    };
+    cell.workspace.contains(at) && !cell.tags.iter().any(on_tag)
+}
+
+/// Whether the grey level just inside a region differs from the table a few millimetres outside: what lines on the table enclose does not.
+fn differs(view: &TopView, region: &Region, pixel_m: f64) -> bool {
+    const INSIDE_PX: f64 = 4.0;
+    let radial = |pixel: &Pixel, off_px: f64| {
+        let (dx, dy) = (pixel.x - region.centroid.x, pixel.y - region.centroid.y);
+        let length_px = dx.hypot(dy).max(1.0);
+        let factor = 1.0 + off_px / length_px;
+        Pixel::new(region.centroid.x + factor * dx, region.centroid.y + factor * dy)
+    };
+    let inside = region.border.iter().filter_map(|pixel| view.image.grey_at(radial(pixel, -INSIDE_PX)));
+    let outside = region.border.iter().flat_map(|pixel| {
+        let at = TABLE_AT_M.map(|off_m| radial(pixel, off_m / pixel_m));
+        at.into_iter().filter(|&at| !region.contains(at)).filter_map(|at| view.image.grey_at(at))
+    });
+    median(inside).zip(median(outside)).is_some_and(|(top, table)| (top - table).abs() >= LEAST_STRENGTH)
+}
+
+/// Whether a region touches the silhouette of an object, whose height is not known yet.
+fn touches(view: &TopView, object: &Candidate, region: &Region) -> bool {
+    let outline = Outline::new(&object.outline.shape, object.outline.pose);
+    let margin_m = TOUCHING_PX * view.pixel_m(object.region.centroid);
+    let inside = |pixel: &Pixel| {
+        (0..=HEIGHT_STEPS).any(|step| {
+            let height_m = view.height_m - TALLEST_M * step as f64 / HEIGHT_STEPS as f64;
+            let point = view.camera.table_from_pixel(*pixel, height_m);
+            outline.contains(point) || outline.border_distance_m(point) < margin_m
+        })
+    };
+    region.border.iter().any(inside)
+}

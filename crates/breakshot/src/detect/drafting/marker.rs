@@ -1,0 +1,104 @@
+//! Which marker is on an object's top?
+
+use super::candidates::{LEAST_STRENGTH, MARKER_FRACTIONS};
+use super::edges::TopView;
+use super::is_concave;
+use super::regions::{Region, regions};
+use super::shape_fit::{Fitted, turned};
+use crate::geometry::Point;
+use crate::object::{Dot, Marker, Shape};
+
+/// An object's outline, its frame turned to that of its marker.
+pub(super) struct Marked {
+    pub outline: Fitted,
+    pub marker: Option<Marker>,
+    /// Whether the marker is lighter than the top.
+    pub light: Option<bool>,
+}
+
+/// Least number of pixels of a marker: fewer have no shape.
+const LEAST_PX: u64 = 20;
+/// A second shape belongs to the marker if its edge is at least this fraction as strong.
+const SECOND_STRENGTH: f64 = 0.6;
+/// A dot of more than this fraction of its disc's radius would be taken for it, unless both are equal.
+const LARGEST_DOT: f64 = 0.7;
+
+/// The marker in the region of an object's top.
+pub(super) fn marked(
+    tops: &[TopView],
+    object: &Region,
+    own: Fitted,
+    name: &str,
+    warnings: &mut Vec<String>,
+) -> Marked {
+    let most_px = (MARKER_FRACTIONS[1] * object.area_px as f64) as u64;
+    let areas_px = LEAST_PX..=most_px.max(LEAST_PX);
+    let in_plane = |top: &TopView| {
+        let found = regions(top.image, object.window(), &areas_px).into_iter();
+        let found = found.filter(|region| region.strength >= LEAST_STRENGTH && object.covers(region, 0.0));
+        found.collect::<Vec<Region>>()
+    };
+    let mut by_strength: Vec<(&TopView, Region)> =
+        tops.iter().flat_map(|top| in_plane(top).into_iter().map(move |region| (top, region))).collect();
+    by_strength.sort_by(|(_, a), (_, b)| b.strength.total_cmp(&a.strength).then(b.area_px.cmp(&a.area_px)));
+    if by_strength.is_empty() {
+        return Marked { outline: own, marker: None, light: None };
+    }
+    let measured = |(top, region): &(&TopView, Region)| {
+        let ink = TopView { solid: false, ..**top };
+        let fit = ink.outline(region).filter(|fit| fit.fits && !is_concave(&fit.shape))?;
+        Some((region.clone(), fit))
+    };
+    let Some((first, shape)) = by_strength.iter().find_map(measured) else {
+        warnings.push(format!("`{name}` has a marker whose shape cannot be measured: it is left out"));
+        return Marked { outline: own, marker: None, light: None };
+    };
+    let belongs = |(_, region): &&(&TopView, Region)| {
+        region.is_light == first.is_light
+            && region.strength >= SECOND_STRENGTH * first.strength
+            && !region.overlaps(&first)
+    };
+    let second = by_strength.iter().filter(belongs).find_map(measured).map(|(_, shape)| shape);
+    let mut shapes: Vec<Fitted> = std::iter::once(shape).chain(second).collect();
+    shapes.sort_by(|a, b| b.shape.area_m2().total_cmp(&a.shape.area_m2()));
+    let Some(main) = shapes.first().cloned() else {
+        return Marked { outline: own, marker: None, light: None };
+    };
+    let (outline, marker) = composed(own, &main, shapes.get(1), name, warnings);
+    Marked { outline, marker: Some(marker), light: Some(first.is_light) }
+}
+
+/// The object's frame and the marker in it.
+fn composed(
+    own: Fitted,
+    main: &Fitted,
+    second: Option<&Fitted>,
+    name: &str,
+    warnings: &mut Vec<String>,
+) -> (Fitted, Marker) {
+    // A bar lies along its object's axes, as far as that frame is free.
+    let is_bar = matches!(main.shape, Shape::Rectangle { .. });
+    let free = !matches!(own.shape, Shape::Rectangle { .. });
+    let outline = if is_bar && free { turned(&own, main.pose.yaw_rad) } else { own };
+    let place = |point: Point| outline.pose.body_from_table(point);
+    let shape = turned(main, outline.pose.yaw_rad).shape;
+    let mut marker = Marker { shape, at_m: place(main.pose.position), dot: None, thickness_m: 0.0 };
+    match (&main.shape, second.map(|second| (&second.shape, second.pose))) {
+        (Shape::Disc { radius_m }, Some((Shape::Disc { radius_m: dot_m }, pose))) => {
+            let at_m = place(pose.position);
+            let apart = at_m.distance(marker.at_m) > radius_m + dot_m;
+            if apart && *dot_m <= LARGEST_DOT * radius_m {
+                marker.dot = Some(Dot { radius_m: *dot_m, at_m });
+            } else if apart {
+                // The radii are equal within the error of their measurement, or cannot be distinguished.
+                marker.shape = Shape::Disc { radius_m: 0.5 * (radius_m + dot_m) };
+                marker.dot = Some(Dot { radius_m: 0.5 * (radius_m + dot_m), at_m });
+            }
+        }
+        (_, Some(_)) => {
+            warnings.push(format!("`{name}` has two shapes on its top that are not both discs: the larger one is taken for its marker"));
+        }
+        _ => {}
+    }
+    (outline, marker)
+}
