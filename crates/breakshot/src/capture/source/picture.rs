@@ -29,46 +29,46 @@ pub(super) fn png_size_px<R: BufRead + Seek>(decoder: &mut Decoder<R>) -> Result
 
 /// The luma of a PNG.
 pub(super) fn png_picture<R: BufRead + Seek>(bytes: R) -> Result<GreyImage> {
-    let Samples { width, height, colour, samples } = png_samples(bytes)?;
+    let Samples { width, height, colour, values } = png_samples(bytes)?;
     let pixels = match colour {
-        ColorType::Grayscale | ColorType::Indexed => samples,
-        ColorType::GrayscaleAlpha => samples.chunks_exact(2).map(|pixel| pixel[0]).collect(),
-        ColorType::Rgb => samples.chunks_exact(3).map(luma).collect(),
-        ColorType::Rgba => samples.chunks_exact(4).map(luma).collect(),
+        ColorType::Grayscale | ColorType::Indexed => values,
+        ColorType::GrayscaleAlpha => values.chunks_exact(2).map(|pixel| pixel[0]).collect(),
+        ColorType::Rgb => values.chunks_exact(3).map(luma).collect(),
+        ColorType::Rgba => values.chunks_exact(4).map(luma).collect(),
     };
     Ok(GreyImage { width, height, pixels })
 }
 
 /// Red, green and blue of a PNG; none of one without colours.
 pub(super) fn png_colours<R: BufRead + Seek>(bytes: R) -> Result<Vec<GreyImage>> {
-    let Samples { width, height, colour, samples } = png_samples(bytes)?;
+    let Samples { width, height, colour, values } = png_samples(bytes)?;
     let step = match colour {
         ColorType::Rgb => 3,
         ColorType::Rgba => 4,
         _ => return Ok(Vec::new()),
     };
-    let plane = |k: usize| samples.iter().skip(k).step_by(step).copied().collect();
+    let plane = |k: usize| values.iter().skip(k).step_by(step).copied().collect();
     Ok((0..3).map(|k| GreyImage { width, height, pixels: plane(k) }).collect())
 }
 
-/// The samples of a PNG in eight bits, pixel by pixel.
+/// The values of a PNG in eight bits, pixel by pixel.
 struct Samples {
     width: usize,
     height: usize,
     colour: ColorType,
-    samples: Vec<u8>,
+    values: Vec<u8>,
 }
 
 fn png_samples<R: BufRead + Seek>(bytes: R) -> Result<Samples> {
     let mut reader = png_decoder(bytes)?.read_info().map_err(undecodable)?;
     let size = reader.output_buffer_size().ok_or_else(|| SourceError::damaged("a PNG without an end"))?;
-    let mut samples = vec![0; size];
-    let info = reader.next_frame(&mut samples).map_err(undecodable)?;
+    let mut values = vec![0; size];
+    let info = reader.next_frame(&mut values).map_err(undecodable)?;
     if info.bit_depth == BitDepth::Sixteen {
-        samples =
-            samples.chunks_exact(2).map(|pair| eight_bits(u16::from_be_bytes([pair[0], pair[1]]))).collect();
+        values =
+            values.chunks_exact(2).map(|pair| eight_bits(u16::from_be_bytes([pair[0], pair[1]]))).collect();
     }
-    Ok(Samples { width: info.width as usize, height: info.height as usize, colour: info.color_type, samples })
+    Ok(Samples { width: info.width as usize, height: info.height as usize, colour: info.color_type, values })
 }
 
 fn undecodable(error: png::DecodingError) -> SourceError {

@@ -177,8 +177,8 @@ impl<'a> TopSearch<'a> {
 
     /// The top of an object among regions that belong to it: a side or a shadow adds corners to it, and parts of it have weaker edges.
     fn top(&self, around: &[&PlaneRegion], kind: Kind) -> Option<Candidate> {
-        let heights_m = std::iter::once(self.view.height_m).chain(HEIGHTS_M);
-        heights_m.filter_map(|height_m| self.top_at(around, kind, height_m)).next()
+        let mut heights_m = std::iter::once(self.view.height_m).chain(HEIGHTS_M);
+        heights_m.find_map(|height_m| self.top_at(around, kind, height_m))
     }
 
     fn top_at(&self, around: &[&PlaneRegion], kind: Kind, height_m: f64) -> Option<Candidate> {

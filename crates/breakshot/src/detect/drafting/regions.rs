@@ -198,7 +198,9 @@ impl Region {
             Sign::Same if self.is_light => -step,
             Sign::Same => step,
         };
-        steps.iter_mut().for_each(|step| *step = strength(*step));
+        for step in &mut steps {
+            *step = strength(*step);
+        }
         steps.sort_unstable_by(f64::total_cmp);
         self.strength = steps[(WEAKEST * steps.len() as f64) as usize];
         Some(())
@@ -322,11 +324,12 @@ fn grown(mask: &[bool], width: usize) -> Vec<bool> {
 
 /// The border of the first region of a mask with a free margin, clockwise in the image (Moore's neighbour tracing).
 fn walk(mask: &[bool], width: usize) -> Vec<usize> {
-    const AROUND: [(i64, i64); 8] = [(-1, 0), (-1, -1), (0, -1), (1, -1), (1, 0), (1, 1), (0, 1), (-1, 1)];
+    const AROUND: [(isize, isize); 8] =
+        [(-1, 0), (-1, -1), (0, -1), (1, -1), (1, 0), (1, 1), (0, 1), (-1, 1)];
     let Some(start) = mask.iter().position(|&inside| inside) else { return Vec::new() };
     let neighbour = |k: usize, direction: usize| {
         let (dx, dy) = AROUND[direction % 8];
-        k.wrapping_add_signed((dy * width as i64 + dx) as isize)
+        k.wrapping_add_signed(dy * width.cast_signed() + dx)
     };
     let (mut border, mut here, mut from) = (vec![start], start, 0);
     // Every pixel is passed at most once from each side.

@@ -61,12 +61,10 @@ pub(super) fn fitted(border: &[BorderPoint], pixel_m: f64) -> Vec<Fitted> {
 
 /// An outline of the same kind and number of corners nearest to other points of its border.
 pub(super) fn refitted(fit: &Fitted, border: &[BorderPoint], pixel_m: f64) -> Option<Fitted> {
-    match fit.shape {
-        Shape::Disc { .. } => disc(border, pixel_m),
-        _ => {
-            let corners = fit.shape.corners().into_iter().map(|corner| fit.pose.table_from_body(corner));
-            polygon(border, corners.collect(), pixel_m)
-        }
+    if matches!(fit.shape, Shape::Disc { .. }) {
+        disc(border, pixel_m)
+    } else {
+        polygon(border, fit.placed_corners(), pixel_m)
     }
 }
 
@@ -76,7 +74,7 @@ impl Fitted {
         match &self.shape {
             Shape::Disc { .. } => 1,
             Shape::Rectangle { .. } => 2,
-            shape => shape.corners().len(),
+            Shape::Polygon { points_m } => points_m.len(),
         }
     }
 
@@ -140,12 +138,11 @@ impl Fitted {
     }
 }
 
-/// The disc, unless a polygon fits clearly better: a polygon of many corners fits every disc.
+/// The outline that is nearest to its points for its number of corners: a polygon of many corners fits every disc.
 pub(super) fn simplest(fits: Vec<Fitted>) -> Option<Fitted> {
-    const CLEARLY: f64 = 1.3;
-    let factor = |fit: &Fitted| if matches!(fit.shape, Shape::Disc { .. }) { 1.0 / CLEARLY } else { 1.0 };
-    fits.into_iter()
-        .min_by(|a, b| b.fits.cmp(&a.fits).then((factor(a) * a.rms_m).total_cmp(&(factor(b) * b.rms_m))))
+    const PER_CORNER: f64 = 0.1;
+    let cost = |fit: &Fitted| fit.rms_m * (1.0 + PER_CORNER * fit.complexity() as f64);
+    fits.into_iter().min_by(|a, b| b.fits.cmp(&a.fits).then(cost(a).total_cmp(&cost(b))))
 }
 
 /// The weighted rms of residuals, those of outliers bounded, and whether they are those of an outline that fits.
@@ -426,7 +423,7 @@ pub(super) fn turned(fitted: &Fitted, yaw_rad: f64) -> Fitted {
             let quarters = by_rad / FRAC_PI_2;
             let right = (quarters - quarters.round()).abs() * FRAC_PI_2 < RIGHT_RAD;
             let odd = (quarters.round() as i64).rem_euclid(2) == 1;
-            if !right { turned } else { Shape::Rectangle { size_m: if odd { [*y, *x] } else { [*x, *y] } } }
+            if right { Shape::Rectangle { size_m: if odd { [*y, *x] } else { [*x, *y] } } } else { turned }
         }
         (_, turned) => turned,
     };

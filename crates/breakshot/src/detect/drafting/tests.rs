@@ -3,6 +3,7 @@
 use super::*;
 use crate::capture::{Footage, Frame, Lens};
 use crate::cell::{Striker, Transform, Workspace};
+use crate::geometry::Point;
 use crate::geometry::outline::Outline;
 use crate::object::{Dot, Marker};
 use crate::synthetic::film::{Thing, View, picture};
