@@ -6,6 +6,7 @@ use super::is_concave;
 use super::regions::{Region, regions};
 use super::shape_fit::{Fitted, turned};
 use crate::geometry::Point;
+use crate::geometry::outline::Outline;
 use crate::object::{Dot, Marker, Shape};
 
 /// An object's outline, its frame turned to that of its marker.
@@ -41,12 +42,20 @@ pub(super) fn marked(
     let mut by_strength: Vec<(&TopView, Region)> =
         tops.iter().flat_map(|top| in_plane(top).into_iter().map(move |region| (top, region))).collect();
     by_strength.sort_by(|(_, a), (_, b)| b.strength.total_cmp(&a.strength).then(b.area_px.cmp(&a.area_px)));
+    // The side of an object, which its silhouette covers too, is not on its top.
+    let outline = Outline::new(&own.shape, own.pose);
+    by_strength
+        .retain(|(top, region)| outline.contains(top.camera.table_from_pixel(region.centroid, top.height_m)));
     if by_strength.is_empty() {
         return Marked { outline: own, marker: None, light: None };
     }
+    let is_on_top = |fit: &Fitted| {
+        let points = fit.shape.outline_points();
+        points.iter().all(|&point| outline.contains(fit.pose.table_from_body(point)))
+    };
     let measured = |(top, region): &(&TopView, Region)| {
         let ink = TopView { solid: false, ..**top };
-        let fit = ink.outline(region).filter(|fit| fit.fits && !is_concave(&fit.shape))?;
+        let fit = ink.outline(region).filter(|fit| fit.fits && !is_concave(&fit.shape) && is_on_top(fit))?;
         Some((region.clone(), fit))
     };
     let Some((first, shape)) = by_strength.iter().find_map(measured) else {
