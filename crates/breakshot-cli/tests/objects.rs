@@ -62,6 +62,6 @@ fn heights_that_are_none_are_refused() {
         assert_refused(folder.path(), &args, words);
     };
     refused("tall", &["--height-m", "`tall`"]);
-    refused("-1", &["--height-m"]);
+    refused("0", &["--height-m", "height_m is 0"]);
     refused("object_77=0.03", &["object_77", "one of object_1 to"]);
 }

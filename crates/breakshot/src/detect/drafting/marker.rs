@@ -21,6 +21,8 @@ pub(super) struct Marked {
 const LEAST_PX: u64 = 20;
 /// A second shape belongs to the marker if its edge is at least this fraction as strong.
 const SECOND_STRENGTH: f64 = 0.6;
+/// A marker nearer to the centre of a disc is centred, within the error of its measurement (px).
+const CENTRED_PX: f64 = 0.3;
 /// A dot of more than this fraction of its disc's radius would be taken for it, unless both are equal.
 const LARGEST_DOT: f64 = 0.7;
 
@@ -73,7 +75,12 @@ pub(super) fn marked(
     let Some(main) = shapes.first().cloned() else {
         return Marked { outline: own, marker: None, light: None };
     };
-    let (outline, marker) = composed(own, &main, shapes.get(1), name, warnings);
+    let (outline, mut marker) = composed(own, &main, shapes.get(1), name, warnings);
+    let offset_m = marker.at_m.to_vec().length();
+    let centred_m = CENTRED_PX * tops[0].pixel_m(object.centroid);
+    if matches!(outline.shape, Shape::Disc { .. }) && marker.dot.is_none() && offset_m < centred_m {
+        marker.at_m = Point::ORIGIN;
+    }
     Marked { outline, marker: Some(marker), light: Some(first.is_light) }
 }
 
