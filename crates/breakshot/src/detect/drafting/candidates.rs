@@ -177,7 +177,9 @@ impl<'a> TopSearch<'a> {
 
     /// The top of an object among regions that belong to it: a side or a shadow adds corners to it, and parts of it have weaker edges.
     fn top(&self, around: &[&PlaneRegion], kind: Kind) -> Option<Candidate> {
-        let mut heights_m = std::iter::once(self.view.height_m).chain(HEIGHTS_M);
+        // Most regions without a marker are no objects.
+        let others: &[f64] = if kind == Kind::Marked { &HEIGHTS_M } else { &[] };
+        let mut heights_m = std::iter::once(self.view.height_m).chain(others.iter().copied());
         heights_m.find_map(|height_m| self.top_at(around, kind, height_m))
     }
 
@@ -209,6 +211,11 @@ impl<'a> TopSearch<'a> {
             Candidate { outline: view.simplified(candidate.outline.clone(), self.pixel_m), ..candidate }
         };
         let is_strong = |candidate: &Candidate| self.strength(candidate) >= LEAST_STRENGTH;
+        // No outline is simpler than a disc.
+        let is_disc = |candidate: &Candidate| matches!(candidate.outline.shape, Shape::Disc { .. });
+        if apart.iter().any(|candidate| is_disc(candidate) && is_strong(candidate)) {
+            apart.retain(is_disc);
+        }
         let all: Vec<Candidate> = apart.into_iter().map(simplified).collect();
         let mut strong: Vec<Candidate> = all.iter().filter(|top| is_strong(top)).cloned().collect();
         // A marker is on some top, however weak its edges are.

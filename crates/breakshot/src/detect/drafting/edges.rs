@@ -22,6 +22,8 @@ const REACHES_PX: [f64; 5] = [5.0, 4.0, 3.0, 3.0, 3.0];
 const BORDER_RMS_PX: f64 = 2.0;
 /// Its area is that of the outline within this factor.
 const SAME_AREA: f64 = 1.6;
+/// An outline that is corrected grows by at most this factor.
+const MOST_GROWN: f64 = 1.5;
 /// An edge within this distance belongs to the outline (px), and this fraction of an outline has one.
 const ON_OUTLINE_PX: f64 = 1.0;
 const LEAST_VISIBLE: f64 = 0.8;
@@ -29,6 +31,11 @@ const LEAST_VISIBLE: f64 = 0.8;
 const SIMPLER_FACTOR: f64 = 1.3;
 const SIMPLER_PX: f64 = 0.15;
 const SIMPLER_VISIBLE: f64 = 0.03;
+/// A line of the outline moves by at most this much when a side or a corner is left out (px); its edges are searched again within these distances (px),
+/// as long as its points are at most this factor too far off.
+const MOST_CHANGE_PX: f64 = 12.0;
+const SIMPLER_REACHES_PX: [f64; 3] = [5.0, 3.0, 3.0];
+const SIMPLER_NEAR: f64 = 4.0;
 
 impl TopView<'_> {
     /// The side of a pixel at the height of the outlines (m).
@@ -66,14 +73,24 @@ impl TopView<'_> {
             let ratio = fit.shape.area_m2() / area_m2;
             fit.rms_m < BORDER_RMS_PX * pixel_m && (1.0 / SAME_AREA..SAME_AREA).contains(&ratio)
         };
-        let refined = |fit: Fitted| self.refined(fit, pixel_m, is_near);
+        let refined = |fit: Fitted| self.refined(fit, &REACHES_PX, pixel_m, is_near);
         simplest(fitted(&border, pixel_m).into_iter().filter(is_near).filter_map(refined).collect())
     }
 
     /// An outline corrected until it lies on the edges near it.
-    fn refined(&self, mut fit: Fitted, pixel_m: f64, is_near: impl Fn(&Fitted) -> bool) -> Option<Fitted> {
-        for reach_px in REACHES_PX {
-            fit = refitted(&fit, &self.border(&fit, reach_px).0, pixel_m).filter(&is_near)?;
+    fn refined(
+        &self,
+        mut fit: Fitted,
+        reaches_px: &[f64],
+        pixel_m: f64,
+        is_near: impl Fn(&Fitted) -> bool,
+    ) -> Option<Fitted> {
+        // Sides that are nearly parallel meet far away.
+        let most_m = MOST_GROWN * fit.shape.outer_radius_m();
+        let is_bounded = |fit: &Fitted| fit.shape.outer_radius_m() <= most_m;
+        for &reach_px in reaches_px {
+            let border = self.border(&fit, reach_px).0;
+            fit = refitted(&fit, &border, pixel_m).filter(|fit| is_bounded(fit) && is_near(fit))?;
         }
         let (border, visible_fraction) = self.border(&fit, REACHES_PX[REACHES_PX.len() - 1]);
         let fits = fit.fits && visible_fraction >= LEAST_VISIBLE && !border.is_empty();
@@ -82,7 +99,7 @@ impl TopView<'_> {
 
     /// An outline corrected until it lies on the edges near it, wherever it began.
     pub(super) fn corrected(&self, fit: Fitted, pixel_m: f64) -> Option<Fitted> {
-        self.refined(fit, pixel_m, |fit| fit.rms_m < BORDER_RMS_PX * pixel_m)
+        self.refined(fit, &REACHES_PX, pixel_m, |fit| fit.rms_m < BORDER_RMS_PX * pixel_m)
     }
 
     /// A polygon without the sides that it does not need: those of a silhouette, or of a corner that is rounded.
@@ -96,8 +113,11 @@ impl TopView<'_> {
                     && simpler.visible_fraction >= fit.visible_fraction - SIMPLER_VISIBLE
                     && simpler.complexity() < fit.complexity()
             };
-            let fewer = (0..n).flat_map(|k| [fit.without_side(k), fit.without_corner(k)]).flatten();
-            let simpler = fewer.filter_map(|fewer| self.corrected(fewer, pixel_m)).filter(holds);
+            let most_m = MOST_CHANGE_PX * pixel_m;
+            let fewer = (0..n).flat_map(|k| [fit.without_side(k, most_m), fit.without_corner(k, most_m)]);
+            let near = |fit: &Fitted| fit.rms_m < SIMPLER_NEAR * limit_m;
+            let simpler = |fewer| self.refined(fewer, &SIMPLER_REACHES_PX, pixel_m, near).filter(holds);
+            let simpler = fewer.flatten().filter_map(simpler);
             match simpler.min_by(|a, b| a.rms_m.total_cmp(&b.rms_m)) {
                 Some(simpler) => fit = simpler,
                 None => return fit,

@@ -83,9 +83,8 @@ impl Fitted {
         self.shape.corners().into_iter().map(|corner| self.pose.table_from_body(corner)).collect()
     }
 
-    /// The polygon without one of its sides: its neighbours meet in a corner; `None` if they do not, or for a shape without sides to spare.
-    pub(super) fn without_side(&self, k: usize) -> Option<Self> {
-        const FAR: f64 = 1.5;
+    /// The polygon without one of its sides: its neighbours meet in a corner that is at most `most_m` off the side; `None` if they do not, or for a shape without sides to spare.
+    pub(super) fn without_side(&self, k: usize, most_m: f64) -> Option<Self> {
         let mut corners = self.placed_corners();
         let n = corners.len();
         if n <= 3 || k >= n {
@@ -95,8 +94,7 @@ impl Fitted {
         let (before, from, to, after) = (at(n - 1), at(0), at(1), at(2));
         let (u, v) = (from - before, to - after);
         let crossing = before + u * ((after - before).cross(v) / u.cross(v));
-        let size_m = self.shape.outer_radius_m();
-        let near = crossing.is_finite() && crossing.distance(self.pose.position) < FAR * size_m;
+        let near = crossing.is_finite() && segment_distance_m(crossing, from, to) <= most_m;
         let ahead = (crossing - from).dot(u) > 0.0 && (crossing - to).dot(v) > 0.0;
         if !near || !ahead {
             return None;
@@ -106,10 +104,14 @@ impl Fitted {
         self.with_corners(corners)
     }
 
-    /// The polygon without one of its corners.
-    pub(super) fn without_corner(&self, k: usize) -> Option<Self> {
+    /// The polygon without one of its corners, that is at most `most_m` off the line between its neighbours.
+    pub(super) fn without_corner(&self, k: usize, most_m: f64) -> Option<Self> {
         let mut corners = self.placed_corners();
-        if corners.len() <= 3 || k >= corners.len() {
+        let n = corners.len();
+        if n <= 3 || k >= n {
+            return None;
+        }
+        if segment_distance_m(corners[k], corners[(k + n - 1) % n], corners[(k + 1) % n]) > most_m {
             return None;
         }
         corners.remove(k);
