@@ -34,6 +34,12 @@ pub(super) const LEAST_STRENGTH: f64 = 6.0;
 pub(super) const MARKER_FRACTIONS: [f64; 2] = [0.01, 0.5];
 /// Least number of pixels of a marker: fewer have no shape.
 const LEAST_MARKER_PX: u64 = 20;
+/// Least area of a marker (m2): a spot of 4 mm.
+const LEAST_MARKER_M2: f64 = 1.2e-5;
+/// So many markers, and so many regions without one, are searched for tops, the strongest first, and so many regions around each of them, the smallest first:
+/// a table with a pattern has thousands.
+const MOST_OBJECTS: usize = 100;
+const MOST_REGIONS: usize = 16;
 /// Regions whose areas differ by less than this fraction have the same border.
 const SAME_BORDER: f64 = 0.06;
 /// Distance from an object at which the table is read (m), beyond lines that are drawn on it.
@@ -70,13 +76,13 @@ pub(super) fn tops(search: &TopSearch) -> Vec<Candidate> {
     large.sort_by_key(|found| found.region.area_px);
     let mut chosen = Chosen { view, tops: Vec::new() };
     let strongest = markers.first().map_or(0.0, |marker| marker.region.strength);
-    for marker in &markers {
+    for marker in markers.iter().take(MOST_OBJECTS) {
         let apart = marker.region.strength < CERTAIN * strongest;
         let around = large
             .iter()
             .copied()
             .filter(|found| can_carry(&found.region, &marker.region) && chosen.is_free(&found.region, apart));
-        let around: Vec<&PlaneRegion> = around.collect();
+        let around: Vec<&PlaneRegion> = around.take(MOST_REGIONS).collect();
         chosen.tops.extend(search.top(&around, Kind::Marked));
     }
     // Without a marker the strongest edges first
@@ -85,10 +91,10 @@ pub(super) fn tops(search: &TopSearch) -> Vec<Candidate> {
     };
     let mut bare: Vec<&PlaneRegion> = large.iter().filter(is_bare).copied().collect();
     bare.sort_by(|a, b| b.region.strength.total_cmp(&a.region.strength));
-    for found in bare {
+    for found in bare.into_iter().take(MOST_OBJECTS) {
         if chosen.is_free(&found.region, true) {
             let same = |other: &&&PlaneRegion| is_same_object(&other.region, &found.region);
-            let around: Vec<&PlaneRegion> = large.iter().filter(same).copied().collect();
+            let around: Vec<&PlaneRegion> = large.iter().filter(same).copied().take(MOST_REGIONS).collect();
             let visible = |top: &Candidate| top.outline.visible_fraction >= BARE_VISIBLE;
             chosen.tops.extend(search.top(&around, Kind::Bare).filter(visible));
         }
@@ -132,7 +138,8 @@ impl<'a> TopSearch<'a> {
     /// The regions of all planes, of regions with the same border the one with the strongest edge.
     fn regions(&self) -> Vec<PlaneRegion> {
         let most_px = (AREAS_M2[1] / (self.pixel_m * self.pixel_m)) as u64;
-        let areas_px = LEAST_MARKER_PX..=most_px.max(LEAST_MARKER_PX + 1);
+        let least_px = ((LEAST_MARKER_M2 / (self.pixel_m * self.pixel_m)) as u64).max(LEAST_MARKER_PX);
+        let areas_px = least_px..=most_px.max(least_px + 1);
         let of_plane = |plane: usize| {
             let image = &self.planes[plane];
             let found = regions(image, Window::whole(image), &areas_px).into_iter();

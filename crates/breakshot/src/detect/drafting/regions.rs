@@ -41,6 +41,8 @@ type Edges<'a> = (&'a [GreyImage], Sign);
 const GRADIENTS: [u8; 6] = [5, 8, 12, 18, 28, 44];
 /// By this many pixels a uniform area ends before the edge around it.
 const GRADIENT_REACH_PX: usize = 2;
+/// The bounding box of a region is at most this factor larger than the largest area that is searched: lines of a table have larger ones.
+const MOST_BOX: u64 = 4;
 /// Distance on either side of the border at which grey levels are compared (px), beyond the blur of the lens, and offsets of the border.
 const READ_AT_PX: f64 = 2.0;
 const OFFSETS_PX: [f64; 3] = [-1.0, 0.0, 1.0];
@@ -96,8 +98,17 @@ fn searched<'a>(
     for (source, level, grown_px) in passes {
         let components = labeller.components(source, window, level, areas_px).to_vec();
         let region = |component: &Component| Region::new(source, edges, window, (component, level, grown_px));
+        let most_box_px = MOST_BOX * areas_px.end();
+        let is_compact = |component: &&Component| {
+            let [width, height] = [component.x, component.y].map(|[from, to]| u64::from(to - from) + 1);
+            width * height <= most_box_px
+        };
         found.extend(
-            components.iter().filter_map(region).filter(|region| areas_px.contains(&(region.area_px as u64))),
+            components
+                .iter()
+                .filter(is_compact)
+                .filter_map(region)
+                .filter(|region| areas_px.contains(&(region.area_px as u64))),
         );
     }
     found
