@@ -4,9 +4,9 @@
 //! its shadow. A region that contains a smaller one, its marker, is a top before all others; regions that touch a top are its side and its shadow.
 
 use super::edges::TopView;
-use super::regions::{Region, regions, uniform_regions};
+use super::regions::{Region, SearchPlanes};
 use super::shape_fit::Fitted;
-use crate::capture::GreyImage;
+use crate::capture::{Camera, GreyImage};
 use crate::cell::Cell;
 use crate::detect::label::Window;
 use crate::geometry::outline::Outline;
@@ -63,9 +63,8 @@ const BARE_VISIBLE: f64 = 0.9;
 /// Regions nearer than this touch (px).
 const TOUCHING_PX: f64 = 3.0;
 
-/// The tops in a picture, at the height of the view.
+/// The tops in a picture.
 pub(super) fn tops(search: &TopSearch) -> Vec<Candidate> {
-    let view = &search.view;
     let all = search.regions();
     let inks: Vec<&PlaneRegion> =
         all.iter().filter(|found| !found.of_either_sign && search.is_ink(found)).collect();
@@ -74,7 +73,7 @@ pub(super) fn tops(search: &TopSearch) -> Vec<Candidate> {
     let markers: Vec<&PlaneRegion> = inks.iter().copied().filter(is_blank).collect();
     let mut large: Vec<&PlaneRegion> = all.iter().filter(|found| search.is_top_size(found)).collect();
     large.sort_by_key(|found| found.region.area_px);
-    let mut chosen = Chosen { view, tops: Vec::new() };
+    let mut chosen = Chosen { view: search.view(0, search.height_m), tops: Vec::new() };
     let strongest = markers.first().map_or(0.0, |marker| marker.region.strength);
     for marker in markers.iter().take(MOST_OBJECTS) {
         let apart = marker.region.strength < CERTAIN * strongest;
@@ -117,22 +116,37 @@ struct PlaneRegion {
     of_either_sign: bool,
 }
 
-/// Where tops are searched.
+/// A picture in which tops are searched.
 pub(super) struct TopSearch<'a> {
     /// The luma and the colours.
-    planes: &'a [GreyImage],
-    view: TopView<'a>,
-    cell: &'a Cell,
+    pub planes: &'a [GreyImage],
+    pub search_planes: SearchPlanes,
+    pub camera: &'a Camera,
+    pub cell: &'a Cell,
+    /// The height of the tops, before other heights are tried (m).
+    height_m: f64,
     /// The side of a pixel in the middle of the workspace (m).
     pixel_m: f64,
 }
 
 impl<'a> TopSearch<'a> {
     /// `None` if the camera does not see the workspace.
-    pub(super) fn new(planes: &'a [GreyImage], view: TopView<'a>, cell: &'a Cell) -> Option<Self> {
+    pub(super) fn new(
+        planes: &'a [GreyImage],
+        camera: &'a Camera,
+        cell: &'a Cell,
+        height_m: f64,
+    ) -> Option<Self> {
         let middle = cell.workspace.min_m + (cell.workspace.max_m - cell.workspace.min_m) * 0.5;
-        let pixel_m = view.pixel_m(view.camera.pixel_from_table(middle, view.height_m));
-        (pixel_m.is_finite() && pixel_m > 0.0).then_some(Self { planes, view, cell, pixel_m })
+        let pixel_m = camera.scale_m_per_px(camera.pixel_from_table(middle, height_m), height_m);
+        let search =
+            || Self { planes, search_planes: SearchPlanes::new(planes), camera, cell, height_m, pixel_m };
+        (pixel_m.is_finite() && pixel_m > 0.0).then(search)
+    }
+
+    /// One of the planes, and the outlines of bodies at a height.
+    pub(super) const fn view(&self, plane: usize, height_m: f64) -> TopView<'a> {
+        TopView { image: &self.planes[plane], camera: self.camera, height_m, solid: true }
     }
 
     /// The regions of all planes, of regions with the same border the one with the strongest edge.
@@ -140,20 +154,17 @@ impl<'a> TopSearch<'a> {
         let most_px = (AREAS_M2[1] / (self.pixel_m * self.pixel_m)) as u64;
         let least_px = ((LEAST_MARKER_M2 / (self.pixel_m * self.pixel_m)) as u64).max(LEAST_MARKER_PX);
         let areas_px = least_px..=most_px.max(least_px + 1);
+        let window = Window::whole(&self.planes[0]);
         let of_plane = |plane: usize| {
-            let image = &self.planes[plane];
-            let found = regions(image, Window::whole(image), &areas_px).into_iter();
+            let found = self.search_planes.regions(plane, window, &areas_px).into_iter();
             found.map(move |region| PlaneRegion { region, plane, of_either_sign: false })
         };
+        let view = self.view(0, self.height_m);
         let stands_out = |found: &PlaneRegion| {
-            found.region.strength >= LEAST_STRENGTH && is_on_table(&self.view, self.cell, &found.region)
+            found.region.strength >= LEAST_STRENGTH && is_on_table(&view, self.cell, &found.region)
         };
-        let window = Window::whole(&self.planes[0]);
-        let uniform = uniform_regions(self.planes, window, &areas_px).into_iter().map(|region| PlaneRegion {
-            region,
-            plane: 0,
-            of_either_sign: true,
-        });
+        let uniform = self.search_planes.uniform_regions(window, &areas_px).into_iter();
+        let uniform = uniform.map(|region| PlaneRegion { region, plane: 0, of_either_sign: true });
         let uniform: Vec<PlaneRegion> = uniform.filter(stands_out).collect();
         let mut all = distinct((0..self.planes.len()).flat_map(of_plane).filter(stands_out));
         let new =
@@ -163,20 +174,16 @@ impl<'a> TopSearch<'a> {
         all
     }
 
-    fn view(&self, plane: usize) -> TopView<'a> {
-        TopView { image: &self.planes[plane], ..self.view }
-    }
-
     /// Whether a region is large enough for a top, and other than the table.
     fn is_top_size(&self, PlaneRegion { region, plane, .. }: &PlaneRegion) -> bool {
         let area_m2 = region.area_px as f64 * self.pixel_m * self.pixel_m;
-        area_m2 >= AREAS_M2[0] && differs(&self.view(*plane), region, self.pixel_m)
+        area_m2 >= AREAS_M2[0] && differs(&self.view(*plane, self.height_m), region, self.pixel_m)
     }
 
     /// Whether a region has the outline of a marker.
     fn is_ink(&self, PlaneRegion { region, plane, .. }: &PlaneRegion) -> bool {
         let area_m2 = region.area_px as f64 * self.pixel_m * self.pixel_m;
-        let ink = TopView { solid: false, ..self.view(*plane) };
+        let ink = TopView { solid: false, ..self.view(*plane, self.height_m) };
         area_m2 <= MOST_MARKER_M2
             && region.strength >= MARKER_STRENGTH
             && ink.nearest(region).is_some_and(|outline| outline.fits)
@@ -186,18 +193,16 @@ impl<'a> TopSearch<'a> {
     fn top(&self, around: &[&PlaneRegion], kind: Kind) -> Option<Candidate> {
         // Most regions without a marker are no objects.
         let others: &[f64] = if kind == Kind::Marked { &HEIGHTS_M } else { &[] };
-        let mut heights_m = std::iter::once(self.view.height_m).chain(others.iter().copied());
-        heights_m.find_map(|height_m| self.top_at(around, kind, height_m))
-    }
-
-    fn top_at(&self, around: &[&PlaneRegion], kind: Kind, height_m: f64) -> Option<Candidate> {
-        self.simplest(around.iter().flat_map(|found| self.fits(&found.region, height_m)).collect(), kind)
+        let mut heights_m = std::iter::once(self.height_m).chain(others.iter().copied());
+        heights_m.find_map(|height_m| {
+            self.simplest(around.iter().flat_map(|found| self.fits(&found.region, height_m)).collect(), kind)
+        })
     }
 
     /// The outlines that fit near the border of a region, in any plane.
     fn fits(&self, region: &Region, height_m: f64) -> Vec<Candidate> {
         let in_plane = |plane: usize| {
-            let outlines = TopView { height_m, ..self.view(plane) }.outlines(region).into_iter();
+            let outlines = self.view(plane, height_m).outlines(region).into_iter();
             let fits = outlines.filter(|outline| outline.fits);
             fits.map(move |outline| Candidate { region: region.clone(), plane, outline, height_m })
         };
@@ -214,7 +219,7 @@ impl<'a> TopSearch<'a> {
             }
         }
         let simplified = |candidate: Candidate| {
-            let view = TopView { height_m: candidate.height_m, ..self.view(candidate.plane) };
+            let view = self.view(candidate.plane, candidate.height_m);
             Candidate { outline: view.simplified(candidate.outline.clone(), self.pixel_m), ..candidate }
         };
         let is_strong = |candidate: &Candidate| self.strength(candidate) >= LEAST_STRENGTH;
@@ -249,10 +254,10 @@ impl<'a> TopSearch<'a> {
         if height_m.to_bits() == candidate.height_m.to_bits() {
             return Some(candidate.clone());
         }
-        let camera = self.view.camera;
+        let camera = self.camera;
         let moved =
             |point| camera.table_from_pixel(camera.pixel_from_table(point, candidate.height_m), height_m);
-        let top = TopView { height_m, ..self.view(candidate.plane) };
+        let top = self.view(candidate.plane, height_m);
         let corrected =
             candidate.outline.mapped(moved).and_then(|outline| top.corrected(outline, self.pixel_m));
         let corrected = corrected.filter(|outline| outline.fits);
@@ -267,7 +272,7 @@ impl<'a> TopSearch<'a> {
     fn strength(&self, Candidate { outline, height_m, .. }: &Candidate) -> f64 {
         const READ_AT_PX: f64 = 2.5;
         let pixel =
-            |point: Point| self.view.camera.pixel_from_table(outline.pose.table_from_body(point), *height_m);
+            |point: Point| self.camera.pixel_from_table(outline.pose.table_from_body(point), *height_m);
         let step = |at: Point, outward: Vec2| {
             let [inside, outside] =
                 [-READ_AT_PX, READ_AT_PX].map(|px| pixel(at + outward * (px * self.pixel_m)));
@@ -282,7 +287,7 @@ impl<'a> TopSearch<'a> {
 
 /// The tops that were found so far.
 struct Chosen<'a> {
-    view: &'a TopView<'a>,
+    view: TopView<'a>,
     tops: Vec<Candidate>,
 }
 
@@ -290,7 +295,7 @@ impl Chosen<'_> {
     /// Whether a region overlaps no top, and if it is `apart` touches none.
     fn is_free(&self, region: &Region, apart: bool) -> bool {
         let is_hit =
-            |top: &Candidate| top.region.overlaps(region) || apart && touches(self.view, top, region);
+            |top: &Candidate| top.region.overlaps(region) || apart && touches(&self.view, top, region);
         !self.tops.iter().any(is_hit)
     }
 }

@@ -1,9 +1,9 @@
 //! Which marker is on an object's top?
 
-use super::candidates::{LEAST_STRENGTH, MARKER_FRACTIONS};
+use super::candidates::{Candidate, LEAST_STRENGTH, MARKER_FRACTIONS, TopSearch};
 use super::edges::TopView;
 use super::is_concave;
-use super::regions::{Region, regions};
+use super::regions::Region;
 use super::shape_fit::{Fitted, turned};
 use crate::geometry::Point;
 use crate::geometry::outline::Outline;
@@ -26,28 +26,25 @@ const CENTRED_PX: f64 = 0.3;
 /// A dot of more than this fraction of its disc's radius would be taken for it, unless both are equal.
 const LARGEST_DOT: f64 = 0.7;
 
-/// The marker in the region of an object's top.
-pub(super) fn marked(
-    tops: &[TopView],
-    object: &Region,
-    own: Fitted,
-    name: &str,
-    warnings: &mut Vec<String>,
-) -> Marked {
+/// The marker on an object's top.
+pub(super) fn marked(search: &TopSearch, top: &Candidate, name: &str, warnings: &mut Vec<String>) -> Marked {
+    let Candidate { region: object, height_m, .. } = top;
+    let own = top.outline.clone();
     let most_px = (MARKER_FRACTIONS[1] * object.area_px as f64) as u64;
     let areas_px = LEAST_PX..=most_px.max(LEAST_PX);
-    let in_plane = |top: &TopView| {
-        let found = regions(top.image, object.window(), &areas_px).into_iter();
+    let in_plane = |plane: usize| {
+        let ink = TopView { solid: false, ..search.view(plane, *height_m) };
+        let found = search.search_planes.regions(plane, object.window(), &areas_px).into_iter();
         let found = found.filter(|region| region.strength >= LEAST_STRENGTH && object.covers(region, 0.0));
-        found.collect::<Vec<Region>>()
+        found.map(move |region| (ink, region))
     };
-    let mut by_strength: Vec<(&TopView, Region)> =
-        tops.iter().flat_map(|top| in_plane(top).into_iter().map(move |region| (top, region))).collect();
+    let mut by_strength: Vec<(TopView, Region)> = (0..search.planes.len()).flat_map(in_plane).collect();
     by_strength.sort_by(|(_, a), (_, b)| b.strength.total_cmp(&a.strength).then(b.area_px.cmp(&a.area_px)));
     // The side of an object, which its silhouette covers too, is not on its top.
     let outline = Outline::new(&own.shape, own.pose);
-    by_strength
-        .retain(|(top, region)| outline.contains(top.camera.table_from_pixel(region.centroid, top.height_m)));
+    by_strength.retain(|(ink, region)| {
+        outline.contains(search.camera.table_from_pixel(region.centroid, ink.height_m))
+    });
     if by_strength.is_empty() {
         return Marked { outline: own, marker: None, light: None };
     }
@@ -55,8 +52,7 @@ pub(super) fn marked(
         let points = fit.shape.outline_points();
         points.iter().all(|&point| outline.contains(fit.pose.table_from_body(point)))
     };
-    let measured = |(top, region): &(&TopView, Region)| {
-        let ink = TopView { solid: false, ..**top };
+    let measured = |(ink, region): &(TopView, Region)| {
         let fit = ink.outline(region).filter(|fit| fit.fits && !is_concave(&fit.shape) && is_on_top(fit))?;
         Some((region.clone(), fit))
     };
@@ -64,7 +60,7 @@ pub(super) fn marked(
         warnings.push(format!("`{name}` has a marker whose shape cannot be measured: it is left out"));
         return Marked { outline: own, marker: None, light: None };
     };
-    let belongs = |(_, region): &&(&TopView, Region)| {
+    let belongs = |(_, region): &&(TopView, Region)| {
         region.is_light == first.is_light
             && region.strength >= SECOND_STRENGTH * first.strength
             && !region.overlaps(&first)
@@ -77,7 +73,7 @@ pub(super) fn marked(
     };
     let (outline, mut marker) = composed(own, &main, shapes.get(1), name, warnings);
     let offset_m = marker.at_m.to_vec().length();
-    let centred_m = CENTRED_PX * tops[0].pixel_m(object.centroid);
+    let centred_m = CENTRED_PX * search.camera.scale_m_per_px(object.centroid, *height_m);
     if matches!(outline.shape, Shape::Disc { .. }) && marker.dot.is_none() && offset_m < centred_m {
         marker.at_m = Point::ORIGIN;
     }

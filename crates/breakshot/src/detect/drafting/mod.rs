@@ -13,13 +13,11 @@ mod tests;
 
 use super::first_frames::{first_frames, mean_image};
 use crate::capture::{Camera, Capture, GreyImage};
-use crate::cell::Cell;
 use crate::error::bounds::length;
 use crate::error::{Error, Result};
 use crate::geometry::Pose;
 use crate::object::{Object, Shape};
 use candidates::{Candidate, TopSearch, tops};
-use edges::TopView;
 use shape_fit::Fitted;
 use std::collections::BTreeMap;
 
@@ -87,112 +85,96 @@ pub fn draft(capture: Capture, colours: Vec<GreyImage>, heights: &Heights) -> Re
     let image = &planes[0];
     let same_size = |plane: &GreyImage| [plane.width, plane.height] == [image.width, image.height];
     let planes: &[GreyImage] = if planes.iter().all(same_size) { &planes } else { &planes[..1] };
-    let search = Search { planes, camera: &camera, cell: &cell };
-    let top_search = TopSearch::new(planes, search.view(0, heights.default_m), &cell);
-    let mut found = top_search.as_ref().map_or_else(Vec::new, tops);
+    let nothing = || Error::Markers {
+        clip: clip.clone(),
+        found: "nothing that stands out from the table".into(),
+        needed: "objects whose tops differ from the table by 6 grey levels or more".into(),
+    };
+    let search = TopSearch::new(planes, &camera, &cell, heights.default_m).ok_or_else(nothing)?;
+    let mut found = tops(&search);
     // Numbers do not depend on the heights of single objects.
     found.sort_by(|a, b| {
         let at = |candidate: &Candidate| candidate.outline.pose.position;
         at(a).x.total_cmp(&at(b).x).then(at(a).y.total_cmp(&at(b).y))
     });
-    search.warn_of_the_edge(&mut warnings);
+    warn_of_the_edge(&search, &mut warnings);
     let mut objects = Vec::new();
-    found.retain(|candidate| !search.is_striker(candidate, &mut warnings));
+    found.retain(|candidate| !is_striker(&search, candidate, &mut warnings));
     for (k, candidate) in found.iter().enumerate() {
         let name = format!("object_{}", k + 1);
         let height_m = heights.named_m.get(&name).copied().unwrap_or(heights.default_m);
-        let Some(top) = top_search.as_ref().and_then(|tops| tops.at_height(candidate, height_m)) else {
+        let Some(top) = search.at_height(candidate, height_m) else {
             warnings.push(format!(
                 "`{name}` has no outline at a height of {} mm: it is left out",
                 1e3 * height_m
             ));
             continue;
         };
-        objects.extend(search.drafted(&top, name, &mut warnings));
+        objects.extend(drafted(&search, &top, name, &mut warnings));
     }
     if objects.is_empty() {
-        return Err(Error::Markers {
-            clip,
-            found: "nothing that stands out from the table".into(),
-            needed: "objects whose tops differ from the table by 6 grey levels or more".into(),
-        });
+        return Err(nothing());
     }
-    if let Some(name) = heights.named_m.keys().find(|name| objects.iter().all(|o| &o.object.name != *name)) {
+    let names: Vec<String> = (1..=found.len()).map(|k| format!("object_{k}")).collect();
+    if let Some(name) = heights.named_m.keys().find(|name| !names.contains(name)) {
         let needed = format!("one of object_1 to object_{}", found.len());
         return Err(Error::invalid("--height-m", "object", format!("`{name}`"), needed));
     }
     Ok(Draft { objects, image: image.clone(), camera, warnings })
 }
 
-/// A picture in which objects are searched.
-#[derive(Clone, Copy)]
-struct Search<'a> {
-    planes: &'a [GreyImage],
-    camera: &'a Camera,
-    cell: &'a Cell,
+/// Objects near the picture's edge have no edge all around: their workspace is named.
+fn warn_of_the_edge(search: &TopSearch, warnings: &mut Vec<String>) {
+    let corners = [search.cell.workspace.min_m, search.cell.workspace.max_m];
+    let hidden =
+        corners.iter().any(|&corner| !search.camera.shows(search.camera.pixel_from_table(corner, 0.0)));
+    if hidden {
+        warnings.push(
+            "the picture does not show the whole workspace: objects that its edge cuts are left out".into(),
+        );
+    }
 }
 
-impl Search<'_> {
-    const fn view(&self, plane: usize, height_m: f64) -> TopView<'_> {
-        TopView { image: &self.planes[plane], camera: self.camera, height_m, solid: true }
+/// The object of a region; `None` for the striker, and without a shape that fits.
+fn drafted(search: &TopSearch, top: &Candidate, name: String, warnings: &mut Vec<String>) -> Option<Drafted> {
+    let Candidate { outline, height_m, .. } = top;
+    let at = outline.pose.position;
+    let place = format!("at ({:.0}, {:.0}) mm", 1e3 * at.x, 1e3 * at.y);
+    if is_concave(&outline.shape) {
+        warnings.push(format!(
+            "the outline of `{name}` {place} is concave: if it is two objects that touch, move them apart"
+        ));
     }
-
-    /// Objects near the picture's edge have no edge all around: their workspace is named.
-    fn warn_of_the_edge(&self, warnings: &mut Vec<String>) {
-        let corners = [self.cell.workspace.min_m, self.cell.workspace.max_m];
-        let hidden =
-            corners.iter().any(|&corner| !self.camera.shows(self.camera.pixel_from_table(corner, 0.0)));
-        if hidden {
-            warnings.push(
-                "the picture does not show the whole workspace: objects that its edge cuts are left out"
-                    .into(),
-            );
-        }
+    let marked = marker::marked(search, top, &name, warnings);
+    let (shape, marker) = (marked.outline.shape, marked.marker);
+    let mut object = Object { name, shape, height_m: *height_m, marker, mass_kg: None, support: None };
+    if let Err(error) = object.check() {
+        warnings.push(format!("what lies {place} is left out: {error}"));
+        return None;
     }
+    Some(Drafted {
+        object,
+        pose: marked.outline.pose,
+        rms_m: marked.outline.rms_m,
+        light_marker: marked.light,
+    })
+}
 
-    /// The object of a region; `None` for the striker, and without a shape that fits.
-    fn drafted(&self, top: &Candidate, name: String, warnings: &mut Vec<String>) -> Option<Drafted> {
-        let Candidate { region, outline, height_m, .. } = top;
-        let at = outline.pose.position;
+/// Whether an object is the striker, which is left out with a warning.
+fn is_striker(search: &TopSearch, candidate: &Candidate, warnings: &mut Vec<String>) -> bool {
+    let striker = &search.cell.striker;
+    let Shape::Disc { radius_m: given_m } = striker.shape else { return false };
+    let view = search.view(candidate.plane, striker.height_m);
+    let Some(Fitted { shape: Shape::Disc { radius_m }, pose, .. }) = view.outline(&candidate.region) else {
+        return false;
+    };
+    let is_striker = given_m > 0.0 && (radius_m - given_m).abs() < STRIKER_FRACTION * given_m;
+    if is_striker {
+        let at = pose.position;
         let place = format!("at ({:.0}, {:.0}) mm", 1e3 * at.x, 1e3 * at.y);
-        if is_concave(&outline.shape) {
-            warnings.push(format!(
-                "the outline of `{name}` {place} is concave: if it is two objects that touch, move them apart"
-            ));
-        }
-        let tops: Vec<TopView> = (0..self.planes.len()).map(|plane| self.view(plane, *height_m)).collect();
-        let marked = marker::marked(&tops, region, outline.clone(), &name, warnings);
-        let (shape, marker) = (marked.outline.shape, marked.marker);
-        let mut object = Object { name, shape, height_m: *height_m, marker, mass_kg: None, support: None };
-        if let Err(error) = object.check() {
-            warnings.push(format!("what lies {place} is left out: {error}"));
-            return None;
-        }
-        Some(Drafted {
-            object,
-            pose: marked.outline.pose,
-            rms_m: marked.outline.rms_m,
-            light_marker: marked.light,
-        })
+        warnings.push(format!("the disc {place} has the striker's size: it is left out"));
     }
-
-    /// Whether an object is the striker, which is left out with a warning.
-    fn is_striker(&self, candidate: &Candidate, warnings: &mut Vec<String>) -> bool {
-        let striker = &self.cell.striker;
-        let Shape::Disc { radius_m: given_m } = striker.shape else { return false };
-        let view = self.view(candidate.plane, striker.height_m);
-        let Some(Fitted { shape: Shape::Disc { radius_m }, pose, .. }) = view.outline(&candidate.region)
-        else {
-            return false;
-        };
-        let is_striker = given_m > 0.0 && (radius_m - given_m).abs() < STRIKER_FRACTION * given_m;
-        if is_striker {
-            let at = pose.position;
-            let place = format!("at ({:.0}, {:.0}) mm", 1e3 * at.x, 1e3 * at.y);
-            warnings.push(format!("the disc {place} has the striker's size: it is left out"));
-        }
-        is_striker
-    }
+    is_striker
 }
 
 /// Whether a polygon turns to the right somewhere.

@@ -53,29 +53,44 @@ const DIRECTION_POINTS: usize = 4;
 /// A border of fewer points has no direction.
 const LEAST_BORDER: usize = 4 * DIRECTION_POINTS;
 
-/// All regions in a window whose number of pixels lies in a range.
-pub(super) fn regions(image: &GreyImage, window: Window, areas_px: &RangeInclusive<u64>) -> Vec<Region> {
-    let smooth = [smoothed(image)];
-    let steep = gradient(&smooth[0]);
-    let greys = search_thresholds().flat_map(|level| [Level::Below(level), Level::Above(level)]);
-    let passes = greys.map(|level| (&smooth[0], level, 0));
-    searched(passes.chain(uniform(&steep)), (&smooth, Sign::Same), window, areas_px)
+/// The planes of a picture as regions are searched in them: smoothed, and the gradients of the smoothed ones.
+pub(super) struct SearchPlanes {
+    smooth: Vec<GreyImage>,
+    steep: Vec<GreyImage>,
 }
 
-/// All regions in a window in which none of the planes of a picture has an edge, bounded by edges of either sign: a top may be darker than the table and lighter
-/// than its side, or differ from them in several colours.
-pub(super) fn uniform_regions(
-    planes: &[GreyImage],
-    window: Window,
-    areas_px: &RangeInclusive<u64>,
-) -> Vec<Region> {
-    let smooth: Vec<GreyImage> = planes.iter().map(smoothed).collect();
-    let steepest = smooth.iter().map(gradient).reduce(|mut most, plane| {
-        most.pixels.iter_mut().zip(&plane.pixels).for_each(|(most, &here)| *most = here.max(*most));
-        most
-    });
-    steepest
-        .map_or_else(Vec::new, |steep| searched(uniform(&steep), (&smooth, Sign::Either), window, areas_px))
+impl SearchPlanes {
+    pub(super) fn new(planes: &[GreyImage]) -> Self {
+        let smooth: Vec<GreyImage> = planes.iter().map(smoothed).collect();
+        let steep = smooth.iter().map(gradient).collect();
+        Self { smooth, steep }
+    }
+
+    /// All regions of a plane in a window whose number of pixels lies in a range.
+    pub(super) fn regions(
+        &self,
+        plane: usize,
+        window: Window,
+        areas_px: &RangeInclusive<u64>,
+    ) -> Vec<Region> {
+        let smooth = &self.smooth[plane];
+        let greys = search_thresholds().flat_map(|level| [Level::Below(level), Level::Above(level)]);
+        let passes = greys.map(|level| (smooth, level, 0));
+        let edges = (std::slice::from_ref(smooth), Sign::Same);
+        searched(passes.chain(uniform(&self.steep[plane])), edges, window, areas_px)
+    }
+
+    /// All regions in a window in which none of the planes has an edge, bounded by edges of either sign: a top may be darker than the table and lighter
+    /// than its side, or differ from them in several colours.
+    pub(super) fn uniform_regions(&self, window: Window, areas_px: &RangeInclusive<u64>) -> Vec<Region> {
+        let steepest = self.steep.iter().cloned().reduce(|mut most, plane| {
+            most.pixels.iter_mut().zip(&plane.pixels).for_each(|(most, &here)| *most = here.max(*most));
+            most
+        });
+        steepest.map_or_else(Vec::new, |steep| {
+            searched(uniform(&steep), (&self.smooth, Sign::Either), window, areas_px)
+        })
+    }
 }
 
 /// Where components are searched: an image, the level below or above which its pixels belong to one, and by how many pixels it is grown.

@@ -93,7 +93,7 @@ impl Fitted {
         let at = |i: usize| corners[(k + n + i) % n];
         let (before, from, to, after) = (at(n - 1), at(0), at(1), at(2));
         let (u, v) = (from - before, to - after);
-        let crossing = before + u * ((after - before).cross(v) / u.cross(v));
+        let crossing = crossing((before, u), (after, v));
         let near = crossing.is_finite() && segment_distance_m(crossing, from, to) <= most_m;
         let ahead = (crossing - from).dot(u) > 0.0 && (crossing - to).dot(v) > 0.0;
         if !near || !ahead {
@@ -334,8 +334,7 @@ fn without_short_sides(mut corners: Vec<Point>, pixel_m: f64) -> Vec<Point> {
         let Some(k) = shortest.filter(|&k| n > 3 && length_m(k) < SHORT_PX * pixel_m) else { return corners };
         let at = |i: usize| corners[(k + n + i) % n];
         let (before, from, to, after) = (at(n - 1), at(0), at(1), at(2));
-        let (u, v) = (from - before, to - after);
-        let crossing = before + u * ((after - before).cross(v) / u.cross(v));
+        let crossing = crossing((before, from - before), (after, to - after));
         let near = crossing.is_finite() && crossing.distance(from) < 2.0 * SHORT_PX * pixel_m;
         let corner = if near { crossing } else { from + (to - from) * 0.5 };
         corners[k] = corner;
@@ -385,13 +384,14 @@ fn line(points: &[BorderPoint], along: Vec2, pixel_m: f64) -> Option<Line> {
 /// The corner between each line and the one before it.
 fn crossings(lines: &[Line]) -> Option<Vec<Point>> {
     let n = lines.len();
-    let crossing = |k: usize| {
-        let ((p, u), (q, v)) = (lines[(k + n - 1) % n], lines[k]);
-        let across = u.cross(v);
-        let point = p + u * ((q - p).cross(v) / across);
-        point.is_finite().then_some(point)
-    };
-    (0..n).map(crossing).collect()
+    let corner =
+        |k: usize| Some(crossing(lines[(k + n - 1) % n], lines[k])).filter(|point| point.is_finite());
+    (0..n).map(corner).collect()
+}
+
+/// The point where two lines cross; not finite if they are parallel.
+fn crossing((p, u): Line, (q, v): Line) -> Point {
+    p + u * ((q - p).cross(v) / u.cross(v))
 }
 
 /// The distance of each point from the border of a polygon (m).

@@ -2,6 +2,7 @@
 
 use super::*;
 use crate::capture::{Footage, Frame, Lens};
+use crate::cell::Cell;
 use crate::cell::{Striker, Transform, Workspace};
 use crate::geometry::Point;
 use crate::geometry::outline::Outline;
