@@ -162,7 +162,7 @@ fn names(
     names
 }
 
-/// The tracks of the strike films that are shown, evenly spread over those of the campaign; a film that cannot be read is an error.
+/// The tracks of the strike films that are shown, spread uniformly over those of the campaign; a film that cannot be read is an error.
 fn clips(args: &FilmReportArgs, campaign: &Campaign) -> Result<Vec<ShownClip>> {
     let films: Vec<(usize, &Clip)> = campaign
         .clips

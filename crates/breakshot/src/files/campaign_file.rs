@@ -150,7 +150,7 @@ fn name_clips(clips: &mut [Clip]) {
         }
     }
     for ((clip, path), chosen) in clips.iter_mut().zip(&paths).zip(chosen) {
-        // Topics of one bag are told apart by their names.
+        // Topics of one bag are distinguished by their names.
         let topic = path.topic.as_ref().map_or(String::new(), |topic| format!("#{topic}"));
         clip.name = chosen.unwrap_or_else(|| name(path, 0) + &topic);
     }

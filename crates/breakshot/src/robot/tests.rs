@@ -3,7 +3,7 @@ mod urscript;
 use super::*;
 use crate::geometry::{Point, Vec2};
 use crate::object::{Object, Shape};
-use crate::scene::{Goal, Placed};
+use crate::scene::Placed;
 
 /// A cell with an Indy 7.
 fn cell() -> Cell {
@@ -19,15 +19,11 @@ fn scene() -> Scene {
         mass_kg: None,
         support: None,
     };
-    Scene {
-        cell: cell(),
-        objects: vec![object],
-        observed_unix_s: None,
-        placed: vec![Placed { object: "a".into(), position_m: Point::new(0.0, 0.0), yaw_rad: 0.0 }],
-        walls: Vec::new(),
-        keep_out: Vec::new(),
-        goal: Goal::default(),
-    }
+    Scene::on_free_table(
+        cell(),
+        vec![object],
+        vec![Placed { object: "a".into(), position_m: Point::new(0.0, 0.0), yaw_rad: 0.0 }],
+    )
 }
 
 fn strike(heading_rad: f64, speed_m_s: f64) -> Strike {

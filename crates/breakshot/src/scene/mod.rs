@@ -185,17 +185,15 @@ impl Scene {
         for object in &mut objects {
             object.check()?;
         }
-        let scene = Self {
-            cell,
-            objects,
-            observed_unix_s: None,
-            placed,
-            walls: Vec::new(),
-            keep_out: Vec::new(),
-            goal: Goal::default(),
-        };
+        let scene = Self::on_free_table(cell, objects, placed);
         scene.check("scene")?;
         Ok(scene)
+    }
+
+    /// The scene that [`Scene::new`] gives, of parts that were checked before.
+    pub(crate) fn on_free_table(cell: Cell, objects: Vec<Object>, placed: Vec<Placed>) -> Self {
+        let goal = Goal::default();
+        Self { cell, objects, observed_unix_s: None, placed, walls: Vec::new(), keep_out: Vec::new(), goal }
     }
 
     /// The poses of the placed objects by name.

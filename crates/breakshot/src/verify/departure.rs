@@ -14,7 +14,7 @@ use crate::geometry::{Point, Vec2, wrapped_rad};
 use crate::object::{self, Object};
 use crate::physics::{self, Trajectory, World};
 use crate::properties::Properties;
-use crate::scene::{Goal, Placed, Scene, Strike};
+use crate::scene::{Placed, Scene, Strike};
 use crate::statistics::median;
 use crate::warning::{Cause, Warning};
 
@@ -67,15 +67,7 @@ pub(super) struct Known<'a> {
 /// to move otherwise (`striker`).
 pub(super) fn warnings(clips: &[ClipTracks], known: Known, striker: &Findings) -> Vec<Warning> {
     let Known { cell, objects, properties } = known;
-    let mut scene = Scene {
-        cell: cell.clone(),
-        objects: objects.to_vec(),
-        observed_unix_s: None,
-        placed: Vec::new(),
-        walls: Vec::new(),
-        keep_out: Vec::new(),
-        goal: Goal::default(),
-    };
+    let mut scene = Scene::on_free_table(cell.clone(), objects.to_vec(), Vec::new());
     let compared: Vec<(&ClipTracks, &Strike, Comparison)> = clips
         .iter()
         .filter_map(|clip| {

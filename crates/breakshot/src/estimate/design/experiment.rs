@@ -9,7 +9,7 @@ use crate::geometry::outline::Outline;
 use crate::geometry::{Point, Pose, Vec2};
 use crate::object::{self, Object, Shape};
 use crate::properties::Properties;
-use crate::scene::{Goal, Placed, Scene, Strike};
+use crate::scene::{Placed, Scene, Strike};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;
 
@@ -91,15 +91,7 @@ impl Experiment {
             speed_m_s: self.speed_m_s,
             travel_m: RUN_UP_M + FOLLOW_M,
         };
-        let scene = Scene {
-            cell: cell.clone(),
-            objects: objects.to_vec(),
-            observed_unix_s: None,
-            placed,
-            walls: Vec::new(),
-            keep_out: Vec::new(),
-            goal: Goal::default(),
-        };
+        let scene = Scene::on_free_table(cell.clone(), objects.to_vec(), placed);
         Ok((scene, strike))
     }
 

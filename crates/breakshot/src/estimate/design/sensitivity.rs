@@ -12,7 +12,7 @@ use crate::geometry::{Point, Pose, Vec2};
 use crate::object::{Object, Shape, kind};
 use crate::physics::{self, GRAVITY_M_S2, Simulator, World};
 use crate::properties::Properties;
-use crate::scene::{Goal, Placed, Scene, Strike};
+use crate::scene::{Placed, Scene, Strike};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 use rayon::prelude::*;
@@ -121,15 +121,7 @@ fn random_pile(setup: Setup, random: &mut Pcg64Mcg) -> Option<Scene> {
         placed.push(object);
         outlines.push(outline);
     }
-    Some(Scene {
-        cell: cell.clone(),
-        objects: objects.to_vec(),
-        observed_unix_s: None,
-        placed,
-        walls: Vec::new(),
-        keep_out: Vec::new(),
-        goal: Goal::default(),
-    })
+    Some(Scene::on_free_table(cell.clone(), objects.to_vec(), placed))
 }
 
 /// A half line: its start and a unit vector.

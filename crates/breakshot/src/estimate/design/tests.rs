@@ -10,7 +10,7 @@ use crate::estimate::{ClipTracks, Options, updated};
 use crate::geometry::Point;
 use crate::object::{Object, Shape};
 use crate::properties::Properties;
-use crate::scene::{Goal, Placed, Scene};
+use crate::scene::{Placed, Scene};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 
@@ -111,15 +111,7 @@ fn advice_for_a_scene_of_two_objects_is_that_pair_and_depends_on_nothing_but_the
     let old = start();
     let at =
         |object: &str, x: f64| Placed { object: object.into(), position_m: Point::new(x, 0.0), yaw_rad: 0.0 };
-    let scene = Scene {
-        cell: cell(),
-        objects: objects(),
-        observed_unix_s: None,
-        placed: vec![at("b", -0.04), at("c", 0.02)],
-        walls: Vec::new(),
-        keep_out: Vec::new(),
-        goal: Goal::default(),
-    };
+    let scene = Scene::on_free_table(cell(), objects(), vec![at("b", -0.04), at("c", 0.02)]);
     let options = AdviceOptions { clips: 2, seed: 4, scene: Some(&scene) };
     let first = advice(&old, &cell(), &objects(), &options).expect("advice");
     let Experiment { strike, into, .. } = &first.clips[0].experiment;

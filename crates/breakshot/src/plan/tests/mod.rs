@@ -42,15 +42,7 @@ pub(super) fn scene(placed: &[(&str, f64, f64, f64)]) -> Scene {
         position_m: Point::new(x, y),
         yaw_rad,
     };
-    Scene {
-        cell: toml::from_str(cell).expect("a cell"),
-        objects: objects(),
-        observed_unix_s: None,
-        placed: placed.iter().map(place).collect(),
-        walls: Vec::new(),
-        keep_out: Vec::new(),
-        goal: Goal::default(),
-    }
+    Scene::on_free_table(toml::from_str(cell).expect("a cell"), objects(), placed.iter().map(place).collect())
 }
 
 pub(super) fn properties() -> Properties {

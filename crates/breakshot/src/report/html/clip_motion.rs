@@ -11,7 +11,7 @@ use crate::object::Object;
 use crate::report::figures::{
     CentrePath, Layer, Mark, PANEL_PX, Palette, Panel, Series, Stroke, TopView, Viewport, escaped, line_chart,
 };
-use crate::scene::{Goal, Scene};
+use crate::scene::Scene;
 
 /// At a lower speed (m/s) noise dominates the direction of motion.
 const MOVING_M_S: f64 = 0.03;
@@ -92,15 +92,7 @@ fn player(motion: &ClipMotion, objects: &[Object], palette: &Palette) -> String 
     let Some(cell) = motion.cell else { return String::new() };
     let film = Motion::filmed(motion.tracks, 0.0);
     let fitted = motion.fit.map(|fit| Motion::fitted(fit, motion.tracks));
-    let scene = Scene {
-        cell: cell.clone(),
-        objects: objects.to_vec(),
-        observed_unix_s: None,
-        placed: Vec::new(),
-        walls: Vec::new(),
-        keep_out: Vec::new(),
-        goal: Goal::default(),
-    };
+    let scene = Scene::on_free_table(cell.clone(), objects.to_vec(), Vec::new());
     // The part of the table that the first and the last poses and the paths need.
     let tracks = || motion.tracks.tracks.iter();
     let pose = |sample: &Sample| Pose { position: sample.position(), yaw_rad: sample.yaw_rad.unwrap_or(0.0) };

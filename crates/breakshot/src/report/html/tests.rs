@@ -11,7 +11,7 @@ use crate::plan::{Iteration, Method, Outcome, Plan, Prediction};
 use crate::properties::Properties;
 use crate::scene::{Goal, KeepOut, Placed, Scene, Strike, Wall};
 use crate::uncertain::Estimate;
-use crate::verify::{Observed, comparison};
+use crate::verify::{Observed, Report, comparison};
 use std::collections::BTreeMap;
 
 fn object(name: &str, shape: Shape, mass_kg: Option<f64>) -> Object {
@@ -24,6 +24,15 @@ fn objects() -> Vec<Object> {
         object("a", Shape::Disc { radius_m: 0.04 }, Some(0.143)),
         object("b & <co>", Shape::Rectangle { size_m: [0.04, 0.05] }, Some(0.008)),
     ]
+}
+
+fn filmed_strike<'a>(
+    scene: &'a Scene,
+    strike: &'a Strike,
+    tracks: &'a Tracks,
+    report: &'a Report,
+) -> FilmedStrike<'a> {
+    FilmedStrike { scene, strike, tracks: Some(tracks), trajectory: None, report, frames: None }
 }
 
 fn scene() -> Scene {
@@ -186,14 +195,7 @@ fn a_page_of_all_results_is_well_formed_and_self_contained() {
     let (properties, plan, objects, strike) = (properties(), plan(&scene), objects(), strike());
     let frame = GreyImage { width: 8, height: 6, pixels: (0..48).collect() };
     let frames = Some([&frame, &frame]);
-    let filmed = FilmedStrike {
-        scene: &scene,
-        strike: &strike,
-        tracks: Some(&tracks),
-        trajectory: None,
-        report: &report,
-        frames,
-    };
+    let filmed = FilmedStrike { frames, ..filmed_strike(&scene, &strike, &tracks, &report) };
     let page = html(&Page {
         title: "A & B",
         objects: &objects,
@@ -257,14 +259,7 @@ fn the_data_of_a_player_are_the_tracks_to_a_twentieth_of_a_millimetre() {
     let (predicted, strike) = (predicted(&scene, 0.1), strike());
     let mut report = comparison(&scene, &predicted, &Observed::from_tracks(&tracks)).expect("a report");
     report.alignment = serde_json::from_str(r#"{"object": "a", "start_s": 0.1, "divergences": []}"#).ok();
-    let filmed = FilmedStrike {
-        scene: &scene,
-        strike: &strike,
-        tracks: Some(&tracks),
-        trajectory: None,
-        report: &report,
-        frames: None,
-    };
+    let filmed = filmed_strike(&scene, &strike, &tracks, &report);
     let page = html(&Page { filmed: &[filmed], ..Page::default() });
     assert_well_formed(&page);
     let [data] = &data(&page)[..] else { panic!("one player") };
@@ -302,14 +297,7 @@ fn no_name_ends_the_data_of_a_player() {
     scene.placed.pop();
     let (tracks, predicted, strike) = (tracks(&scene, 0.1), predicted(&scene, 0.1), strike());
     let report = comparison(&scene, &predicted, &Observed::from_tracks(&tracks)).expect("a report");
-    let filmed = FilmedStrike {
-        scene: &scene,
-        strike: &strike,
-        tracks: Some(&tracks),
-        trajectory: None,
-        report: &report,
-        frames: None,
-    };
+    let filmed = filmed_strike(&scene, &strike, &tracks, &report);
     let page = html(&Page { filmed: &[filmed], ..Page::default() });
     assert_well_formed(&page);
     assert_eq!(page.matches("<script").count(), 2, "the data and the script of the page alone");
@@ -363,14 +351,8 @@ fn page_of_films(scene: &Scene, trajectory: &physics::Trajectory, tracks: &Track
     report.align(tracks, trajectory);
     assert!(report.alignment.is_some(), "film and simulation have a common time");
     let strike = strike();
-    let filmed = FilmedStrike {
-        scene,
-        strike: &strike,
-        tracks: Some(tracks),
-        trajectory: Some(trajectory),
-        report: &report,
-        frames: None,
-    };
+    let filmed =
+        FilmedStrike { trajectory: Some(trajectory), ..filmed_strike(scene, &strike, tracks, &report) };
     html(&Page { filmed: &vec![filmed; count], ..Page::default() })
 }
 
