@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from .table import measured_restitution, placed_outline
+from .table import PAIR_OFFSET_M, STRIKE_OFFSET_M, measured_restitution, placed_outline
 
 OBJECTS = "abcd"
 WORKSPACE_M = [[-0.48, -0.3], [0.48, 0.3]]
@@ -150,8 +150,8 @@ def learning_strike(drawn: dict[str, Any], names: list[str], rng: np.random.Gene
     if len(names) > 1:
         second = placed_outline(drawn["objects"][names[1]]["shape"], [0.0, 0.0, yaw := float(rng.uniform(-math.pi, math.pi))])
         distance_m = ends[1] - (second @ along).min() + float(rng.uniform(0.03, 0.05))
-        place[names[1]] = [*(distance_m * along + float(rng.uniform(-0.012, 0.012)) * across).tolist(), yaw]
-    start = (ends[0] - drawn["striker"]["radius_m"] - RUN_UP_M) * along + float(rng.uniform(-0.003, 0.003)) * across
+        place[names[1]] = [*(distance_m * along + float(rng.uniform(-PAIR_OFFSET_M, PAIR_OFFSET_M)) * across).tolist(), yaw]
+    start = (ends[0] - drawn["striker"]["radius_m"] - RUN_UP_M) * along + float(rng.uniform(-STRIKE_OFFSET_M, STRIKE_OFFSET_M)) * across
     middle = -np.mean([pose[:2] for pose in place.values()], axis=0)
     place = {name: [*(np.array(pose[:2]) + middle).tolist(), pose[2]] for name, pose in place.items()}
     strike = {"start_m": (start + middle).tolist(), "heading_rad": heading_rad, "speed_m_s": float(rng.uniform(0.3, 0.6))}

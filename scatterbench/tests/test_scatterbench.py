@@ -13,8 +13,8 @@ import scatterbench
 from scatterbench import adapters, cells, films, score, split
 from scatterbench.__main__ import submission
 from scatterbench.scoring import _interval_loss
-from scatterbench.table import GRAVITY_M_S2, SAMPLE_STEPS, STEP_S, Table
-from scatterbench.tasks import TASKS, _cell_data
+from scatterbench.table import GRAVITY_M_S2, SAMPLE_STEPS, SETTLE_S, STEP_S, Table
+from scatterbench.tasks import DATA_VERSION, TASKS, _cell_data
 
 
 @pytest.fixture(scope="session")
@@ -63,6 +63,21 @@ def test_a_free_slide_decelerates_by_friction_times_gravity() -> None:
         assert abs(deceleration / (friction * GRAVITY_M_S2) - 1.0) < 0.02, (name, deceleration / GRAVITY_M_S2, friction)
 
 
+def test_a_disc_that_is_struck_slides_as_far_as_its_restitution_and_friction_let_it() -> None:
+    drawn = cells.cell(2)
+    [name, *_] = [name for name, known in drawn["objects"].items() if "disc" in known["shape"]]
+    radius_m = drawn["objects"][name]["shape"]["disc"]["radius_m"] + drawn["striker"]["radius_m"]
+    found = []
+    for speed_m_s in (0.3, 0.45, 0.6):
+        strike = {"start_m": [-radius_m - 0.03, 0.0], "heading_rad": 0.0, "speed_m_s": speed_m_s, "travel_m": 0.042}
+        table = Table(drawn, {name: [0.0, 0.0, 0.0]}, strike)
+        table.run(SETTLE_S)
+        slid_m = float(table.poses()[0, 0])
+        left_m_s = math.sqrt(2.0 * drawn["truth"]["friction"][name] * GRAVITY_M_S2 * slid_m)
+        found.append(left_m_s / speed_m_s - 1.0)
+    assert abs(np.mean(found) - drawn["truth"]["striker_restitution"][name]) < 0.01, found
+
+
 def test_a_marker_is_seen_where_the_camera_projects_it() -> None:
     drawn, rng = cells.cell(1), np.random.default_rng(3)
     matrix = films.camera(rng)
@@ -85,7 +100,7 @@ def test_data_are_made_to_the_same_bit_again(folder: Path, data: scatterbench.Sp
     again = _cell_data(1, tmp_path)
     assert again["truth"] == {key: data.truth[key] for key in again["truth"]}
     first = next(item for item in again["items"] if item["task"] == "see")
-    assert Path(first["film"]).read_bytes() == (folder / "v1" / Path(first["film"]).name).read_bytes()
+    assert Path(first["film"]).read_bytes() == (folder / f"v{DATA_VERSION}" / Path(first["film"]).name).read_bytes()
 
 
 def test_chance_has_no_skill_and_the_truth_nearly_all(data: scatterbench.Split, right: dict) -> None:
