@@ -415,7 +415,7 @@ pub(crate) struct RunArgs {
     /// The scene file: the poses of the objects before the first strike.
     #[arg(value_name = "SCENE")]
     pub(crate) scene: PathBuf,
-    /// The properties file; with --execute it is read again before each plan, so that it can be updated between strikes.
+    /// The properties file; with --execute it is read again before each plan, unless the strikes are recorded.
     #[arg(long, value_name = "FILE")]
     pub(crate) properties: PathBuf,
     #[command(flatten)]
@@ -426,7 +426,8 @@ pub(crate) struct RunArgs {
     /// The random seed of the simulated table: its properties and poses are drawn from their distributions (without --execute).
     #[arg(long, value_name = "N", default_value_t = 1, conflicts_with = "execute")]
     pub(crate) table: u64,
-    /// The program that executes a plan, with its arguments separated by spaces; `{plan}` is replaced by the plan file.
+    /// The program that executes a plan, with its arguments separated by spaces; `{plan}` is replaced by the plan file. If `{film}` or `{tracks}`
+    /// is among them, it records the strike in that file (MP4, or tracks as CSV), and the next plan uses what was learned from it.
     #[arg(long, value_name = "COMMAND", requires = "look")]
     pub(crate) execute: Option<String>,
     /// The program that observes the table and writes a scene file; `{scene}` is replaced by the file to write.
@@ -434,6 +435,10 @@ pub(crate) struct RunArgs {
     pub(crate) look: Option<String>,
     #[command(flatten)]
     pub(crate) assumptions: Assumptions,
+    #[command(flatten)]
+    pub(crate) decoder: DecoderArgs,
+    #[command(flatten)]
+    pub(crate) rate: RateArgs,
     /// The output folder for the plans and scenes of all strikes and the result (`run.json`).
     #[arg(short, long, value_name = "FOLDER")]
     pub(crate) output: PathBuf,

@@ -100,3 +100,84 @@ fn invalid_numbers_of_proposed_clips_are_refused() {
         assert!(!folder.path().join("out.json").exists());
     }
 }
+
+/// The example's cell and objects, what two films measure, and the plan of a strike on two of its objects.
+fn planned_pile() -> tempfile::TempDir {
+    let folder = workbench();
+    let at = folder.path();
+    let pile = |from: &str, apart_m: f64| {
+        format!(
+            "cell = \"{from}cell.toml\"\nobjects = \"{from}objects.toml\"\n\
+             [[placed]]\nobject = \"a\"\nposition_m = [-0.1, 0.0]\n\
+             [[placed]]\nobject = \"c\"\nposition_m = [{:?}, 0.0]\n",
+            apart_m - 0.1
+        )
+    };
+    fs::write(at.join("pile.toml"), pile("", 0.13)).unwrap();
+    fs::write(at.join("apart.toml"), pile("../", 0.25)).unwrap();
+    let output = breakshot(at, &["estimate", "second.toml", "-o", "old.json"]);
+    assert_eq!(output.status.code(), Some(3), "{}", String::from_utf8_lossy(&output.stderr));
+    let plan =
+        ["plan", "pile.toml", "--properties", "old.json", "--method", "paper", "-o", "plan.json", "--json"];
+    let output = breakshot(at, &plan);
+    assert!(json(at, "plan.json")["strike"].is_object(), "{}", String::from_utf8_lossy(&output.stderr));
+    folder
+}
+
+/// Writes the simulated motion of the planned strike as tracks of 100 Hz with noise of about 0.05 mm from a seed.
+fn write_simulated_tracks(at: &Path, file: &str, seed: u64) {
+    let args =
+        ["simulate", "pile.toml", "--properties", "old.json", "--strike", "plan.json", "-o", "motion.json"];
+    breakshot(at, &args);
+    let motion: breakshot::physics::Trajectory =
+        serde_json::from_str(&fs::read_to_string(at.join("motion.json")).unwrap()).unwrap();
+    let mut state = seed;
+    let mut noise_m = || {
+        state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+        ((state >> 40) as f64 / f64::from(1 << 24) - 0.5) * 1.7e-4
+    };
+    let mut table = "object,time_s,x_m,y_m,yaw_rad\n".to_owned();
+    for frame in 0..=((motion.duration_s + 0.3) * 100.0) as u32 {
+        let time_s = f64::from(frame) / 100.0;
+        for object in ["a", "c"] {
+            let pose = motion.pose(object, time_s).unwrap();
+            let (x_m, y_m) = (pose.position.x + noise_m(), pose.position.y + noise_m());
+            table += &format!("{object},{time_s},{x_m},{y_m},{}\n", pose.yaw_rad);
+        }
+    }
+    fs::write(at.join(file), table).unwrap();
+}
+
+#[test]
+fn a_run_learns_from_each_recorded_strike() {
+    let folder = planned_pile();
+    let at = folder.path();
+    let run = |properties: &str, execute: &str, to: &str| {
+        let flags = ["--method", "paper", "--execute", execute, "--look", "cp apart.toml {scene}", "-o", to];
+        let output = breakshot(at, &[&["run", "pile.toml", "--properties", properties][..], &flags].concat());
+        assert!(matches!(output.status.code(), Some(0 | 3)), "{}", String::from_utf8_lossy(&output.stderr));
+        String::from_utf8_lossy(&output.stderr).into_owned()
+    };
+    let clips = |file: &str| {
+        let properties = json(at, file);
+        let clips = properties["evidence"]["clips"].as_array().unwrap();
+        clips.iter().map(|clip| clip["clip"].as_str().unwrap().to_owned()).collect::<Vec<_>>()
+    };
+    write_simulated_tracks(at, "strike.csv", 1);
+    write_simulated_tracks(at, "other.csv", 2);
+    run("old.json", "cp strike.csv {tracks}", "first");
+    assert_eq!(clips("first/properties_1.json"), ["pair_a_c_3.mp4", "strike_1.csv"]);
+    let measured = |file: &str| json(at, file)["friction"]["a"]["n"].as_u64();
+    assert_eq!(measured("first/properties_1.json"), measured("old.json").map(|n| n + 1));
+
+    // The next pile: the recordings of every run have the same names.
+    run("first/properties_1.json", "cp other.csv {tracks}", "second");
+    assert_eq!(clips("second/properties_1.json"), ["pair_a_c_3.mp4", "strike_1.csv", "strike_1.csv (2)"]);
+
+    // What shows nothing new or nothing at all is a warning; the run goes on.
+    let message = run("first/properties_1.json", "cp strike.csv {tracks}", "third");
+    assert!(message.contains("nothing is learned from strike 1") && message.contains("content"), "{message}");
+    let message = run("old.json", "test {film}", "fourth");
+    assert!(message.contains("nothing is learned from strike 1"), "{message}");
+    assert!(!at.join("third/properties_1.json").exists() && !at.join("fourth/properties_1.json").exists());
+}

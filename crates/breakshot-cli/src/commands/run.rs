@@ -5,6 +5,7 @@
 
 use super::plan;
 use super::simulate::{self, SimulationInputs};
+use super::verify;
 use crate::args::RunArgs;
 use crate::{Outcome, console};
 use breakshot::plan::{self as planning, Plan, Sequence};
@@ -12,16 +13,18 @@ use breakshot::properties::Properties;
 use breakshot::scene::{Placed, Scene, Strike};
 use breakshot::{Error, Result, files};
 use serde::Serialize;
+use std::collections::BTreeSet;
 use std::path::Path;
 use std::process::{Command, Stdio};
 
 /// Runs the loop and writes its result.
 pub(crate) fn run(args: &RunArgs) -> Result<Outcome> {
-    let SimulationInputs { scene, mut properties, outcome, .. } =
+    let SimulationInputs { scene, mut properties, measured, outcome } =
         simulate::inputs(&args.scene, &args.properties, &args.assumptions)?;
     std::fs::create_dir_all(&args.output)
         .map_err(|source| Error::Write { path: args.output.clone(), source })?;
     let options = args.planner.options(&scene.cell);
+    let mut robot = Robot { args, measured, outcome };
     let mut number = 0;
     let mut carry_out = |plan: &Plan, properties: &mut Properties| {
         number += 1;
@@ -33,13 +36,8 @@ pub(crate) fn run(args: &RunArgs) -> Result<Outcome> {
         }
         match (&args.execute, &args.look) {
             (Some(execute), Some(look)) => {
-                UserProgram { flag: "--execute", command: execute, placeholder: "{plan}" }.run(&file)?;
-                let observed = args.output.join(format!("scene_{number}.toml"));
-                UserProgram { flag: "--look", command: look, placeholder: "{scene}" }.run(&observed)?;
-                *properties = files::load_properties(&args.properties)?;
-                let observed = files::load_scene(&observed)?;
-                console::note(&observed.notes);
-                Ok(with_observed_poses(&plan.scene, observed.value))
+                *properties = robot.execute(execute, plan, number)?;
+                robot.look(look, &plan.scene, number)
             }
             _ => planning::drawn(plan, properties, &options, args.table.wrapping_add(number)),
         }
@@ -55,7 +53,98 @@ pub(crate) fn run(args: &RunArgs) -> Result<Outcome> {
         println!("{}: {}", if ended.singulated { "singulated" } else { "not singulated" }, ended.reason);
         println!("Wrote {}", file.display());
     }
-    Ok(outcome.and(Outcome::doubtful_if(!ended.singulated)))
+    Ok(robot.outcome.and(Outcome::doubtful_if(!ended.singulated)))
+}
+
+/// A robot that programs of the user operate, and what was learned from its strikes.
+struct Robot<'a> {
+    args: &'a RunArgs,
+    /// The properties without assumed values.
+    measured: Properties,
+    outcome: Outcome,
+}
+
+impl Robot<'_> {
+    /// Executes a plan; the properties for the next one.
+    fn execute(&mut self, command: &str, plan: &Plan, number: u64) -> Result<Properties> {
+        let in_folder = |name: String| self.args.output.join(name);
+        let file = in_folder(format!("plan_{number}.json"));
+        let recordings = [("{tracks}", "csv"), ("{film}", "mp4")]
+            .map(|(placeholder, extension)| (placeholder, in_folder(format!("strike_{number}.{extension}"))));
+        let recorded = recordings.iter().find(|(placeholder, _)| command.contains(placeholder));
+        if let Some((_, recording)) = recorded {
+            // Of an earlier run
+            remove(recording)?;
+        }
+        let [(tracks, tracks_file), (film, film_file)] = &recordings;
+        let files = [("{plan}", &*file), (*tracks, &**tracks_file), (*film, &**film_file)];
+        UserProgram { flag: "--execute", command, files: &files }.run()?;
+        match recorded {
+            Some((_, recording)) => self.learn(plan, recording, number)?,
+            None => self.measured = files::load_properties(&self.args.properties)?,
+        }
+        simulate::completed(&plan.scene, &self.measured, &self.args.assumptions)
+    }
+
+    /// Adds the measurements of a strike to the properties; a recording that shows nothing is a warning.
+    fn learn(&mut self, plan: &Plan, recording: &Path, number: u64) -> Result<()> {
+        let Some(strike) = &plan.strike else { return Ok(()) };
+        let (args, scene) = (self.args, &plan.scene);
+        let tracks = verify::observed_strike(recording, (args.rate, args.decoder), scene);
+        let learned = tracks.and_then(|observed| {
+            let mut clip = verify::clip(recording, observed.tracks, strike, scene);
+            clip.name = unused_name(&clip.name, &self.measured);
+            verify::learned(&self.measured, clip, scene)
+        });
+        match learned {
+            Ok(learned) => {
+                files::write_json(
+                    &args.output.join(format!("properties_{number}.json")),
+                    &learned.properties,
+                )?;
+                self.measured = learned.properties;
+                self.outcome = self.outcome.and(learned.outcome);
+            }
+            Err(error) => {
+                console::warn(&[format!("nothing is learned from strike {number}: {error}")]);
+                self.outcome = self.outcome.and(Outcome::Doubtful);
+            }
+        }
+        Ok(())
+    }
+
+    /// The scene after a strike.
+    fn look(&self, command: &str, before: &Scene, number: u64) -> Result<Scene> {
+        let observed = self.args.output.join(format!("scene_{number}.toml"));
+        UserProgram { flag: "--look", command, files: &[("{scene}", &observed)] }.run()?;
+        let observed = files::load_scene(&observed)?;
+        console::note(&observed.notes);
+        Ok(with_observed_poses(before, observed.value))
+    }
+}
+
+/// The name of a clip with a number behind it if the evidence has a clip of that name: every run names its recordings equally.
+fn unused_name(name: &str, measured: &Properties) -> String {
+    let clips = measured.evidence.iter().flat_map(|evidence| &evidence.clips);
+    let used: BTreeSet<&str> = clips.map(|record| &*record.clip).collect();
+    let mut candidate = name.to_owned();
+    for number in 2.. {
+        if !used.contains(&*candidate) {
+            break;
+        }
+        candidate = format!("{name} ({number})");
+    }
+    candidate
+}
+
+/// Removes a file that may not be there.
+fn remove(file: &Path) -> Result<()> {
+    match std::fs::remove_file(file) {
+        Err(source) if source.kind() != std::io::ErrorKind::NotFound => {
+            Err(Error::Write { path: file.into(), source })
+        }
+        _ => Ok(()),
+    }
 }
 
 /// The contents of `run.json`.
@@ -97,16 +186,20 @@ struct UserProgram<'a> {
     flag: &'a str,
     /// The program and its arguments, separated by spaces.
     command: &'a str,
-    /// The text in the arguments that is replaced by the path of a file.
-    placeholder: &'a str,
+    /// The texts in the arguments that are replaced by the paths of files.
+    files: &'a [(&'a str, &'a Path)],
 }
 
 impl UserProgram<'_> {
     /// Runs the program and waits for its end; its standard output is redirected to stderr, because stdout is reserved
     /// for the result of breakshot.
-    fn run(&self, file: &Path) -> Result<()> {
-        let file = file.to_string_lossy();
-        let mut words = self.command.split_whitespace().map(|word| word.replace(self.placeholder, &file));
+    fn run(&self) -> Result<()> {
+        let replaced = |word: &str| {
+            let replace =
+                |word: String, (text, file): &(&str, &Path)| word.replace(text, &file.to_string_lossy());
+            self.files.iter().fold(word.to_owned(), replace)
+        };
+        let mut words = self.command.split_whitespace().map(replaced);
         let program = words.next().unwrap_or_default();
         let failed =
             |found: String| Error::invalid(self.flag, "the program", found, "a program that ends with 0");

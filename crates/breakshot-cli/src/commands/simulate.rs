@@ -53,15 +53,24 @@ pub(crate) fn assumed(
     measured: Properties,
     assumptions: &Assumptions,
 ) -> Result<SimulationInputs> {
+    let properties = completed(&scene, &measured, assumptions)?;
+    console::assumed(&properties.assumed);
+    let outcome = Outcome::doubtful_if(!properties.assumed.is_empty());
+    Ok(SimulationInputs { scene, properties, measured, outcome })
+}
+
+/// The properties with assumed values for what was not measured.
+pub(crate) fn completed(
+    scene: &Scene,
+    measured: &Properties,
+    assumptions: &Assumptions,
+) -> Result<Properties> {
     let mut properties = measured.clone();
     if let Some(restitution) = assumptions.assume_restitution {
         let names: Vec<String> = scene.placed.iter().map(|p| p.object.clone()).collect();
         properties.assume_restitution(&names, restitution)?;
     }
-    let properties = properties.completed_for(&scene)?.into_owned();
-    console::assumed(&properties.assumed);
-    let outcome = Outcome::doubtful_if(!properties.assumed.is_empty());
-    Ok(SimulationInputs { scene, properties, measured, outcome })
+    Ok(properties.completed_for(scene)?.into_owned())
 }
 
 /// The output of `--json`.

@@ -3,7 +3,7 @@
 use super::frames::EndFrames;
 use super::simulate::{self, SimulationInputs};
 use crate::args::VerifyArgs;
-use crate::decoder_args::RateArgs;
+use crate::decoder_args::{DecoderArgs, RateArgs};
 use crate::{Outcome, console};
 use breakshot::capture::{Capture, GreyImage};
 use breakshot::detect::{self, Layout, Recording, Tracks};
@@ -12,7 +12,7 @@ use breakshot::files::FilmPath;
 use breakshot::plan::{self, Plan};
 use breakshot::properties::Properties;
 use breakshot::report::{self, FilmedStrike, Page};
-use breakshot::scene::Scene;
+use breakshot::scene::{Scene, Strike};
 use breakshot::verify::{self, GoalChecks, Observed, Report};
 use breakshot::warning::Warning;
 use breakshot::{Error, Result, files, physics};
@@ -27,7 +27,8 @@ pub(crate) fn run(args: &VerifyArgs) -> Result<Outcome> {
     // A plan file adds a chapter to the page; a file with only the strike does not.
     let plan: Option<Plan> = files::read_json(&args.strike).ok();
     let trajectory = physics::trajectory(scene, properties, &strike, &plan::laws(scene)?)?;
-    let TrackedStrike { tracks, end_frames } = observed_strike(args, scene)?;
+    let TrackedStrike { tracks, end_frames } =
+        observed_strike(&args.video, (args.rate, args.decoder), scene)?;
     let mut report = verify::comparison(scene, &trajectory.final_poses, &Observed::from_tracks(&tracks))?;
     report.align(&tracks, &trajectory);
     console::warn(&trajectory.notes);
@@ -59,18 +60,9 @@ pub(crate) fn run(args: &VerifyArgs) -> Result<Outcome> {
     files::write_whole(&folder.join("report.html"), page.as_bytes())?;
     let mut outcome = inputs.outcome.and(Outcome::doubtful_if(!trajectory.complete));
     if let Some(path) = &args.update {
-        let clip = ClipTracks {
-            name: FilmPath::of(&args.video)
-                .file
-                .file_name()
-                .unwrap_or_default()
-                .to_string_lossy()
-                .into_owned(),
-            objects: names(scene),
-            strike: Some(strike.clone()),
-            tracks: tracks.clone(),
-        };
-        outcome = outcome.and(update_properties(&inputs.measured, clip, scene, path)?);
+        let learned = learned(&inputs.measured, clip(&args.video, tracks.clone(), &strike, scene), scene)?;
+        files::write_json(path, &learned.properties)?;
+        outcome = outcome.and(learned.outcome);
     }
     if args.json {
         console::print_json(&report)?;
@@ -84,18 +76,31 @@ pub(crate) fn run(args: &VerifyArgs) -> Result<Outcome> {
     Ok(outcome.and(Outcome::doubtful_if(!report.warnings.is_empty())))
 }
 
-/// Adds the measurements of the film to the measured properties, without assumed values, and writes the result.
+/// What was learned from a filmed strike.
+pub(crate) struct Learned {
+    /// The measured properties with the measurements of the film, without assumed values.
+    pub(crate) properties: Properties,
+    /// Doubtful if something was left out.
+    pub(crate) outcome: Outcome,
+}
+
+/// The tracks of a strike under the name of its film.
+pub(crate) fn clip(film: &Path, tracks: Tracks, strike: &Strike, scene: &Scene) -> ClipTracks {
+    let name = FilmPath::of(film).file.file_name().unwrap_or_default().to_string_lossy().into_owned();
+    ClipTracks { name, objects: names(scene), strike: Some(strike.clone()), tracks }
+}
+
+/// Adds the measurements of an executed strike to the measured properties.
 ///
 /// Impacts that are not single and clean are left out, with a warning.
-fn update_properties(measured: &Properties, clip: ClipTracks, scene: &Scene, path: &Path) -> Result<Outcome> {
+pub(crate) fn learned(measured: &Properties, clip: ClipTracks, scene: &Scene) -> Result<Learned> {
     let name = clip.name.clone();
-    let options = estimate::Options::default();
-    let updated = estimate::updated(measured, &[clip], &scene.cell, &scene.objects, &options)?;
+    let updated =
+        estimate::updated(measured, &[clip], &scene.cell, &scene.objects, &estimate::Options::default())?;
     let of_film = updated.warnings.iter().filter(|warning| warning.clip.as_ref() == Some(&name));
     let of_film: Vec<&Warning> = of_film.collect();
     console::warn(&of_film);
-    files::write_json(path, &updated.properties)?;
-    Ok(Outcome::doubtful_if(!of_film.is_empty()))
+    Ok(Learned { properties: updated.properties, outcome: Outcome::doubtful_if(!of_film.is_empty()) })
 }
 
 /// The film of a strike after tracking.
@@ -105,14 +110,18 @@ pub(crate) struct TrackedStrike {
     pub(crate) end_frames: Option<[GreyImage; 2]>,
 }
 
-/// The film after tracking, or its tracks if the file holds these.
-fn observed_strike(args: &VerifyArgs, scene: &Scene) -> Result<TrackedStrike> {
-    let extension = args.video.extension().unwrap_or_default();
+/// The film of a strike after tracking, or its tracks if the file holds these.
+pub(crate) fn observed_strike(
+    video: &Path,
+    (rate, decoder): (RateArgs, DecoderArgs),
+    scene: &Scene,
+) -> Result<TrackedStrike> {
+    let extension = video.extension().unwrap_or_default();
     if !["csv", "json"].iter().any(|tracks| extension.eq_ignore_ascii_case(tracks)) {
-        let film = args.rate.open(&args.video, args.decoder, &scene.cell)?;
+        let film = rate.open(video, decoder, &scene.cell)?;
         return tracked_strike(scene, Capture::of(film, &scene.cell)?);
     }
-    Ok(TrackedStrike { tracks: recorded_tracks(&args.video, args.rate, scene)?, end_frames: None })
+    Ok(TrackedStrike { tracks: recorded_tracks(video, rate, scene)?, end_frames: None })
 }
 
 /// The tracks of a filmed strike from a file (`.csv` or `.json`).
