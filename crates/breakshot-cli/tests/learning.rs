@@ -6,6 +6,7 @@ mod common;
 
 use common::{assert_refused, breakshot, demo};
 use serde_json::Value;
+use std::fmt::Write;
 use std::fs;
 use std::path::Path;
 
@@ -142,7 +143,7 @@ fn write_simulated_tracks(at: &Path, file: &str, seed: u64) {
         for object in ["a", "c"] {
             let pose = motion.pose(object, time_s).unwrap();
             let (x_m, y_m) = (pose.position.x + noise_m(), pose.position.y + noise_m());
-            table += &format!("{object},{time_s},{x_m},{y_m},{}\n", pose.yaw_rad);
+            writeln!(table, "{object},{time_s},{x_m},{y_m},{}", pose.yaw_rad).unwrap();
         }
     }
     fs::write(at.join(file), table).unwrap();
