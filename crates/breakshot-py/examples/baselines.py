@@ -50,7 +50,7 @@ def planned(method: Literal["paper", "robust"]) -> Method:
     """A planner of the library; where it finds no strike, one that meets nothing."""
 
     def strike(env: SingulateEnv, rng: np.random.Generator) -> Any:
-        plan = breakshot.plan(env.scene, env.properties, method=method, seed=int(rng.integers(2**31)))
+        plan = breakshot.plan(env.scene, env.properties, method=method, seed=int(rng.integers(2**31)), remedies=False)
         return plan.strike or breakshot.Strike([1e2, 1e2], 0.0, 0.5, 0.01)
 
     return strike

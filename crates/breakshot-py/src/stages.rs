@@ -180,9 +180,10 @@ pub(crate) fn noise(
 /// evaluated as well: mappings with `object`, `heading_rad`, `offset_m`, `speed_m_s` and `follow_through_m`.  The noise of observed
 /// positions (m) and yaws (rad), and of the executed speed (a fraction) and heading (rad), are standard deviations.
 ///
-/// That no strike works is an answer: `outcome` is `"found"`, `"best_effort"` or `"unreachable"`, `reason` says why.
+/// That no strike works is an answer: `outcome` is `"found"`, `"best_effort"` or `"unreachable"`, `reason` says why, and `remedies` lists
+/// what would help; `remedies=False` does not search for it, which takes about as long as the plan.
 #[pyfunction]
-#[pyo3(signature = (scene, properties, *, method = "robust", seed = 1, any_arm = false, proposals = Vec::new(),
+#[pyo3(signature = (scene, properties, *, method = "robust", seed = 1, any_arm = false, remedies = true, proposals = Vec::new(),
     position_std_m = None, yaw_std_rad = None, speed_std = None, heading_std_rad = None))]
 #[allow(clippy::too_many_arguments, reason = "keyword arguments of Python")]
 pub(crate) fn plan(
@@ -192,6 +193,7 @@ pub(crate) fn plan(
     method: &str,
     seed: u64,
     any_arm: bool,
+    remedies: bool,
     proposals: Vec<Arg<Aim>>,
     position_std_m: Option<f64>,
     yaw_std_rad: Option<f64>,
@@ -210,6 +212,7 @@ pub(crate) fn plan(
         let options = Options {
             method,
             any_arm,
+            remedies,
             proposals: Some(&proposals),
             noise,
             seed,

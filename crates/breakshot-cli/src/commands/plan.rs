@@ -15,7 +15,8 @@ pub(crate) fn run(args: &PlanArgs) -> Result<Outcome> {
         simulate::inputs(&args.scene, &args.properties, &args.assumptions)?;
     let aims: Vec<Aim> = args.proposals.as_deref().map(files::read_json).transpose()?.unwrap_or_default();
     let proposals = |_: &Scene| aims.clone();
-    let options = plan::Options { proposals: Some(&proposals), ..args.planner.options(&scene.cell) };
+    let options =
+        plan::Options { proposals: Some(&proposals), remedies: true, ..args.planner.options(&scene.cell) };
     let SurveyArgs { survey: survey_file, map, .. } = &args.survey;
     if survey_file.is_some() || map.is_some() {
         let survey = survey(&scene, &properties, &options, &args.survey)?;
@@ -40,6 +41,7 @@ pub(crate) fn run(args: &PlanArgs) -> Result<Outcome> {
         console::print_json(&plan)?;
     } else {
         print_summary(&plan);
+        print_remedies(&plan);
         for (k, strike) in plan.then.iter().enumerate() {
             print_strike(&format!("strike {} of {}: ", k + 2, plan.then.len() + 1), strike);
         }
@@ -92,6 +94,23 @@ pub(crate) fn print_summary(plan: &Plan) {
     if let Some((least_m, mean_m)) = distances {
         let (least, mean) = (least_m * 1e3, mean_m * 1e3);
         println!("predicted: least distance between centres {least:.1} mm, mean over all pairs {mean:.1} mm");
+    }
+}
+
+/// Prints what would increase the success probability, if no strike was found.
+fn print_remedies(plan: &Plan) {
+    if plan.outcome == plan::Outcome::Found {
+        return;
+    }
+    if plan.remedies.is_empty() {
+        println!(
+            "nothing that was tried would help much: walls, workspace, speeds, a second strike, better known properties"
+        );
+        return;
+    }
+    println!("what would help, and the success probability with it:");
+    for remedy in &plan.remedies {
+        println!("  {:>3.0} %  {}", remedy.success_probability * 100.0, remedy.change);
     }
 }
 

@@ -413,6 +413,7 @@ def plan(
     method: Literal["paper", "robust"] = "robust",
     seed: int = 1,
     any_arm: bool = False,
+    remedies: bool = True,
     proposals: Sequence[_Fields] = ...,
     position_std_m: float | None = None,
     yaw_std_rad: float | None = None,

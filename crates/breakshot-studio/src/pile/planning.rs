@@ -41,6 +41,7 @@ pub(crate) fn planned(
         seed: request.seed.unwrap_or(SEED),
         progress: Some(&progress),
         stopped: Some(&stopped),
+        remedies: true,
         ..Options::default()
     };
     let plan = plan::plan(&scene, &properties, &options)?;

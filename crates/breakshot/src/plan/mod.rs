@@ -18,6 +18,7 @@ mod feasibility;
 mod options;
 mod outlook;
 mod paper;
+mod remedies;
 mod result;
 mod robust;
 mod sequence;
@@ -35,7 +36,7 @@ pub use drawn_scenarios::{Scenarios, drawn_properties};
 pub use options::{Aim, ExecutionNoise, Method, Options, Progress, Proposals, Stopped};
 pub use outlook::{Outlook, Possibilities, aimed};
 pub use result::{
-    Contact, Failure, Iteration, Outcome, Plan, Prediction, Robustness, RunnerUp, Sensitivity, Source,
+    Contact, Failure, Iteration, Outcome, Plan, Prediction, Remedy, Robustness, RunnerUp, Sensitivity, Source,
 };
 pub use robust::scenarios::Scenario;
 pub use sequence::{Sequence, drawn, expected, sequence};
@@ -103,16 +104,20 @@ pub fn plan(scene: &Scene, properties: &Properties, options: &Options) -> Result
         plan.prediction = Some(unchanged(poses, &singulation));
         return Ok(plan);
     }
-    if let Some(reason) = feasibility::impossible(scene) {
-        plan.reason = reason;
-        return Ok(plan);
-    }
     let properties = &*properties.completed_for(scene)?;
-    plan.assumed = properties.assumed_for(scene);
-    match options.method {
-        Method::Paper => paper::paper(plan, properties, options),
-        Method::Robust => robust::robust(plan, properties, options, &robust::Budget::FULL),
+    let mut plan = if let Some(reason) = feasibility::impossible(scene) {
+        Plan { reason, ..plan }
+    } else {
+        plan.assumed = properties.assumed_for(scene);
+        match options.method {
+            Method::Paper => paper::paper(plan, properties, options)?,
+            Method::Robust => robust::robust(plan, properties, options, &robust::Budget::FULL)?,
+        }
+    };
+    if options.remedies && plan.outcome != Outcome::Found {
+        plan.remedies = remedies::remedies(&plan, properties, options)?;
     }
+    Ok(plan)
 }
 
 /// The prediction for a pile that is not struck.

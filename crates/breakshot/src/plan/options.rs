@@ -31,6 +31,8 @@ pub struct Options<'a> {
     pub method: Method,
     /// Plans also what the cell's arm cannot execute; the striker counts as infinitely heavy then.
     pub any_arm: bool,
+    /// Lists what would help if no strike is found ([`Plan::remedies`](super::Plan::remedies)), which takes about as long again.
+    pub remedies: bool,
     /// Strikes to evaluate in addition to the grid; used by `Robust`.
     pub proposals: Option<&'a Proposals<'a>>,
     /// Errors of observation and execution; used by `Robust`.

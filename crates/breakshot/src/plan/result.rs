@@ -59,6 +59,10 @@ pub struct Plan {
     /// Properties that no clip measured, with the values that were used.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub assumed: Vec<Assumption>,
+    /// What would increase the success probability, the most helpful change first; only if no strike was found and
+    /// [`Options::remedies`](super::Options::remedies) is set.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub remedies: Vec<Remedy>,
     /// The strikes that follow if each has exactly its predicted result; only where more than one was asked for.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub then: Vec<Strike>,
@@ -79,6 +83,7 @@ impl Plan {
             iterations: Vec::new(),
             robustness: None,
             assumed: Vec::new(),
+            remedies: Vec::new(),
             then: Vec::new(),
         }
     }
@@ -172,6 +177,22 @@ pub struct Sensitivity {
     pub source: Source,
     /// Increase of the success probability of this strike; negative if it decreases.
     pub gain: f64,
+}
+
+/// A change of the scene, the striker, the number of strikes or what is known, and the success probability with it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
+pub struct Remedy {
+    /// The change, a phrase.
+    pub change: String,
+    /// Success probability of a strike with this change (of both strikes for a second one).
+    pub success_probability: f64,
+}
+
+impl Remedy {
+    pub(crate) fn new(change: impl Into<String>, success_probability: f64) -> Self {
+        Self { change: change.into(), success_probability }
+    }
 }
 
 /// A source of uncertainty.

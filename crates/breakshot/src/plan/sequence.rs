@@ -95,7 +95,7 @@ pub fn drawn(plan: &Plan, properties: &Properties, options: &Options, draw: u64)
 }
 
 /// The scene with its objects at other poses.
-fn moved(scene: &Scene, poses: &BTreeMap<String, Pose>) -> Scene {
+pub(super) fn moved(scene: &Scene, poses: &BTreeMap<String, Pose>) -> Scene {
     let placed = |p: &Placed| {
         poses.get(&p.object).map_or_else(
             || p.clone(),
@@ -105,12 +105,13 @@ fn moved(scene: &Scene, poses: &BTreeMap<String, Pose>) -> Scene {
     Scene { placed: scene.placed.iter().map(placed).collect(), ..scene.clone() }
 }
 
-fn fulfilled(scene: &Scene) -> Result<bool> {
+/// Whether the goal holds without another strike.
+pub(super) fn fulfilled(scene: &Scene) -> Result<bool> {
     Ok(Singulation::of(scene, &scene.poses())?.violations().is_empty())
 }
 
 /// An object whose centre is past the table's edge or on it, where a simulation leaves a fallen object.
-fn fallen(scene: &Scene) -> Option<&str> {
+pub(super) fn fallen(scene: &Scene) -> Option<&str> {
     let table = Outline::polygon(&scene.cell.table.as_ref()?.outline_m);
     let past_edge =
         |p: &&Placed| !table.contains(p.position_m) || table.border_distance_m(p.position_m) < EDGE_M;

@@ -42,6 +42,8 @@ pub(crate) struct Budget {
     pub refinement: Refinement,
     /// Fresh scenarios for the comparison of the finalists, and again for the final evaluation.
     pub fresh: usize,
+    /// Whether the winner's sensitivity to each source of uncertainty is measured.
+    pub sensitivities: bool,
 }
 
 /// One round of successive halving.
@@ -77,6 +79,23 @@ impl Budget {
         finalists: 6,
         refinement: Refinement { generations: 4, variants: 10, samples: 64 },
         fresh: 400,
+        sensitivities: true,
+    };
+
+    /// A tenth of the rollouts, to compare scenes with each other.
+    pub(crate) const SHORT: Self = Self {
+        lines: 70,
+        rounds: [
+            Round { strikes: 700, samples: 1 },
+            Round { strikes: 120, samples: 3 },
+            Round { strikes: 40, samples: 8 },
+            Round { strikes: 12, samples: 20 },
+            Round { strikes: 6, samples: 32 },
+        ],
+        finalists: 2,
+        refinement: Refinement { generations: 2, variants: 6, samples: 24 },
+        fresh: 100,
+        sensitivities: false,
     };
 
     /// Scenarios of the search.
@@ -154,6 +173,11 @@ pub(crate) fn robust(
     let margins = evaluation.margins(&best.strike, &fresh);
     let success_probability = success_probability(&margins);
     let samples = margins.len();
+    let sensitivities = if budget.sensitivities {
+        sensitivities(&nominal, &evaluation, &best.strike, final_seed, &margins)?
+    } else {
+        Vec::new()
+    };
     let mut robustness = Robustness {
         success_probability,
         standard_error: standard_error(success_probability, samples),
@@ -162,7 +186,7 @@ pub(crate) fn robust(
         expected_singulated: expected_singulated(&margins),
         runner_up,
         failures: failures(&scene, &margins),
-        sensitivities: sensitivities(&nominal, &evaluation, &best.strike, final_seed, &margins)?,
+        sensitivities,
         final_poses: final_poses(&best.strike, &fresh[..SHOWN_SAMPLES.min(fresh.len())]),
         seed: options.seed,
     };

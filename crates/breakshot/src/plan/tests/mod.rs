@@ -2,6 +2,7 @@
 
 mod arm;
 mod central_strikes;
+mod remedies;
 mod robust;
 mod sequence;
 

@@ -15,7 +15,7 @@ use crate::uncertain::Estimate;
 use proptest::prelude::*;
 
 /// Enough to find a strike on a small pile.
-const QUICK: Budget = Budget {
+pub(super) const QUICK: Budget = Budget {
     lines: 60,
     rounds: [
         Round { strikes: 600, samples: 1 },
@@ -27,6 +27,7 @@ const QUICK: Budget = Budget {
     finalists: 2,
     refinement: Refinement { generations: 1, variants: 3, samples: 8 },
     fresh: 40,
+    sensitivities: true,
 };
 
 fn pair() -> Scene {
@@ -37,7 +38,7 @@ fn pair() -> Scene {
 const GRIPPER: Gripper = Gripper { opening_m: 0.1, finger_size_m: [0.01, 0.02], clearance_m: 0.005 };
 
 /// Friction and restitution that vary from strike to strike.
-fn varying() -> Properties {
+pub(super) fn varying() -> Properties {
     let mut varying = properties();
     for estimate in varying.friction.values_mut() {
         (estimate.std, estimate.standard_error) = (Some(0.02), 0.005);

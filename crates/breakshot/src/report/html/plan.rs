@@ -6,7 +6,7 @@ use super::text::{
 };
 use super::top_views::{drawn_objects, simulated_view};
 use crate::geometry::Vec2;
-use crate::plan::{Contact, EvaluatedStrike, Iteration, Outcome, Plan};
+use crate::plan::{Contact, EvaluatedStrike, Iteration, Outcome, Plan, Remedy};
 use crate::properties::Assumption;
 use crate::report::figures::{
     Approach, Bound, DrawnObject, LOW_PANEL_PX, Layer, Palette, Panel, Series, Stroke, TopView, Viewport,
@@ -37,7 +37,17 @@ pub(super) fn chapter(plan: &Plan, palette: &Palette) -> String {
         );
     }
     chapter += &drawings(plan, palette);
-    chapter + &assumed(&plan.assumed) + &robustness(plan) + &search(plan)
+    chapter + &remedies(plan) + &assumed(&plan.assumed) + &robustness(plan) + &search(plan)
+}
+
+/// What would increase the success probability.
+fn remedies(plan: &Plan) -> String {
+    if plan.remedies.is_empty() {
+        return String::new();
+    }
+    let row = |r: &Remedy| vec![escaped(&r.change), format!("{:.0} %", 100.0 * r.success_probability)];
+    let rows: Vec<_> = plan.remedies.iter().map(row).collect();
+    format!("<h3>What would help</h3>\n{}", table(&["one change", "success probability with it"], &rows))
 }
 
 /// The properties that no clip measured.

@@ -147,6 +147,7 @@ fn plan(scene: &Scene) -> Plan {
         iterations: (1..4).map(step).collect(),
         robustness: None,
         assumed: Vec::new(),
+        remedies: Vec::new(),
         then: Vec::new(),
     }
 }
