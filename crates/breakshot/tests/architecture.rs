@@ -29,7 +29,10 @@ const STAGES: [(&str, &[&str]); 7] = [
     ("detect", &["Tracks", "Track", "Sample", "StrikerTrack", "StrikerSample", "Draft", "Drafted"]),
     ("estimate", &["Estimation", "ClipFit", "BodyFit", "Impact", "Measured", "ClipTracks", "ClipValue"]),
     ("physics", &["*"]),
-    ("plan", &["Plan", "Outcome", "Prediction", "Iteration", "Contact", "Method", "EvaluatedStrike"]),
+    (
+        "plan",
+        &["Plan", "Outcome", "Prediction", "Iteration", "Contact", "Method", "EvaluatedStrike", "Remedy"],
+    ),
     // The planner asks the arm's model what the arm can execute.
     (
         "robot",
