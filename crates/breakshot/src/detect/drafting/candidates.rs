@@ -14,6 +14,7 @@ use crate::geometry::{Pixel, Point, Vec2};
 use crate::object::Shape;
 use crate::statistics::median;
 use std::f64::consts::{FRAC_PI_2, TAU};
+use std::rc::Rc;
 
 /// A region and the outline that fits it.
 #[derive(Clone, Debug)]
@@ -24,6 +25,8 @@ pub(super) struct Candidate {
     /// At `height_m`.
     pub outline: Fitted,
     pub height_m: f64,
+    /// The regions among which it was chosen.
+    around: Rc<[Region]>,
 }
 
 /// Area of an object's outline (m2): from a coin of 11 mm to a plate of 200 mm.
@@ -61,6 +64,8 @@ const HEIGHTS_M: [f64; 4] = [0.015, 0.03, 0.045, 0.06];
 const RMS_FACTOR: f64 = 2.0;
 const LEAST_RMS_PX: f64 = 0.1;
 const LESS_VISIBLE: f64 = 0.06;
+/// An outline with fewer corners is taken as long as at most this fraction less of it is visible.
+const SIMPLER_VISIBLE: f64 = 0.1;
 /// So much of the outline of an object without a marker is visible.
 const BARE_VISIBLE: f64 = 0.9;
 /// Regions nearer than this touch (px).
@@ -214,7 +219,9 @@ impl<'a> TopSearch<'a> {
         heights_m.find_map(|height_m| {
             *fits_left = (*fits_left)?.checked_sub(around.len() * self.planes.len());
             (*fits_left)?;
-            self.simplest(around.iter().flat_map(|found| self.fits(&found.region, height_m)).collect(), kind)
+            let fits = around.iter().flat_map(|found| self.fits(&found.region, height_m)).collect();
+            let top = self.simplest(fits, kind)?;
+            Some(Candidate { around: around.iter().map(|found| found.region.clone()).collect(), ..top })
         })
     }
 
@@ -223,7 +230,10 @@ impl<'a> TopSearch<'a> {
         let in_plane = |plane: usize| {
             let outlines = self.view(plane, height_m).outlines(region).into_iter();
             let fits = outlines.filter(|outline| outline.fits);
-            fits.map(move |outline| Candidate { region: region.clone(), plane, outline, height_m })
+            fits.map(move |outline| {
+                let (region, around) = (region.clone(), Rc::default());
+                Candidate { region, plane, outline, height_m, around }
+            })
         };
         (0..self.planes.len()).flat_map(in_plane).collect()
     }
@@ -253,11 +263,16 @@ impl<'a> TopSearch<'a> {
         if strong.is_empty() && kind == Kind::Marked {
             strong = all;
         }
+        let most_visible = |strong: &[Candidate]| {
+            strong.iter().map(|candidate| candidate.outline.visible_fraction).fold(0.0, f64::max)
+        };
+        let least_visible = most_visible(&strong) - SIMPLER_VISIBLE;
+        strong.retain(|candidate| candidate.outline.visible_fraction >= least_visible);
         let least = strong.iter().map(|candidate| candidate.outline.complexity()).min()?;
         strong.retain(|candidate| candidate.outline.complexity() == least);
         let outlines = || strong.iter().map(|candidate| &candidate.outline);
         let least_rms_m = outlines().map(|outline| outline.rms_m).fold(f64::INFINITY, f64::min);
-        let most_visible = outlines().map(|outline| outline.visible_fraction).fold(0.0, f64::max);
+        let most_visible = most_visible(&strong);
         let limit_m = (RMS_FACTOR * least_rms_m).max(LEAST_RMS_PX * self.pixel_m);
         let is_equal = |candidate: &Candidate| {
             let outline = &candidate.outline;
@@ -281,10 +296,10 @@ impl<'a> TopSearch<'a> {
             candidate.outline.mapped(moved).and_then(|outline| top.corrected(outline, self.pixel_m));
         let corrected = corrected.filter(|outline| outline.fits);
         let corrected = corrected.map(|outline| Candidate { outline, height_m, ..candidate.clone() });
-        self.simplest(
-            corrected.into_iter().chain(self.fits(&candidate.region, height_m)).collect(),
-            Kind::Marked,
-        )
+        // At the height that was searched first, another region may have looked like the top.
+        let fits = candidate.around.iter().flat_map(|region| self.fits(region, height_m));
+        let top = self.simplest(corrected.into_iter().chain(fits).collect(), Kind::Marked)?;
+        Some(Candidate { around: Rc::clone(&candidate.around), ..top })
     }
 
     /// The step of grey level across the weakest side of an outline, in that plane in which it is largest.

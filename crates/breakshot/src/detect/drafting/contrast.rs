@@ -46,3 +46,54 @@ fn difference((a, by_a): (&GreyImage, f64), (b, by_b): (&GreyImage, f64)) -> Gre
     };
     GreyImage { pixels: a.pixels.iter().zip(&b.pixels).map(level).collect(), ..*a }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::capture::Lens;
+    use crate::cell::{Striker, Transform, Workspace};
+
+    const SIDE: usize = 64;
+    const TABLE: [f64; 3] = [150.0, 120.0, 70.0];
+
+    fn seen_from_above() -> (Camera, Cell) {
+        let at = Transform { position_m: [0.0, 0.0, 1.0], rpy_rad: [0.0; 3] };
+        let camera = Camera::new([SIDE; 2], Lens::pinhole([SIDE; 2], 100.0), at);
+        (camera, Cell::from_above(100.0, Workspace::centred([0.5, 0.5]), Striker::none()))
+    }
+
+    /// The planes of contrast of a table of one colour with a patch of another.
+    fn of_patch(patch: [f64; 3]) -> Vec<GreyImage> {
+        let colour = |k: usize, channel: usize| {
+            let is_patch = (20..30).contains(&(k % SIDE)) && (20..30).contains(&(k / SIDE));
+            (if is_patch { patch } else { TABLE })[channel].round() as u8
+        };
+        let plane = |channel: usize| GreyImage {
+            width: SIDE,
+            height: SIDE,
+            pixels: (0..SIDE * SIDE).map(|k| colour(k, channel)).collect(),
+        };
+        let (camera, cell) = seen_from_above();
+        contrasts(&[0, 1, 2].map(plane), &camera, &cell)
+    }
+
+    fn levels_of_patch(patch: [f64; 3]) -> Vec<f64> {
+        of_patch(patch).iter().map(|plane| f64::from(plane.pixels[25 * SIDE + 25])).collect()
+    }
+
+    #[test]
+    fn a_table_and_its_shadows_have_one_level_and_another_colour_has_another() {
+        for brightness in [1.0, 0.7, 0.4] {
+            let shadow = TABLE.map(|level| brightness * level);
+            let levels = levels_of_patch(shadow);
+            let off = levels.iter().map(|level| (level - TABLE_LEVEL).abs()).fold(0.0, f64::max);
+            // Levels are whole numbers.
+            assert!(levels.len() == 2 && off <= 1.5, "{levels:?}, {brightness} as bright");
+        }
+        // Wood that is as bright as the table
+        let levels = levels_of_patch([160.0, 113.0, 80.0]);
+        assert!(levels.iter().all(|level| level - TABLE_LEVEL > 12.0), "{levels:?}");
+        let (camera, cell) = seen_from_above();
+        assert!(contrasts(&[], &camera, &cell).is_empty());
+    }
+}

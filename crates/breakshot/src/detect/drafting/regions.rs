@@ -54,7 +54,7 @@ const DIRECTION_POINTS: usize = 4;
 const LEAST_BORDER: usize = 4 * DIRECTION_POINTS;
 
 /// Number of planes that are luma and colours: the others are combinations of them, with more noise.
-const PLAIN_PLANES: usize = 4;
+pub(super) const PLAIN_PLANES: usize = 4;
 
 /// The planes of a picture as regions are searched in them: smoothed, and the gradients of the smoothed ones.
 pub(super) struct SearchPlanes {
