@@ -34,7 +34,7 @@ fn print_summary(calibration: &LensCalibration) {
     println!("lens `{}` of {} ({width} x {height} px)", calibration.model.name(), calibration.film);
     println!("{:<10} {:>14} {:>16}", "parameter", "value", "standard error");
     for (k, parameter) in calibration.parameters.iter().enumerate() {
-        let (digits, unit) = if k < 4 { (2, " px") } else { (5, "") };
+        let (digits, unit) = if k < 4 { (2, " px") } else { (7, "") };
         let (value, error) = (parameter.value, parameter.standard_error);
         println!("{:<10} {value:>14.digits$} {error:>16.digits$}{unit}", parameter.name);
     }

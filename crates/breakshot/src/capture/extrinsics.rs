@@ -329,7 +329,7 @@ impl PoseProblem<'_> {
                 list(&ids(used))
             );
             let needed =
-                "camera.focal_px or camera_info (not needed for a camera tilted by 20 degrees or more)";
+                "camera.focal_px, or a camera_info as `breakshot lens` makes it (not needed for a camera tilted by 20 degrees or more)";
             failure(self.name, found, needed)
         })
     }

@@ -65,6 +65,7 @@ fn a_campaign_pushed_by_hand_is_as_accurate_as_a_struck_one() {
     assert_eq!(absent_by_hand, absent);
     for ((struck, by_hand), what) in struck.iter().zip(by_hand).zip(["friction", "mass ratio", "restitution"])
     {
+        println!("{what}: rms error {by_hand:.4} pushed by hand, {struck:.4} struck");
         // Errors of a hundredth are those of the drawn variation from clip to clip.
         assert!(by_hand < 1.5 * struck.max(0.01), "{what}: error {by_hand}, of struck clips {struck}");
     }
@@ -166,6 +167,7 @@ fn two_pucks_that_move_from_the_first_frame_to_the_last_tell_their_masses_and_re
         ("friction of b", &found.friction["b"], FRICTION[1]),
     ] {
         let [low, high] = found.interval_95;
+        println!("{what}: {:.4} in {low:.4} to {high:.4}, drawn {truth}", found.mean);
         assert!(
             low <= truth && truth <= high && high - low < 0.2 * truth,
             "{what}: {found:?}, drawn {truth}"

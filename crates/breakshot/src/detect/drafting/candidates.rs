@@ -14,6 +14,7 @@ use crate::geometry::{Pixel, Point, Vec2};
 use crate::object::Shape;
 use crate::statistics::median;
 use std::f64::consts::{FRAC_PI_2, TAU};
+use std::rc::Rc;
 
 /// A region and the outline that fits it.
 #[derive(Clone, Debug)]
@@ -24,6 +25,8 @@ pub(super) struct Candidate {
     /// At `height_m`.
     pub outline: Fitted,
     pub height_m: f64,
+    /// The regions among which it was chosen.
+    around: Rc<[Region]>,
 }
 
 /// Area of an object's outline (m2): from a coin of 11 mm to a plate of 200 mm.
@@ -40,6 +43,9 @@ const LEAST_MARKER_M2: f64 = 1.2e-5;
 /// a table with a pattern has thousands.
 const MOST_OBJECTS: usize = 100;
 const MOST_REGIONS: usize = 16;
+/// So many regions, the strongest first, are tried for markers, and so many times an outline is fitted for tops that carry one and for others: a picture takes seconds.
+const MOST_INKS: usize = 400;
+const MOST_FITS: [usize; 2] = [3000, 1500];
 /// Regions whose areas differ by less than this fraction have the same border.
 const SAME_BORDER: f64 = 0.06;
 /// Distance from an object at which the table is read (m), beyond lines that are drawn on it.
@@ -58,16 +64,26 @@ const HEIGHTS_M: [f64; 4] = [0.015, 0.03, 0.045, 0.06];
 const RMS_FACTOR: f64 = 2.0;
 const LEAST_RMS_PX: f64 = 0.1;
 const LESS_VISIBLE: f64 = 0.06;
+/// An outline with fewer corners is taken as long as at most this fraction less of it is visible.
+const SIMPLER_VISIBLE: f64 = 0.1;
 /// So much of the outline of an object without a marker is visible.
 const BARE_VISIBLE: f64 = 0.9;
 /// Regions nearer than this touch (px).
 const TOUCHING_PX: f64 = 3.0;
 
+/// The tops that were found.
+pub(super) struct Tops {
+    pub found: Vec<Candidate>,
+    /// Whether every region that may be one was tried.
+    pub is_complete: bool,
+}
+
 /// The tops in a picture.
-pub(super) fn tops(search: &TopSearch) -> Vec<Candidate> {
+pub(super) fn tops(search: &TopSearch) -> Tops {
     let all = search.regions();
+    let may_be_ink = all.iter().filter(|found| search.may_be_ink(found));
     let inks: Vec<&PlaneRegion> =
-        all.iter().filter(|found| !found.of_either_sign && search.is_ink(found)).collect();
+        may_be_ink.take(MOST_INKS).filter(|found| search.has_outline(found)).collect();
     // What carries ink itself is a top. The regions are in the order of their strengths.
     let is_blank = |found: &&PlaneRegion| !inks.iter().any(|ink| can_carry(&found.region, &ink.region));
     let markers: Vec<&PlaneRegion> = inks.iter().copied().filter(is_blank).collect();
@@ -75,6 +91,7 @@ pub(super) fn tops(search: &TopSearch) -> Vec<Candidate> {
     large.sort_by_key(|found| found.region.area_px);
     let mut chosen = Chosen { view: search.view(0, search.height_m), tops: Vec::new() };
     let strongest = markers.first().map_or(0.0, |marker| marker.region.strength);
+    let mut fits_left = MOST_FITS.map(Some);
     for marker in markers.iter().take(MOST_OBJECTS) {
         let apart = marker.region.strength < CERTAIN * strongest;
         let around = large
@@ -82,7 +99,7 @@ pub(super) fn tops(search: &TopSearch) -> Vec<Candidate> {
             .copied()
             .filter(|found| can_carry(&found.region, &marker.region) && chosen.is_free(&found.region, apart));
         let around: Vec<&PlaneRegion> = around.take(MOST_REGIONS).collect();
-        chosen.tops.extend(search.top(&around, Kind::Marked));
+        chosen.tops.extend(search.top(&around, Kind::Marked, &mut fits_left[0]));
     }
     // Without a marker the strongest edges first
     let is_bare = |found: &&&PlaneRegion| {
@@ -95,10 +112,10 @@ pub(super) fn tops(search: &TopSearch) -> Vec<Candidate> {
             let same = |other: &&&PlaneRegion| is_same_object(&other.region, &found.region);
             let around: Vec<&PlaneRegion> = large.iter().filter(same).copied().take(MOST_REGIONS).collect();
             let visible = |top: &Candidate| top.outline.visible_fraction >= BARE_VISIBLE;
-            chosen.tops.extend(search.top(&around, Kind::Bare).filter(visible));
+            chosen.tops.extend(search.top(&around, Kind::Bare, &mut fits_left[1]).filter(visible));
         }
     }
-    chosen.tops
+    Tops { found: chosen.tops, is_complete: fits_left.iter().all(Option::is_some) }
 }
 
 /// Whether an object is searched around its marker.
@@ -180,22 +197,31 @@ impl<'a> TopSearch<'a> {
         area_m2 >= AREAS_M2[0] && differs(&self.view(*plane, self.height_m), region, self.pixel_m)
     }
 
-    /// Whether a region has the outline of a marker.
-    fn is_ink(&self, PlaneRegion { region, plane, .. }: &PlaneRegion) -> bool {
+    /// Whether a region has the size and the edge of a marker.
+    fn may_be_ink(&self, PlaneRegion { region, of_either_sign, .. }: &PlaneRegion) -> bool {
         let area_m2 = region.area_px as f64 * self.pixel_m * self.pixel_m;
+        !of_either_sign && area_m2 <= MOST_MARKER_M2 && region.strength >= MARKER_STRENGTH
+    }
+
+    /// Whether a region has the outline of a marker.
+    fn has_outline(&self, PlaneRegion { region, plane, .. }: &PlaneRegion) -> bool {
         let ink = TopView { solid: false, ..self.view(*plane, self.height_m) };
-        area_m2 <= MOST_MARKER_M2
-            && region.strength >= MARKER_STRENGTH
-            && ink.nearest(region).is_some_and(|outline| outline.fits)
+        ink.nearest(region).is_some_and(|outline| outline.fits)
     }
 
     /// The top of an object among regions that belong to it: a side or a shadow adds corners to it, and parts of it have weaker edges.
-    fn top(&self, around: &[&PlaneRegion], kind: Kind) -> Option<Candidate> {
+    ///
+    /// `fits_left` is how many outlines may still be fitted; `None` once they have not been enough.
+    fn top(&self, around: &[&PlaneRegion], kind: Kind, fits_left: &mut Option<usize>) -> Option<Candidate> {
         // Most regions without a marker are no objects.
         let others: &[f64] = if kind == Kind::Marked { &HEIGHTS_M } else { &[] };
         let mut heights_m = std::iter::once(self.height_m).chain(others.iter().copied());
         heights_m.find_map(|height_m| {
-            self.simplest(around.iter().flat_map(|found| self.fits(&found.region, height_m)).collect(), kind)
+            *fits_left = (*fits_left)?.checked_sub(around.len() * self.planes.len());
+            (*fits_left)?;
+            let fits = around.iter().flat_map(|found| self.fits(&found.region, height_m)).collect();
+            let top = self.simplest(fits, kind)?;
+            Some(Candidate { around: around.iter().map(|found| found.region.clone()).collect(), ..top })
         })
     }
 
@@ -204,7 +230,10 @@ impl<'a> TopSearch<'a> {
         let in_plane = |plane: usize| {
             let outlines = self.view(plane, height_m).outlines(region).into_iter();
             let fits = outlines.filter(|outline| outline.fits);
-            fits.map(move |outline| Candidate { region: region.clone(), plane, outline, height_m })
+            fits.map(move |outline| {
+                let (region, around) = (region.clone(), Rc::default());
+                Candidate { region, plane, outline, height_m, around }
+            })
         };
         (0..self.planes.len()).flat_map(in_plane).collect()
     }
@@ -234,11 +263,16 @@ impl<'a> TopSearch<'a> {
         if strong.is_empty() && kind == Kind::Marked {
             strong = all;
         }
+        let most_visible = |strong: &[Candidate]| {
+            strong.iter().map(|candidate| candidate.outline.visible_fraction).fold(0.0, f64::max)
+        };
+        let least_visible = most_visible(&strong) - SIMPLER_VISIBLE;
+        strong.retain(|candidate| candidate.outline.visible_fraction >= least_visible);
         let least = strong.iter().map(|candidate| candidate.outline.complexity()).min()?;
         strong.retain(|candidate| candidate.outline.complexity() == least);
         let outlines = || strong.iter().map(|candidate| &candidate.outline);
         let least_rms_m = outlines().map(|outline| outline.rms_m).fold(f64::INFINITY, f64::min);
-        let most_visible = outlines().map(|outline| outline.visible_fraction).fold(0.0, f64::max);
+        let most_visible = most_visible(&strong);
         let limit_m = (RMS_FACTOR * least_rms_m).max(LEAST_RMS_PX * self.pixel_m);
         let is_equal = |candidate: &Candidate| {
             let outline = &candidate.outline;
@@ -262,10 +296,10 @@ impl<'a> TopSearch<'a> {
             candidate.outline.mapped(moved).and_then(|outline| top.corrected(outline, self.pixel_m));
         let corrected = corrected.filter(|outline| outline.fits);
         let corrected = corrected.map(|outline| Candidate { outline, height_m, ..candidate.clone() });
-        self.simplest(
-            corrected.into_iter().chain(self.fits(&candidate.region, height_m)).collect(),
-            Kind::Marked,
-        )
+        // At the height that was searched first, another region may have looked like the top.
+        let fits = candidate.around.iter().flat_map(|region| self.fits(region, height_m));
+        let top = self.simplest(corrected.into_iter().chain(fits).collect(), Kind::Marked)?;
+        Some(Candidate { around: Rc::clone(&candidate.around), ..top })
     }
 
     /// The step of grey level across the weakest side of an outline, in that plane in which it is largest.
@@ -317,8 +351,8 @@ fn distinct(all: impl Iterator<Item = PlaneRegion>) -> Vec<PlaneRegion> {
 /// Whether areas and centroids of two regions agree.
 fn has_same_border(a: &Region, b: &Region) -> bool {
     let [area, other] = [a, b].map(|region| region.area_px as f64);
-    let off_px = (a.centroid.x - b.centroid.x).hypot(a.centroid.y - b.centroid.y);
-    (area - other).abs() < SAME_BORDER * area && off_px < 0.5 * SAME_BORDER * area.sqrt()
+    let off_px2 = (a.centroid.x - b.centroid.x).powi(2) + (a.centroid.y - b.centroid.y).powi(2);
+    (area - other).abs() < SAME_BORDER * area && off_px2 < (0.5 * SAME_BORDER).powi(2) * area
 }
 
 /// Whether a top can carry a marker: its border is apart from the marker's.

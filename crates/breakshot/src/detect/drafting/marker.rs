@@ -3,7 +3,7 @@
 use super::candidates::{Candidate, LEAST_STRENGTH, MARKER_FRACTIONS, TopSearch};
 use super::edges::TopView;
 use super::is_concave;
-use super::regions::Region;
+use super::regions::{PLAIN_PLANES, Region};
 use super::shape_fit::{Fitted, turned};
 use crate::geometry::Point;
 use crate::geometry::outline::Outline;
@@ -38,7 +38,8 @@ pub(super) fn marked(search: &TopSearch, top: &Candidate, name: &str, warnings: 
         let found = found.filter(|region| region.strength >= LEAST_STRENGTH && object.covers(region, 0.0));
         found.map(move |region| (ink, region))
     };
-    let mut by_strength: Vec<(TopView, Region)> = (0..search.planes.len()).flat_map(in_plane).collect();
+    let mut by_strength: Vec<(TopView, Region)> =
+        (0..search.planes.len().min(PLAIN_PLANES)).flat_map(in_plane).collect();
     by_strength.sort_by(|(_, a), (_, b)| b.strength.total_cmp(&a.strength).then(b.area_px.cmp(&a.area_px)));
     // The side of an object, which its silhouette covers too, is not on its top.
     let outline = Outline::new(&own.shape, own.pose);

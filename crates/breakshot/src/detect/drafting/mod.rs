@@ -4,6 +4,7 @@
 //! measured to a fraction of a pixel ([`edges`]) in the plane of the objects' tops, and the simplest shape that fits ([`shape_fit`]) is the outline.
 
 mod candidates;
+mod contrast;
 mod edges;
 mod marker;
 mod regions;
@@ -17,7 +18,7 @@ use crate::error::bounds::length;
 use crate::error::{Error, Result};
 use crate::geometry::Pose;
 use crate::object::{Object, Shape};
-use candidates::{Candidate, TopSearch, tops};
+use candidates::{Candidate, TopSearch, Tops, tops};
 use shape_fit::Fitted;
 use std::collections::BTreeMap;
 
@@ -84,14 +85,22 @@ pub fn draft(capture: Capture, colours: Vec<GreyImage>, heights: &Heights) -> Re
     let planes: Vec<GreyImage> = std::iter::once(image).chain(colours).collect();
     let image = &planes[0];
     let same_size = |plane: &GreyImage| [plane.width, plane.height] == [image.width, image.height];
-    let planes: &[GreyImage] = if planes.iter().all(same_size) { &planes } else { &planes[..1] };
+    let plain = if planes.iter().all(same_size) { planes.len() } else { 1 };
+    let contrasts = contrast::contrasts(&planes[1..plain], &camera, &cell);
+    let planes: Vec<GreyImage> = planes.into_iter().take(plain).chain(contrasts).collect();
+    let image = &planes[0];
     let nothing = || Error::Markers {
         clip: clip.clone(),
         found: "nothing that stands out from the table".into(),
         needed: "objects whose tops differ from the table by 6 grey levels or more".into(),
     };
-    let search = TopSearch::new(planes, &camera, &cell, heights.default_m).ok_or_else(nothing)?;
-    let mut found = tops(&search);
+    let search = TopSearch::new(&planes, &camera, &cell, heights.default_m).ok_or_else(nothing)?;
+    let Tops { mut found, is_complete } = tops(&search);
+    if !is_complete {
+        warnings.push(
+            "the table shows too many outlines, as of a pattern: the weaker ones are not searched for objects".into(),
+        );
+    }
     // Numbers do not depend on the heights of single objects.
     found.sort_by(|a, b| {
         let at = |candidate: &Candidate| candidate.outline.pose.position;

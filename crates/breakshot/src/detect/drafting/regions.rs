@@ -53,6 +53,9 @@ const DIRECTION_POINTS: usize = 4;
 /// A border of fewer points has no direction.
 const LEAST_BORDER: usize = 4 * DIRECTION_POINTS;
 
+/// Number of planes that are luma and colours: the others are combinations of them, with more noise.
+pub(super) const PLAIN_PLANES: usize = 4;
+
 /// The planes of a picture as regions are searched in them: smoothed, and the gradients of the smoothed ones.
 pub(super) struct SearchPlanes {
     smooth: Vec<GreyImage>,
@@ -61,7 +64,11 @@ pub(super) struct SearchPlanes {
 
 impl SearchPlanes {
     pub(super) fn new(planes: &[GreyImage]) -> Self {
-        let smooth: Vec<GreyImage> = planes.iter().map(smoothed).collect();
+        let smooth_for_search = |(plane, image): (usize, &GreyImage)| {
+            let once = smoothed(image);
+            if plane < PLAIN_PLANES { once } else { smoothed(&once) }
+        };
+        let smooth: Vec<GreyImage> = planes.iter().enumerate().map(smooth_for_search).collect();
         let steep = smooth.iter().map(gradient).collect();
         Self { smooth, steep }
     }
@@ -80,15 +87,16 @@ impl SearchPlanes {
         searched(passes.chain(uniform(&self.steep[plane])), edges, window, areas_px)
     }
 
-    /// All regions in a window in which none of the planes has an edge, bounded by edges of either sign: a top may be darker than the table and lighter
+    /// All regions in a window in which neither the luma nor a colour has an edge, bounded by edges of either sign: a top may be darker than the table and lighter
     /// than its side, or differ from them in several colours.
     pub(super) fn uniform_regions(&self, window: Window, areas_px: &RangeInclusive<u64>) -> Vec<Region> {
-        let steepest = self.steep.iter().cloned().reduce(|mut most, plane| {
+        let steepest = self.steep.iter().take(PLAIN_PLANES).cloned().reduce(|mut most, plane| {
             most.pixels.iter_mut().zip(&plane.pixels).for_each(|(most, &here)| *most = here.max(*most));
             most
         });
         steepest.map_or_else(Vec::new, |steep| {
-            searched(uniform(&steep), (&self.smooth, Sign::Either), window, areas_px)
+            let plain = &self.smooth[..PLAIN_PLANES.min(self.smooth.len())];
+            searched(uniform(&steep), (plain, Sign::Either), window, areas_px)
         })
     }
 }

@@ -1,6 +1,6 @@
 //! The luma of a `sensor_msgs/msg/CompressedImage`: JPEG or PNG.
 
-use super::bayer;
+use super::bayer::Mosaic;
 use super::pixels;
 use crate::capture::image::GreyImage;
 use crate::capture::source::catch_panic::catch_panic;
@@ -46,7 +46,10 @@ pub(crate) fn picture(format: &str, data: &[u8]) -> Result<GreyImage> {
     };
     // A mosaic that was compressed as it is.
     let name = original.strip_suffix("16").or(original.strip_suffix('8'));
-    if is_grey && name.is_some_and(bayer::is_mosaic) { bayer::luma(&image) } else { Ok(image) }
+    match name.and_then(Mosaic::of).filter(|_| is_grey) {
+        Some(mosaic) => mosaic.luma(&image),
+        None => Ok(image),
+    }
 }
 
 /// The luma of a JPEG and whether it has no colours. That of one coded in luma and chroma is its luma as it is coded, as for films.

@@ -1,6 +1,6 @@
 //! The luma of a `sensor_msgs/msg/Image` (its encodings: `sensor_msgs/image_encodings.hpp` of ROS 2).
 
-use super::bayer;
+use super::bayer::Mosaic;
 use crate::capture::image::GreyImage;
 use crate::capture::source::bag::messages::RawImage;
 use crate::capture::source::error::SourceError;
@@ -21,7 +21,7 @@ enum Pixel {
     /// Colours of this many bytes a pixel, red or blue first.
     Colour { bytes: usize, is_blue_first: bool },
     /// A mosaic of colours.
-    Bayer,
+    Bayer(Mosaic),
     /// Luma, every this many bytes, from this byte of a row on.
     Luma { step: usize, first: usize },
 }
@@ -37,8 +37,10 @@ impl Pixel {
             "bgra8" => Self::Colour { bytes: 4, is_blue_first: true },
             "yuv422" | "uyvy" => Self::Luma { step: 2, first: 1 },
             "yuv422_yuy2" | "yuyv" => Self::Luma { step: 2, first: 0 },
-            mosaic if mosaic.strip_suffix('8').is_some_and(bayer::is_mosaic) => Self::Bayer,
-            other => return Err(unsupported(other)),
+            other => match other.strip_suffix('8').and_then(Mosaic::of) {
+                Some(mosaic) => Self::Bayer(mosaic),
+                None => return Err(unsupported(other)),
+            },
         })
     }
 
@@ -47,7 +49,7 @@ impl Pixel {
         match self {
             Self::Deep => 2,
             Self::Colour { bytes, .. } => bytes,
-            Self::Bayer => 1,
+            Self::Bayer(_) => 1,
             Self::Luma { step, .. } => step,
         }
     }
@@ -79,7 +81,7 @@ pub(crate) fn picture(image: &RawImage) -> Result<GreyImage> {
     let rows = image.data.chunks(step).take(height).map(|row| &row[..row_bytes]);
     let mut pixels = Vec::with_capacity(width * height);
     match pixel {
-        Pixel::Luma { step: 1, .. } | Pixel::Bayer => rows.for_each(|row| pixels.extend_from_slice(row)),
+        Pixel::Luma { step: 1, .. } | Pixel::Bayer(_) => rows.for_each(|row| pixels.extend_from_slice(row)),
         Pixel::Luma { step, first } => rows.for_each(|row| pixels.extend(row[first..].iter().step_by(step))),
         Pixel::Deep => {
             let level = if image.is_big_endian { u16::from_be_bytes } else { u16::from_le_bytes };
@@ -97,7 +99,7 @@ pub(crate) fn picture(image: &RawImage) -> Result<GreyImage> {
         }),
     }
     let stored = GreyImage { width, height, pixels };
-    if let Pixel::Bayer = pixel { bayer::luma(&stored) } else { Ok(stored) }
+    if let Pixel::Bayer(mosaic) = pixel { mosaic.luma(&stored) } else { Ok(stored) }
 }
 
 #[cfg(test)]
