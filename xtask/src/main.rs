@@ -118,6 +118,7 @@ usage: cargo xtask TASK
   python [--wheel FILE] [PYTHON..]
                    the Python package: its wheel is built (or the one given is taken), installed with NumPy alone and tested, its types
                    are checked, with each interpreter (python3 if none is given)
+  python --quick   the part of it that is in `test`: most tests and the types, of the debug build
   scatterbench [PYTHON]
                    the benchmark beside the project: its tests, the tables of its adapters from nothing, and that the adapter which is
                    wrong on purpose fails
@@ -190,6 +191,7 @@ fn main() -> ExitCode {
         }
         ["bench", "plan", lab, properties] => bench::plan::bench(lab.as_ref(), properties.as_ref()),
         ["bench", "physics", flags @ ..] => bench_physics(flags),
+        ["python", "--quick"] => python::quick(),
         ["python", rest @ ..] => python::python(rest),
         ["scatterbench", rest @ ..] => scatterbench::scatterbench(rest.first().unwrap_or(&"python3")),
         ["deny"] => check::deny(),

@@ -1,4 +1,4 @@
-//! Builds the Python package and checks it: `cargo xtask python [--wheel FILE] [PYTHON..]`.
+//! Builds the Python package and checks it: `cargo xtask python [--wheel FILE] [PYTHON..]`, or `--quick`.
 //!
 //! One wheel is installed with NumPy alone for each interpreter, its size and the time of its import are measured, its tests run, and its
 //! declared types are compared with what is there.  The examples for many machines run on a cluster of several nodes of this machine, one
@@ -30,9 +30,12 @@ const CLUSTER_TEST: &str = "tests/test_ray.py";
 const OLDEST: [&str; 3] = ["numpy==1.26.0", "gymnasium==1.1.0", "pytest==9.2.0"];
 const LAST_PYTHON_OF_OLDEST: (u32, u32) = (3, 12);
 const OLDEST_TESTS: [&str; 2] = ["tests/test_gym.py", "tests/test_rollouts.py"];
-/// Calls with random arguments, and rollouts whose memory is measured, of the whole check and of the quick one.
-const WHOLE: [(&str, &str); 2] = [("BREAKSHOT_RANDOM_CALLS", "100000"), ("BREAKSHOT_ROLLOUTS", "10000000")];
-const QUICK: [(&str, &str); 1] = [("BREAKSHOT_RANDOM_CALLS", "3000")];
+/// Calls with random arguments: of the whole check, and of the quick one.
+const WHOLE: (&str, &str) = ("BREAKSHOT_RANDOM_CALLS", "100000");
+const QUICK: (&str, &str) = ("BREAKSHOT_RANDOM_CALLS", "3000");
+/// Rollouts whose memory is measured; some ten minutes of CPU time, with the first interpreter alone.
+const MANY: (&str, &str) = ("BREAKSHOT_ROLLOUTS", "10000000");
+const MEMORY_TEST: &str = "tests/test_memory.py";
 /// Tests of the quick check: those whose time the debug build hardly lengthens, and none that measures time.
 const QUICK_TESTS: [&str; 5] = [
     "tests/test_conformance.py",
@@ -62,6 +65,7 @@ pub(crate) fn python(words: &[&str]) -> Result<(), String> {
     }
     let suite = Suite::release(&installed(interpreters[0], "breakshot-notebook", &NOTEBOOK, &wheel)?)?;
     suite.run(&[NOTEBOOK_TEST])?;
+    suite.with(MANY).run(&[MEMORY_TEST])?;
     let suite = Suite::release(&installed(interpreters[0], "breakshot-cluster", &CLUSTER, &wheel)?)?;
     suite.run(&[CLUSTER_TEST])?;
     row::require(row::print_all("The Python package", &rows))
@@ -102,8 +106,9 @@ pub(crate) fn quick() -> Result<(), String> {
             return Ok(());
         }
     };
-    // The whole workspace, as its tests: a package by itself has other features, and would be compiled again.
-    cargo(&["build", "--workspace"], &[])?;
+    // With all tests of the workspace, which `cargo xtask test` has just run: a package by itself, or the workspace without its tests,
+    // has other features, and would be compiled again.
+    cargo(&["build", "-p", "breakshot-py", "-p", "breakshot-cli"], &[])?;
     let package = debug_package()?;
     let suite =
         Suite { python, program: target().join("debug/breakshot"), package: Some(package), whole: false };
@@ -199,14 +204,21 @@ struct Suite {
     program: PathBuf,
     /// The folder of the package if it is not installed.
     package: Option<PathBuf>,
-    whole: bool,
+    /// Variables of the environment by which the tests take more or less time.
+    settings: Vec<(&'static str, &'static str)>,
 }
 
 impl Suite {
     /// All tests, of the installed wheel.
     fn release(python: &Path) -> Result<Self, String> {
         let python = std::path::absolute(python).map_err(|e| e.to_string())?;
-        Ok(Self { python, program: target().join("release/breakshot"), package: None, whole: true })
+        Ok(Self { python, program: target().join("release/breakshot"), package: None, settings: vec![WHOLE] })
+    }
+
+    /// The same with one more setting.
+    fn with(mut self, setting: (&'static str, &'static str)) -> Self {
+        self.settings.push(setting);
+        self
     }
 
     /// Runs the tests of some files or folders.
@@ -216,7 +228,7 @@ impl Suite {
         let mut command = Command::new(absolute(&self.python)?);
         command.args(["-m", "pytest", "--quiet", "-p", "no:cacheprovider"]).args(which);
         command.current_dir(PACKAGE).env("BREAKSHOT_PROGRAM", absolute(&self.program)?);
-        command.envs(if self.whole { WHOLE.to_vec() } else { QUICK.to_vec() });
+        command.envs(self.settings.iter().copied());
         if let Some(package) = &self.package {
             command.env("PYTHONPATH", package);
         }

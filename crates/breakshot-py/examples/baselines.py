@@ -16,7 +16,7 @@ from __future__ import annotations
 import argparse
 import time
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any, Literal, NamedTuple
 
@@ -41,9 +41,9 @@ CANDIDATES = 512
 """Random strikes of which the policy takes the best."""
 SURVEYED_PILES, SURVEYED_STRIKES, SURVEYED_SCENARIOS, SURVEY_EPOCHS = 160, 240, 8, 10
 """Of the training of proposals: piles for each number of objects, strikes of the planner's grid on each, scenarios, passes over all."""
-PROPOSED, FIRST_ROUND, SECOND_ROUND, VARIED, VARIANTS = 2048, (64, 8), (16, 32), 4, 8
+PROPOSED, FIRST_ROUND, SECOND_ROUND, VARIED, VARIANTS = 2048, (128, 8), (24, 32), 5, 8
 """Of the search that begins with proposals: rated strikes; strikes and scenarios of two rounds; strikes that are varied, and how often."""
-WIDTHS = (0.1, 0.05, 0.025)
+WIDTHS = (0.1, 0.06, 0.036, 0.02)
 """Standard deviations of the variations of an action, generation after generation."""
 FRESH_SCENARIOS = 200
 """In which the success probability of a chosen strike is stated."""
@@ -87,8 +87,8 @@ def cross_entropy(env: SingulateEnv, rng: np.random.Generator) -> Any:
     return best
 
 
-def margins_m(env: SingulateEnv, actions: Array, worlds: list[breakshot.World]) -> Array:
-    """Margin of the goal by scenario and action."""
+def margins_m(env: SingulateEnv, actions: Iterable[Any], worlds: list[breakshot.World]) -> Array:
+    """Margin of the goal by scenario and action, which may be a strike."""
     strikes = [env.strike(action) for action in actions]
     rollouts = breakshot.Simulator().rollout([[world] for world in worlds], strikes)
     return np.asarray(worlds[0].goal(rollouts.poses, rollouts.fallen)[0])
