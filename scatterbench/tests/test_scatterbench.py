@@ -121,6 +121,7 @@ def test_chance_has_no_skill_and_the_truth_nearly_all(data: scatterbench.Split, 
     result = score(right, data)
     assert result["passed"]
     assert {task: row["skill"] > 0.9 for task, row in result["tasks"].items()} == {"see": True, "learn": True, "predict": True}
+    assert result["tasks"]["learn"]["measures"]["coverage_of_striker_restitution"] == 1.0
 
 
 def test_the_wrong_adapter_fails_in_every_task(data: scatterbench.Split) -> None:

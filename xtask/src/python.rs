@@ -13,7 +13,7 @@ use std::process::Command;
 
 const PACKAGE: &str = "crates/breakshot-py";
 const MOST_MEGABYTES: f64 = 8.0;
-/// Longest import (ms): of the package by itself, which loads NumPy when rollouts are first asked for.
+/// Longest import (ms of CPU time): of the package by itself, which loads NumPy when rollouts are first asked for.
 const MOST_IMPORT_MS: f64 = 80.0;
 /// Imports whose median is taken.
 const IMPORTS: usize = 9;
@@ -33,7 +33,7 @@ const OLDEST_TESTS: [&str; 2] = ["tests/test_gym.py", "tests/test_rollouts.py"];
 /// Calls with random arguments: of the whole check, and of the quick one.
 const WHOLE: (&str, &str) = ("BREAKSHOT_RANDOM_CALLS", "100000");
 const QUICK: (&str, &str) = ("BREAKSHOT_RANDOM_CALLS", "3000");
-/// Rollouts whose memory is measured; some ten minutes of CPU time, with the first interpreter alone.
+/// Rollouts whose memory is measured, with the first interpreter alone.
 const MANY: (&str, &str) = ("BREAKSHOT_ROLLOUTS", "10000000");
 const MEMORY_TEST: &str = "tests/test_memory.py";
 /// Tests of the quick check: those whose time the debug build hardly lengthens, and none that measures time.
@@ -90,7 +90,7 @@ fn checked(interpreter: &str, wheel: &Path) -> Result<Row, String> {
             OLDEST[0]
         );
     }
-    let what = format!("import with Python {label}, median of {IMPORTS}");
+    let what = format!("CPU time of the import with Python {label}, median of {IMPORTS}");
     Ok(Row::at_most(what, import_ms, MOST_IMPORT_MS, "ms"))
 }
 
@@ -185,10 +185,10 @@ pub(crate) fn installed(
     Ok(python)
 }
 
-/// The time of an import (ms) in an environment that has nothing but NumPy, after a simulator has worked there.
+/// The CPU time of an import (ms) in an environment that has nothing but NumPy, after a simulator has worked there.
 fn import_with_numpy_alone(interpreter: &str, wheel: &Path) -> Result<f64, String> {
     const SIMULATOR: &str = "import breakshot; breakshot.Simulator()";
-    const IMPORT: &str = "import time; start = time.perf_counter(); import breakshot; print(1e3 * (time.perf_counter() - start))";
+    const IMPORT: &str = "import time; start = time.process_time(); import breakshot; print(1e3 * (time.process_time() - start))";
     let python = installed(interpreter, "breakshot-alone", &["numpy"], wheel)?;
     venv::succeed(Command::new(&python).args(["-c", SIMULATOR]))?;
     let time_ms = || {
