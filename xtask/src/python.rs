@@ -108,7 +108,7 @@ pub(crate) fn quick() -> Result<(), String> {
     };
     // With all tests of the workspace, which `cargo xtask test` has just run: a package by itself, or the workspace without its tests,
     // has other features, and would be compiled again.
-    cargo(&["build", "-p", "breakshot-py", "-p", "breakshot-cli"], &[])?;
+    cargo(&["build", "--workspace", "--lib", "--tests"], &[])?;
     let package = debug_package()?;
     let suite =
         Suite { python, program: target().join("debug/breakshot"), package: Some(package), whole: false };
