@@ -121,12 +121,14 @@ def _see_loss(answer: dict[str, Any], truth: dict[str, Any]) -> dict[str, Any]:
 
 
 def _learn_loss(answer: dict[str, Any], truth: dict[str, Any]) -> dict[str, Any]:
+    kinds = [kind for kind, values in truth.items() for _ in values]
     rows = [(answer[kind][name], value) for kind, values in truth.items() for name, value in values.items()]
     logs = [([math.log(max(end, LEAST)) for end in interval], math.log(value)) for interval, value in rows]
     return {
         "loss": float(np.mean([_interval_loss(interval, value) for interval, value in logs])),
         "errors": [abs(best - value) / value for (_, best, _), value in rows],
         "covered": [low <= value <= high for (low, _, high), value in rows],
+        "kinds": kinds,
     }
 
 
@@ -150,9 +152,12 @@ def _measures(task: str, losses: list[dict[str, Any]]) -> dict[str, float]:
     if task == "see":
         missing = sum(one["missing"] for one in losses) / len(errors)
         return {"median_mm": 1e3 * float(np.median(errors)), "p95_mm": 1e3 * float(np.quantile(errors, 0.95)), "missing": missing}
-    covered = float(np.mean(np.concatenate([one["covered"] for one in losses])))
+    all_covered = np.concatenate([one["covered"] for one in losses])
+    covered = float(np.mean(all_covered))
     if task == "learn":
-        return {"median_relative_error": float(np.median(errors)), "coverage": covered}
+        kinds = np.concatenate([one["kinds"] for one in losses])
+        of_kinds = {f"coverage_of_{kind}": float(np.mean(all_covered[kinds == kind])) for kind in dict.fromkeys(kinds.tolist())}
+        return {"median_relative_error": float(np.median(errors)), "coverage": covered} | of_kinds
     return {"mean_mm": 1e3 * float(np.mean(errors)), "median_mm": 1e3 * float(np.median(errors)), "coverage": covered}
 
 

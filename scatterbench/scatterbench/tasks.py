@@ -29,7 +29,7 @@ REPEATS = 5
 """Executions of a planned strike."""
 SPEED_ERROR, HEADING_ERROR_RAD, POSITION_ERROR_M = 0.02, np.radians(0.5), 0.0005
 """Standard deviations of an execution."""
-DATA_VERSION = 2
+DATA_VERSION = 3
 
 
 @dataclass(frozen=True)

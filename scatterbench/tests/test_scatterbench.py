@@ -78,6 +78,18 @@ def test_a_disc_that_is_struck_slides_as_far_as_its_restitution_and_friction_let
     assert abs(np.mean(found) - drawn["truth"]["striker_restitution"][name]) < 0.01, found
 
 
+def test_settled_objects_that_are_put_elsewhere_stay_there() -> None:
+    drawn = cells.cell(2)
+    strike = {"start_m": [-0.8, 0.0], "heading_rad": 0.0, "speed_m_s": 0.3, "travel_m": 1.0}
+    table = Table(drawn, {"b": [0.3, 0.0, 0.0], "c": [0.0, 0.0, 0.0]}, strike)
+    table.step_until(lambda: False, SETTLE_S)
+    place = {"b": [0.1, -0.2, 2.0], "c": [-0.1, 0.05, -1.0]}
+    table.put(table.data.qpos.copy(), place, [-0.5, 0.1])
+    for _ in range(2):
+        np.testing.assert_allclose(table.poses(), list(place.values()), atol=2e-5)
+        table.step_until(lambda: False, 0.02)
+
+
 def test_a_marker_is_seen_where_the_camera_projects_it() -> None:
     drawn, rng = cells.cell(1), np.random.default_rng(3)
     matrix = films.camera(rng)
@@ -109,6 +121,7 @@ def test_chance_has_no_skill_and_the_truth_nearly_all(data: scatterbench.Split, 
     result = score(right, data)
     assert result["passed"]
     assert {task: row["skill"] > 0.9 for task, row in result["tasks"].items()} == {"see": True, "learn": True, "predict": True}
+    assert result["tasks"]["learn"]["measures"]["coverage_of_striker_restitution"] == 1.0
 
 
 def test_the_wrong_adapter_fails_in_every_task(data: scatterbench.Split) -> None:

@@ -30,6 +30,7 @@ fn all() -> Result<(), String> {
     proto(Proto::Check)?;
     cargo(&["test", "--workspace"], &[])?;
     test_with_ffmpeg()?;
+    crate::python::quick()?;
     // Installing it takes longer than all tests: `cargo xtask deny` does.
     if cargo_quiet(&["deny", "--version"]) {
         return deny();

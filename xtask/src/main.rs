@@ -115,8 +115,10 @@ usage: cargo xtask TASK
                    piles simulated per CPU second beside rapier2d and MuJoCo; growth with the number of objects
                    (DIR is ../shared/reference/scenes if not given; without PYTHON a venv with MuJoCo is made)
   proto            the Rust code of the Indy's messages is generated again from crates/breakshot-drivers/proto/indy.proto
-  python [PYTHON]  the Python package: its wheel is built, installed with NumPy alone and tested, its types are checked (PYTHON is an
-                   interpreter, python3 if not given)
+  python [--wheel FILE] [PYTHON..]
+                   the Python package: its wheel is built (or the one given is taken), installed with NumPy alone and tested, its types
+                   are checked, with each interpreter (python3 if none is given)
+  python --quick   the part of it that is in `test`: most tests and the types, of the debug build
   scatterbench [PYTHON]
                    the benchmark beside the project: its tests, the tables of its adapters from nothing, and that the adapter which is
                    wrong on purpose fails
@@ -189,7 +191,8 @@ fn main() -> ExitCode {
         }
         ["bench", "plan", lab, properties] => bench::plan::bench(lab.as_ref(), properties.as_ref()),
         ["bench", "physics", flags @ ..] => bench_physics(flags),
-        ["python", rest @ ..] => python::python(rest.first().unwrap_or(&"python3")),
+        ["python", "--quick"] => python::quick(),
+        ["python", rest @ ..] => python::python(rest),
         ["scatterbench", rest @ ..] => scatterbench::scatterbench(rest.first().unwrap_or(&"python3")),
         ["deny"] => check::deny(),
         ["dist", rest @ ..] => dist::run(rest),

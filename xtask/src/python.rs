@@ -1,7 +1,8 @@
-//! Builds the Python package and checks it: `cargo xtask python [PYTHON]`.
+//! Builds the Python package and checks it: `cargo xtask python [--wheel FILE] [PYTHON..]`, or `--quick`.
 //!
-//! The wheel is installed with NumPy alone, its size and the time of its import are measured, its tests run, and its declared types are
-//! compared with what is there. The examples for many machines run on a cluster of several nodes of this machine, one of which is killed.
+//! One wheel is installed with NumPy alone for each interpreter, its size and the time of its import are measured, its tests run, and its
+//! declared types are compared with what is there.  The examples for many machines run on a cluster of several nodes of this machine, one
+//! of which is killed.  `cargo xtask test` runs the quick part of it on the debug build.
 
 use crate::check::cargo;
 use crate::example::target;
@@ -12,7 +13,7 @@ use std::process::Command;
 
 const PACKAGE: &str = "crates/breakshot-py";
 const MOST_MEGABYTES: f64 = 8.0;
-/// Longest import (ms): of the package by itself, which loads NumPy when rollouts are first asked for.
+/// Longest import (ms of CPU time): of the package by itself, which loads NumPy when rollouts are first asked for.
 const MOST_IMPORT_MS: f64 = 80.0;
 /// Imports whose median is taken.
 const IMPORTS: usize = 9;
@@ -25,27 +26,131 @@ const CHECKERS: [&str; 4] = ["numpy", "gymnasium==1.4.0", "pytest==9.2.0", "mypy
 const CLUSTER: [&str; 4] = ["numpy", "gymnasium==1.4.0", "pytest==9.2.0", "ray==2.60.0"];
 const CLUSTER_TEST: &str = "tests/test_ray.py";
 
+/// The oldest versions that the package supports; the NumPy is not built for later versions of Python.
+const OLDEST: [&str; 3] = ["numpy==1.26.0", "gymnasium==1.1.0", "pytest==9.2.0"];
+const LAST_PYTHON_OF_OLDEST: (u32, u32) = (3, 12);
+const OLDEST_TESTS: [&str; 2] = ["tests/test_gym.py", "tests/test_rollouts.py"];
+/// Calls with random arguments: of the whole check, and of the quick one.
+const WHOLE: (&str, &str) = ("BREAKSHOT_RANDOM_CALLS", "100000");
+const QUICK: (&str, &str) = ("BREAKSHOT_RANDOM_CALLS", "3000");
+/// Rollouts whose memory is measured, with the first interpreter alone.
+const MANY: (&str, &str) = ("BREAKSHOT_ROLLOUTS", "10000000");
+const MEMORY_TEST: &str = "tests/test_memory.py";
+/// Tests of the quick check: those whose time the debug build hardly lengthens, and none that measures time.
+const QUICK_TESTS: [&str; 5] = [
+    "tests/test_conformance.py",
+    "tests/test_values.py",
+    "tests/test_rollouts.py",
+    "tests/test_gym.py",
+    "tests/test_random_calls.py",
+];
+
 /// What executes the notebook.
 const NOTEBOOK: [&str; 4] = ["numpy", "pytest==9.2.0", "nbclient==0.11.0", "ipykernel==7.4.0"];
 const NOTEBOOK_TEST: &str = "tests/test_notebook.py";
 
-/// Builds and checks the package for an interpreter.
-pub(crate) fn python(interpreter: &str) -> Result<(), String> {
+/// Builds the wheel, or takes the one given, and checks it with some interpreters.
+pub(crate) fn python(words: &[&str]) -> Result<(), String> {
+    let (given, interpreters) = match words {
+        ["--wheel", file, rest @ ..] => (Some(PathBuf::from(file)), rest),
+        rest => (None, rest),
+    };
+    let interpreters = if interpreters.is_empty() { &["python3"] } else { interpreters };
     cargo(&["build", "--release", "--package", "breakshot-cli"], &[])?;
-    let wheel = wheel(interpreter)?;
+    let wheel = given.map_or_else(|| wheel(interpreters[0]), Ok)?;
     let megabytes = std::fs::metadata(&wheel).map_err(|e| e.to_string())?.len() as f64 * 1e-6;
-    let import_ms = import_with_numpy_alone(interpreter, &wheel)?;
-    let checkers = installed(interpreter, "breakshot-checks", &CHECKERS, &wheel)?;
-    // Without Ray and a notebook's kernel, whose tests skip themselves.
-    tests(&checkers, "tests")?;
-    types(&checkers)?;
-    tests(&installed(interpreter, "breakshot-notebook", &NOTEBOOK, &wheel)?, NOTEBOOK_TEST)?;
-    tests(&installed(interpreter, "breakshot-cluster", &CLUSTER, &wheel)?, CLUSTER_TEST)?;
-    let rows = [
-        Row::at_most("size of the wheel", megabytes, MOST_MEGABYTES, "MB"),
-        Row::at_most(format!("import, median of {IMPORTS}"), import_ms, MOST_IMPORT_MS, "ms"),
-    ];
+    let mut rows = vec![Row::at_most("size of the wheel", megabytes, MOST_MEGABYTES, "MB")];
+    for interpreter in interpreters {
+        rows.push(checked(interpreter, &wheel)?);
+    }
+    let suite = Suite::release(&installed(interpreters[0], "breakshot-notebook", &NOTEBOOK, &wheel)?)?;
+    suite.run(&[NOTEBOOK_TEST])?;
+    suite.with(MANY).run(&[MEMORY_TEST])?;
+    let suite = Suite::release(&installed(interpreters[0], "breakshot-cluster", &CLUSTER, &wheel)?)?;
+    suite.run(&[CLUSTER_TEST])?;
     row::require(row::print_all("The Python package", &rows))
+}
+
+/// Checks the wheel with one interpreter; the result is the time of its import.
+fn checked(interpreter: &str, wheel: &Path) -> Result<Row, String> {
+    let version = version(interpreter)?;
+    let label = format!("{}.{}", version.0, version.1);
+    println!("xtask: the wheel with Python {label} ({interpreter})");
+    let import_ms = import_with_numpy_alone(interpreter, wheel)?;
+    let checkers = installed(interpreter, "breakshot-checks", &CHECKERS, wheel)?;
+    // Without Ray and a notebook's kernel, whose tests skip themselves.
+    Suite::release(&checkers)?.run(&["tests"])?;
+    types(&checkers, None)?;
+    if version <= LAST_PYTHON_OF_OLDEST {
+        let oldest = installed(interpreter, "breakshot-oldest", &OLDEST, wheel)?;
+        Suite::release(&oldest)?.run(&OLDEST_TESTS)?;
+    } else {
+        println!(
+            "xtask: SKIPPED the oldest NumPy and Gymnasium: {} is not built for Python {label}",
+            OLDEST[0]
+        );
+    }
+    let what = format!("CPU time of the import with Python {label}, median of {IMPORTS}");
+    Ok(Row::at_most(what, import_ms, MOST_IMPORT_MS, "ms"))
+}
+
+/// The quick part of the check, as `cargo xtask test` runs it: the debug build beside the package's files, its tests without those that
+/// take or measure time, and its types.
+///
+/// Prints that it is skipped where there is no Python, or where the packages of the tests can neither be found nor installed.
+pub(crate) fn quick() -> Result<(), String> {
+    let python = match venv::python("breakshot-checks", &CHECKERS) {
+        Ok(python) => python,
+        Err(reason) => {
+            println!("xtask: SKIPPED the Python package: its tests need {} ({reason})", CHECKERS.join(", "));
+            return Ok(());
+        }
+    };
+    // With all tests of the workspace, which `cargo xtask test` has just run: a package by itself, or the workspace without its tests,
+    // has other features, and would be compiled again.
+    cargo(&["build", "--workspace", "--lib", "--tests"], &[])?;
+    let package = debug_package()?;
+    let suite =
+        Suite { python, program: target().join("debug/breakshot"), package: Some(package), whole: false };
+    suite.run(&QUICK_TESTS)?;
+    types(&suite.python, suite.package.as_deref())
+}
+
+/// A folder that holds the package with the module of the debug build, for Python's path.
+fn debug_package() -> Result<PathBuf, String> {
+    let folder = target().join("python/debug");
+    let failed = |e: std::io::Error| format!("{}: {e}", folder.display());
+    if folder.exists() {
+        std::fs::remove_dir_all(&folder).map_err(failed)?;
+    }
+    let mut folders = vec![PathBuf::from("breakshot")];
+    while let Some(part) = folders.pop() {
+        std::fs::create_dir_all(folder.join(&part)).map_err(failed)?;
+        for entry in std::fs::read_dir(Path::new(PACKAGE).join("python").join(&part)).map_err(failed)? {
+            let from = entry.map_err(failed)?.path();
+            let Some(name) = from.file_name() else { continue };
+            if from.is_dir() {
+                folders.push(part.join(name));
+            } else {
+                std::fs::copy(&from, folder.join(&part).join(name)).map_err(failed)?;
+            }
+        }
+    }
+    let module = target().join("debug/lib_breakshot.so");
+    std::fs::copy(&module, folder.join("breakshot/_breakshot.abi3.so"))
+        .map_err(|e| format!("{}: {e}", module.display()))?;
+    std::path::absolute(folder).map_err(|e| e.to_string())
+}
+
+/// The version of an interpreter, as `(3, 11)`.
+fn version(interpreter: &str) -> Result<(u32, u32), String> {
+    const PRINT: &str = "import sys; print(*sys.version_info[:2])";
+    let run = crate::process::run(Command::new(interpreter).args(["-c", PRINT]))?;
+    let mut numbers = run.stdout.split_whitespace().map(str::parse);
+    match (numbers.next(), numbers.next()) {
+        (Some(Ok(major)), Some(Ok(minor))) => Ok((major, minor)),
+        _ => Err(format!("{interpreter} printed `{}`; needed: the version of a Python", run.stdout.trim())),
+    }
 }
 
 /// Builds the wheel into a folder of its own.
@@ -80,10 +185,10 @@ pub(crate) fn installed(
     Ok(python)
 }
 
-/// The time of an import (ms) in an environment that has nothing but NumPy, after a simulator has worked there.
+/// The CPU time of an import (ms) in an environment that has nothing but NumPy, after a simulator has worked there.
 fn import_with_numpy_alone(interpreter: &str, wheel: &Path) -> Result<f64, String> {
     const SIMULATOR: &str = "import breakshot; breakshot.Simulator()";
-    const IMPORT: &str = "import time; start = time.perf_counter(); import breakshot; print(1e3 * (time.perf_counter() - start))";
+    const IMPORT: &str = "import time; start = time.process_time(); import breakshot; print(1e3 * (time.process_time() - start))";
     let python = installed(interpreter, "breakshot-alone", &["numpy"], wheel)?;
     venv::succeed(Command::new(&python).args(["-c", SIMULATOR]))?;
     let time_ms = || {
@@ -93,26 +198,55 @@ fn import_with_numpy_alone(interpreter: &str, wheel: &Path) -> Result<f64, Strin
     Ok(median((0..IMPORTS).map(|_| time_ms()).collect::<Result<_, String>>()?))
 }
 
-/// Tests of the package, with the program beside which its answers are compared.
-fn tests(python: &Path, which: &str) -> Result<(), String> {
-    let program = target().join("release/breakshot").canonicalize().map_err(|e| e.to_string())?;
-    let python = python.parent().and_then(|bin| bin.canonicalize().ok()).map(|bin| bin.join("python"));
-    let python = python.ok_or("the interpreter of the environment is not there")?;
-    println!("xtask: pytest {PACKAGE}/{which}");
-    let status = Command::new(python)
-        .args(["-m", "pytest", "--quiet", "-p", "no:cacheprovider", which])
-        .current_dir(PACKAGE)
-        .env("BREAKSHOT_PROGRAM", program)
-        .status()
-        .map_err(|e| format!("pytest cannot be started ({e})"))?;
-    if status.success() { Ok(()) } else { Err(format!("pytest failed ({status})")) }
+/// The tests of the package, with an interpreter, and the program beside which the package's answers are compared.
+struct Suite {
+    python: PathBuf,
+    program: PathBuf,
+    /// The folder of the package if it is not installed.
+    package: Option<PathBuf>,
+    /// Variables of the environment by which the tests take more or less time.
+    settings: Vec<(&'static str, &'static str)>,
+}
+
+impl Suite {
+    /// All tests, of the installed wheel.
+    fn release(python: &Path) -> Result<Self, String> {
+        let python = std::path::absolute(python).map_err(|e| e.to_string())?;
+        Ok(Self { python, program: target().join("release/breakshot"), package: None, settings: vec![WHOLE] })
+    }
+
+    /// The same with one more setting.
+    fn with(mut self, setting: (&'static str, &'static str)) -> Self {
+        self.settings.push(setting);
+        self
+    }
+
+    /// Runs the tests of some files or folders.
+    fn run(&self, which: &[&str]) -> Result<(), String> {
+        println!("xtask: pytest {} (in {PACKAGE})", which.join(" "));
+        let absolute = |path: &Path| std::path::absolute(path).map_err(|e| e.to_string());
+        let mut command = Command::new(absolute(&self.python)?);
+        command.args(["-m", "pytest", "--quiet", "-p", "no:cacheprovider"]).args(which);
+        command.current_dir(PACKAGE).env("BREAKSHOT_PROGRAM", absolute(&self.program)?);
+        command.envs(self.settings.iter().copied());
+        if let Some(package) = &self.package {
+            command.env("PYTHONPATH", package);
+        }
+        let status = command.status().map_err(|e| format!("pytest cannot be started ({e})"))?;
+        if status.success() { Ok(()) } else { Err(format!("pytest failed ({status})")) }
+    }
 }
 
 /// The declared types against the module, and the types of the package and of the examples.
-fn types(python: &Path) -> Result<(), String> {
+fn types(python: &Path, package: Option<&Path>) -> Result<(), String> {
     let run = |arguments: &[&str]| {
         println!("xtask: python -m {}", arguments.join(" "));
-        let status = Command::new(python).arg("-m").args(arguments).status().map_err(|e| e.to_string())?;
+        let mut command = Command::new(python);
+        command.arg("-m").args(arguments);
+        if let Some(package) = package {
+            command.env("PYTHONPATH", package).env("MYPYPATH", package);
+        }
+        let status = command.status().map_err(|e| e.to_string())?;
         if status.success() { Ok(()) } else { Err(format!("python -m {} failed", arguments.join(" "))) }
     };
     run(&["mypy.stubtest", "breakshot"])?;

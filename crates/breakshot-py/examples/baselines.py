@@ -2,11 +2,13 @@
 
     python baselines.py --train policy.npz       trains the policy through the environment (some minutes), stores and judges it
     python baselines.py --policy policy.npz      judges a stored policy and the others
+    python baselines.py --proposals              trains proposals from surveys, and judges the search that begins with them
     python baselines.py                          judges the others: random strikes, the planners, cross-entropy search
 
 All see the same piles of 2 to 6 objects of `breakshot/Singulate-v0`, which they strike once.  The environment draws friction, restitution,
 masses, contacts, poses and the executed strike from the uncertainty of the learned properties.  Printed are success rates with 95 %
-intervals (Wilson, 1927) and the CPU time of a decision.
+intervals (Wilson, 1927), the CPU time of a decision, and the success probability of the strikes as a plan states it: in fresh scenarios of
+the learned properties.
 """
 
 from __future__ import annotations
@@ -14,9 +16,9 @@ from __future__ import annotations
 import argparse
 import time
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -37,6 +39,16 @@ STEPS, PILES, HIDDEN, EPOCHS, BATCH, RATE = 16, 512, 64, 30, 256, 2e-3
 in a batch, step size of Adam."""
 CANDIDATES = 512
 """Random strikes of which the policy takes the best."""
+SURVEYED_PILES, SURVEYED_STRIKES, SURVEYED_SCENARIOS, SURVEY_EPOCHS = 160, 240, 8, 10
+"""Of the training of proposals: piles for each number of objects, strikes of the planner's grid on each, scenarios, passes over all."""
+PROPOSED, FIRST_ROUND, SECOND_ROUND, VARIED, VARIANTS = 2048, (128, 8), (24, 32), 5, 8
+"""Of the search that begins with proposals: rated strikes; strikes and scenarios of two rounds; strikes that are varied, and how often."""
+WIDTHS = (0.1, 0.06, 0.036, 0.02)
+"""Standard deviations of the variations of an action, generation after generation."""
+FRESH_SCENARIOS = 200
+"""In which the success probability of a chosen strike is stated."""
+MOST_CPU = 0.6
+"""Part of the CPU time of the robust planner within which proposals have to reach its stated probability, to be worth keeping."""
 SLACK_M = 0.02
 """A strike that misses the goal by so much counts as a success of 27 %, which shows the policy where successes are near."""
 
@@ -65,10 +77,7 @@ def cross_entropy(env: SingulateEnv, rng: np.random.Generator) -> Any:
     for _ in range(ROUNDS):
         actions = centre + spread * rng.normal(size=(POPULATION, 4))
         actions = np.column_stack([(actions[:, 0] + 1.0) % 2.0 - 1.0, np.clip(actions[:, 1:], -1.0, 1.0)])
-        strikes = [env.strike(action) for action in actions]
-        rollouts = breakshot.Simulator().rollout([[world] for world in worlds], strikes)
-        margins_m, _ = worlds[0].goal(rollouts.poses, rollouts.fallen)
-        value = np.nan_to_num(soft_success(margins_m)).mean(axis=0)
+        value = soft_success(margins_m(env, actions, worlds)).mean(axis=0)
         order = np.argsort(-value)[:ELITE]
         if value[order[0]] > best_value:
             best, best_value = actions[order[0]], value[order[0]]
@@ -76,6 +85,36 @@ def cross_entropy(env: SingulateEnv, rng: np.random.Generator) -> Any:
         near[:, 0] = best[0] + (near[:, 0] - best[0] + 1.0) % 2.0 - 1.0
         centre, spread = near.mean(axis=0), near.std(axis=0) + 0.02
     return best
+
+
+def margins_m(env: SingulateEnv, actions: Iterable[Any], worlds: list[breakshot.World]) -> Array:
+    """Margin of the goal by scenario and action, which may be a strike."""
+    strikes = [env.strike(action) for action in actions]
+    rollouts = breakshot.Simulator().rollout([[world] for world in worlds], strikes)
+    return np.asarray(worlds[0].goal(rollouts.poses, rollouts.fallen)[0])
+
+
+def best_first(env: SingulateEnv, actions: Array, worlds: list[breakshot.World]) -> Array:
+    """The actions in the order of their smooth success in these scenarios."""
+    return actions[np.argsort(-soft_success(margins_m(env, actions, worlds)).mean(axis=0), kind="stable")]
+
+
+def proposed(policy: Policy) -> Method:
+    """A search that begins with the strikes that a model rates best: two rounds of halving, then variations of the best ones."""
+
+    def strike(env: SingulateEnv, rng: np.random.Generator) -> Any:
+        actions = rng.uniform(-1.0, 1.0, (PROPOSED, 4))
+        order = np.argsort(-policy.rate(features_of(*pile_of(env.scene), actions))[0])
+        worlds = breakshot.World(env.scene, env.properties, uncertain=True).sample(SECOND_ROUND[1], int(rng.integers(2**31)))
+        best = best_first(env, actions[order[: FIRST_ROUND[0]]], worlds[: FIRST_ROUND[1]])
+        best = best_first(env, best[: SECOND_ROUND[0]], worlds)[:VARIED]
+        for width in WIDTHS:
+            varied = (best[:, None] + width * rng.normal(size=(len(best), VARIANTS, 4))).reshape(-1, 4)
+            varied = np.column_stack([(varied[:, 0] + 1.0) % 2.0 - 1.0, np.clip(varied[:, 1:], -1.0, 1.0)])
+            best = best_first(env, np.concatenate([best, varied]), worlds)[:VARIED]
+        return best[0]
+
+    return strike
 
 
 def soft_success(margin_m: Array) -> Array:
@@ -170,14 +209,46 @@ def trained(seed: int) -> Policy:
     return policy
 
 
-def fit(policy: Policy, features: Array, targets: Array, rng: np.random.Generator) -> None:
+def surveyed(seed: int) -> tuple[Policy, int]:
+    """A model that rates strikes as surveys of random piles do, and the number of surveyed strikes."""
+    rng = np.random.default_rng(seed)
+    policy, features, targets = Policy.untrained(rng), [], []
+    for objects in OBJECTS:
+        env = SingulateEnv(objects=objects)
+        for pile in range(SURVEYED_PILES):
+            env.reset(seed=seed + 10_000 * objects + pile)
+            survey = breakshot.survey(
+                env.scene, env.properties, strikes=SURVEYED_STRIKES, samples=SURVEYED_SCENARIOS, seed=int(rng.integers(2**31))
+            )
+            if survey.strikes:
+                features.append(features_of(*pile_of(env.scene), actions_of(env.scene, [row.strike for row in survey.strikes])))
+                targets.append(np.array([row.success_probability for row in survey.strikes]))
+    fit(policy, np.concatenate(features), np.concatenate(targets), rng, SURVEY_EPOCHS)
+    return policy, sum(map(len, targets))
+
+
+def actions_of(scene: breakshot.Scene, strikes: list[Any]) -> Array:
+    """The actions of strikes on a pile: the inverse of `SingulateEnv.strike`, also for strikes that end outside an action's range."""
+    positions_m, radii_m = pile_of(scene)
+    centre_m = positions_m.mean(axis=0)
+    reach_m = float((np.linalg.norm(positions_m - centre_m, axis=1) + radii_m).max())
+    slowest_m_s, fastest_m_s = scene.cell.striker["speed_range_m_s"]
+    heading_rad = np.array([strike.heading_rad for strike in strikes])
+    x_m, y_m = (np.array([strike.start_m for strike in strikes]) - centre_m).T
+    cos, sin = np.cos(heading_rad), np.sin(heading_rad)
+    ends_m = x_m * cos + y_m * sin + [strike.travel_m for strike in strikes]
+    paces = (np.array([strike.speed_m_s for strike in strikes]) - slowest_m_s) / (fastest_m_s - slowest_m_s)
+    return np.column_stack([heading_rad / np.pi, (y_m * cos - x_m * sin) / reach_m, 2.0 * paces - 1.0, ends_m / reach_m])
+
+
+def fit(policy: Policy, features: Array, targets: Array, rng: np.random.Generator, epochs: int = EPOCHS) -> None:
     """Adam (Kingma and Ba, 2015)."""
     first, second, count = [0.0 * w for w in policy.weights], [0.0 * w for w in policy.weights], 0
-    for epoch in range(EPOCHS):
+    for epoch in range(epochs):
         order = rng.permutation(len(targets))
         for batch in np.array_split(order, max(1, len(order) // BATCH)):
             count += 1
-            rate = RATE * (1.0 - epoch / EPOCHS) * np.sqrt(1.0 - 0.999**count) / (1.0 - 0.9**count)
+            rate = RATE * (1.0 - epoch / epochs) * np.sqrt(1.0 - 0.999**count) / (1.0 - 0.9**count)
             for k, gradient in enumerate(policy.gradient(features[batch], targets[batch])):
                 first[k] = 0.9 * first[k] + 0.1 * gradient
                 second[k] = 0.999 * second[k] + 0.001 * gradient**2
@@ -193,17 +264,54 @@ def wilson(successes: int, count: int) -> tuple[float, float]:
     return max(0.0, middle - half), min(1.0, middle + half)
 
 
-def judged(method: Method, objects: int, piles: int) -> tuple[int, float]:
-    """Successes, and CPU time (s) of all decisions."""
-    env, successes, cpu_s = SingulateEnv(objects=objects), 0, 0.0
+class Judgement(NamedTuple):
+    """Of one method on the piles of one number of objects."""
+
+    successes: int
+    cpu_s: float
+    """Of all decisions."""
+    stated: float
+    """Sum of the success probabilities in fresh scenarios."""
+
+
+def judged(method: Method, objects: int, piles: int) -> Judgement:
+    """Decides and strikes."""
+    env, successes, cpu_s, stated = SingulateEnv(objects=objects), 0, 0.0, 0.0
     for pile in range(piles):
         env.reset(seed=FIRST_SEED + pile)
         start_s = time.process_time()
         action = method(env, np.random.default_rng([pile, objects]))
         cpu_s += time.process_time() - start_s
+        worlds = breakshot.World(env.scene, env.properties, uncertain=True).sample(FRESH_SCENARIOS, pile)
+        stated += float((margins_m(env, [action], worlds) >= 0.0).mean())
         *_, info = env.step(action)
         successes += bool(info["success"])
-    return successes, cpu_s
+    return Judgement(successes, cpu_s, stated)
+
+
+def row(name: str, rows: list[Judgement], piles: int) -> str:
+    """Of the table."""
+    count = piles * len(OBJECTS)
+    cells = []
+    for judgement in rows:
+        low, high = wilson(judgement.successes, piles)
+        cells.append(f"{100 * judgement.successes / piles:.0f} % ({100 * low:.0f} to {100 * high:.0f})")
+    total = sum(judgement.successes for judgement in rows)
+    low, high = wilson(total, count)
+    stated = sum(judgement.stated for judgement in rows) / count
+    cost_ms = 1e3 * sum(judgement.cpu_s for judgement in rows) / count
+    overall = f"{100 * total / count:.0f} % ({100 * low:.0f} to {100 * high:.0f})"
+    return f"| {name} | {' | '.join(cells)} | {overall} | {100 * stated:.1f} % | {cost_ms:.0f} ms |"
+
+
+def verdict(proposals: list[Judgement], robust: list[Judgement]) -> str:
+    """Whether proposals are worth keeping."""
+    stated, needed = (sum(judgement.stated for judgement in rows) for rows in (proposals, robust))
+    cost = sum(judgement.cpu_s for judgement in proposals) / sum(judgement.cpu_s for judgement in robust)
+    return (
+        f"proposals: {stated / needed:.3f} of the robust planner's stated probability (needed: 1) at {100 * cost:.0f} % of its CPU time "
+        f"(needed: at most {100 * MOST_CPU:.0f} %): the criterion is {'met' if stated >= needed and cost <= MOST_CPU else 'missed'}"
+    )
 
 
 def main() -> None:
@@ -211,6 +319,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--train", type=Path, metavar="FILE", help="train a policy and store it here")
     parser.add_argument("--policy", type=Path, metavar="FILE", help="a stored policy")
+    parser.add_argument("--proposals", action="store_true", help="train proposals from surveys")
     parser.add_argument("--piles", type=int, default=40, help="piles for each number of objects (40)")
     arguments = parser.parse_args()
     warnings.simplefilter("ignore")
@@ -225,20 +334,19 @@ def main() -> None:
     elif arguments.policy:
         with np.load(arguments.policy) as stored:
             methods["learned policy"] = Policy([stored[name] for name in stored.files])
-    print(
-        f"| method | {' | '.join(f'{n} objects' for n in OBJECTS)} | all | CPU time of a decision |\n|---|{'---|' * len(OBJECTS)}---|---|"
-    )
+    if arguments.proposals:
+        start_s = time.process_time()
+        policy, count = surveyed(seed=2)
+        print(f"proposals: {count} surveyed strikes, {time.process_time() - start_s:.0f} s of CPU time\n")
+        methods["learned proposals"] = proposed(policy)
+    heads = [f"{n} objects" for n in OBJECTS]
+    print(f"| method | {' | '.join(heads)} | all | stated | CPU time of a decision |\n|---|{'---|' * len(OBJECTS)}---|---|---|", flush=True)
+    found = {}
     for name, method in methods.items():
-        rows = [judged(method, objects, arguments.piles) for objects in OBJECTS]
-        total = sum(successes for successes, _ in rows)
-        low, high = wilson(total, arguments.piles * len(OBJECTS))
-        cells = [f"{100 * successes / arguments.piles:.0f} %" for successes, _ in rows]
-        for k, (successes, _) in enumerate(rows):
-            ends = wilson(successes, arguments.piles)
-            cells[k] += f" ({100 * ends[0]:.0f} to {100 * ends[1]:.0f})"
-        overall = f"{100 * total / (arguments.piles * len(OBJECTS)):.0f} % ({100 * low:.0f} to {100 * high:.0f})"
-        cost_ms = 1e3 * sum(cpu_s for _, cpu_s in rows) / (arguments.piles * len(OBJECTS))
-        print(f"| {name} | {' | '.join(cells)} | {overall} | {cost_ms:.0f} ms |", flush=True)
+        found[name] = [judged(method, objects, arguments.piles) for objects in OBJECTS]
+        print(row(name, found[name], arguments.piles), flush=True)
+    if arguments.proposals:
+        print(f"\n{verdict(found['learned proposals'], found['robust'])}")
 
 
 if __name__ == "__main__":

@@ -17,8 +17,8 @@ from ._episodes import GRID_STRIKES, Episode, Game, begun, strike_numbers, struc
 from ._picture import picture
 from ._pushes import DIRECTIONS, PRIMITIVES, PUSHES
 
-Observation = npt.NDArray[np.float32]
-Frame = npt.NDArray[np.uint8]
+Observation = np.ndarray[tuple[Any, ...], np.dtype[np.float32]]
+Frame = np.ndarray[tuple[Any, ...], np.dtype[np.uint8]]
 
 TARGET_OBJECTS = 6
 """Objects where a target is freed, if not given."""

@@ -20,7 +20,7 @@ STRIKE_COST = 0.1
 RUN_UP_M = 0.03
 """Distance from the pile at which a striker starts (m)."""
 
-Array = npt.NDArray[np.float64]
+Array = np.ndarray[tuple[Any, ...], np.dtype[np.float64]]
 
 
 @dataclass(frozen=True)

@@ -20,7 +20,7 @@ _STRIKE = (60, 60, 60)
 _COLOURS = ((0, 114, 178), (213, 94, 0), (0, 158, 115), (204, 121, 167), (230, 159, 0), (86, 180, 233), (240, 228, 66))
 _MARGIN_M = 0.1
 
-Points = npt.NDArray[np.float64]
+Points = np.ndarray[tuple[Any, ...], np.dtype[np.float64]]
 
 
 class _Canvas:

@@ -8,7 +8,6 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 DIRECTIONS = 4
 """Headings of a push, from the x axis of the target on."""
@@ -30,7 +29,7 @@ CLEARANCE_M = 0.002
 SUCCESS, FAILURE, NEAR_EDGE, PUSH = 10.0, -10.0, -5.0, -1.0
 """Rewards."""
 
-Array = npt.NDArray[np.float64]
+Array = np.ndarray[tuple[Any, ...], np.dtype[np.float64]]
 
 
 def push_numbers(poses: Array, radii_m: Array, striker_m: float, run_up_m: float, speed_m_s: float, action: int) -> Array:
