@@ -9,6 +9,7 @@ use crate::synthetic::film::{Thing, View, film};
 
 mod dot;
 mod markerless;
+mod why;
 
 fn object(name: &str, shape: Shape, marker: Shape) -> Object {
     let marker = Some(Marker::centred(marker));

@@ -17,7 +17,7 @@ const LARGEST_AREA: f64 = 4.0;
 /// Components of two levels are the same region if the distance of their centroids over the marker's size is below this.
 const SAME_REGION: f64 = 0.5;
 /// Regions that are compared: a patterned table has thousands.
-const MOST_REGIONS: usize = 200;
+const MOST_REGIONS: usize = 100;
 
 /// An object that was found in the same frame.
 pub(super) struct Seen {
@@ -38,25 +38,17 @@ pub(super) fn candidates(
     if prediction.state.target.is_markerless() {
         return outline(prediction, view, seen).into_iter().collect();
     }
-    let regions = regions(prediction, view, labeller);
-    let mut tried: Option<usize> = None;
-    let mut candidates = Vec::new();
-    for (number, region) in regions.iter().enumerate().take(MOST_CANDIDATES) {
-        let verdict = verdict(prediction, view, region, seen);
-        let reason = match verdict {
-            Some(reason) => reason,
-            None if tried.is_some() => Rejection::Further,
-            None => continue,
-        };
-        tried = tried.or(Some(number));
-        let component = &region[0].component;
-        candidates.push(Candidate {
-            spot: Spot { centroid: component.centroid(), covariance_px2: component.covariance_px2() },
-            distance_m: prediction.distance_m(view.camera, component.centroid()),
-            reason,
-        });
-    }
-    candidates
+    let beside_m = prediction.state.target.object.shape.outer_radius_m();
+    let candidate = |region: Vec<Detection>| {
+        let component = region[0].component;
+        let reason = verdict(prediction, view, &region, seen);
+        let distance_m = prediction.distance_m(view.camera, component.centroid());
+        // Further away nobody would take such a region for the marker.
+        let is_faint = matches!(reason, Rejection::Area { .. } | Rejection::Unmeasurable);
+        let spot = Spot { centroid: component.centroid(), covariance_px2: component.covariance_px2() };
+        (!is_faint || distance_m < beside_m).then_some(Candidate { spot, distance_m, reason })
+    };
+    regions(prediction, view, labeller).into_iter().filter_map(candidate).take(MOST_CANDIDATES).collect()
 }
 
 /// Components around the expected place, grouped into regions, by their distance from it; each region with the largest
@@ -94,33 +86,29 @@ fn regions(prediction: &Prediction, view: &FrameView, labeller: &mut Labeller) -
     sorted_by_value(regions, |region: &Vec<Detection>| region[0].component.centroid().distance_px(at))
 }
 
-/// Why a region is not the object; `None` if it could be it.
-fn verdict(
-    prediction: &Prediction,
-    view: &FrameView,
-    region: &[Detection],
-    seen: &[Seen],
-) -> Option<Rejection> {
+/// Why a region is not the object.
+fn verdict(prediction: &Prediction, view: &FrameView, region: &[Detection], seen: &[Seen]) -> Rejection {
     let state = prediction.state;
     let height_m = state.target.height_m();
     let centroid = region[0].component.centroid();
     let at_m = view.camera.table_from_pixel(centroid, height_m);
     if let Some(other) = seen.iter().find(|other| other.marker_m.distance(at_m) < other.reach_m) {
-        return Some(Rejection::Taken { by: other.name.clone() });
+        return Rejection::Taken { by: other.name.clone() };
     }
     let expected_px2 = state.expected_area_px2(view.camera, prediction.pose);
     let ratio = |component: &Component| component.area_px as f64 / expected_px2;
     let mut nearest: Option<Rejection> = None;
     for detection in region.iter().filter(|d| AREA_RATIOS.contains(&ratio(&d.component))) {
         match prediction.judged(view, detection) {
-            Ok(_) => return None,
+            // The tracker tries fewer regions.
+            Ok(_) => return Rejection::Further,
             Err(reason) if nearest.as_ref().is_none_or(|n| progress(&reason) > progress(n)) => {
                 nearest = Some(reason);
             }
             Err(_) => {}
         }
     }
-    Some(nearest.unwrap_or(Rejection::Area { ratio: ratio(&region[0].component) }))
+    nearest.unwrap_or(Rejection::Area { ratio: ratio(&region[0].component) })
 }
 
 /// How far a region came: of several reasons the one that was reached last explains most.

@@ -46,7 +46,7 @@ pub enum Rejection {
         /// Its area times its contrast over those of the whole marker.
         ratio: f64,
     },
-    /// It is another object.
+    /// It belongs to another object.
     Taken {
         /// The name of that object.
         by: String,
@@ -89,20 +89,17 @@ impl Display for Rejection {
         match self {
             Self::Unmeasurable => write!(f, "it has too little contrast to what is around it"),
             Self::Area { ratio } => write!(f, "its area is {} of the marker's", percent(ratio)),
-            Self::Shape { ratio } => {
-                write!(
-                    f,
-                    "its shape is not the marker's: lengths or compactness differ by {}",
-                    percent(&(ratio - 1.0))
-                )
-            }
+            Self::Shape { ratio } => write!(
+                f,
+                "its shape is not the marker's: lengths or compactness differ by a factor of {ratio:.1}"
+            ),
             Self::Contrast { ratio } => write!(f, "its contrast is {} of the marker's", percent(ratio)),
             Self::FarPart { ratio } => write!(
                 f,
                 "it shows {} of a marker, and so far from the expected place only a whole one is accepted",
                 percent(ratio)
             ),
-            Self::Taken { by } => write!(f, "it is `{by}`"),
+            Self::Taken { by } => write!(f, "it belongs to `{by}`"),
             Self::Outline { visible, needed } => write!(
                 f,
                 "{} of what is usually visible of the outline is visible there, and {} are needed",

@@ -176,7 +176,7 @@ struct Drawing<'a> {
 }
 
 impl Drawing<'_> {
-    /// A line with a dark rim, so that it shows on any grey.
+    /// A line with a dark one below it, so that it shows on any grey.
     fn line(&mut self, pixels: impl Iterator<Item = Pixel>, class: &str) {
         let shown = pixels.map(|p| self.square.at(p)).filter(|p| p.x.is_finite() && p.y.is_finite());
         let points: Vec<String> = shown.map(|p| format!("{:.1},{:.1}", p.x, p.y)).collect();
@@ -216,25 +216,14 @@ impl Drawing<'_> {
 
     /// The ellipse with the moments of a region.
     fn spot(&mut self, spot: &Spot, class: &str) {
-        let (long, short, axis_rad) = principal_axes(spot.covariance_px2);
-        let [a, b] = [long, short].map(|variance| 2.0 * variance.max(0.0).sqrt());
-        let (sin, cos) = axis_rad.sin_cos();
-        let Pixel { x, y } = spot.centroid;
-        let points = (0..=ROUND_POINTS).map(|k| {
-            let (s, c) = (TAU * f64::from(k) / f64::from(ROUND_POINTS)).sin_cos();
-            let (u, v) = (a * c, b * s);
-            Pixel::new(x + u * cos - v * sin, y + u * sin + v * cos)
-        });
-        self.line(points, class);
+        self.line(ellipse(spot), class);
     }
 
-    /// The number of a refused region, beside it.
+    /// The number of a refused region, at its upper right end.
     fn number(&mut self, number: usize, spot: &Spot) {
-        let (long, ..) = principal_axes(spot.covariance_px2);
-        let reach_px = 2.0 * long.max(0.0).sqrt();
-        let at =
-            self.square.at(Pixel::new(spot.centroid.x + 0.8 * reach_px, spot.centroid.y - 0.8 * reach_px));
-        let (x, y) = (at.x.clamp(4.0, SIDE - 14.0), at.y.clamp(16.0, SIDE - 4.0));
+        let ends = ellipse(spot).map(|p| self.square.at(p));
+        let Some(at) = ends.max_by(|p, q| (p.x - p.y).total_cmp(&(q.x - q.y))) else { return };
+        let (x, y) = ((at.x + 2.0).clamp(4.0, SIDE - 14.0), (at.y - 1.0).clamp(16.0, SIDE - 4.0));
         let _ = write!(self.svg, "<text x=\"{x:.1}\" y=\"{y:.1}\" class=\"why-number\">{number}</text>");
     }
 
@@ -269,4 +258,17 @@ impl Drawing<'_> {
             bottom - top
         );
     }
+}
+
+/// The ellipse with the moments of a region.
+fn ellipse(spot: &Spot) -> impl Iterator<Item = Pixel> {
+    let (long, short, axis_rad) = principal_axes(spot.covariance_px2);
+    let [a, b] = [long, short].map(|variance| 2.0 * variance.max(0.0).sqrt());
+    let (sin, cos) = axis_rad.sin_cos();
+    let Pixel { x, y } = spot.centroid;
+    (0..=ROUND_POINTS).map(move |k| {
+        let (s, c) = (TAU * f64::from(k) / f64::from(ROUND_POINTS)).sin_cos();
+        let (u, v) = (a * c, b * s);
+        Pixel::new(x + u * cos - v * sin, y + u * sin + v * cos)
+    })
 }

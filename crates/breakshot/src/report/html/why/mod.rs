@@ -2,12 +2,15 @@
 
 mod crop;
 mod stretches;
+#[cfg(test)]
+mod tests;
 
 use super::super::figures::escaped;
 use super::page_of;
 use super::text::{mm, sentence};
 use crate::capture::Frame;
 use crate::detect::{Candidate, Explained, ObjectSearches, Outcome, Search};
+use crate::geometry::Pixel;
 use crate::object;
 use crop::Subject;
 use std::collections::BTreeMap;
@@ -124,7 +127,7 @@ impl<'a> WhyPage<'a> {
             body += &self.chapter(object, searches);
         }
         body += &self.warnings();
-        page_of(&format!("Why frames of {film} are lost or doubtful"), lead, &body)
+        page_of(&format!("Lost and doubtful frames of {film}"), lead, &body)
     }
 
     /// The searches of a stretch that are drawn: one that found the object first.
@@ -184,7 +187,8 @@ impl<'a> WhyPage<'a> {
             text += "<h3>Without pictures</h3>\n<ul>\n";
             for stretch in listed.iter().take(MOST_LISTED) {
                 let (when, what) = (when(stretch, &searches.frames), kinds(stretch.lost, stretch.doubtful));
-                let _ = writeln!(text, "<li>{when}: {what}. {}</li>", reasons(stretch, &searches.frames));
+                let _ =
+                    writeln!(text, "<li>{when}: {what}. {}</li>", self.reasons(stretch, &searches.frames));
             }
             if let Some(more) = listed.len().checked_sub(MOST_LISTED).filter(|more| *more > 0) {
                 let _ = writeln!(text, "<li>{more} more</li>");
@@ -200,15 +204,109 @@ impl<'a> WhyPage<'a> {
         let mut text = format!(
             "<h3>{}: {what}</h3>\n<p>{}</p>\n<ul class=\"clips\">\n",
             sentence(&when).trim_end_matches('.'),
-            reasons(stretch, searches)
+            self.reasons(stretch, searches)
         );
         for k in self.drawn(stretch) {
             let search = &searches[k];
             let svg = self.drawings.get(&(stretch.object, k)).filter(|svg| !svg.is_empty());
             let svg = svg.map_or("<p class=\"nothing\">the frame was not read</p>", String::as_str);
-            let _ = writeln!(text, "<li>{svg}{}</li>", caption(search));
+            let _ = writeln!(text, "<li>{svg}{}</li>", self.caption(search));
         }
         text + "</ul>\n"
+    }
+
+    /// Whether the object was expected where the camera does not look.
+    fn is_outside(&self, search: &Search) -> bool {
+        self.found.cameras.get(search.camera).is_some_and(|camera| {
+            let Pixel { x, y } = camera.pixel_from_table(search.predicted.position, 0.0);
+            let [width, height] = camera.size_px.map(|px| px as f64);
+            !(x > 0.0 && y > 0.0 && x < width && y < height)
+        })
+    }
+
+    /// The reasons of a stretch with the number of frames of each, the most frequent first.
+    fn reasons(&self, stretch: &Stretch, searches: &[Search]) -> String {
+        let mut of_reason: BTreeMap<Reason, Vec<usize>> = BTreeMap::new();
+        for k in stretch.range.clone().filter(|&k| !searches[k].outcome.is_trusted()) {
+            of_reason.entry(Reason::of(&searches[k].outcome)).or_default().push(k);
+        }
+        let mut groups: Vec<Vec<usize>> = of_reason.into_values().collect();
+        groups.sort_by_key(|group| (usize::MAX - group.len(), group[0]));
+        let text = |group: &Vec<usize>| {
+            let reason = escaped(&self.reason(&searches[group[group.len() / 2]]));
+            if group.len() == stretch.untrusted() {
+                sentence(&reason)
+            } else if group.len() == 1 {
+                format!("In 1 frame {reason}.")
+            } else {
+                format!("In {} frames {reason}.", group.len())
+            }
+        };
+        groups.iter().map(text).collect::<Vec<_>>().join(" ")
+    }
+
+    /// Why one frame is not trusted.
+    fn reason(&self, search: &Search) -> String {
+        match &search.outcome {
+            Outcome::Found(_) => "the object was found".to_owned(),
+            Outcome::Doubtful(_, doubts) => {
+                doubts.iter().map(ToString::to_string).collect::<Vec<_>>().join("; ")
+            }
+            Outcome::Lost(candidates) => match candidates.first() {
+                None if self.is_outside(search) => "it was expected outside the picture".to_owned(),
+                None => format!(
+                    "nothing of about its size, shape and shade was within {} of where it was expected: it may be covered, or much lighter or \
+                     darker than before",
+                    mm(search.radius_m)
+                ),
+                Some(Candidate { distance_m, reason, .. }) => format!(
+                    "what was nearest to the expected place, {} from it, was refused: {reason}",
+                    mm(*distance_m)
+                ),
+            },
+        }
+    }
+
+    /// The text below a drawing.
+    fn caption(&self, search: &Search) -> String {
+        let (title, class) = match search.outcome {
+            Outcome::Found(_) => ("found", "yes"),
+            Outcome::Doubtful(..) => ("doubtful", "doubt"),
+            Outcome::Lost(_) => ("not found", "no"),
+        };
+        let (time_s, frame) = (search.time_s, search.frame);
+        let mut text =
+            format!("<h3>{time_s:.3} s, frame {frame}: <span class=\"{class}\">{title}</span></h3>");
+        match &search.outcome {
+            Outcome::Found(sighting) => {
+                let _ =
+                    write!(text, "<p>for comparison; standard deviation {:.2} mm</p>", 1e3 * sighting.std_m);
+            }
+            Outcome::Doubtful(sighting, doubts) => {
+                for doubt in doubts {
+                    let _ = write!(text, "<p>{}</p>", sentence(&escaped(&doubt.to_string())));
+                }
+                let off_m = sighting.pose.position.distance(search.predicted.position);
+                let _ = write!(
+                    text,
+                    "<p>Standard deviation {:.2} mm; {} from where it was expected.</p>",
+                    1e3 * sighting.std_m,
+                    mm(off_m)
+                );
+            }
+            Outcome::Lost(candidates) if candidates.is_empty() => {
+                let _ = write!(text, "<p>{}</p>", sentence(&escaped(&self.reason(search))));
+            }
+            Outcome::Lost(candidates) => {
+                text += "<ol>";
+                for Candidate { distance_m, reason, .. } in candidates {
+                    let reason = escaped(&reason.to_string());
+                    let _ = write!(text, "<li>{} from the expected place: {reason}.</li>", mm(*distance_m));
+                }
+                text += "</ol>";
+            }
+        }
+        text
     }
 
     fn warnings(&self) -> String {
@@ -247,85 +345,6 @@ fn when(stretch: &Stretch, searches: &[Search]) -> String {
     } else {
         format!("{:.3} to {:.3} s (frames {} to {})", first.time_s, last.time_s, first.frame, last.frame)
     }
-}
-
-/// The reasons of a stretch with the number of frames of each, the most frequent first.
-fn reasons(stretch: &Stretch, searches: &[Search]) -> String {
-    let mut of_reason: BTreeMap<Reason, Vec<usize>> = BTreeMap::new();
-    for k in stretch.range.clone().filter(|&k| !searches[k].outcome.is_trusted()) {
-        of_reason.entry(Reason::of(&searches[k].outcome)).or_default().push(k);
-    }
-    let mut groups: Vec<Vec<usize>> = of_reason.into_values().collect();
-    groups.sort_by_key(|group| (usize::MAX - group.len(), group[0]));
-    let text = |group: &Vec<usize>| {
-        let reason = escaped(&reason(&searches[group[group.len() / 2]]));
-        if group.len() == stretch.untrusted() {
-            sentence(&reason)
-        } else if group.len() == 1 {
-            format!("In 1 frame {reason}.")
-        } else {
-            format!("In {} frames {reason}.", group.len())
-        }
-    };
-    groups.iter().map(text).collect::<Vec<_>>().join(" ")
-}
-
-/// Why one frame is not trusted.
-fn reason(search: &Search) -> String {
-    match &search.outcome {
-        Outcome::Found(_) => "the object was found".to_owned(),
-        Outcome::Doubtful(_, doubts) => doubts.iter().map(ToString::to_string).collect::<Vec<_>>().join("; "),
-        Outcome::Lost(candidates) => match candidates.first() {
-            None => format!(
-                "nothing of about its size and shade was within {} of where it was expected",
-                mm(search.radius_m)
-            ),
-            Some(Candidate { distance_m, reason, .. }) => format!(
-                "what was nearest to the expected place, {} from it, was refused: {reason}",
-                mm(*distance_m)
-            ),
-        },
-    }
-}
-
-/// The text below a drawing.
-fn caption(search: &Search) -> String {
-    let (title, class) = match search.outcome {
-        Outcome::Found(_) => ("found", "yes"),
-        Outcome::Doubtful(..) => ("doubtful", "doubt"),
-        Outcome::Lost(_) => ("not found", "no"),
-    };
-    let (time_s, frame) = (search.time_s, search.frame);
-    let mut text = format!("<h3>{time_s:.3} s, frame {frame}: <span class=\"{class}\">{title}</span></h3>");
-    match &search.outcome {
-        Outcome::Found(sighting) => {
-            let _ = write!(text, "<p>for comparison; standard deviation {:.2} mm</p>", 1e3 * sighting.std_m);
-        }
-        Outcome::Doubtful(sighting, doubts) => {
-            for doubt in doubts {
-                let _ = write!(text, "<p>{}</p>", sentence(&escaped(&doubt.to_string())));
-            }
-            let off_m = sighting.pose.position.distance(search.predicted.position);
-            let _ = write!(
-                text,
-                "<p>Standard deviation {:.2} mm; {} from where it was expected.</p>",
-                1e3 * sighting.std_m,
-                mm(off_m)
-            );
-        }
-        Outcome::Lost(candidates) if candidates.is_empty() => {
-            let _ = write!(text, "<p>{}</p>", sentence(&escaped(&reason(search))));
-        }
-        Outcome::Lost(candidates) => {
-            text += "<ol>";
-            for Candidate { distance_m, reason, .. } in candidates {
-                let reason = escaped(&reason.to_string());
-                let _ = write!(text, "<li>{} from the expected place: {reason}.</li>", mm(*distance_m));
-            }
-            text += "</ol>";
-        }
-    }
-    text
 }
 
 /// The film from left to right: where the object was found, doubtful and lost.
