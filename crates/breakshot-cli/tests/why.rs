@@ -107,6 +107,7 @@ fn the_page_is_of_one_film() {
     let output = breakshot(folder.path(), &args);
     assert_eq!(output.status.code(), Some(2));
     assert!(String::from_utf8_lossy(&output.stderr).contains("--why"));
-    let args = ["detect", "cell.toml", "objects.toml", "film.y4m", "--objects", "puck", "--why", "no/why.html"];
+    let args =
+        ["detect", "cell.toml", "objects.toml", "film.y4m", "--objects", "puck", "--why", "no/why.html"];
     assert_refused(folder.path(), &[&args[..], &["-o", "tracks.csv"]].concat(), &["no/why.html"]);
 }

@@ -253,7 +253,7 @@ impl Clip<'_> {
         let opening = clip.opening(&mut frames, layout, options)?;
         let mut found = clip.followed(opening, &mut frames, options)?;
         found.tracks.warnings.extend(resized.warnings);
-        found.objects = resized.objects.clone();
+        found.objects.clone_from(&resized.objects);
         Ok(found)
     }
 

@@ -56,13 +56,11 @@ impl Recorder {
     /// The index of a camera among those so far, which it joins if it is new.
     fn number_of(&mut self, camera: &Camera) -> usize {
         let last = self.cameras.len() - 1;
-        match [0, last].into_iter().find(|&k| self.cameras[k] == *camera) {
-            Some(number) => number,
-            None => {
-                self.cameras.push(camera.clone());
-                last + 1
-            }
-        }
+        let known = [0, last].into_iter().find(|&k| self.cameras[k] == *camera);
+        known.unwrap_or_else(|| {
+            self.cameras.push(camera.clone());
+            last + 1
+        })
     }
 
     /// Adds what was refused to the records of the objects that were lost in the last frame.

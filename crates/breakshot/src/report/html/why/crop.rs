@@ -187,23 +187,18 @@ impl Drawing<'_> {
         );
     }
 
-    /// A closed line on the table at a height, in the object's frame.
-    fn outline(&mut self, shape: &Shape, at_m: Point, pose: Pose, height_m: f64, class: &str) {
-        let camera = self.subject.camera;
-        let points = closed_outline(shape).into_iter().map(|p| pose.table_from_body(p + at_m.to_vec()));
-        self.line(points.map(|p| camera.pixel_from_table(p, height_m)), class);
-    }
-
-    /// The outline of the object and of its marker.
+    /// The outline of the object, of its marker and of the dot beside that.
     fn object(&mut self, pose: Pose, class: &str) {
-        let Subject { object, height_m, .. } = *self.subject;
-        self.outline(&object.shape, Point::ORIGIN, pose, object.height_m, class);
+        let Subject { object, height_m, camera, .. } = *self.subject;
+        let mut outlines = vec![(object.shape.clone(), Point::ORIGIN, object.height_m)];
         if let Some(marker) = &object.marker {
-            self.outline(&marker.shape, marker.at_m, pose, height_m, class);
-            if let Some(dot) = marker.dot {
-                let shape = Shape::Disc { radius_m: dot.radius_m };
-                self.outline(&shape, dot.at_m, pose, height_m, class);
-            }
+            outlines.push((marker.shape.clone(), marker.at_m, height_m));
+            let dot = marker.dot.map(|dot| (Shape::Disc { radius_m: dot.radius_m }, dot.at_m, height_m));
+            outlines.extend(dot);
+        }
+        for (shape, at_m, height_m) in outlines {
+            let points = closed_outline(&shape).into_iter().map(|p| pose.table_from_body(p + at_m.to_vec()));
+            self.line(points.map(|p| camera.pixel_from_table(p, height_m)), class);
         }
     }
 
