@@ -51,6 +51,10 @@ pub(crate) struct DetectArgs {
     /// longer film is decoded a second time.
     #[arg(long, value_name = "FILE")]
     pub(crate) overlay: Option<PathBuf>,
+    /// Also writes a page (HTML) of the frames in which an object was not found or is doubtful: where it was searched, what was found
+    /// there, and why that was refused or is doubtful. The frames are kept in memory as for --overlay.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) why: Option<PathBuf>,
     /// The output file (tracks): `.csv` or `.json`.
     #[arg(short, long, value_name = "FILE", required_unless_present = "campaign")]
     pub(crate) output: Option<PathBuf>,
@@ -64,7 +68,7 @@ pub(crate) struct DetectArgs {
 pub(crate) struct BatchArgs {
     /// Tracks the clips of this campaign instead of one video.
     #[arg(long, value_name = "CAMPAIGN", requires = "tracks", conflicts_with_all = ["cell", "objects", "video", "names",
-        "strike_heading_rad", "scene", "threshold", "table", "frame_rate_hz", "plot", "overlay", "output"])]
+        "strike_heading_rad", "scene", "threshold", "table", "frame_rate_hz", "plot", "overlay", "why", "output"])]
     pub(crate) campaign: Option<PathBuf>,
     /// The folder for the tracks (JSON, one file for each clip; created if it does not exist). Clips whose tracks are there already, made of
     /// the same content by the same version, are not tracked again.

@@ -5,9 +5,9 @@ use super::frames::{FRAME_MEMORY_BYTES, FrameBuffer};
 use super::overlay_film;
 use crate::detect_args::DetectArgs;
 use crate::{Outcome, console};
-use breakshot::capture::{Capture, Frame};
+use breakshot::capture::{Capture, Footage, Frame};
 use breakshot::detect::{Layout, Tracks};
-use breakshot::report::{self, Overlay};
+use breakshot::report::{self, Overlay, WhyPage};
 use breakshot::{Error, Result, detect, files};
 use std::fmt::Write;
 use std::path::Path;
@@ -51,11 +51,11 @@ fn one_clip(args: &DetectArgs, named: &ClipFiles) -> Result<Outcome> {
         (None, None) => Layout::Unknown,
     };
 
-    // The frames for the overlay are kept while the film is tracked.
+    // The frames for the pictures are kept while the film is tracked.
     let mut film = Capture::of(args.rate.open(video, args.decoder, &cell)?, &cell)?;
     let (camera, size_px) = (film.camera.clone(), film.footage.size_px());
     let buffer = FrameBuffer::default();
-    if args.overlay.is_some() {
+    if args.overlay.is_some() || args.why.is_some() {
         film.footage = buffer.keeping(film.footage, FRAME_MEMORY_BYTES);
     }
     let bar = console::progress(film.footage.frame_count().unwrap_or(0), "frames");
@@ -67,7 +67,12 @@ fn one_clip(args: &DetectArgs, named: &ClipFiles) -> Result<Outcome> {
         on_frame: Some(&count),
         strike: None,
     };
-    let tracks = detect::tracks(film, &objects.value, &args.names, &layout, &options)?;
+    let (tracks, found) = if args.why.is_some() {
+        let found = detect::explained(film, &objects.value, &args.names, &layout, &options)?;
+        (found.tracks.clone(), Some(found))
+    } else {
+        (detect::tracks(film, &objects.value, &args.names, &layout, &options)?, None)
+    };
     bar.finish_and_clear();
     console::warn(&tracks.warnings);
 
@@ -82,9 +87,19 @@ fn one_clip(args: &DetectArgs, named: &ClipFiles) -> Result<Outcome> {
     }
     let mut written = vec![output.to_path_buf()];
     written.extend(args.plot.clone());
+    let kept = buffer.into_frames();
+    if let (Some(page), Some(found)) = (&args.why, &found) {
+        let mut why = WhyPage::new(found);
+        match &kept {
+            Some(frames) => frames.iter().enumerate().for_each(|(number, frame)| why.add(number, frame)),
+            None => add_frames(&mut why, args.rate.open(video, args.decoder, &cell)?)?,
+        }
+        files::write_whole(page, why.html().as_bytes())?;
+        written.push(page.clone());
+    }
     if let Some(film) = &args.overlay {
         let overlay = Overlay { camera: &camera, tracks: &tracks, objects: &objects.value };
-        let frames: Box<dyn Iterator<Item = Result<Frame>>> = match buffer.into_frames() {
+        let frames: Box<dyn Iterator<Item = Result<Frame>>> = match kept {
             Some(frames) => Box::new(frames.into_iter().map(Ok)),
             None => Box::new(args.rate.open(video, args.decoder, &cell)?),
         };
@@ -101,6 +116,15 @@ fn one_clip(args: &DetectArgs, named: &ClipFiles) -> Result<Outcome> {
         }
     }
     Ok(Outcome::doubtful_if(!tracks.warnings.is_empty()))
+}
+
+/// Reads a film up to the last frame that the page shows.
+fn add_frames(why: &mut WhyPage, film: Footage) -> Result<()> {
+    let count = why.last_frame().map_or(0, |last| last + 1);
+    for (number, frame) in film.take(count).enumerate() {
+        why.add(number, &frame?);
+    }
+    Ok(())
 }
 
 /// Whether the output is CSV, by the extension of its name.

@@ -23,12 +23,16 @@ mod threshold;
 mod track;
 mod track_state;
 mod tracks;
+mod why;
 
 pub use association::Layout;
 pub use drafting::{Draft, Drafted, Heights, draft};
 pub use recorded::{Recording, recorded_tracks};
 pub use striker::{StrikerSample, StrikerTrack};
 pub use tracks::{Sample, Track, Tracks};
+pub use why::{
+    Candidate, Doubt, Explained, MOST_CANDIDATES, ObjectSearches, Outcome, Rejection, Search, Sighting, Spot,
+};
 
 use crate::capture::{Camera, CameraMotion, Capture, Frame, GreyImage, RECORDED_LENS};
 use crate::error::{Error, Result};
@@ -41,9 +45,11 @@ use marker::target::Target;
 use markerless::edge_fit::OutlineFit;
 use markerless::edge_visibility::OutlineView;
 use markerless::{background, outline_size};
+use postprocess::DoubtedTrack;
 use std::collections::BTreeSet;
 use striker::{Follower, GivenStrike};
 use track::Tracker;
+use why::recorder::Recorder;
 
 /// Settings of the detection.
 #[derive(Clone, Copy, Default)]
@@ -99,14 +105,46 @@ pub fn tracks(
     layout: &Layout,
     options: &Options,
 ) -> Result<Tracks> {
+    Ok(tracked(capture, &Wanted { objects, names, layout }, false, options)?.tracks)
+}
+
+/// The same tracks, with a record of how every object was searched in each frame: where it was expected, and why it was lost or
+/// its position is doubtful.
+///
+/// # Errors
+/// As [`tracks()`].
+pub fn explained(
+    capture: Capture,
+    objects: &[Object],
+    names: &[String],
+    layout: &Layout,
+    options: &Options,
+) -> Result<Explained> {
+    tracked(capture, &Wanted { objects, names, layout }, true, options)
+}
+
+/// What is to be found in a film.
+struct Wanted<'a> {
+    objects: &'a [Object],
+    names: &'a [String],
+    layout: &'a Layout,
+}
+
+fn tracked(
+    capture: Capture,
+    &Wanted { objects, names, layout }: &Wanted,
+    is_recorded: bool,
+    options: &Options,
+) -> Result<Explained> {
     let Capture { mut footage, camera, cell } = capture;
     let striker = Some(&cell.striker).filter(|striker| !striker.is_none());
     let given = options.strike.zip(striker).map(|(strike, striker)| GivenStrike { strike, striker });
     let targets = targets(objects, names)?;
-    let clip = Clip { name: footage.name().to_string(), camera: &camera, targets, given };
-    let mut tracks = clip.tracks(objects, &mut footage, layout, options)?;
-    tracks.warnings.splice(0..0, lens_warnings(&camera).chain(footage.warnings().iter().cloned()));
-    Ok(tracks)
+    let clip = Clip { name: footage.name().to_string(), camera: &camera, targets, given, is_recorded };
+    let mut found = clip.explained(objects, &mut footage, layout, options)?;
+    let of_film = lens_warnings(&camera).chain(footage.warnings().iter().cloned());
+    found.tracks.warnings.splice(0..0, of_film);
+    Ok(found)
 }
 
 /// The pose of each of `names` in the first frames of a film, or in a picture; and warnings.
@@ -121,7 +159,8 @@ pub fn placed(
 ) -> Result<(Vec<Placed>, Vec<String>)> {
     let Capture { mut footage, camera, .. } = capture;
     let targets = targets(objects, names)?;
-    let clip = Clip { name: footage.name().to_string(), camera: &camera, targets, given: None };
+    let name = footage.name().to_string();
+    let clip = Clip { name, camera: &camera, targets, given: None, is_recorded: false };
     let frames = first_frames(&clip.name, &mut footage)?;
     let layout = Layout::Unknown;
     let opening = Opening { starts: clip.starts(&frames, &layout, options), frames, skipped: 0 };
@@ -166,6 +205,8 @@ struct Clip<'a> {
     targets: Vec<Target<'a>>,
     /// The strike, if it is given.
     given: Option<GivenStrike<'a>>,
+    /// Whether a record of the searches is kept.
+    is_recorded: bool,
 }
 
 /// The beginning of a film.
@@ -196,23 +237,24 @@ struct Found {
 
 impl Clip<'_> {
     /// The tracks; an object without marker may have another size than the given one.
-    fn tracks(
+    fn explained(
         &self,
         objects: &[Object],
         frames: &mut dyn Iterator<Item = Result<Frame>>,
         layout: &Layout,
         options: &Options,
-    ) -> Result<Tracks> {
+    ) -> Result<Explained> {
         let opening = self.opening(frames, layout, options)?;
         let Some(resized) = self.resized(objects, &opening, layout, options) else {
-            return self.followed(opening, frames, options);
+            return Ok(Explained { objects: objects.to_vec(), ..self.followed(opening, frames, options)? });
         };
         let clip = self.with_objects(&resized.objects)?;
         let mut frames = opening.frames.into_iter().map(Ok).chain(frames);
         let opening = clip.opening(&mut frames, layout, options)?;
-        let mut tracks = clip.followed(opening, &mut frames, options)?;
-        tracks.warnings.extend(resized.warnings);
-        Ok(tracks)
+        let mut found = clip.followed(opening, &mut frames, options)?;
+        found.tracks.warnings.extend(resized.warnings);
+        found.objects.clone_from(&resized.objects);
+        Ok(found)
     }
 
     /// Reads frames until all targets are visible, but no more than [`LATEST_START`]; a marker may be covered at first.
@@ -239,7 +281,7 @@ impl Clip<'_> {
         opening: Opening,
         frames: &mut dyn Iterator<Item = Result<Frame>>,
         options: &Options,
-    ) -> Result<Tracks> {
+    ) -> Result<Explained> {
         let Opening { frames: mut read, skipped, starts } = opening;
         let (starts, mut warnings) = starts?;
         let opening = read.split_off(skipped);
@@ -254,11 +296,15 @@ impl Clip<'_> {
         let mut tracker = Tracker::new(self.camera, starts, options.threshold, interval_s);
         let mut motion = CameraMotion::new(self.camera);
         let mut follower = self.given.and_then(|given| Follower::new(self.camera, given, interval_s));
+        let mut recorder = self.is_recorded.then(|| Recorder::new(self.camera, self.targets.len()));
         let mut done = skipped;
         for frame in opening.into_iter().map(Ok).chain(frames) {
             let frame = frame?;
             let camera = motion.follow(&frame);
-            tracker.track(&frame, camera);
+            match &mut recorder {
+                Some(recorder) => recorder.track(&mut tracker, &frame, camera),
+                None => tracker.track(&frame, camera),
+            }
             if let Some(follower) = &mut follower {
                 follower.add(&frame, camera);
             }
@@ -268,17 +314,25 @@ impl Clip<'_> {
             }
         }
         warnings.extend(motion.warning());
-        let mut tracks = self.postprocessed(&tracker, warnings);
-        tracks.striker = follower.and_then(|follower| follower.track(&tracks.tracks));
-        Ok(tracks)
+        let mut found = self.postprocessed(&tracker, recorder, skipped, warnings);
+        found.tracks.striker = follower.and_then(|follower| follower.track(&found.tracks.tracks));
+        Ok(found)
     }
 
-    fn postprocessed(&self, tracker: &Tracker, mut warnings: Vec<String>) -> Tracks {
+    /// The tracks and the record, if one was kept; `skipped` frames were not tracked.
+    fn postprocessed(
+        &self,
+        tracker: &Tracker,
+        recorder: Option<Recorder>,
+        skipped: usize,
+        mut warnings: Vec<String>,
+    ) -> Explained {
         let camera = self.camera;
         let exposure_s =
             motion_blur::exposure_s(camera, &tracker.states).or(camera.exposure_s).unwrap_or(0.0);
-        let mut tracks: Vec<Track> =
-            tracker.states.iter().map(|state| postprocess::track(camera, state, exposure_s)).collect();
+        let doubted = tracker.states.iter().map(|state| postprocess::track(camera, state, exposure_s));
+        let (mut tracks, doubts): (Vec<Track>, Vec<_>) =
+            doubted.map(|DoubtedTrack { track, doubts }| (track, doubts)).unzip();
         postprocess::scale_noise(&mut tracks);
         for track in &mut tracks {
             derivatives::fill(&mut track.samples);
@@ -290,14 +344,17 @@ impl Clip<'_> {
             let name = target.name;
             format!("doubtful: the marker of `{name}` is off its centroid and does not determine its yaw: if it rotates, its positions are wrong")
         }));
-        Tracks {
+        let finished = |recorder: Recorder| recorder.finished(&tracker.states, &tracks, &doubts, skipped);
+        let (cameras, searches) = recorder.map(finished).unwrap_or_default();
+        let tracks = Tracks {
             version: 1,
             video: self.name.clone(),
             reprojection_rms_px: camera.reprojection_rms_px,
             tracks,
             striker: None,
             warnings,
-        }
+        };
+        Explained { tracks, objects: Vec::new(), cameras, searches }
     }
 
     /// The marker and the pose of every target in the mean of the first frames, and warnings.
@@ -350,7 +407,7 @@ impl Clip<'_> {
         let target =
             |target: &Target<'o>| Ok(Target::new(target.name, object::find(objects, target.name, "detect")?));
         let targets = self.targets.iter().map(target).collect::<Result<_>>()?;
-        Ok(Clip { name: self.name.clone(), camera: self.camera, targets, given: self.given })
+        Ok(Clip { name: self.name.clone(), targets, ..*self })
     }
 
     /// Whether all targets were found, and the outlines of those without markers are visible nearly all around.

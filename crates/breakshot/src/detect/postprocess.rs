@@ -9,6 +9,7 @@ use super::marker::target::Target;
 use super::motion_blur::{LEAST_FAST, velocity_px_s, without_blur};
 use super::track_state::{TrackPoint, TrackState};
 use super::tracks::{Sample, Track};
+use super::why::reason::Doubt;
 use crate::capture::Camera;
 use crate::geometry::Pixel;
 use crate::geometry::moments::principal_axes;
@@ -27,8 +28,15 @@ const BLUR_UNCERTAINTY: f64 = 0.1;
 /// An object that reaches the border within this time (s) at its velocity has left the image when it is lost.
 const LEAVING_S: f64 = 0.1;
 
+/// The track of one object, and what each of its samples is doubtful for.
+pub(super) struct DoubtedTrack {
+    pub track: Track,
+    /// Beside each sample; empty for one that is not doubtful.
+    pub doubts: Vec<Vec<Doubt>>,
+}
+
 /// The track of one object, in the order of time.
-pub(super) fn track(camera: &Camera, state: &TrackState, exposure_s: f64) -> Track {
+pub(super) fn track(camera: &Camera, state: &TrackState, exposure_s: f64) -> DoubtedTrack {
     // Appearance of the marker in every frame
     let target = &state.target;
     let blurs_px: Vec<[f64; 2]> =
@@ -49,18 +57,27 @@ pub(super) fn track(camera: &Camera, state: &TrackState, exposure_s: f64) -> Tra
         };
         yaw_near_rad = pose.yaw_rad;
         let scale_m_per_px = camera.scale_m_per_px(point.blob.centroid, target.height_m());
-        let doubtful = deviation_px.is_some()
-            || point.blob.at_border
-            || target.is_markerless() && !point.complete
-            || target.is_off_centre() && !point.yaw_known;
+        let doubts = doubts(target, point, deviation_px);
         // A rolling shutter exposes lower rows later.
         let time_s = point.time_s + camera.readout_s * point.blob.centroid.y / camera.size_px[1] as f64;
         let yaw_rad = (target.has_observable_yaw() && point.yaw_known).then_some(pose.yaw_rad);
         // An occlusion that shortens a marker displaces its centroid by about as much.
         let std_m = scale_m_per_px * (point.blob.std_px + deviation_px.unwrap_or(0.0));
-        Sample { doubtful, ..Sample::new(time_s, pose.position, yaw_rad, std_m) }
+        let sample = Sample::new(time_s, pose.position, yaw_rad, std_m);
+        (Sample { doubtful: !doubts.is_empty(), ..sample }, doubts)
     });
-    Track { object: target.name.to_string(), samples: samples.collect() }
+    let (samples, doubts) = samples.unzip();
+    DoubtedTrack { track: Track { object: target.name.to_string(), samples }, doubts }
+}
+
+/// Why a position may be biased; `deviation_px` is that of the marker's size, where it is more than noise.
+fn doubts(target: &Target, point: &TrackPoint, deviation_px: Option<f64>) -> Vec<Doubt> {
+    let size = deviation_px.map(|deviation_px| Doubt::Size { deviation_px });
+    let border = point.blob.at_border.then_some(Doubt::AtBorder);
+    let is_partial = target.is_markerless() && !point.complete;
+    let outline = is_partial.then_some(Doubt::Outline { visible: point.blob.contrast });
+    let yaw = (target.is_off_centre() && !point.yaw_known).then_some(Doubt::Yaw);
+    [size, border, outline, yaw].into_iter().flatten().collect()
 }
 
 /// Direction and size of a marker in one frame, without motion blur.

@@ -15,6 +15,7 @@ use super::markerless;
 use super::motion_blur::FrameView;
 use super::threshold::{Level, search_thresholds};
 use super::track_state::{COMPLETE, Observation, TrackState};
+use super::why::reason::Rejection;
 use crate::capture::{Camera, Frame, GreyImage};
 use crate::geometry::moments::{compactness, principal_axes};
 use crate::geometry::{Pixel, Pose, wrapped_rad};
@@ -37,7 +38,7 @@ const ELONGATION_STD: f64 = 0.2;
 /// Distance from the prediction (standard deviations) within which a partly visible marker is accepted.
 const NEAR_STDS: f64 = 3.0;
 /// Range of a component's area over the expected one, with or without an occlusion.
-const AREA_RATIOS: RangeInclusive<f64> = 0.2..=1.6;
+pub(super) const AREA_RATIOS: RangeInclusive<f64> = 0.2..=1.6;
 /// Largest ratio of the contrasts of a partly and a completely visible marker.
 const SAME_CONTRAST: f64 = 1.5;
 /// Components of two levels are the same region if the distance of their centroids over their size is below this.
@@ -56,9 +57,9 @@ pub(super) struct Tracker<'a> {
 
 /// A component that may be a tracked marker.
 #[derive(Clone, Copy, Debug)]
-struct Detection {
-    component: Component,
-    level: Level,
+pub(super) struct Detection {
+    pub component: Component,
+    pub level: Level,
 }
 
 /// One region of the image, at each level at which it was detected.
@@ -95,6 +96,22 @@ impl<'a> Tracker<'a> {
     /// Times of the frames so far (s).
     pub(super) fn times_s(&self) -> &[f64] {
         &self.times_s
+    }
+
+    /// A frame after those so far, or the last one of them.
+    pub(super) fn view<'v>(&self, frame: &'v Frame, camera: &'v Camera) -> FrameView<'v> {
+        let last_s = self.times_s.last().copied().filter(|&last_s| last_s < frame.time_s);
+        FrameView {
+            frame,
+            camera,
+            interval_s: last_s.map_or(self.interval_s, |last_s| frame.time_s - last_s),
+        }
+    }
+
+    /// Where an object is expected at a time after its last observation.
+    pub(super) fn prediction(&self, object: usize, time_s: f64) -> Prediction<'_, 'a> {
+        let state = &self.states[object];
+        Prediction { state, pose: state.predicted(time_s) }
     }
 
     /// Adds the next frame: every object is observed in it, or not. `camera` is the frame's: it differs from the calibrated one
@@ -247,14 +264,14 @@ fn without_shared_markers(
 
 /// An object and its predicted pose.
 #[derive(Clone, Copy)]
-struct Prediction<'s, 'a> {
-    state: &'s TrackState<'a>,
-    pose: Pose,
+pub(super) struct Prediction<'s, 'a> {
+    pub state: &'s TrackState<'a>,
+    pub pose: Pose,
 }
 
 impl Prediction<'_, '_> {
     /// Largest distance of the object from its prediction (m).
-    fn search_radius_m(&self, view: &FrameView) -> f64 {
+    pub(super) fn search_radius_m(&self, view: &FrameView) -> f64 {
         let radius_m = self.state.target.feature.shape.outer_radius_m();
         // An object that left the image over its border does not reappear far inside it.
         if self.state.is_at_border() {
@@ -262,6 +279,15 @@ impl Prediction<'_, '_> {
         }
         let incomplete_s = self.state.incomplete_s(view.frame.time_s).unwrap_or(view.interval_s);
         FASTEST_M_S * incomplete_s + radius_m
+    }
+
+    /// How far around its prediction a marker or an outline is searched (m).
+    pub(super) fn reach_m(&self, view: &FrameView) -> f64 {
+        if self.state.target.is_markerless() {
+            markerless::search_range(view, self.state).radius_m
+        } else {
+            self.search_radius_m(view)
+        }
     }
 
     /// Standard deviation of the predicted position (m).
@@ -291,7 +317,7 @@ impl Prediction<'_, '_> {
     }
 
     /// Distance of a marker's centroid from the predicted one (m).
-    fn distance_m(&self, camera: &Camera, centroid: Pixel) -> f64 {
+    pub(super) fn distance_m(&self, camera: &Camera, centroid: Pixel) -> f64 {
         let target = &self.state.target;
         let position = camera.table_from_pixel(centroid, target.height_m());
         position.distance(self.pose.table_from_body(target.feature.at_m))
@@ -299,9 +325,18 @@ impl Prediction<'_, '_> {
 
     /// The detection as the object's marker, complete or partly covered; `None` if it cannot be that.
     fn observation(&self, view: &FrameView, detection: &Detection) -> Option<Observation> {
+        self.judged(view, detection).ok()
+    }
+
+    /// The detection as the object's marker, or why it cannot be that.
+    pub(super) fn judged(
+        &self,
+        view: &FrameView,
+        detection: &Detection,
+    ) -> std::result::Result<Observation, Rejection> {
         let state = self.state;
         let expected_blur_px = view.blur_px(&state.target, self.pose, state.velocity());
-        let mut best = self.measured(view, detection, expected_blur_px)?;
+        let mut best = self.measured(view, detection, expected_blur_px).ok_or(Rejection::Unmeasurable)?;
         if state.is_disturbed(&best.blob)
             && let Some(velocity) = state.velocity_to(best.pose, view.frame.time_s)
         {
@@ -316,13 +351,22 @@ impl Prediction<'_, '_> {
         // Far from the prediction only a complete marker is accepted, however long the object was not observed.
         let near_m = NEAR_STDS * (PREDICTION_STD_M + VELOCITY_CHANGE_STD_M_S * view.interval_s);
         let near = self.distance_m(view.camera, best.blob.centroid) < near_m;
-        let similar = state.target.mismatch(view.camera, &best.blob).is_tolerable();
+        let mismatch = state.target.mismatch(view.camera, &best.blob);
+        let similar = mismatch.is_tolerable();
         let same_contrast = state.contrast_ratio(&best.blob).ln().abs() < SAME_CONTRAST.ln();
         // A part of a marker is not larger than the whole.
         let part = change.abs() < COMPLETE || change < 2.0 * COMPLETE && same_contrast;
         let possible =
             if near { part || similar && same_contrast } else { change.abs() < 2.0 * COMPLETE && similar };
-        possible.then_some(best)
+        if possible {
+            Ok(best)
+        } else if !similar {
+            Err(Rejection::Shape { ratio: mismatch.largest().exp() })
+        } else if near {
+            Err(Rejection::Contrast { ratio: state.contrast_ratio(&best.blob) })
+        } else {
+            Err(Rejection::FarPart { ratio: change.exp() })
+        }
     }
 
     /// The detection measured with the given motion blur, and the pose and the difference in appearance it implies.

@@ -15,7 +15,7 @@ mod weighed;
 
 pub use film::{Beside, Caption, FilmPages};
 pub use html::{
-    CheckPage, CheckedClip, ClipMotion, DifferenceReason, FilmedStrike, Page, SimulatedStrike,
+    CheckPage, CheckedClip, ClipMotion, DifferenceReason, FilmedStrike, Page, SimulatedStrike, WhyPage,
     difference_reasons,
 };
 pub use overlay::{Overlay, draft_figure};

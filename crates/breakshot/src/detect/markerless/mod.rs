@@ -22,7 +22,7 @@ use edge_visibility::OutlineView;
 /// Least visibility over the usual one for an outline at its predicted pose.
 const USUAL_VISIBILITY: f64 = 0.8;
 /// Least visibility over the usual one for an outline found by a search.
-const LEAST_VISIBILITY: f64 = 0.5;
+pub(super) const LEAST_VISIBILITY: f64 = 0.5;
 /// Upper bound of an object's speed (m/s) in the frame in which it is struck.
 const FASTEST_M_S: f64 = 2.0;
 /// Upper bound of its angular velocity (rad/s).
@@ -41,6 +41,15 @@ pub(super) fn observed_at(view: &FrameView, state: &TrackState, predicted: Pose)
     (state.contrast_ratio(&observation.blob) > USUAL_VISIBILITY).then_some(observation)
 }
 
+/// How far around its predicted pose an outline is searched.
+pub(super) fn search_range(view: &FrameView, state: &TrackState) -> SearchRange {
+    let unobserved_s = state.unobserved_s(view.frame.time_s).unwrap_or(view.interval_s);
+    SearchRange {
+        radius_m: (FASTEST_M_S * unobserved_s).min(LARGEST_RADIUS_M),
+        angle_rad: (FASTEST_SPIN_RAD_S * unobserved_s).min(LARGEST_ROTATION_RAD),
+    }
+}
+
 /// The outline near the predicted pose, clear of all objects observed so far.
 pub(super) fn observed_near(
     view: &FrameView,
@@ -49,11 +58,7 @@ pub(super) fn observed_near(
     observations: &[Option<Observation>],
 ) -> Option<Observation> {
     let time_s = view.frame.time_s;
-    let unobserved_s = state.unobserved_s(time_s).unwrap_or(view.interval_s);
-    let range = SearchRange {
-        radius_m: (FASTEST_M_S * unobserved_s).min(LARGEST_RADIUS_M),
-        angle_rad: (FASTEST_SPIN_RAD_S * unobserved_s).min(LARGEST_ROTATION_RAD),
-    };
+    let range = search_range(view, state);
     let others: Vec<Pose> = observations.iter().flatten().map(|o| o.pose).collect();
     let clearance_m = state.target.object.shape.area_m2().sqrt() / 2.0;
     let free = |pose: Pose| others.iter().all(|other| other.position.distance(pose.position) > clearance_m);

@@ -149,10 +149,13 @@ fn an_object_as_grey_as_the_table_is_found_with_an_image_of_the_empty_table() {
         camera: &view.camera,
         targets: targets(&objects, &names).expect("one"),
         given: None,
+        is_recorded: false,
     };
     let options = Options { table: Some(&empty), ..Options::default() };
-    let tracks =
-        clip.tracks(&objects, &mut frames.into_iter().map(Ok), &Layout::Unknown, &options).expect("tracks");
+    let tracks = clip
+        .explained(&objects, &mut frames.into_iter().map(Ok), &Layout::Unknown, &options)
+        .expect("tracks")
+        .tracks;
     let off: Vec<f64> = tracks.tracks[0].samples.iter().map(|s| error_mm(s, pose)).collect();
     assert!(off.len() == 3 && rms(&off) < 0.15, "{off:?} mm");
 }

@@ -9,6 +9,7 @@ use crate::synthetic::film::{Thing, View, film};
 
 mod dot;
 mod markerless;
+mod why;
 
 fn object(name: &str, shape: Shape, marker: Shape) -> Object {
     let marker = Some(Marker::centred(marker));
@@ -41,9 +42,18 @@ fn times_s(frames: u32) -> Vec<f64> {
 
 fn found(view: &View, frames: Vec<Frame>, objects: &[Object], layout: &Layout) -> Result<Tracks> {
     let names: Vec<String> = objects.iter().map(|o| o.name.clone()).collect();
-    let targets = targets(objects, &names)?;
-    let clip = Clip { name: "drawn".into(), camera: &view.camera, targets, given: None };
-    clip.tracks(objects, &mut frames.into_iter().map(Ok), layout, &Options::default())
+    Ok(explained_in(view, frames, (objects, &names), layout)?.tracks)
+}
+
+fn explained_in(
+    view: &View,
+    frames: Vec<Frame>,
+    (objects, names): (&[Object], &[String]),
+    layout: &Layout,
+) -> Result<Explained> {
+    let targets = targets(objects, names)?;
+    let clip = Clip { name: "drawn".into(), camera: &view.camera, targets, given: None, is_recorded: true };
+    clip.explained(objects, &mut frames.into_iter().map(Ok), layout, &Options::default())
 }
 
 /// Pose, velocity and angular velocity of an object that is at rest until 0.1 s and then decelerates by 2.5 m/s2.

@@ -19,10 +19,12 @@ mod tests;
 mod text;
 mod top_views;
 mod warnings;
+mod why;
 
 pub use check::{CheckPage, CheckedClip};
 pub use content::{ClipMotion, FilmedStrike, Page, SimulatedStrike};
 pub use explanation::{DifferenceReason, difference_reasons};
+pub use why::WhyPage;
 
 use super::figures::{Palette, escaped};
 

@@ -161,7 +161,7 @@ fn without_script(page: &str) -> String {
 }
 
 /// Asserts that the tags are closed in order and that the page has no stray `&` and no number that is not finite.
-fn assert_well_formed(page: &str) {
+pub(super) fn assert_well_formed(page: &str) {
     let page = &without_script(page);
     let mut open: Vec<&str> = Vec::new();
     let body = page.strip_prefix("<!DOCTYPE html>\n").expect("a doctype");

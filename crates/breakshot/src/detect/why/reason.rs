@@ -1,0 +1,114 @@
+//! Why a position may be wrong, and why a region is not the object that was searched: in words for people.
+
+use std::fmt::{Display, Formatter, Result};
+
+/// Why the position of an object in one frame may be biased.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Doubt {
+    /// The marker's size in the picture differs from its usual one.
+    Size {
+        /// The largest difference of its half axes (px).
+        deviation_px: f64,
+    },
+    /// The border of the picture cuts the marker or the outline off.
+    AtBorder,
+    /// A part of the outline is not visible.
+    Outline {
+        /// The visible fraction.
+        visible: f64,
+    },
+    /// The marker is off the object's centre and the yaw was not measured.
+    Yaw,
+}
+
+/// Why a region in the picture is not the object that was searched.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Rejection {
+    /// Too little contrast, or too little background around it.
+    Unmeasurable,
+    /// Its area differs too much from the marker's.
+    Area {
+        /// Its area over the expected one.
+        ratio: f64,
+    },
+    /// Its lengths or its compactness differ too much from the marker's.
+    Shape {
+        /// The largest of these ratios, above 1.
+        ratio: f64,
+    },
+    /// Its contrast differs too much from the marker's.
+    Contrast {
+        /// Its contrast over the marker's.
+        ratio: f64,
+    },
+    /// It may be a part of the marker, but far from the expected place only a whole marker counts.
+    FarPart {
+        /// Its area times its contrast over those of the whole marker.
+        ratio: f64,
+    },
+    /// It belongs to another object.
+    Taken {
+        /// The name of that object.
+        by: String,
+    },
+    /// Too little of an outline is visible there.
+    Outline {
+        /// The visible fraction over the usual one.
+        visible: f64,
+        /// The least one that is accepted.
+        needed: f64,
+    },
+    /// Another region was nearer to the expected place, and was refused.
+    Further,
+}
+
+impl Display for Doubt {
+    fn fmt(&self, f: &mut Formatter) -> Result {
+        match self {
+            Self::Size { deviation_px } => write!(
+                f,
+                "the size of its marker is {deviation_px:.1} px off the usual one: something covers a part of it, or touches it and looks alike"
+            ),
+            Self::AtBorder => write!(f, "the border of the picture cuts it off"),
+            Self::Outline { visible } => {
+                write!(f, "only {:.0} % of its outline can be seen", 100.0 * visible)
+            }
+            Self::Yaw => {
+                write!(
+                    f,
+                    "the dot beside its marker is not seen: its yaw, and with it its centre, is the expected one"
+                )
+            }
+        }
+    }
+}
+
+impl Display for Rejection {
+    fn fmt(&self, f: &mut Formatter) -> Result {
+        let percent = |ratio: &f64| format!("{:.0} %", 100.0 * ratio);
+        match self {
+            Self::Unmeasurable => write!(f, "it has too little contrast to what is around it"),
+            Self::Area { ratio } => write!(f, "its area is {} of the marker's", percent(ratio)),
+            Self::Shape { ratio } => write!(
+                f,
+                "its shape is not the marker's: lengths or compactness differ by a factor of {ratio:.1}"
+            ),
+            Self::Contrast { ratio } => write!(f, "its contrast is {} of the marker's", percent(ratio)),
+            Self::FarPart { ratio } => write!(
+                f,
+                "it shows {} of a marker, and so far from the expected place only a whole one is accepted",
+                percent(ratio)
+            ),
+            Self::Taken { by } => write!(f, "it belongs to `{by}`"),
+            Self::Outline { visible, needed } => write!(
+                f,
+                "{} of what is usually visible of the outline is visible there, and {} are needed",
+                percent(visible),
+                percent(needed)
+            ),
+            Self::Further => {
+                write!(f, "another region nearer to the expected place was tried instead, and refused")
+            }
+        }
+    }
+}
