@@ -30,7 +30,7 @@ fn a_pile_from_a_picture_is_that_of_the_library_and_the_picture_shows_it() {
     let session = server.session();
     let (status, answer) = session.post("/api/picture", &question("taken.scene.toml"));
     assert_eq!(status, 200, "{answer}");
-    let cell = files::load_cell(&demo("cell.toml")).unwrap();
+    let cell = files::load_cell(demo("cell.toml")).unwrap();
     let objects = files::load_objects(demo("objects.toml")).unwrap().value;
     let capture = Capture::of(Footage::open(&demo("pile.mp4")).unwrap(), &cell).unwrap();
     let names = ["a", "c", "e"].map(String::from);

@@ -67,7 +67,7 @@ fn first_lines(project: &Project, request: &Request) -> Result<Option<String>> {
     if project.new_file(campaign)?.symlink_metadata().is_ok() {
         return Ok(None);
     }
-    if campaign.contains('/') || !campaign.ends_with(".toml") {
+    if campaign.contains('/') || !campaign.to_ascii_lowercase().ends_with(".toml") {
         let needed = "a name that ends with .toml, without a folder";
         return Err(Error::invalid(
             campaign.escape_debug().to_string(),
