@@ -3,8 +3,8 @@
 use std::process::Command;
 use std::time::Instant;
 
-/// Formatting, lints, docs, generated code, the default features, tests, documented examples, and dependencies where `cargo deny` is
-/// installed; prints the time that they take.
+/// Formatting, lints, docs, generated code, the default features, tests, documented examples, the studio in a browser, and dependencies where
+/// `cargo deny` is installed; prints the time that they take.
 ///
 /// The tests of [`NEEDS_FFMPEG`] run where the program `ffmpeg` is installed; elsewhere the last lines list them as
 /// skipped.
@@ -31,6 +31,7 @@ fn all() -> Result<(), String> {
     cargo(&["test", "--workspace"], &[])?;
     test_with_ffmpeg()?;
     crate::python::quick()?;
+    crate::studio::walk()?;
     // Installing it takes longer than all tests: `cargo xtask deny` does.
     if cargo_quiet(&["deny", "--version"]) {
         return deny();

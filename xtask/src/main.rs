@@ -26,8 +26,9 @@ use validate::Effort;
 const USAGE: &str = "\
 usage: cargo xtask TASK
 
-  test             formatting, lints, docs and all tests: what CI runs
-  test --studio    a person's way through `breakshot studio` and `report.html` in headless Chromium, with pictures of every view and latencies
+  test             formatting, lints, docs and all tests, also of the studio in headless Chromium: what CI runs
+  test --studio    a person's way through `breakshot studio` and `report.html` in headless Chromium with a release build: pictures of every
+                   view, bounds of the latencies, and the CPU time that the studio adds to a fresh build
   validate LAB [--details]
                    accuracy, speed and memory on films with known truth (LAB holds campaign/ and scatter/)
   validate advise [CELLS]

@@ -2,9 +2,11 @@
 
 use crate::check::cargo;
 use crate::example::target;
+use crate::process::children_cpu_s;
 use crate::venv::python;
-use std::path::Path;
-use std::process::Command;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+use std::time::Instant;
 
 /// What drives the browser, and what checks that the page is accessible.
 const PACKAGES: [&str; 2] = ["playwright==1.65.2", "axe-playwright-python==0.1.8"];
@@ -13,26 +15,124 @@ const STUDIO: &str =
 const REPORT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../crates/breakshot-cli/tests/browser/report.py");
 const DEMO: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../fixtures/demo");
 
-/// Builds the program and runs the scripts; reports them as skipped without a Chromium (`CHROMIUM`, or that of Debian).
+/// Browsers that the scripts can drive, by the names of their programs.
+const BROWSERS: [&str; 4] = ["chromium", "chromium-browser", "google-chrome", "google-chrome-stable"];
+/// Why the way is skipped.
+const NO_BROWSER: &str = "no Chromium is installed, or can be";
+/// The package that holds the first of them.
+const PACKAGE: &str = "chromium";
+
+/// Crates that are in the program for the studio alone, and the crate that is linked anew with them.
+const CRATES: [&str; 2] = ["breakshot-studio", "httparse"];
+const LINKED: &str = "breakshot-cli";
+/// Most CPU time that they may add to a fresh build (s).
+const MOST_BUILD_S: f64 = 25.0;
+
+/// The whole way with a release build: the CPU time that the studio adds to it, every step, and the bounds of the latencies.
 ///
 /// # Errors
-/// A step that does not show what it should, a latency beyond its bound.
+/// A step that does not show what it should, a latency or a build time beyond its bound.
 pub(crate) fn test() -> Result<(), String> {
-    let chromium = std::env::var("CHROMIUM").unwrap_or_else(|_| "/usr/bin/chromium".into());
-    if !Path::new(&chromium).exists() {
-        println!("xtask: SKIPPED the studio and the report in a browser: {chromium} is not installed");
+    let Some(chromium) = chromium() else {
+        skipped(NO_BROWSER);
+        return Ok(());
+    };
+    cargo(&["build", "--release"], &[])?;
+    build_time()?;
+    let program = target().join("release/breakshot");
+    scripts(&program, &chromium, &python("studio", &PACKAGES)?, &[])
+}
+
+/// The way with the program that the tests have built, without bounds of latencies: what CI runs. It is reported as skipped where no browser is
+/// installed, or can be, and where the scripts' packages cannot be installed.
+///
+/// # Errors
+/// A step that does not show what it should.
+pub(crate) fn walk() -> Result<(), String> {
+    let (begun, before_s) = (Instant::now(), children_cpu_s());
+    let program = target().join("debug/breakshot");
+    if !program.is_file() {
+        skipped("the tests have built no program");
         return Ok(());
     }
-    cargo(&["build", "--release"], &[])?;
-    let program = target().join("release/breakshot");
+    let Some(chromium) = chromium() else {
+        skipped(NO_BROWSER);
+        return Ok(());
+    };
+    let python = match python("studio", &PACKAGES) {
+        Ok(python) => python,
+        Err(reason) => {
+            skipped(&reason);
+            return Ok(());
+        }
+    };
+    scripts(&program, &chromium, &python, &["--no-bounds"])?;
+    let cpu_s = children_cpu_s().unwrap_or(f64::NAN) - before_s.unwrap_or(f64::NAN);
+    let minutes = begun.elapsed().as_secs_f64() / 60.0;
+    println!("xtask: the studio in a browser: {minutes:.1} minutes, {:.1} of CPU time", cpu_s / 60.0);
+    Ok(())
+}
+
+fn skipped(reason: &str) {
+    println!("xtask: SKIPPED the studio and the report in a browser: {reason}");
+}
+
+/// Both scripts with this program and browser.
+fn scripts(program: &Path, chromium: &Path, python: &Path, flags: &[&str]) -> Result<(), String> {
     let shots = target().join("studio");
-    let python = python("studio", &PACKAGES)?;
-    let run = |script: &str, arguments: &[&Path]| {
-        let mut way = Command::new(&python);
-        way.arg(script).arg(&program).args(arguments).env("CHROMIUM", &chromium);
+    let run = |script: &str, arguments: &[&Path], flags: &[&str]| {
+        let mut way = Command::new(python);
+        way.arg("-B").arg(script).arg(program).args(arguments).args(flags).env("CHROMIUM", chromium);
         let status = way.status().map_err(|e| format!("{script} cannot be started ({e})"))?;
         if status.success() { Ok(()) } else { Err(format!("{script} in a browser: {status}")) }
     };
-    run(REPORT, &[&shots])?;
-    run(STUDIO, &[Path::new(DEMO), &shots])
+    run(REPORT, &[&shots], &[])?;
+    run(STUDIO, &[Path::new(DEMO), &shots], flags)
+}
+
+/// A browser: `CHROMIUM`, one that is installed, or the Debian package where it may be installed.
+fn chromium() -> Option<PathBuf> {
+    let given = std::env::var_os("CHROMIUM").map(PathBuf::from);
+    given.filter(|browser| browser.is_file()).or_else(installed).or_else(|| {
+        println!("xtask: installing the package {PACKAGE}");
+        install().then(installed).flatten()
+    })
+}
+
+fn installed() -> Option<PathBuf> {
+    let folders: Vec<PathBuf> = std::env::split_paths(&std::env::var_os("PATH")?).collect();
+    let mut all = BROWSERS.iter().flat_map(|name| folders.iter().map(move |folder| folder.join(name)));
+    all.find(|browser| browser.is_file())
+}
+
+/// Installs the package, as the user or through `sudo` where that asks for no password; false where it is not permitted.
+fn install() -> bool {
+    let apt = |words: &[&str]| {
+        let done = |program: &str, before: &[&str]| {
+            let mut command = Command::new(program);
+            command.args(before).args(words).env("DEBIAN_FRONTEND", "noninteractive");
+            command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null());
+            command.status().is_ok_and(|status| status.success())
+        };
+        done("apt-get", &[]) || done("sudo", &["-n", "apt-get"])
+    };
+    let install = ["install", "--yes", "--no-install-recommends", PACKAGE];
+    // A fresh machine has no lists of packages.
+    apt(&install) || apt(&["update"]) && apt(&install)
+}
+
+/// Prints the CPU time that the studio adds to a fresh release build, which must have been made: that of its crates and the program less
+/// that of the program alone.
+fn build_time() -> Result<(), String> {
+    let rebuilt_s = |crates: &[&str]| -> Result<f64, String> {
+        let packages: Vec<&str> = crates.iter().flat_map(|name| ["--package", name]).collect();
+        cargo(&[&["clean", "--release"][..], &packages].concat(), &[])?;
+        let before_s = children_cpu_s()?;
+        cargo(&["build", "--release"], &[])?;
+        Ok(children_cpu_s()? - before_s)
+    };
+    let with_s = rebuilt_s(&[&CRATES[..], &[LINKED]].concat())?;
+    let added_s = with_s - rebuilt_s(&[LINKED])?;
+    println!("the studio in a fresh release build: {added_s:.1} s of CPU time, at most {MOST_BUILD_S} s");
+    if added_s <= MOST_BUILD_S { Ok(()) } else { Err("the studio takes too long to build".into()) }
 }

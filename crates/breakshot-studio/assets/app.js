@@ -1,6 +1,7 @@
 /** Opens the page: the link's token becomes a cookie, then the view starts. */
 
 import { CellView } from "/cell/view.js";
+import { watch } from "/changes.js";
 import { Compare } from "/compare/view.js";
 import { byId, html } from "/elements.js";
 import { Films } from "/films/view.js";
@@ -58,6 +59,11 @@ function show(view) {
   message.tell("");
 }
 
+/** A folder without a project gets the offer to begin one. */
+function offerToBegin({ cells, objects, campaigns, scenes }) {
+  byId("fresh").hidden = [cells, objects, campaigns, scenes].some((names) => names.length);
+}
+
 /** The views that this project has something for, and the way from one to another. */
 function startViews(contents) {
   const pile = new Pile(message);
@@ -72,16 +78,41 @@ function startViews(contents) {
   const views = { films, learned, pile, compare, cell, robot };
   byId("views").replaceChildren(...VIEWS.map(([name, title]) => html("a", { href: `#/${name}` }, title)));
   const started = new Set();
+  /** Views that were shown before files were changed. */
+  const stale = new Set();
+  const renew = async (view) => {
+    if (stale.delete(view)) await views[view].refresh(contents).catch(message.error);
+  };
   const go = () => {
     const asked = location.hash.slice(2);
     const view = Object.hasOwn(views, asked) ? asked : "pile";
     show(view);
-    if (started.has(view)) return;
+    if (started.has(view)) return renew(view);
     started.add(view);
-    views[view].start(contents).catch(message.error);
+    return views[view].start(contents).catch(message.error);
   };
+  const changed = (now) => {
+    // All views hold this one object.
+    Object.assign(contents, now);
+    offerToBegin(contents);
+    started.forEach((view) => stale.add(view));
+    return renew(document.body.dataset.view);
+  };
+  offerToBegin(contents);
+  const begin = async () => {
+    if (byId("fresh").hidden) return;
+    const written = await ask("/api/init", {}).catch(message.error);
+    if (!written) return;
+    await changed(await read("/api/project"));
+    message.tell(`Wrote ${written.join(", ")}. Measure your cell and fill the files in; what you change in them shows up here.`);
+  };
+  byId("begin").addEventListener("click", begin);
+  watch(changed);
   addEventListener("hashchange", go);
-  addKeys({ title: "Views" }, VIEWS.map(([name, title], k) => [[`Alt+${k + 1}`], title, () => { location.hash = `/${name}`; }]));
+  addKeys({ title: "Views" }, [
+    ...VIEWS.map(([name, title], k) => [[`Alt+${k + 1}`], title, () => { location.hash = `/${name}`; }]),
+    [["Alt+0"], "begin a project in an empty folder", begin],
+  ]);
   go();
 }
 

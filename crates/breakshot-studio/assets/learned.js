@@ -57,9 +57,11 @@ export class Learned {
       this.#read(event.target.value).catch(message.error);
     });
     byId("learn").addEventListener("click", () => this.estimate());
+    byId("advise").addEventListener("click", () => this.advise());
     byId("stop-learning").addEventListener("click", () => this.cancel());
     addKeys({ title: "The properties", view: "learned" }, [
       [["e"], "estimate them from the films of the campaign", () => this.estimate()],
+      [["n"], "what to film next", () => this.advise()],
       [["Escape"], "cancel the estimate", () => this.cancel()],
     ]);
     new ResizeObserver(() => this.#shown && this.#draw()).observe(byId("learned-charts"));
@@ -74,6 +76,34 @@ export class Learned {
     if (properties.length) await this.#read(properties[0]);
     else if (!campaigns.length) showNothing("learned", "This folder holds no properties, and no campaign to learn them from.");
     else this.#message.tell("This folder holds no properties yet: Estimate learns them from the films of a campaign.");
+  }
+
+  /** Files were changed: the lists are shown anew, and the properties if they are other ones. */
+  async refresh({ properties, campaigns }) {
+    const [campaign, file] = [byId("learned-campaign").value, byId("learned-file").value];
+    byId("learned").classList.toggle("empty", !properties.length && !campaigns.length);
+    fillSelect(byId("learned-campaign"), campaigns.map((name) => [name, name]), campaigns.includes(campaign) ? campaign : undefined);
+    byId("learn").disabled = this.#job !== null || !campaigns.length;
+    this.#showFiles(properties.includes(file) ? file : properties[0]);
+    const shown = byId("learned-file").value;
+    if (!shown || this.#job !== null) return;
+    const found = await read("/api/properties", { file: shown });
+    if (JSON.stringify(found) !== JSON.stringify(this.#shown)) await this.#read(shown);
+  }
+
+  /** Asks which clips would make the predictions better. */
+  async advise() {
+    const question = { campaign: byId("learned-campaign").value, properties: byId("learned-file").value };
+    if (!question.campaign || !question.properties || byId("advise").disabled) return;
+    const job = await ask("/api/advise", question).catch(this.#message.error);
+    if (job == null) return;
+    byId("advise").disabled = true;
+    follow(job, (event) => {
+      if (event.state === "running") return;
+      byId("advise").disabled = false;
+      if (event.state === "done") showAdvice(event.result.advice);
+      else this.#message.error(new Error(event.error ?? "It was cancelled."));
+    });
   }
 
   #showFiles(chosen) {
@@ -120,6 +150,7 @@ export class Learned {
   async #read(file) {
     this.#shown = await read("/api/properties", { file });
     byId("before-words").hidden = !this.#before;
+    byId("advice").hidden = true;
     byId("learned-warnings").replaceChildren(...warningsByCause(this.#shown.properties));
     this.#draw();
   }
@@ -184,6 +215,20 @@ function earlierMarks(before, { x, y, width }) {
     svg("circle", { class: "mean-before", cx: x(before.mean), cy: y - 13, r: 3.5 }),
     svg("text", { class: "number-before", x: width - RIGHT_PX + 14, y: y + 16 }, words),
   ];
+}
+
+/** The clips to film next, the most useful first. */
+function showAdvice({ spread_m: now, piles, clips }) {
+  const head = ["", "strike", "into", "speed (m/s)", "offset (mm)", "final positions then (mm)", "most informative for"];
+  const row = ({ strike, into, speed_m_s: speed, offset_m: offset, spread_m: then, tells }, k) => html("tr", {},
+    ...[String(k + 1), strike, into ?? "\u2013", fixed(speed, 2), fixed(offset * 1e3, 1), fixed(then * 1e3, 2), tells.slice(0, 2).map(({ quantity }) => quantity).join(", ")]
+      .map((text, column) => html(column === 1 ? "th" : "td", column === 1 ? { scope: "row" } : column === 6 ? { class: "text" } : {}, text)));
+  byId("advice").replaceChildren(
+    html("h2", {}, "What to film next"),
+    html("p", { class: "quiet" }, `Predicted final positions are now uncertain by ${fixed(now * 1e3, 1)} mm (1 standard deviation, mean of ${piles} simulated strikes on piles).`),
+    html("table", {}, html("thead", {}, html("tr", {}, ...head.map((text) => html("th", { scope: "col" }, text)))), html("tbody", {}, ...clips.map(row))),
+  );
+  byId("advice").hidden = false;
 }
 
 /** The bodies whose impact measured a value; none for friction, which the whole slide measures. */

@@ -9,7 +9,7 @@ const MARGIN = 0.035;
 const FOOT_PX = 26;
 const SCALES_M = [0.001, 0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1, 2];
 /** Groups of the drawing below, which changes seldom or is large and is painted by itself, and of the one above it. */
-const BELOW = ["ground", "cloud"];
+const BELOW = ["ground", "picture", "cloud"];
 const ABOVE = ["paths", "expected", "objects", "map", "strike"];
 
 /** The kind of an object: `a` for its second copy `a#2`. */

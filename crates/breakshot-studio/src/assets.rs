@@ -15,11 +15,12 @@ const INDEX: &[u8] = include_bytes!("../assets/index.html");
 const REPORT_STYLE: &[u8] = include_bytes!("../assets/report.css");
 
 /// Path, media type and content of each file.
-const FILES: [(&str, &str, &[u8]); 39] = assets![
+const FILES: [(&str, &str, &[u8]); 42] = assets![
     "studio.css": "text/css; charset=utf-8",
     "icon.svg": "image/svg+xml",
     "app.js": "text/javascript; charset=utf-8",
     "server.js": "text/javascript; charset=utf-8",
+    "changes.js": "text/javascript; charset=utf-8",
     "elements.js": "text/javascript; charset=utf-8",
     "keys.js": "text/javascript; charset=utf-8",
     "table.js": "text/javascript; charset=utf-8",
@@ -32,6 +33,7 @@ const FILES: [(&str, &str, &[u8]); 39] = assets![
     "films/edit.js": "text/javascript; charset=utf-8",
     "films/frames.js": "text/javascript; charset=utf-8",
     "films/plots.js": "text/javascript; charset=utf-8",
+    "films/starts.js": "text/javascript; charset=utf-8",
     "pile/areas.js": "text/javascript; charset=utf-8",
     "pile/view.js": "text/javascript; charset=utf-8",
     "pile/objects.js": "text/javascript; charset=utf-8",
@@ -43,6 +45,7 @@ const FILES: [(&str, &str, &[u8]); 39] = assets![
     "pile/map.js": "text/javascript; charset=utf-8",
     "pile/new.js": "text/javascript; charset=utf-8",
     "pile/goal.js": "text/javascript; charset=utf-8",
+    "pile/picture.js": "text/javascript; charset=utf-8",
     "compare/view.js": "text/javascript; charset=utf-8",
     "compare/film.js": "text/javascript; charset=utf-8",
     "compare/table.js": "text/javascript; charset=utf-8",

@@ -14,6 +14,7 @@
 //! | `robot` | what would the arm do for a strike? |
 //! | `jobs` | what takes longer, how far is it, is it to end? |
 //! | `studio` | which question goes where? |
+//! | `templates` | how does an empty folder become a project? |
 //! | `assets` | the page itself |
 
 mod assets;
@@ -26,6 +27,7 @@ mod pile;
 mod project;
 mod robot;
 mod studio;
+mod templates;
 
 use breakshot::{Error, Result};
 use http::gate::Gate;
@@ -52,12 +54,16 @@ pub struct Server {
 }
 
 impl Server {
-    /// Binds to a port of 127.0.0.1, a free one for port 0.
+    /// Binds to a port of 127.0.0.1, a free one for port 0. `templates` are the files (name and text) with which an empty folder begins.
     ///
     /// # Errors
     /// A folder that does not exist, a port that is in use.
-    pub fn bind(folder: &Path, port: u16) -> Result<Self> {
-        let studio = Arc::new(studio::Studio::open(folder)?);
+    pub fn bind(
+        folder: &Path,
+        port: u16,
+        templates: &'static [(&'static str, &'static str)],
+    ) -> Result<Self> {
+        let studio = Arc::new(studio::Studio::open(folder, templates)?);
         let unusable = |source| Error::Write { path: format!("127.0.0.1:{port}").into(), source };
         let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, port)).map_err(unusable)?;
         let address = listener.local_addr().map_err(unusable)?;

@@ -4,6 +4,7 @@ use breakshot::campaign::FILM_EXTENSIONS;
 use breakshot::cell::CameraInfo;
 use breakshot::files::FilmPath;
 use breakshot::{Error, Result, files};
+use std::hash::{DefaultHasher, Hash, Hasher};
 use std::path::{Component, Path, PathBuf};
 
 /// The folder that the studio was started for.
@@ -30,6 +31,7 @@ pub(crate) struct Contents {
     pub(crate) cells: Vec<String>,
     pub(crate) objects: Vec<String>,
     pub(crate) films: Vec<String>,
+    pub(crate) pictures: Vec<String>,
     pub(crate) tracks: Vec<String>,
     pub(crate) comparisons: Vec<String>,
 }
@@ -125,6 +127,22 @@ impl Project {
         parts.join("/")
     }
 
+    /// A number that changes when a file of the project is written, added or removed.
+    pub(crate) fn stamp(&self) -> u64 {
+        let mut left = MOST_FILES;
+        let mut files = Vec::new();
+        collect(&self.root, MOST_DEPTH, &mut left, &mut files);
+        files.sort();
+        let mut hasher = DefaultHasher::new();
+        for path in files {
+            let file = path.metadata().ok();
+            (self.name(&path), file.as_ref().and_then(|f| f.modified().ok()), file.map(|f| f.len()))
+                .hash(&mut hasher);
+        }
+        // Whole numbers up to this size are exact in the page.
+        hasher.finish() >> 12
+    }
+
     /// The files of the project, by name.
     pub(crate) fn contents(&self) -> Contents {
         let name = self.root.file_name().unwrap_or_default().to_string_lossy().into_owned();
@@ -144,6 +162,7 @@ impl Project {
                 Some(Kind::Cell) => found.cells.push(name),
                 Some(Kind::Objects) => found.objects.push(name),
                 Some(Kind::Film) => found.films.push(name),
+                Some(Kind::Picture) => found.pictures.push(name),
                 Some(Kind::Tracks) => found.tracks.push(name),
                 Some(Kind::Comparison) => found.comparisons.push(name),
                 None => {}
@@ -180,10 +199,13 @@ enum Kind {
     Cell,
     Objects,
     Film,
+    Picture,
     Tracks,
     Comparison,
 }
 
+/// The extension of pictures that are read as films of one frame.
+pub(crate) const PICTURE_EXTENSION: &str = "png";
 /// Largest file whose content decides what it is (bytes).
 const MOST_BYTES: u64 = 64 << 20;
 
@@ -203,6 +225,9 @@ fn kind(path: &Path) -> Option<Kind> {
     let extension = path.extension()?.to_str()?;
     if FILM_EXTENSIONS.contains(&extension.to_ascii_lowercase().as_str()) {
         return Some(Kind::Film);
+    }
+    if extension.eq_ignore_ascii_case(PICTURE_EXTENSION) {
+        return Some(Kind::Picture);
     }
     if !matches!(extension, "toml" | "json") || path.metadata().ok()?.len() > MOST_BYTES {
         return None;

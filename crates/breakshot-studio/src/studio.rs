@@ -3,9 +3,11 @@
 use crate::cell::first_frames::FirstFrames;
 use crate::cell::{editing, fit};
 use crate::compare::{comparing, shown};
+use crate::films::advice::{self, AdviceRequest};
 use crate::films::clips::{self, Campaigns};
 use crate::films::edit::{ClipChange, Edits, Undo};
 use crate::films::frames::{self, Films};
+use crate::films::starts::{Cameras, SeenRequest};
 use crate::films::upload::{self, NotAdded, Uploads};
 use crate::films::{learning, motion};
 use crate::http::request::{Method, NoRequest, NotCopied, Request};
@@ -14,9 +16,10 @@ use crate::jobs::Jobs;
 use crate::pile::forecast::{self, Clouds};
 use crate::pile::planning::{self, MapRequest, PlanRequest};
 use crate::pile::request::Cache;
-use crate::pile::{save, settle};
+use crate::pile::{picture, save, settle};
 use crate::project::Project;
 use crate::robot::command;
+use crate::templates::{self, Templates};
 use breakshot::campaign::{Campaign, Source};
 use breakshot::{Error, Result, estimate, files};
 use serde::Serialize;
@@ -32,16 +35,18 @@ pub(crate) struct Studio {
     clouds: Clouds,
     campaigns: Campaigns,
     films: Films,
+    cameras: Cameras,
     first_frames: FirstFrames,
     edits: Edits,
     uploads: Uploads,
     jobs: Jobs,
+    templates: Templates,
 }
 
 impl Studio {
     /// # Errors
     /// A folder that does not exist.
-    pub(crate) fn open(folder: &Path) -> Result<Self> {
+    pub(crate) fn open(folder: &Path, templates: Templates) -> Result<Self> {
         let project = Arc::new(Project::open(folder)?);
         Ok(Self {
             project,
@@ -49,10 +54,12 @@ impl Studio {
             clouds: Clouds::default(),
             campaigns: Campaigns::default(),
             films: Films::default(),
+            cameras: Cameras::default(),
             first_frames: FirstFrames::default(),
             edits: Edits::default(),
             uploads: Uploads::default(),
             jobs: Jobs::default(),
+            templates,
         })
     }
 
@@ -78,6 +85,7 @@ impl Studio {
     fn shown(&self, what: &str, request: &Request) -> Answer {
         match what {
             "project" => Response::json(&self.project.contents()).into(),
+            "stamp" => Response::json(&self.project.stamp()).into(),
             "scene" => reply(self.scene(request)),
             "strike" => reply(self.strike(request)),
             "plan" => reply(self.plan(request)),
@@ -85,9 +93,15 @@ impl Studio {
             "clip" => reply(self.clip(request)),
             "film" => reply(self.film(request)),
             "film-draft" => reply(upload::drafted(&self.project, request)),
+            "starts" => reply(self.starts(request)),
             "edits" => reply(self.edits.count(&self.project, request.field("campaign").unwrap_or_default())),
             "properties" => reply(self.properties(request)),
             "comparison" => reply(self.comparison(request)),
+            "picture-draft" => {
+                let field = |name: &str| request.field(name).unwrap_or_default();
+                reply(picture::drafted(&self.project, field("objects"), field("name")))
+            }
+            "beneath" => self.beneath(request).unwrap_or_else(|error| reply(Err::<(), _>(error))),
             "frame" if request.field("film").is_some() => {
                 self.film_frame(request).unwrap_or_else(|error| reply(Err::<(), _>(error)))
             }
@@ -109,6 +123,10 @@ impl Studio {
             "plan" => asked(request, |r: &PlanRequest| Ok(self.start_plan(r))),
             "map" => asked(request, |r: &MapRequest| Ok(self.start_map(r))),
             "new" => asked(request, |r| save::new_scene(project, r)),
+            "picture" => asked(request, |r| picture::taken(project, r)),
+            "init" => asked(request, |_: &Nothing| templates::written(project, self.templates)),
+            "advise" => asked(request, |r: &AdviceRequest| self.start_advice(r)),
+            "start" => asked(request, |r: &SeenRequest| self.seen(r)),
             "estimate" => asked(request, |r: &EstimateRequest| self.start_estimate(r)),
             "fit" => asked(request, |r| fit::fitted(project, cache, &self.first_frames, r)),
             "save-tags" => asked(request, |r| self.save_tags(r)),
@@ -234,6 +252,33 @@ impl Studio {
     }
 }
 
+/// Starts of clips, pictures of piles, advice.
+impl Studio {
+    /// The objects of a clip in its first frame.
+    fn starts(&self, request: &Request) -> Result<Vec<crate::films::starts::Seen>> {
+        let campaign = self.campaign(request)?;
+        self.cameras.listed(&self.project, &campaign, request.field("clip").unwrap_or_default())
+    }
+
+    fn seen(&self, request: &SeenRequest) -> Result<crate::films::starts::Seen> {
+        self.cameras.seen(&self.campaigns.open(&self.project, &request.campaign)?, request)
+    }
+
+    /// A picture beneath a scene.
+    fn beneath(&self, request: &Request) -> Result<Answer> {
+        let field = |name: &str| request.field(name).unwrap_or_default();
+        let png = picture::beneath(&self.project, &self.cache, field("scene"), field("picture"))?;
+        Ok(Response::new("image/png", png).into())
+    }
+
+    /// The number of the job; none if too many are running.
+    fn start_advice(&self, request: &AdviceRequest) -> Result<Option<u64>> {
+        let campaign = self.campaigns.open(&self.project, &request.campaign)?;
+        let (project, request) = (self.project.clone(), request.clone());
+        Ok(self.jobs.start(move |job| advice::advised(&project, &campaign, &request, job)))
+    }
+}
+
 /// The views beside films, properties and pile.
 impl Studio {
     fn comparison(&self, request: &Request) -> Result<shown::Shown> {
@@ -272,6 +317,11 @@ struct EstimateRequest {
     /// The file to write.
     output: String,
 }
+
+/// A question without anything to say.
+#[derive(serde::Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Nothing {}
 
 /// A clip to be tracked.
 #[derive(serde::Deserialize)]

@@ -24,13 +24,18 @@ fn project_with_films() -> TestServer {
 
 /// The time and the grey levels of a frame as the page gets them; none after the film's end.
 fn shown(session: &Session, clip: usize, frame: usize) -> Option<(f64, Vec<u8>)> {
-    let answer = session.bytes(&format!("/api/frame?campaign=campaign.toml&clip={clip}&frame={frame}"));
+    shown_of(session, &format!("campaign=campaign.toml&clip={clip}"), frame)
+}
+
+/// As [`shown`], of the film that this query names.
+fn shown_of(session: &Session, query: &str, frame: usize) -> Option<(f64, Vec<u8>)> {
+    let answer = session.bytes(&format!("/api/frame?{query}&frame={frame}"));
     let at = answer.windows(4).position(|four| four == b"\r\n\r\n").unwrap();
     let head = String::from_utf8(answer[..at].to_vec()).unwrap();
     if head.starts_with("HTTP/1.1 404") {
         return None;
     }
-    assert!(head.starts_with("HTTP/1.1 200"), "clip {clip}, frame {frame}: {head}");
+    assert!(head.starts_with("HTTP/1.1 200"), "{query}, frame {frame}: {head}");
     let time_s = head.lines().find_map(|line| line.strip_prefix("Frame-Time: ")).unwrap().parse().unwrap();
     let mut reader = png::Decoder::new(std::io::Cursor::new(&answer[at + 4..])).read_info().unwrap();
     let mut pixels = vec![0; reader.output_buffer_size().unwrap()];
@@ -65,6 +70,92 @@ fn every_frame_of_every_film_is_that_of_the_decoder() {
         }
         assert!(frames.len() > 10 && shown(&session, k, frames.len()).is_none(), "{name}: its end");
     }
+    // The other films of the fixtures, of no campaign.
+    let listed: Vec<&str> = clips.iter().map(|clip| clip["name"].as_str().unwrap()).collect();
+    let names = demo().read_dir().unwrap().map(|entry| entry.unwrap().file_name().into_string().unwrap());
+    let others: Vec<String> =
+        names.filter(|name| name.contains(".mp4") && !listed.contains(&name.as_str())).collect();
+    assert_eq!(others, ["pile.mp4"]);
+    for name in others {
+        for (number, frame) in Footage::open(&demo().join(&name)).unwrap().map(Result::unwrap).enumerate() {
+            assert_same(
+                shown_of(&session, &format!("film={name}"), number),
+                &frame,
+                &format!("{name}, frame {number}"),
+            );
+        }
+    }
+}
+
+#[test]
+fn a_start_is_shown_where_it_is_seen_and_the_tracking_begins_there() {
+    let server = project_with_films();
+    let session = server.session();
+    let clip = clips(&session).iter().position(|clip| clip["name"] == "pair_a_c_3.mp4").unwrap();
+    let starts = || -> Vec<serde_json::Value> {
+        serde_json::from_str(&session.get(&format!("/api/starts?campaign=campaign.toml&clip={clip}")).1)
+            .unwrap()
+    };
+    let before = starts();
+    assert!(before.iter().all(|start| start["is_given"] == false && start["turns"] == false), "{before:?}");
+    let seen = |object: &str, place: (&str, &serde_json::Value)| {
+        let mut question = serde_json::json!({ "campaign": "campaign.toml", "clip": clip.to_string(), "object": object, "yaw_rad": 0.0 });
+        question[place.0] = place.1.clone();
+        session.post("/api/start", &question)
+    };
+    // The pixel of a place leads back to the place.
+    let place = serde_json::json!([-0.1, 0.05]);
+    let (status, answer) = seen("a", ("position_m", &place));
+    assert_eq!(status, 200, "{answer}");
+    let there: serde_json::Value = serde_json::from_str(&answer).unwrap();
+    let back: serde_json::Value = serde_json::from_str(&seen("a", ("pixel", &there["center_px"])).1).unwrap();
+    for k in 0..2 {
+        let off_m = back["position_m"][k].as_f64().unwrap() - place[k].as_f64().unwrap();
+        assert!(off_m.abs() < 1e-6, "{off_m} m");
+    }
+    for (object, place) in [
+        ("nobody", ("position_m", &place)),
+        ("a", ("at", &place)),
+        ("a", ("pixel", &serde_json::json!([null, 1]))),
+    ] {
+        assert!([400, 422].contains(&seen(object, place).0), "{object} {place:?}");
+    }
+    // Each object at the place of the other: the tracking believes the person.
+    let campaign = breakshot::files::load_campaign(demo().join("campaign.toml")).unwrap().value;
+    let found = breakshot::clip_tracks(&campaign, &campaign.clips[clip], breakshot::capture::Decoder::Auto)
+        .unwrap()
+        .tracks;
+    let first = |k: usize| found.tracks[k].samples[0].position();
+    let text = std::fs::read_to_string(server.folder().join("campaign.toml")).unwrap();
+    let change = serde_json::json!({ "campaign": "campaign.toml", "clip": "pair_a_c_3.mp4", "starts": [{ "object": "a", "position_m": first(1) }] });
+    assert_eq!(session.post("/api/clip", &change), (200, "1".into()));
+    let written = std::fs::read_to_string(server.folder().join("campaign.toml")).unwrap();
+    assert!(
+        written.contains("starts = [{ object = \"a\", position_m = [")
+            && written.starts_with("# Two strikes"),
+        "{written}"
+    );
+    assert_eq!(starts()[0]["is_given"], true);
+    let (_, job) = session
+        .post("/api/track", &serde_json::json!({ "campaign": "campaign.toml", "clip": clip.to_string() }));
+    let events = session.get(&format!("/api/jobs/{job}/events")).1;
+    assert!(events.contains(r#""state":"done""#), "{events}");
+    let tracked: breakshot::detect::Tracks =
+        breakshot::files::read_json(&server.folder().join("tracks/pair_a_c_3.json")).unwrap();
+    let off_m = tracked.tracks[0].samples[0].position().distance(first(1));
+    assert!(off_m < 0.01, "`a` begins {off_m} m from where it was seen");
+    for wrong in [
+        serde_json::json!([{ "object": "e", "position_m": [0, 0] }]),
+        serde_json::json!([{ "object": "a", "position_m": [0, 1e9] }]),
+        serde_json::json!([{ "object": "a" }]),
+    ] {
+        let change =
+            serde_json::json!({ "campaign": "campaign.toml", "clip": "pair_a_c_3.mp4", "starts": wrong });
+        assert!([400, 422].contains(&session.post("/api/clip", &change).0), "{wrong}");
+    }
+    let undo = session.post("/api/undo", &serde_json::json!({ "campaign": "campaign.toml" }));
+    assert_eq!(undo, (200, "0".into()));
+    assert_eq!(std::fs::read_to_string(server.folder().join("campaign.toml")).unwrap(), text);
 }
 
 #[test]

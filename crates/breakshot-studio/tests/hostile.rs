@@ -295,6 +295,10 @@ fn slow_and_very_many_connections_do_not_keep_the_page_out() {
         let status = std::fs::read_to_string("/proc/self/status").unwrap();
         let peak = status.lines().find(|line| line.starts_with("VmHWM")).unwrap();
         let kib: u64 = peak.split_whitespace().nth(1).unwrap().parse().unwrap();
+        println!(
+            "peak memory of the server and of all who asked, in one process: {} MiB, at most 300 MiB",
+            kib >> 10
+        );
         assert!(kib < 300 << 10, "{peak}");
     }
 }
@@ -539,4 +543,45 @@ fn changes_of_clips_are_valid_or_refused_and_no_get_makes_one() {
     std::fs::write(server.folder().join("campaign.toml"), &other).unwrap();
     assert_eq!(undo().0, 422);
     assert_eq!(campaign(), other);
+}
+
+#[test]
+fn a_first_campaign_and_pictures_stay_in_the_folder() {
+    let server = TestServer::start();
+    let session = server.session();
+    let (before, film) = (names(&server), film());
+    let length = format!("Content-Length: {}", film.len());
+    let send = |query: &str| sent(&server, &session, query, &[BYTES, &length], &film);
+    let first = |campaign: &str, cell: &str, objects: &str, name: &str| {
+        format!("campaign={campaign}&cell_file={cell}&objects_file={objects}&objects=a,c,e&name={name}")
+    };
+    for query in [
+        first("..%2fcampaign.toml", "cell.toml", "objects.toml", "x.mp4"),
+        first("sub%2fcampaign.toml", "cell.toml", "objects.toml", "x.mp4"),
+        first("campaign.json", "cell.toml", "objects.toml", "x.mp4"),
+        first(".campaign.toml", "cell.toml", "objects.toml", "x.mp4"),
+        first("campaign.toml", "..%2fcell.toml", "objects.toml", "x.mp4"),
+        first("campaign.toml", "%2fetc%2fpasswd", "objects.toml", "x.mp4"),
+        first("campaign.toml", "cell.toml", "none.toml", "x.mp4"),
+        first("campaign.toml", "objects.toml", "cell.toml", "x.mp4"),
+        first("campaign.toml", "cell.toml", "objects.toml", "x.png"),
+        first("campaign.toml", "cell.toml", "objects.toml", "..%2fx.mp4"),
+        // Without a campaign: a picture by its name that is none, names of other files, and a way out.
+        "name=x.png".into(),
+        "name=x.toml".into(),
+        "name=..%2fx.mp4".into(),
+        "name=.x.mp4".into(),
+        "name=".into(),
+    ] {
+        let found = send(&query);
+        assert!([0, 400, 422].contains(&found), "{query}: {found}");
+        assert_eq!(names(&server), before, "{query}: something was written");
+    }
+    assert_eq!(send(&first("campaign.toml", "cell.toml", "objects.toml", "new.mp4")), 200);
+    let text = "cell = \"cell.toml\"\nobjects = \"objects.toml\"\n\n[[clips]]\nvideo = \"new.mp4\"\n";
+    assert!(campaign(&server).starts_with(text), "{}", campaign(&server));
+    // That it begins is not taken back, and it does not begin twice.
+    assert_eq!(session.get("/api/edits?campaign=campaign.toml"), (200, "0".into()));
+    assert_eq!(send("name=alone.mp4"), 200);
+    assert_eq!(campaign(&server).matches("[[clips]]").count(), 1, "a film without a campaign is only copied");
 }

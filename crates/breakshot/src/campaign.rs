@@ -3,8 +3,10 @@
 use crate::cell::Cell;
 use crate::columns::Columns;
 use crate::error::{Error, Result, bounds};
+use crate::geometry::Point;
 use crate::object::{self, Object};
 use crate::scene::{Placed, Strike};
+use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 
 /// All clips of one cell.
@@ -37,6 +39,23 @@ pub struct Clip {
     pub placed: Option<Vec<Placed>>,
     /// Stretches of time whose frames are left out, from and until (s of the clip).
     pub excluded_s: Vec<[f64; 2]>,
+    /// Where objects are in the first frame, as a person has seen it; none for those that are found without.
+    pub starts: Vec<ClipStart>,
+}
+
+/// Where an object is in the first frame of a clip, as a person has seen it.
+///
+/// It says which marker (or outline) is the object's, and is no measurement: the detection takes the one near it and measures its pose.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ClipStart {
+    /// The object; `a#2` for the second copy of `a`.
+    pub object: String,
+    /// Its centroid (m).
+    pub position_m: Point,
+    /// Its rotation (rad, counter-clockwise), where its marker leaves that open; `None` if it is not known.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub yaw_rad: Option<f64>,
 }
 
 /// Most stretches of a clip that are left out.
@@ -97,6 +116,27 @@ impl Clip {
         Ok(())
     }
 
+    fn check_starts(&self, owner: &str) -> Result<()> {
+        for (k, start) in self.starts.iter().enumerate() {
+            let name = &start.object;
+            if !self.objects.contains(name) {
+                let needed = format!("one of {}", self.objects.join(", "));
+                return Err(Error::invalid(owner, "starts", format!("`{name}`"), needed));
+            }
+            if self.starts[..k].iter().any(|other| other.object == *name) {
+                return Err(Error::invalid(owner, "starts", format!("`{name}` twice"), "every object once"));
+            }
+            let owner = format!("{owner}: start of `{name}`");
+            bounds::position(&owner, "position_m", &[start.position_m.x, start.position_m.y])?;
+            start.yaw_rad.map_or(Ok(()), |yaw_rad| bounds::angle(&owner, "yaw_rad", yaw_rad))?;
+        }
+        if !self.starts.is_empty() && matches!(self.source, Source::Tracks { .. }) {
+            let needed = "`video`, or no `starts`: nothing is detected in tracks";
+            return Err(Error::invalid(owner, "starts", "given for tracks", needed));
+        }
+        Ok(())
+    }
+
     /// Whether the frame at a time is left out.
     pub(crate) fn excludes(&self, time_s: f64) -> bool {
         self.excluded_s.iter().any(|[from_s, until_s]| (*from_s..=*until_s).contains(&time_s))
@@ -107,7 +147,7 @@ impl Campaign {
     /// Checks that every clip is complete and consistent.
     ///
     /// # Errors
-    /// No clips, unknown or repeated objects, an impossible strike or frame rate, a strike in a cell without striker, a
+    /// No clips, unknown or repeated objects, an impossible start, strike or frame rate, a strike in a cell without striker, a
     /// film in one without camera; the error names the clip.
     pub fn check(&self, file: &str) -> Result<()> {
         if self.clips.is_empty() {
@@ -139,6 +179,7 @@ impl Campaign {
                 bounds::frame_rate(&owner, "frame_rate_hz", rate)?;
             }
             clip.check_stretches(&owner)?;
+            clip.check_starts(&owner)?;
             match &clip.source {
                 Source::Film(_) => self.cell.require_camera_pose(&format!("{owner}: cell"))?,
                 Source::Tracks { columns, .. } => {

@@ -18,6 +18,7 @@ mod whole;
 use crate::cell::camera_info;
 use crate::cell::{CameraInfo, Cell, Intrinsics, RobotSpec};
 use crate::error::{Error, Result};
+use crate::geometry::Point;
 use crate::object::Object;
 use crate::properties::Properties;
 use crate::scene::{Goal, KeepOut, Placed, Scene, Strike, Wall};
@@ -326,6 +327,27 @@ pub struct SceneFile {
     /// What is wanted.
     #[serde(default)]
     pub goal: Goal,
+}
+
+impl SceneFile {
+    /// The scene of objects that were located in a picture: poses in whole micrometres and microradians, far below the noise of the
+    /// measurement, and the goal of the paper.
+    pub fn of_picture(
+        cell: PathBuf,
+        objects: PathBuf,
+        placed: Vec<Placed>,
+        observed_unix_s: Option<f64>,
+    ) -> Self {
+        let round = |value: f64| (value * 1e6).round() / 1e6;
+        let rounded = |Placed { object, position_m, yaw_rad }: Placed| Placed {
+            object,
+            position_m: Point::new(round(position_m.x), round(position_m.y)),
+            yaw_rad: round(yaw_rad),
+        };
+        let placed = placed.into_iter().map(rounded).collect();
+        let (walls, keep_out, goal) = (Vec::new(), Vec::new(), Goal::default());
+        Self { version: 1, cell, objects, observed_unix_s, placed, walls, keep_out, goal }
+    }
 }
 
 /// `scene.toml` with the cell and the objects that it names.

@@ -261,11 +261,15 @@ pub fn track_warnings(clips: &[ClipTracks]) -> Vec<Warning> {
 
 /// What is known of where the objects of a film lie.
 fn layout(clip: &Clip) -> detect::Layout {
-    match (&clip.placed, &clip.strike) {
+    let known = match (&clip.placed, &clip.strike) {
         (Some(placed), _) => detect::Layout::Placed(placed.clone()),
         (None, Some(strike)) => {
             detect::Layout::AlongStrike { heading_rad: strike.heading_rad, start_m: Some(strike.start_m) }
         }
         (None, None) => detect::Layout::Unknown,
+    };
+    if clip.starts.is_empty() {
+        return known;
     }
+    detect::Layout::Started { starts: clip.starts.clone(), others: Box::new(known) }
 }

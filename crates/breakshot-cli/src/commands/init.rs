@@ -5,7 +5,7 @@ use crate::args::InitArgs;
 use breakshot::{Error, Result, files};
 
 /// The file names and the texts of the templates.
-const TEMPLATES: [(&str, &str); 5] = [
+pub(crate) const TEMPLATES: &[(&str, &str)] = &[
     ("cell.toml", include_str!("../../templates/cell.toml")),
     ("objects.toml", include_str!("../../templates/objects.toml")),
     ("campaign.toml", include_str!("../../templates/campaign.toml")),

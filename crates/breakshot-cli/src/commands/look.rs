@@ -4,8 +4,7 @@ use crate::args::LookArgs;
 use crate::recording::{Recording, Source, record};
 use crate::{Outcome, console};
 use breakshot::files::{self, SceneFile};
-use breakshot::geometry::Point;
-use breakshot::scene::{Goal, Placed};
+use breakshot::scene::Placed;
 use breakshot::{Error, Result, capture, detect};
 use std::path::{Path, PathBuf};
 use std::time::{SystemTime, UNIX_EPOCH};
@@ -36,16 +35,9 @@ pub(crate) fn run(args: &LookArgs) -> Result<Outcome> {
             args.film.display()
         )]);
     }
-    let scene = SceneFile {
-        version: 1,
-        cell: from_folder_of(&args.output, &args.cell)?,
-        objects: from_folder_of(&args.output, &args.objects)?,
-        observed_unix_s,
-        placed: placed.into_iter().map(rounded).collect(),
-        walls: Vec::new(),
-        keep_out: Vec::new(),
-        goal: Goal::default(),
-    };
+    let cell = from_folder_of(&args.output, &args.cell)?;
+    let scene_objects = from_folder_of(&args.output, &args.objects)?;
+    let scene = SceneFile::of_picture(cell, scene_objects, placed, observed_unix_s);
     let text = toml_text(&scene)?;
     files::write_whole(&args.output, text.as_bytes())?;
     if args.json {
@@ -85,16 +77,6 @@ fn pictures(camera: &Source) -> Result<Pictures> {
     };
     console::warn(&record(&recording, &folder.path().join(PICTURES))?);
     Ok(Pictures { folder, taken_unix_s: begun.filter(|_| camera.takes_now()) })
-}
-
-/// The pose rounded to 1 micrometre and 1 microradian, far below the measurement noise.
-fn rounded(placed: Placed) -> Placed {
-    let round = |value: f64| (value * 1e6).round() / 1e6;
-    Placed {
-        object: placed.object,
-        position_m: Point::new(round(placed.position_m.x), round(placed.position_m.y)),
-        yaw_rad: round(placed.yaw_rad),
-    }
 }
 
 fn print_table(placed: &[Placed]) {

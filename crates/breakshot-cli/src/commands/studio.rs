@@ -10,7 +10,7 @@ use std::time::Duration;
 
 /// Serves the page until the program is ended.
 pub(crate) fn run(args: &StudioArgs) -> Result<Outcome> {
-    let server = Server::bind(&args.folder, args.port)?;
+    let server = Server::bind(&args.folder, args.port, super::init::TEMPLATES)?;
     println!(
         "Open this link in a browser on this machine; it works once. End with Ctrl+C.\n{}",
         server.link()

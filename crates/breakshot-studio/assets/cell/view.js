@@ -69,6 +69,22 @@ export class CellView {
     this.#open();
   }
 
+  /** Files were changed: the lists are shown anew, and the fit unless tags are being moved. */
+  async refresh(contents) {
+    const names = (list) => list.map((name) => [name, name]);
+    if (byId("cell").classList.contains("empty")) {
+      byId("cell").classList.remove("empty");
+      return this.start(contents);
+    }
+    const { cells, films, scenes } = contents;
+    const [cell, film, scene] = ["cell-file", "cell-film", "cell-scene"].map((id) => byId(id).value);
+    fillSelect(byId("cell-file"), names(cells), cell);
+    fillSelect(byId("cell-film"), names(films), film);
+    fillSelect(byId("cell-scene"), [["", "none"], ...names(scenes)], scene);
+    if (!this.#edited.size) this.#ask();
+    return null;
+  }
+
   #open() {
     this.#edited.clear();
     this.#isChosen = false;

@@ -23,6 +23,7 @@ export class NewComparison {
   show(contents) {
     this.#contents = contents;
     const { films, tracks, scenes, strikes, plans, properties } = contents;
+    const scene = byId("compare-scene").value;
     const lists = { "compare-film-file": [...films, ...tracks], "compare-scene": scenes, "compare-strike": [...strikes, ...plans], "compare-properties": properties };
     for (const [id, names] of Object.entries(lists)) {
       const { value } = byId(id);
@@ -30,7 +31,8 @@ export class NewComparison {
       byId(id).disabled = !names.length;
     }
     byId("compare-start").disabled = this.#job !== null || Object.values(lists).some((names) => !names.length);
-    this.#fitting();
+    // What a person has chosen stays.
+    if (byId("compare-scene").value !== scene) this.#fitting();
   }
 
   /** Chooses film and strike by the name of the scene, where there are such. */

@@ -71,6 +71,17 @@ export class Compare {
     else this.#nothing();
   }
 
+  /** Files were changed: the lists are shown anew. */
+  async refresh(contents) {
+    if (byId("compare").classList.contains("empty")) {
+      byId("compare").classList.remove("empty");
+      return this.start(contents);
+    }
+    this.form.show(contents);
+    this.#files(byId("compare-file").value);
+    return null;
+  }
+
   #files(chosen) {
     const { comparisons } = this.#contents;
     fillSelect(byId("compare-file"), comparisons.map((name) => [name, name]), chosen);

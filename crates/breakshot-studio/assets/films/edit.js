@@ -40,6 +40,7 @@ export class ClipEdit {
     this.#unmark();
     const { clip, campaign } = this.#films;
     byId("clip-edit").hidden = !clip;
+    this.#films.starts.show();
     if (!clip) return;
     byId("clip-objects").value = clip.objects.join(", ");
     byId("clip-excluded").checked = clip.is_excluded;
@@ -91,6 +92,11 @@ export class ClipEdit {
     return this.#last;
   }
 
+  /** Changes the clip that is open. */
+  save(change) {
+    return this.#save(change);
+  }
+
   #save(change) {
     const { campaign, clip } = this.#films;
     return this.#inTurn(() => this.#write(campaign, clip, change));
@@ -101,7 +107,7 @@ export class ClipEdit {
       const count = await ask("/api/clip", { campaign, clip: clip.name, ...change });
       this.#undoable(count);
       await this.#films.reopen(clip.name);
-      this.#message.tell(`Wrote ${campaign}. Estimate again (Properties) to see what it changes.`);
+      this.#message.tell(`Wrote ${campaign}. ${change.starts ? "Track the clip again" : "Estimate again (Properties)"} to see what it changes.`);
     } catch (error) {
       await this.show().catch(this.#message.error);
       this.#message.error(error);
@@ -140,7 +146,7 @@ export class ClipEdit {
     if (!files.length || !campaign) return;
     const rows = [];
     for (const file of files) {
-      const drafted = await read("/api/film-draft", { campaign, name: file.name }).catch((error) => ({ error }));
+      const drafted = await read("/api/film-draft", { campaign, name: file.name, ...this.#films.firstFields }).catch((error) => ({ error }));
       if (drafted.error) {
         this.#message.error(drafted.error);
         continue;
@@ -162,7 +168,7 @@ export class ClipEdit {
     let last = null;
     try {
       for (const [k, { file, input }] of rows.entries()) {
-        const fields = { campaign, name: file.name, objects: input.value };
+        const fields = { campaign, name: file.name, objects: input.value, ...(last ? {} : this.#films.firstFields) };
         const added = await send("/api/upload", fields, file, (done) => { progress.value = (k + done) / rows.length; });
         last = added.name;
         this.#undoable(added.undo);

@@ -1,4 +1,4 @@
-/** Distance and speed of every object over time, on one time axis, with the instant that is shown. */
+/** Distance, speed and acceleration of every object over time, on one time axis, with the instant that is shown. */
 
 import { byId, fixed, svg } from "/elements.js";
 
@@ -8,6 +8,7 @@ const GAP_PX = 16;
 const PANELS = [
   { label: "distance (mm)", of: (sample) => sample.distance_m * 1e3 },
   { label: "speed (m/s)", of: (sample) => sample.speed_m_s },
+  { label: "acc. (m/s\u00b2)", of: (sample) => sample.acceleration_m_s2 },
 ];
 
 /** Round numbers from zero to at least `most`. */

@@ -4,6 +4,7 @@ import { byId, fillSelect, fixed, html, showNothing, svg } from "/elements.js";
 import { ClipEdit } from "/films/edit.js";
 import { Frames } from "/films/frames.js";
 import { Plots } from "/films/plots.js";
+import { Starts } from "/films/starts.js";
 import { addKeys } from "/keys.js";
 import { Newest, ask, follow, read } from "/server.js";
 import { kindOf } from "/table.js";
@@ -26,6 +27,9 @@ export class Films {
   #step = 1 / 60;
   #timer = null;
   #started = null;
+  #contents = null;
+  /** The job that tracks a clip. */
+  #tracking = null;
 
   constructor(message) {
     this.#message = message;
@@ -38,6 +42,7 @@ export class Films {
     byId("film-position").addEventListener("input", (event) => this.#pausedAt(Number(event.target.value)));
     byId("outlines").addEventListener("change", () => this.#drawOverlay());
     byId("track").addEventListener("click", () => this.track());
+    this.starts = new Starts(message, this);
     document.addEventListener("learned", () => this.#started && this.#openCampaign(this.campaign, this.clip?.name).catch(message.error));
     this.#addKeys();
     this.edit = new ClipEdit(message, this);
@@ -58,9 +63,49 @@ export class Films {
     return this.#time;
   }
 
+  /** The number of the clip that is open. */
+  get clipNumber() {
+    return this.#clip;
+  }
+
+  /** The class of an object's colour. */
+  colour(name) {
+    return this.#colour(name);
+  }
+
+  /** Goes to the first frame. */
+  toFirst() {
+    this.#pausedAt(0);
+  }
+
+  /** Changes the clip that is open. */
+  save(change) {
+    return this.edit.save(change);
+  }
+
+  /** Draws what was found anew. */
+  redraw() {
+    this.#drawOverlay();
+  }
+
+  /** Files were changed: the campaign is read again if it is another one. */
+  async refresh({ campaigns, cells, objects }) {
+    const { campaign } = this;
+    if (!campaigns.length && cells.length && objects.length) return void this.#offerFirst();
+    fillSelect(byId("campaign"), campaigns.map((name) => [name, name]), campaigns.includes(campaign) ? campaign : undefined);
+    byId("films").classList.toggle("empty", !campaigns.length);
+    if (!campaigns.length || this.#tracking !== null || this.starts.isOn) return;
+    const clips = await read("/api/clips", { campaign: this.campaign });
+    if (JSON.stringify(clips) !== JSON.stringify(this.#clips)) await this.reopen(this.clip?.name);
+  }
+
   /** Reads the campaign again; the clip of this name stays open, at its frame unless it is `isNew`. */
   async reopen(name, isNew = false) {
     const number = this.#number;
+    if (!this.#contents.campaigns.length) {
+      this.#contents.campaigns.push(this.campaign);
+      fillSelect(byId("campaign"), [[this.campaign, this.campaign]]);
+    }
     await this.#openCampaign(this.campaign, name);
     if (!isNew && this.clip?.name === name) this.#pausedAt(number);
   }
@@ -71,9 +116,26 @@ export class Films {
     return this.#started;
   }
 
-  async #startOnce({ campaigns }) {
+  /** What a film needs besides its name and objects: the cell and the objects of a campaign that does not exist yet. */
+  get firstFields() {
+    const { campaigns, cells, objects } = this.#contents;
+    return campaigns.length ? {} : { cell_file: cells[0], objects_file: objects[0] };
+  }
+
+  #offerFirst() {
+    fillSelect(byId("campaign"), [["campaign.toml", "campaign.toml (new)"]]);
+    byId("films").classList.remove("empty");
+    byId("plots-words").textContent = "No films yet: add them (f), or drop them here. They are copied into this folder and listed in campaign.toml.";
+    byId("track").disabled = true;
+    byId("clip-edit").hidden = true;
+  }
+
+  async #startOnce(contents) {
+    this.#contents = contents;
+    const { campaigns, cells, objects } = contents;
     fillSelect(byId("campaign"), campaigns.map((name) => [name, name]));
     if (campaigns.length) await this.#openCampaign(campaigns[0]);
+    else if (cells.length && objects.length) this.#offerFirst();
     else showNothing("films", "This folder holds no campaign. ", html("code", {}, "breakshot campaign"), " drafts one from a folder of films.");
   }
 
@@ -137,7 +199,7 @@ export class Films {
   #show(motion) {
     this.#motion = motion;
     this.plots.show(motion, this.#colour);
-    byId("track").textContent = motion ? "Track again" : "Track";
+    this.#trackButton();
     byId("plots-words").textContent = motion ? "" : "Not tracked yet: `Track` finds the objects in every frame.";
     const impacts = (motion?.impacts ?? []).map(({ time_s, a, b, restitution }) => html("li", {},
       html("button", { type: "button", onclick: () => this.goTo(time_s) }, html("b", {}, `${a ?? "something"} hits ${b}`),
@@ -160,7 +222,7 @@ export class Films {
     const { width, height } = frame.bitmap;
     if (canvas.width !== width || canvas.height !== height) {
       [canvas.width, canvas.height] = [width, height];
-      byId("overlay").setAttribute("viewBox", `-0.5 -0.5 ${width} ${height}`);
+      for (const id of ["overlay", "starts"]) byId(id).setAttribute("viewBox", `-0.5 -0.5 ${width} ${height}`);
     }
     canvas.getContext("2d", { alpha: false }).drawImage(frame.bitmap, 0, 0);
     [this.#number, this.#time] = [number, frame.time];
@@ -175,7 +237,7 @@ export class Films {
   }
 
   #drawOverlay() {
-    const shown = byId("outlines").checked ? this.#motion : null;
+    const shown = byId("outlines").checked && !this.starts.isOn ? this.#motion : null;
     const ring = (points) => `M${points.map((p) => p.map((v) => v.toFixed(2)).join(" ")).join("L")}Z`;
     const objects = (shown?.objects ?? []).flatMap(({ name, samples }) => {
       const so = samples.filter(({ time_s, center_px: c }) => c && time_s <= this.#time + SAME_S);
@@ -244,22 +306,41 @@ export class Films {
     else this.#pausedAt(direction > 0 ? this.#count - 1 : 0);
   }
 
-  /** Tracks the clip that is open. */
+  #trackButton() {
+    byId("track").textContent = this.#tracking !== null ? "Cancel" : this.#motion ? "Track again" : "Track";
+    byId("tracking").hidden = this.#tracking === null;
+  }
+
+  /** Tracks the clip that is open, or ends the tracking. */
   async track() {
+    if (this.#tracking !== null) return void (await ask(`/api/jobs/${this.#tracking}/cancel`, {}).catch(this.#message.error));
     const [clip, campaign] = [this.#clip, byId("campaign").value];
     const job = await ask("/api/track", { campaign, clip: String(clip) }).catch(this.#message.error);
     if (job == null) return;
-    byId("track").disabled = true;
-    byId("tracking").hidden = false;
+    const before = this.#number;
+    this.#tracking = job;
+    this.starts.off();
+    this.#trackButton();
+    byId("tracking").value = 0;
     follow(job, async (event) => {
-      if (event.state === "running") return;
-      byId("track").disabled = false;
-      byId("tracking").hidden = true;
+      if (event.state === "running") return this.#tracks(event.done, clip);
+      this.#tracking = null;
+      this.#trackButton();
+      if (clip === this.#clip && !this.#timer) this.go(before);
       if (event.state !== "done") return this.#message.error(new Error(event.error ?? "The tracking was cancelled."));
       this.#message.tell(`Wrote ${event.result.file}.`);
       byId("clips").querySelectorAll("small")[clip].textContent = `${this.#clips[clip].objects.join(", ")} \u00b7 tracked`;
       if (clip === this.#clip) this.#show(await read("/api/clip", { campaign, clip }));
     });
+  }
+
+  /** The film runs along with its tracking, unless a person plays it. */
+  #tracks(done, clip) {
+    byId("tracking").value = done;
+    if (clip !== this.#clip || this.#timer) return;
+    const frame = Math.round(done * (this.#count - 1));
+    this.#message.tell(`Tracking: frame ${frame + 1} of ${this.#count}.`);
+    this.go(frame);
   }
 
   #addKeys() {
@@ -275,7 +356,7 @@ export class Films {
       [["End"], "to the last frame", () => this.#pausedAt(this.#count - 1)],
       [["[", "]"], "the clip before, the next clip", (key) => this.#other(key === "[" ? -1 : 1)],
       [["o"], "outlines on or off", () => byId("outlines").click()],
-      [["t"], "track the clip", () => this.track()],
+      [["t"], "track the clip, or cancel that", () => this.track()],
     ]);
   }
 

@@ -10,6 +10,7 @@ import { Goal } from "/pile/goal.js";
 import { StrikeMap } from "/pile/map.js";
 import { NEW, askForNew, startNew } from "/pile/new.js";
 import { ObjectList } from "/pile/objects.js";
+import { FromPicture } from "/pile/picture.js";
 import { Planner } from "/pile/plan.js";
 import { Player } from "/pile/player.js";
 import { StrikeHandles, written } from "/pile/strike.js";
@@ -33,7 +34,11 @@ export class Pile {
   #motion = null;
   #outlook = null;
   #isDirty = false;
+  #isStarted = false;
+  /** The scene as it is in its file, as text. */
+  #written = "";
   #rest = 0;
+  #isAtRest = false;
   #message;
 
   constructor(message) {
@@ -47,6 +52,7 @@ export class Pile {
     this.goal = new Goal((goal) => this.#setGoal(goal));
     this.planner = new Planner(this, message);
     this.map = new StrikeMap(this, message);
+    this.picture = new FromPicture(this, message);
     this.#askers();
     this.#listen();
   }
@@ -83,7 +89,9 @@ export class Pile {
   async start(contents) {
     this.contents = contents;
     this.#showScenes(contents.scenes[0]);
-    startNew(contents, this.#message, (file) => this.#created(file).catch(this.#message.error));
+    this.picture.show();
+    if (!this.#isStarted) startNew(contents, this.#message, (file) => this.created(file).catch(this.#message.error));
+    this.#isStarted = true;
     this.#showProperties();
     if (contents.scenes.length) await this.open(contents.scenes[0]);
     else if (contents.cells.length && contents.objects.length) askForNew(contents);
@@ -96,6 +104,21 @@ export class Pile {
     if (this.scene) this.changed();
   }
 
+  /** Files were changed: lists and properties are shown anew, and the scene if it is another one and nothing on the table is unsaved. */
+  async refresh() {
+    if (!this.scene) return this.start(this.contents);
+    this.#showScenes(this.file);
+    this.picture.show();
+    this.#showStrikes(byId("strike-source").value);
+    this.#showProperties();
+    const { scene } = await read("/api/scene", { file: this.file });
+    if (JSON.stringify(scene) === this.#written) return null;
+    this.#written = JSON.stringify(scene);
+    if (this.#isDirty) return this.#message.error(new Error(`${this.file} was changed by another program; saving replaces that.`));
+    await this.open(this.file);
+    return this.#message.tell(`${this.file} was changed by another program and is shown anew.`);
+  }
+
   #showScenes(chosen) {
     const { scenes, cells, objects } = this.contents;
     const more = cells.length && objects.length ? [NEW] : [];
@@ -104,8 +127,8 @@ export class Pile {
   }
 
   /** A new scene was written, or none. */
-  async #created(file) {
-    if (file) this.contents.scenes = [...this.contents.scenes, file].sort();
+  async created(file) {
+    if (file) this.contents.scenes = [...new Set([...this.contents.scenes, file])].sort();
     this.#showScenes(file ?? this.file ?? "");
     if (!file) return;
     await this.open(file);
@@ -119,19 +142,25 @@ export class Pile {
     this.placed = scene.placed;
     this.#goal = scene.goal;
     this.scene = scene;
+    this.#written = JSON.stringify(scene);
+    byId("pile").classList.remove("empty");
     [this.selected, this.#motion, this.#outlook, this.#isDirty] = [null, null, null, false];
     this.goal.show(scene.goal);
     this.list.showKinds(scene.objects);
     this.#drawAll();
     this.#message.tell(notes.join(" "));
-    const files = [...this.contents.plans, ...this.contents.strikes];
-    fillSelect(byId("strike-source"), [[DRAWN, "as drawn"], ...this.placed.map(({ object }) => [`${AIMED} ${object}`, `aimed at ${object}`]), ...files.map((name) => [name, name])]);
+    this.#showStrikes(DRAWN);
     this.strike = null;
     this.map.clear();
     if (this.placed.length) await this.#openStrike(`${AIMED} ${this.placed[0].object}`);
     else this.changed();
     this.handles.draw();
     this.#tellSaved();
+  }
+
+  #showStrikes(chosen) {
+    const files = [...this.contents.plans, ...this.contents.strikes];
+    fillSelect(byId("strike-source"), [[DRAWN, "as drawn"], ...this.placed.map(({ object }) => [`${AIMED} ${object}`, `aimed at ${object}`]), ...files.map((name) => [name, name])], chosen);
   }
 
   /** The pile as the server is asked about it. */
@@ -251,8 +280,12 @@ export class Pile {
       return;
     }
     const question = { pile: this.request(), properties, strike: this.strike };
+    this.#isAtRest = false;
     this.motion.want(question);
-    this.#rest = setTimeout(() => this.cloud.want({ ...question, worlds: WORLDS.atRest }), REST_MS);
+    this.#rest = setTimeout(() => {
+      this.#isAtRest = true;
+      this.cloud.want({ ...question, worlds: WORLDS.atRest });
+    }, REST_MS);
   }
 
   async aimAt(object) {
@@ -315,13 +348,15 @@ export class Pile {
     this.list.draw();
     this.handles.draw();
     this.map.draw();
+    this.picture.draw();
     if (this.#motion) this.#showMotion(this.#motion);
     if (this.#outlook) this.#showCloud(this.#outlook);
   }
 
   /** A motion has come: it is shown, and the cloud is asked for. One after the other they do not wait for the same cores. */
   #moves(motion, question) {
-    this.cloud.want({ ...question, worlds: WORLDS.dragged });
+    // A motion that took long comes when all worlds have been asked for.
+    this.cloud.want({ ...question, worlds: this.#isAtRest ? WORLDS.atRest : WORLDS.dragged });
     this.#showMotion(motion);
   }
 
@@ -367,6 +402,8 @@ export class Pile {
       const file = await ask("/api/save", { pile: this.request() });
       this.#isDirty = false;
       this.#tellSaved();
+      this.#written = JSON.stringify((await read("/api/scene", { file })).scene);
+      this.picture.renew();
       this.#message.tell(`Wrote ${file}.`);
     } catch (error) {
       this.#message.error(error);

@@ -53,6 +53,20 @@ export class RobotView {
     this.#ask();
   }
 
+  /** Files were changed: the lists are shown anew. */
+  async refresh(contents) {
+    if (byId("robot").classList.contains("empty")) {
+      byId("robot").classList.remove("empty");
+      return this.start(contents);
+    }
+    const { cells, strikes, plans, scenes } = contents;
+    const chosen = ["robot-cell", "robot-strike", "robot-scene"].map((id) => byId(id).value);
+    fillSelect(byId("robot-cell"), cells.map((name) => [name, name]), chosen[0]);
+    fillSelect(byId("robot-strike"), [...plans, ...strikes].map((name) => [name, name]), chosen[1]);
+    fillSelect(byId("robot-scene"), [["", "of the plan"], ...scenes.map((name) => [name, name])], chosen[2]);
+    return null;
+  }
+
   /** Chooses the scene by the name of the strike, where there is one and the file is not a plan with its own. */
   #fitting() {
     const list = byId("robot-scene");

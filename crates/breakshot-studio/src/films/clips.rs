@@ -2,7 +2,7 @@
 
 use crate::jobs::Job;
 use crate::project::Project;
-use breakshot::campaign::{Campaign, Clip, Source};
+use breakshot::campaign::{Campaign, Clip, ClipStart, Source};
 use breakshot::capture::Decoder;
 use breakshot::detect::Tracks;
 use breakshot::estimate::ClipTracks;
@@ -38,6 +38,8 @@ pub(crate) struct Listed {
     is_excluded: bool,
     /// The stretches of it that are left out (s).
     excluded_s: Vec<[f64; 2]>,
+    /// Where a person has seen objects in its first frame.
+    starts: Vec<ClipStart>,
 }
 
 impl Campaigns {
@@ -105,6 +107,7 @@ pub(crate) fn listed(project: &Project, campaign: &Campaign) -> Vec<Listed> {
         is_tracked: file.is_some_and(|file| file.is_file()),
         is_excluded: false,
         excluded_s: clip.excluded_s.clone(),
+        starts: clip.starts.clone(),
     };
     let mut all: Vec<Listed> = campaign.clips.iter().zip(tracks_files(project, campaign)).map(list).collect();
     all.extend(campaign.excluded.iter().map(|clip| Listed { is_excluded: true, ..list((clip, None)) }));
@@ -136,7 +139,7 @@ pub(crate) fn tracks(project: &Project, campaign: &Campaign, clip: &Clip) -> Res
 }
 
 /// The tracks of a clip: those in its file, if they were made of the same content by the same version; otherwise new ones, which are
-/// written as `breakshot estimate --tracks` writes them.
+/// written as `breakshot estimate --tracks` writes them. `on_frame` is called before each frame.
 ///
 /// # Errors
 /// A clip that cannot be tracked, a job that was ended, a folder that cannot be written.
@@ -144,7 +147,7 @@ pub(crate) fn finished_tracks(
     project: &Project,
     campaign: &Campaign,
     clip: &Clip,
-    job: &Job,
+    (job, on_frame): (&Job, impl Fn(&Job) + Send + 'static),
 ) -> Result<ClipTracks> {
     let file = tracks_file(project, campaign, &clip.name);
     let input = files::clip_input(campaign, clip)?;
@@ -153,7 +156,11 @@ pub(crate) fn finished_tracks(
         return Ok(ClipTracks { name: clip.name.clone(), objects, strike, tracks });
     }
     let ended = job.clone();
-    let tracked = breakshot::clip_tracks_until(campaign, clip, Decoder::Auto, move || ended.is_cancelled())?;
+    let until = move || {
+        on_frame(&ended);
+        ended.is_cancelled()
+    };
+    let tracked = breakshot::clip_tracks_until(campaign, clip, Decoder::Auto, until)?;
     if let Some(file) = file {
         if let Some(folder) = file.parent() {
             std::fs::create_dir_all(folder).map_err(|source| Error::Write { path: folder.into(), source })?;

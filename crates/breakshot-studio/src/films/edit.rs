@@ -1,12 +1,13 @@
 //! Changes of a campaign's clips, written into its file with its comments, and taken back.
 
 use crate::project::Project;
+use breakshot::campaign::ClipStart;
 use breakshot::{Error, Result, files};
 use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
-use toml_edit::{Array, DocumentMut, Item, Table, value};
+use toml_edit::{Array, DocumentMut, InlineTable, Item, Table, value};
 
 /// A change of one clip; what is not given stays.
 #[derive(Debug, Deserialize)]
@@ -21,6 +22,8 @@ pub(crate) struct ClipChange {
     excluded_s: Option<Vec<[f64; 2]>>,
     /// Its objects, the struck one first.
     objects: Option<Vec<String>>,
+    /// Where objects are in the first frame.
+    starts: Option<Vec<ClipStart>>,
 }
 
 /// A campaign whose last change is taken back.
@@ -61,7 +64,7 @@ impl Edits {
     /// A clip that the campaign does not have, a change after which the campaign is not valid, a file that cannot be written.
     pub(crate) fn change(&self, project: &Project, request: &ClipChange) -> Result<usize> {
         let path = project.file(&request.campaign)?;
-        self.edited(&path, |text| {
+        self.edited(&path, None, |text| {
             let number = entry_number(&path, text, &request.clip)?;
             let mut document = parsed(&path, text)?;
             let tables = document.get_mut("clips").and_then(Item::as_array_of_tables_mut);
@@ -74,12 +77,17 @@ impl Edits {
         })
     }
 
-    /// Appends a film as the last clip.
+    /// Appends a film and its objects as the last clip; a campaign that does not exist yet begins with its `first` lines.
     ///
     /// # Errors
     /// A campaign that is not valid with it, a file that cannot be written.
-    pub(crate) fn append(&self, path: &Path, film: &str, objects: &[String]) -> Result<usize> {
-        self.edited(path, |text| {
+    pub(crate) fn append(
+        &self,
+        path: &Path,
+        first: Option<&str>,
+        (film, objects): (&str, &[String]),
+    ) -> Result<usize> {
+        self.edited(path, first, |text| {
             let objects: Vec<String> =
                 objects.iter().map(|name| toml::Value::from(name.as_str()).to_string()).collect();
             let break_before = if text.is_empty() || text.ends_with('\n') { "" } else { "\n" };
@@ -119,15 +127,24 @@ impl Edits {
         Ok(of_file.len())
     }
 
-    /// Writes the new text of a campaign if it is valid.
-    fn edited(&self, path: &Path, new_text: impl FnOnce(&str) -> Result<String>) -> Result<usize> {
+    /// Writes the new text of a campaign if it is valid; that a new one begins is not taken back.
+    fn edited(
+        &self,
+        path: &Path,
+        first: Option<&str>,
+        new_text: impl FnOnce(&str) -> Result<String>,
+    ) -> Result<usize> {
         let mut steps = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        let before = read(path)?;
+        let begun = first.filter(|_| path.symlink_metadata().is_err());
+        let before = begun.map_or_else(|| read(path), |first| Ok(first.to_owned()))?;
         let after = new_text(&before)?;
         files::campaign_of(path, &after)?;
         let of_file = steps.entry(path.to_owned()).or_default();
         if before != after {
             files::write_whole(path, after.as_bytes())?;
+            if begun.is_some() {
+                return Ok(of_file.len());
+            }
             of_file.push(Step { before, after });
             if of_file.len() > MOST_STEPS {
                 of_file.remove(0);
@@ -169,6 +186,16 @@ fn set_clip(table: &mut Table, request: &ClipChange) {
     if let Some(objects) = &request.objects {
         put(table, "objects", objects.iter().map(String::as_str).collect::<Array>().into());
     }
+    match request.starts.as_deref() {
+        Some([]) => {
+            table.remove("starts");
+        }
+        Some(starts) => {
+            let starts = starts.iter().map(|start| toml_edit::Value::InlineTable(start_table(start)));
+            put(table, "starts", starts.collect::<Array>().into());
+        }
+        None => {}
+    }
     match (request.excluded, &request.excluded_s) {
         (Some(true), _) => put(table, "exclude", true.into()),
         (_, Some(stretches)) if !stretches.is_empty() => {
@@ -180,6 +207,19 @@ fn set_clip(table: &mut Table, request: &ClipChange) {
         }
         (None, None) => {}
     }
+}
+
+/// A start as it is written: lengths in whole tenths of a millimetre, a fifth of a pixel of usual films.
+fn start_table(start: &ClipStart) -> InlineTable {
+    let rounded = |value: f64| (value * 1e4).round() / 1e4;
+    let mut table = InlineTable::new();
+    table.insert("object", start.object.as_str().into());
+    let position_m = [start.position_m.x, start.position_m.y].map(rounded);
+    table.insert("position_m", Array::from_iter(position_m).into());
+    if let Some(yaw_rad) = start.yaw_rad {
+        table.insert("yaw_rad", rounded(yaw_rad).into());
+    }
+    table
 }
 
 /// Sets a value; the comment behind it stays.
@@ -229,5 +269,10 @@ mod tests {
         assert!(stretch.ends_with("exclude = [[0.25, 0.5]]\n"), "{stretch}");
         assert_eq!(changed(&stretch, 1, serde_json::json!({ "excluded_s": [] })), TEXT);
         assert_eq!(changed(TEXT, 0, serde_json::json!({})), TEXT);
+        let start = serde_json::json!({ "object": "a", "position_m": [0.12345, -0.02], "yaw_rad": 1.25 });
+        let seen = changed(TEXT, 1, serde_json::json!({ "starts": [start] }));
+        let written = "starts = [{ object = \"a\", position_m = [0.1235, -0.02], yaw_rad = 1.25 }]\n";
+        assert!(seen.ends_with(written), "{seen}");
+        assert_eq!(changed(&seen, 1, serde_json::json!({ "starts": [] })), TEXT);
     }
 }

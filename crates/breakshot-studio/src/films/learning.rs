@@ -33,7 +33,7 @@ pub(crate) fn learned(
         if !job.goes_on(part()) {
             return Err(Error::Stopped);
         }
-        let tracks = finished_tracks(project, campaign, clip, job);
+        let tracks = finished_tracks(project, campaign, clip, (job, |_: &Job| ()));
         if let Err(error @ Error::Write { .. }) = tracks {
             // Not a reason to leave the clip out.
             *unwritable.lock().unwrap_or_else(PoisonError::into_inner) = Some(error);

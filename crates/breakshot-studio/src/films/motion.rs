@@ -1,4 +1,4 @@
-//! What was found in a film: outlines in the picture, distances and speeds over time, impacts.
+//! What was found in a film: outlines in the picture, distances, speeds and accelerations over time, impacts.
 
 use super::clips::{finished_tracks, tracks, tracks_file};
 use crate::jobs::Job;
@@ -11,6 +11,7 @@ use breakshot::geometry::{Pixel, Point, Pose};
 use breakshot::object::{self, Shape};
 use breakshot::{Error, Result};
 use serde::Serialize;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// What is known of a clip's motion.
 #[derive(Serialize)]
@@ -35,6 +36,7 @@ struct Shown {
     /// Distance from its first position (m).
     distance_m: f64,
     speed_m_s: Option<f64>,
+    acceleration_m_s2: Option<f64>,
     is_doubtful: bool,
     center_px: Option<Pixel>,
     /// Its outline in the picture; empty where its yaw is unknown and matters.
@@ -91,6 +93,7 @@ fn shown(
         time_s: sample.time_s,
         distance_m: first.map_or(0.0, |first| first.distance(sample.position())),
         speed_m_s: sample.vx_m_s.zip(sample.vy_m_s).map(|(x, y)| x.hypot(y)),
+        acceleration_m_s2: sample.ax_m_s2.zip(sample.ay_m_s2).map(|(x, y)| x.hypot(y)),
         is_doubtful: sample.doubtful,
         center_px: pixel(sample.position()),
         outline_px: on_table.filter_map(pixel).collect(),
@@ -123,7 +126,14 @@ fn impacts(
     (fit.impacts.iter().map(shown).collect(), fit.remarks)
 }
 
-/// Tracks a clip and writes its tracks.
+/// The number of frames of a clip; infinite if its file does not hold it.
+fn frame_count(clip: &Clip) -> f64 {
+    let Source::Film(path) = &clip.source else { return f64::INFINITY };
+    let count = Footage::open(path).ok().and_then(|footage| footage.frame_count());
+    count.map_or(f64::INFINITY, |count| count as f64)
+}
+
+/// Tracks a clip and writes its tracks; the part that is done is that of the frames.
 ///
 /// # Errors
 /// A film that cannot be tracked, a folder that cannot be written.
@@ -139,7 +149,12 @@ pub(crate) fn track(
     if !job.goes_on(0.0) {
         return Err(Error::Stopped);
     }
-    finished_tracks(project, campaign, clip, job)?;
+    let (frames, done) = (frame_count(clip), AtomicUsize::new(0));
+    let on_frame = move |job: &Job| {
+        let read = done.fetch_add(1, Ordering::Relaxed);
+        job.goes_on((read as f64 / frames).min(1.0));
+    };
+    finished_tracks(project, campaign, clip, (job, on_frame))?;
     if !job.goes_on(1.0) {
         return Err(Error::Stopped);
     }

@@ -1,6 +1,7 @@
-//! What does a strike do to this pile, where may an object be put, and which strike is planned?
+//! What does a strike do to this pile, where may an object be put, which strike is planned, and what does a picture show?
 
 pub(crate) mod forecast;
+pub(crate) mod picture;
 pub(crate) mod planning;
 pub(crate) mod request;
 pub(crate) mod save;

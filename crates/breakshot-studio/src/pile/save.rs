@@ -5,6 +5,7 @@ use crate::project::Project;
 use breakshot::scene::{Goal, KeepOut, Placed, Strike, Wall};
 use breakshot::{Error, Result, files};
 use serde::Deserialize;
+use std::path::PathBuf;
 use toml_edit::{Array, ArrayOfTables, DocumentMut, Item, Table, TableLike, Value, value};
 
 /// A pile to be written.
@@ -91,6 +92,23 @@ pub(crate) struct NewScene {
 /// A cell or objects that are not of the project or not valid, a name that is taken or not that of a scene beside them.
 pub(crate) fn new_scene(project: &Project, request: &NewScene) -> Result<String> {
     let NewScene { cell, objects, output } = request;
+    let path = is_new_scene(project, output)?;
+    let cell_file = project.file(cell)?;
+    project.check_cell(&cell_file)?;
+    files::load_cell(&cell_file)?;
+    files::load_objects(project.file(objects)?)?;
+    let mut document = DocumentMut::new();
+    document.insert("cell", value(cell));
+    document.insert("objects", value(objects));
+    files::write_whole(&path, document.to_string().as_bytes())?;
+    Ok(output.clone())
+}
+
+/// The path of a scene file that does not exist yet.
+///
+/// # Errors
+/// A name that is taken, or not that of a scene in the project's own folder.
+pub(crate) fn is_new_scene(project: &Project, output: &str) -> Result<PathBuf> {
     let (path, is_toml) = (project.new_file(output)?, output.to_ascii_lowercase().ends_with(".toml"));
     if !is_toml || output.contains('/') {
         return Err(Error::invalid(
@@ -103,18 +121,10 @@ pub(crate) fn new_scene(project: &Project, request: &NewScene) -> Result<String>
     if path.exists() {
         return Err(Error::invalid(output, "the name", "taken", "the name of a new file"));
     }
-    let cell_file = project.file(cell)?;
-    project.check_cell(&cell_file)?;
-    files::load_cell(&cell_file)?;
-    files::load_objects(project.file(objects)?)?;
-    let mut document = DocumentMut::new();
-    document.insert("cell", value(cell));
-    document.insert("objects", value(objects));
-    files::write_whole(&path, document.to_string().as_bytes())?;
-    Ok(output.clone())
+    Ok(path)
 }
 
-fn project_path(name: &str) -> std::path::PathBuf {
+pub(crate) fn project_path(name: &str) -> PathBuf {
     name.into()
 }
 

@@ -1,19 +1,22 @@
 """A person's way through the studio in headless Chromium.
 
-usage: studio.py BREAKSHOT DEMO SHOTS
+usage: studio.py BREAKSHOT DEMO SHOTS [--no-bounds]
 
 BREAKSHOT is the program, DEMO the folder of the demo's films, SHOTS the folder for the pictures of every view. Every step asserts what a
-person would see; the last lines are the measured latencies.
+person would see; the last lines are the measured latencies. They have bounds, unless the program is not a release build (--no-bounds).
 """
 
 import hashlib
 import json
+import math
 import os
 import pathlib
 import shutil
 import subprocess
 import sys
 import tempfile
+import time
+import tomllib
 
 from playwright.sync_api import expect, sync_playwright
 
@@ -21,7 +24,9 @@ CHROMIUM = os.environ.get("CHROMIUM", "/usr/bin/chromium")
 # A fit of the camera that takes longer has failed (ms); it is no bound of a latency.
 FIT_MS = 20_000
 # Bounds of the latencies (ms), p95.
-MOTION_MS, CLOUD_MS, STEP_MS, PAINT_MS = 33, 150, 50, 1000
+MOTION_MS, CLOUD_MS, STEP_MS = 33, 150, 50
+# Bound of the first paint after the page is asked for (ms).
+PAINT_MS = 1000
 
 KEYS_OF_VIEWS = {"films": "Alt+1", "learned": "Alt+2", "pile": "Alt+3", "compare": "Alt+4", "cell": "Alt+5", "robot": "Alt+6"}
 
@@ -111,7 +116,8 @@ def opens_once(studio, browser):
     cookie = studio.context.cookies()[0]
     assert cookie["httpOnly"] and cookie["sameSite"] == "Strict", cookie
     paint = page.evaluate("performance.getEntriesByName('first-contentful-paint')[0]?.startTime")
-    assert paint is not None and paint < PAINT_MS, f"first paint after {paint} ms"
+    assert paint is not None, "nothing was painted"
+    studio.paint_ms = paint
     other = browser.new_context().new_page()
     other.goto(studio.link)
     expect(other.locator("#closed")).to_be_visible()
@@ -136,6 +142,15 @@ def drag(page, start, end, steps=12):
         page.mouse.move(*(a + (b - a) * k / steps for a, b in zip(start, end)))
         page.wait_for_timeout(16)
     page.mouse.up()
+
+
+def wait_until(page, holds):
+    """Waits until something holds outside of the page."""
+    for _ in range(FIT_MS // 100):
+        if holds():
+            return
+        page.wait_for_timeout(100)
+    raise AssertionError("what was waited for has not come")
 
 
 def at_rest(page):
@@ -241,7 +256,6 @@ def draws_walls_and_areas(studio):
     at_rest(page)
     page.keyboard.press("Control+s")
     expect(page.locator("#message")).to_contain_text("Wrote four.scene.toml")
-    import tomllib
     written = tomllib.loads(scene.read_text())
     assert "# Four objects that touch." in scene.read_text()
     (wall,), (area,) = written["walls"], written["keep_out"]
@@ -348,6 +362,8 @@ def steps_through_films(studio):
     page.keyboard.press("t")
     expect(page.locator("#impacts")).to_contain_text("a hits c", timeout=60_000)
     assert (studio.folder / "tracks/pair_a_c_3.json").exists()
+    # The film has run along with its tracking, and is back.
+    expect(page.locator("#frame")).to_have_attribute("data-frame", "0")
     page.locator("#clips button", has_text="pair_a_c_3").focus()
     steps = []
     for key in ["ArrowRight"] * 30 + ["ArrowLeft"] * 30:
@@ -628,6 +644,182 @@ def is_accessible(studio, view):
     assert not serious, f"{view}: {serious}"
 
 
+def corrects_a_start(studio):
+    """Objects are moved to where they are in the first frame, with the mouse and the keys; the tracking begins there; undo writes the text before."""
+    page, campaign = studio.page, studio.folder / "campaign.toml"
+    studio.go("films")
+    text = campaign.read_text()
+    page.locator("#clips button", has_text="pair_a_c_3").click()
+    expect(page.locator("#film-time")).to_contain_text("1/48")
+    page.locator("#film-back").focus()
+    page.keyboard.press("c")
+    expect(page.locator("#starts .start")).to_have_count(2, timeout=FIT_MS)
+    expect(page.locator("#overlay .found")).to_have_count(0)
+    page.screenshot(path=str(studio.shots / "films-starts.png"))
+    middle = lambda name: (lambda b: (b["x"] + b["width"] / 2, b["y"] + b["height"] / 2))(page.locator(f'[data-start="{name}"] .start-center').bounding_box())
+    # `a` is dragged to where `c` is: their markers look alike.
+    first = json_of(studio.folder / "tracks/pair_a_c_3.json")["tracks"]
+    was = {track["object"]: (track["samples"][0]["x_m"], track["samples"][0]["y_m"]) for track in first}
+    drag(page, middle("a"), middle("c"))
+    expect(page.locator("#given-starts li")).to_have_count(1, timeout=FIT_MS)
+    expect(page.locator("#given-starts")).to_contain_text("a begins at")
+    written = tomllib.loads(campaign.read_text())["clips"][7]["starts"]
+    assert [start["object"] for start in written] == ["a"] and "# Two strikes of every object alone" in campaign.read_text()
+    # By the keys a millimetre.
+    page.locator('[data-start="a"]').focus()
+    page.keyboard.press("ArrowRight")
+    start = lambda: tomllib.loads(campaign.read_text())["clips"][7]["starts"][0]["position_m"]
+    wait_until(page, lambda: start() != written[0]["position_m"])
+    moved = start()
+    assert abs(moved[0] - written[0]["position_m"][0] - 0.001) < 2e-4, (written, moved)
+    page.keyboard.press("Escape")
+    expect(page.locator("#starts")).to_be_hidden()
+    page.locator("#film-back").focus()
+    page.keyboard.press("t")
+    expect(page.locator("#message")).to_contain_text("Wrote tracks/pair_a_c_3.json", timeout=60_000)
+    begins = json_of(studio.folder / "tracks/pair_a_c_3.json")["tracks"][0]["samples"][0]
+    off = math.dist((begins["x_m"], begins["y_m"]), was["c"])
+    assert off < 0.01, f"`a` begins {off} m from where it was put"
+    for left in (1, 0):
+        page.keyboard.press("Control+z")
+        expect(page.locator("#message")).to_contain_text("Took back")
+        expect(page.locator("#given-starts li")).to_have_count(left, timeout=FIT_MS)
+        page.locator("#film-back").focus()
+    assert campaign.read_text() == text, "undo does not write the text before"
+    page.keyboard.press("t")
+    expect(page.locator("#impacts")).to_contain_text("a hits c", timeout=60_000)
+
+
+def takes_a_pile_from_a_picture(studio):
+    """A scene from a picture is that of `breakshot look`, byte for byte; the picture lies beneath the objects."""
+    page, folder = studio.page, studio.folder
+    studio.go("pile")
+    assert studio.command("look", "cell.toml", "objects.toml", "pile_a_c_e.mp4", "--objects", "a,c,e", "-o", "command.scene.toml").returncode in (0, 3)
+    page.locator("#play").focus()
+    page.keyboard.press("f")
+    expect(page.locator("#new-picture")).to_be_visible()
+    page.select_option("#picture-file", "pile_a_c_e.mp4")
+    expect(page.locator("#picture-names")).to_have_value("a, c, e")
+    page.fill("#picture-name", "taken.scene.toml")
+    page.locator("#new-picture button.main").click()
+    expect(page.locator("#message")).to_contain_text("Wrote taken.scene.toml", timeout=FIT_MS)
+    expect(page.locator("#table .object")).to_have_count(3)
+    assert (folder / "taken.scene.toml").read_bytes() == (folder / "command.scene.toml").read_bytes(), "the scene is not that of `breakshot look`"
+    expect(page.locator("#ground image")).to_have_count(1)
+    page.wait_for_timeout(1500)
+    for scheme in ("light", "dark"):
+        page.emulate_media(color_scheme=scheme)
+        page.screenshot(path=str(studio.shots / f"pile-picture-{scheme}.png"))
+    page.emulate_media(color_scheme="light")
+    page.locator("#play").focus()
+    page.keyboard.press("i")
+    expect(page.locator("#ground image")).to_have_count(0)
+    # A picture that is dropped is copied into the folder; one that is none is refused.
+    page.set_input_files("#picture-picker", {"name": "none.png", "mimeType": "image/png", "buffer": b"none"})
+    expect(page.locator("#message.error")).to_be_visible(timeout=FIT_MS)
+    assert not (folder / "none.png").exists()
+    studio.problems = [problem for problem in studio.problems if "422" not in problem]
+    (folder / "command.scene.toml").unlink()
+    page.select_option("#scene", "pile.scene.toml")
+
+
+def shows_what_others_write(studio):
+    """Files that another program writes show up by themselves."""
+    page, scene = studio.page, studio.folder / "made.scene.toml"
+    studio.go("pile")
+    page.select_option("#scene", "made.scene.toml")
+    expect(page.locator("#table .object")).to_have_count(2)
+    text = scene.read_text()
+    scene.write_text(text + '\n[[placed]]\nobject = "e"\nposition_m = [0.3, 0.15]\n')
+    expect(page.locator("#table .object")).to_have_count(3, timeout=FIT_MS)
+    expect(page.locator("#message")).to_contain_text("changed by another program")
+    shutil.copy(scene, studio.folder / "other.scene.toml")
+    expect(page.locator("#scene option", has_text="other.scene.toml")).to_have_count(1, timeout=FIT_MS)
+    (studio.folder / "other.scene.toml").unlink()
+    scene.write_text(text)
+    expect(page.locator("#table .object")).to_have_count(2, timeout=FIT_MS)
+    page.select_option("#scene", "pile.scene.toml")
+
+
+def says_what_to_film_next(studio):
+    """The advice is that of `breakshot estimate --advise 5`."""
+    page = studio.page
+    studio.go("learned")
+    page.locator("#learned-file").focus()
+    page.locator("#advise").click()
+    expect(page.locator("#advice tbody tr")).to_have_count(5, timeout=120_000)
+    found = studio.command("estimate", "campaign.toml", "-o", "advised.json", "--tracks", "tracks", "--advise", "5", "--json")
+    clips = json.loads(found.stdout)["advice"]["clips"]
+    rows = [[cell.strip() for cell in row.locator("th, td").all_text_contents()] for row in page.locator("#advice tbody tr").all()]
+    for row, clip in zip(rows, clips):
+        assert row[1] == clip["strike"] and row[3] == f"{clip['speed_m_s']:.2f}" and row[5] == f"{1e3 * clip['spread_m']:.2f}", (row, clip)
+    (studio.folder / "advised.json").unlink()
+
+
+def has_a_key_for_every_action(studio):
+    """Whatever can be pressed in a view is named in its list of keys, or is one of a list that the keyboard walks through."""
+    page = studio.page
+    for view in KEYS_OF_VIEWS:
+        studio.go(view)
+        found = page.evaluate("""view => [...document.querySelectorAll(`#${view} :is(button, input[type=checkbox])`)]
+          .filter(e => !e.hidden && !e.closest('[hidden]') && e.offsetParent)
+          .map(e => ({words: e.textContent.trim() || e.ariaLabel || e.id, id: e.id, key: e.ariaKeyShortcuts ?? e.getAttribute('aria-keyshortcuts'), inList: Boolean(e.closest('ul, table, summary')), tab: e.tabIndex}))""", view)
+        steps = ("-back", "-forth", "back", "forth")
+        bare = [one for one in found if not one["key"] and not one["inList"] and not one["id"].endswith(steps) and not one["id"].endswith("-cancel")]
+        assert not bare, f"{view}: without a key: {bare}"
+        assert all(one["tab"] >= 0 for one in found), f"{view}: not reached by Tab: {found}"
+        page.evaluate("document.activeElement.blur()")
+        page.keyboard.press("?")
+        listed = page.locator("#key-list").inner_text()
+        keys = {key for one in found if one["key"] for key in one["key"].split(" ")}
+        names = {"Control": "Ctrl", "Space": "Space"}
+        for key in keys:
+            for part in key.split("+"):
+                assert not part or names.get(part, part).lower() in listed.lower(), f"{view}: {key} is not in the list of keys"
+        page.keyboard.press("Escape")
+
+
+def begins_in_an_empty_folder(program, demo, browser, shots):
+    """From an empty folder to properties: templates, a cell and objects as an editor saves them, films, an estimate."""
+    with tempfile.TemporaryDirectory() as folder:
+        folder = pathlib.Path(folder) / "mine"
+        folder.mkdir()
+        studio = Studio(program, folder, browser)
+        page = studio.page
+        try:
+            page.goto(studio.link)
+            expect(page.locator("#fresh")).to_be_visible()
+            page.screenshot(path=str(shots / "empty.png"))
+            is_accessible(studio, "the empty folder")
+            page.keyboard.press("Alt+0")
+            expect(page.locator("#message")).to_contain_text("Wrote cell.toml, objects.toml")
+            expect(page.locator("#fresh")).to_be_hidden()
+            assert studio.command("calibrate", "cell.toml", str(demo / "pile.mp4")).returncode == 2, "the template is not this cell"
+            # The person measures the cell, and writes the files in an editor; then the films.
+            for name in ("cell.toml", "objects.toml"):
+                shutil.copy(demo / name, folder / name)
+            (folder / "scene.toml").unlink()
+            studio.go("films")
+            expect(page.locator("#plots-words")).to_contain_text("No films yet", timeout=FIT_MS)
+            names = ["single_a_3.mp4", "single_a_5.mp4", "pair_a_c_1.mp4", "pair_a_c_3.mp4"]
+            page.set_input_files("#film-picker", [str(demo / name) for name in names])
+            expect(page.locator("#new-film-list input")).to_have_count(len(names))
+            page.locator("#new-films button.main").click()
+            expect(page.locator("#clips button")).to_have_count(len(names), timeout=FIT_MS)
+            clips = tomllib.loads((folder / "campaign.toml").read_text())["clips"]
+            assert [clip["objects"] for clip in clips] == [["a"], ["a"], ["a", "c"], ["a", "c"]], clips
+            studio.go("cell")
+            expect(page.locator("#cell-tags tbody tr")).to_have_count(4, timeout=FIT_MS)
+            studio.go("learned")
+            page.keyboard.press("e")
+            expect(page.locator("#learned-charts figure").first).to_be_visible(timeout=120_000)
+            assert "a" in json_of(folder / "properties.json")["friction"]
+            studio.problems = [problem for problem in studio.problems if "422" not in problem]
+            assert not studio.problems, studio.problems
+        finally:
+            studio.close()
+
+
 def takes_pictures(studio, shots):
     page = studio.page
     for view in KEYS_OF_VIEWS:
@@ -656,42 +848,52 @@ def project(demo, folder):
     shutil.copy(demo / "pile.mp4", folder.parent / "pile_a_c_e.mp4")
 
 
-def main(program, demo, shots):
+def walk(studio, browser, shots):
+    """Every step after the other; the times of the questions whose latency has a bound."""
+    opens_once(studio, browser)
+    learns_the_properties(studio)
+    makes_a_pile(studio)
+    makes_a_new_pile(studio)
+    draws_walls_and_areas(studio)
+    times = drags_the_strike(studio)
+    shows_what_the_commands_write(studio)
+    plays_the_motion(studio)
+    times |= steps_through_films(studio)
+    for step in (changes_the_campaign, corrects_a_start, opens_a_clip_from_its_value, says_what_to_film_next, takes_a_pile_from_a_picture,
+                 shows_what_others_write, compares_film_and_simulation, moves_a_tag, shows_the_arm, has_a_key_for_every_action):
+        begun = time.monotonic()
+        step(studio)
+        print(f"{step.__name__.replace('_', ' ')}: {time.monotonic() - begun:.1f} s", flush=True)
+    takes_pictures(studio, shots)
+    assert not studio.problems, studio.problems
+    return {"first paint": [studio.paint_ms], **times}
+
+
+def main(program, demo, shots, is_bounded):
     shots.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory() as folder, sync_playwright() as playwright:
         folder = pathlib.Path(folder) / "demo"
         project(demo, folder)
         browser = playwright.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox"])
+        begins_in_an_empty_folder(program, demo, browser, shots)
         studio = Studio(program, folder, browser)
         studio.shots = shots
         try:
-            opens_once(studio, browser)
-            learns_the_properties(studio)
-            makes_a_pile(studio)
-            makes_a_new_pile(studio)
-            draws_walls_and_areas(studio)
-            times = drags_the_strike(studio)
-            shows_what_the_commands_write(studio)
-            plays_the_motion(studio)
-            times |= steps_through_films(studio)
-            changes_the_campaign(studio)
-            opens_a_clip_from_its_value(studio)
-            compares_film_and_simulation(studio)
-            moves_a_tag(studio)
-            shows_the_arm(studio)
-            takes_pictures(studio, shots)
-            assert not studio.problems, studio.problems
+            times = walk(studio, browser, shots)
+        except Exception:
+            studio.page.screenshot(path=str(shots / "failed.png"))
+            raise
         finally:
             studio.close()
             browser.close()
     late = []
-    for (what, values), bound in zip(times.items(), (MOTION_MS, CLOUD_MS, STEP_MS)):
+    for (what, values), bound in zip(times.items(), (PAINT_MS, MOTION_MS, CLOUD_MS, STEP_MS)):
         p50, p95 = percentile(values, 0.5), percentile(values, 0.95)
-        print(f"{what}: p50 {p50:.1f} ms, p95 {p95:.1f} ms of {len(values)}, at most {bound} ms")
+        print(f"{what}: p50 {p50:.1f} ms, p95 {p95:.1f} ms of {len(values)}, at most {bound} ms{'' if is_bounded else ' in a release build on idle cores, not checked here'}")
         late += [what] if p95 > bound else []
     print(f"pictures: {shots}")
-    assert not late, f"too late: {', '.join(late)}"
+    assert not (is_bounded and late), f"too late: {', '.join(late)}"
 
 
 if __name__ == "__main__":
-    main(os.path.abspath(sys.argv[1]), pathlib.Path(sys.argv[2]), pathlib.Path(sys.argv[3]))
+    main(os.path.abspath(sys.argv[1]), pathlib.Path(sys.argv[2]).resolve(), pathlib.Path(sys.argv[3]).resolve(), "--no-bounds" not in sys.argv[4:])

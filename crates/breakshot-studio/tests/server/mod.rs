@@ -36,7 +36,7 @@ impl TestServer {
         for (name, text) in FILES {
             std::fs::write(project.join(name), text).unwrap();
         }
-        let server = Server::bind(&project, 0).unwrap();
+        let server = Server::bind(&project, 0, &[("template.toml", "# A template.\n")]).unwrap();
         let (address, link) = (server.address(), server.link());
         std::thread::spawn(move || server.serve());
         let token = link.split_once('#').unwrap().1.to_owned();

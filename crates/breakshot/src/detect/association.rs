@@ -13,6 +13,7 @@ use super::markerless;
 use super::markerless::edge_fit::{OutlineFit, SearchRange};
 use super::markerless::edge_visibility::OutlineView;
 use super::threshold::Level;
+use crate::campaign::ClipStart;
 use crate::capture::{Camera, GreyImage};
 use crate::geometry::{Pixel, Point, Pose, Vec2, wrapped_rad};
 use crate::object::{Shape, kind};
@@ -34,6 +35,36 @@ pub enum Layout {
     },
     /// The pose of each object when the clip begins.
     Placed(Vec<Placed>),
+    /// Where some of the objects are in the first frame, as a person has seen it: each is the marker or the outline near its place.
+    Started {
+        /// The objects that were seen.
+        starts: Vec<ClipStart>,
+        /// What is known beside that; the starts are believed where they contradict it.
+        others: Box<Self>,
+    },
+}
+
+impl Layout {
+    /// What is known beside the starts that a person has seen.
+    fn beside_starts(&self) -> &Self {
+        match self {
+            Self::Started { others, .. } => others.beside_starts(),
+            other => other,
+        }
+    }
+
+    /// Where a person has seen a target.
+    pub(super) fn start(&self, target: &Target) -> Option<&ClipStart> {
+        let Self::Started { starts, .. } = self else { return None };
+        starts.iter().find(|start| start.object == target.name)
+    }
+
+    /// Whether a target at this position is where a person has seen it, if one has: its outline covers that place, so that no other
+    /// object's does.
+    fn admits(&self, target: &Target, position: Point) -> bool {
+        let reach_m = target.object.shape.area_m2().sqrt() / 2.0;
+        self.start(target).is_none_or(|start| start.position_m.distance(position) < reach_m)
+    }
 }
 
 /// A target's marker and pose in the first frame.
@@ -78,6 +109,8 @@ const STRUCK_LATERAL_STD_M: f64 = 0.03;
 const OTHERS_LATERAL_STD_M: f64 = 0.2;
 /// Range of the search for an outline around its silhouette, which sides and shadow displace.
 const OUTLINE_SEARCH: SearchRange = SearchRange { radius_m: 0.015, angle_rad: 0.3 };
+/// Step of the search for a yaw around one that a person has seen (rad): a third of a pixel at a corner 30 px from the centre.
+const START_YAW_STEP_RAD: f64 = 0.01;
 /// An outline of which a smaller fraction is visible is not there.
 const LEAST_VISIBLE: f64 = 0.5;
 
@@ -91,7 +124,10 @@ pub(super) fn starts(
 ) -> (Vec<Option<Start>>, Vec<String>) {
     // Costs of all pairs by appearance
     let row = |target| {
-        let row = candidates.iter().map(|c| matched(image, camera, target, c, layout)).collect();
+        let row = candidates.iter().map(|c| {
+            matched(image, camera, target, c, layout).filter(|m| layout.admits(target, m.pose.position))
+        });
+        let row = row.collect();
         with_merged_outlines(target, with_merged_dots(row, candidates))
     };
     let matches: Vec<Vec<Option<Match>>> = targets.iter().map(row).collect();
@@ -99,14 +135,18 @@ pub(super) fn starts(
 
     // Assignment by appearance and layout
     let mut order_warning = None;
-    let assigned = match layout {
-        Layout::Unknown => assignment(&by_appearance),
-        Layout::Placed(_) => {
-            assignment(&costs(&matches, |row, m| m.cost + placement_cost(layout, &targets[row], m.pose)))
+    let placed_cost = |row: usize, m: &Match| m.cost + placement_cost(layout, &targets[row], m.pose);
+    let known = layout.beside_starts();
+    let assigned = match known {
+        Layout::Unknown | Layout::Placed(_) | Layout::Started { .. } => {
+            assignment(&costs(&matches, placed_cost))
         }
         Layout::AlongStrike { heading_rad, start_m } => {
             let ahead = Vec2::from_heading(*heading_rad);
-            let by_line = costs(&matches, |row, m| m.cost + line_cost(row, m.pose, *start_m, ahead));
+            let by_line = costs(&matches, |row, m| {
+                let start_m = start_m.filter(|_| layout.start(&targets[row]).is_none());
+                placed_cost(row, m) + line_cost(row, m.pose, start_m, ahead)
+            });
             ordered_assignment(&by_line, &matches, ahead).unwrap_or_else(|| {
                 let warning = "doubtful: the markers are not in the given order along the strike";
                 order_warning = Some(warning.to_string());
@@ -114,7 +154,7 @@ pub(super) fn starts(
             })
         }
     };
-    let mut warnings = ambiguities(targets, &by_appearance, &assigned, layout);
+    let mut warnings = ambiguities(targets, &by_appearance, &assigned, known);
     warnings.extend(order_warning);
 
     // Poses
@@ -205,7 +245,7 @@ fn matched(
     }
 
     // The dot beside the marker
-    let known_yaw_rad = placed(layout, target).map(|pose| pose.yaw_rad);
+    let known_yaw_rad = known_yaw_rad(layout, target);
     let prediction = DotPrediction { yaw_rad: known_yaw_rad, blur_px: [0.0, 0.0] };
     let pair = target.disc_and_dot(image, camera, blob, prediction);
     if target.feature.dot.is_some() && pair.is_none() {
@@ -222,6 +262,9 @@ fn matched(
     // The yaw: of those that the marker leaves open the one with the most visible outline
     let pose = |yaw_rad: f64| target.pose(camera, disc.image_pose(), yaw_rad);
     let yaws_rad: Vec<f64> = match pair.map(|pair| pair.yaw_rad).or(known_yaw_rad) {
+        Some(yaw_rad) if pair.is_none() && !target.has_axis() && layout.start(target).is_some() => {
+            yaws_around(yaw_rad)
+        }
         Some(yaw_rad) => vec![yaw_rad],
         None if target.has_axis() => vec![pose(0.0).yaw_rad, wrapped_rad(pose(0.0).yaw_rad + PI)],
         None if matches!(target.object.shape, Shape::Disc { .. }) && !target.is_off_centre() => vec![0.0],
@@ -239,6 +282,13 @@ fn matched(
     };
     let cost = half_squared(mismatch.largest() / LENGTH_STD) + INVISIBLE_OUTLINE_COST * (1.0 - visibility);
     Some(Match { pose, cost, blob: disc, other_dot, yaw_margin })
+}
+
+/// Yaws around one that a person has seen, the nearest first: the outline in the image decides.
+fn yaws_around(yaw_rad: f64) -> Vec<f64> {
+    let steps = (OUTLINE_SEARCH.angle_rad / START_YAW_STEP_RAD) as i32;
+    let offsets = std::iter::once(0).chain((1..=steps).flat_map(|k| [k, -k]));
+    offsets.map(|k| wrapped_rad(yaw_rad + f64::from(k) * START_YAW_STEP_RAD)).collect()
 }
 
 /// Of two poses half a turn apart the one whose outline is more visible and nearer to the edges of the image: the pose,
@@ -268,8 +318,8 @@ fn matched_outline(
 ) -> Option<Match> {
     let position = view.camera.table_from_pixel(candidate.blob.centroid, view.height_m);
     let rough = |yaw_rad: f64| Pose { position, yaw_rad };
-    let (yaw_rad, angle_rad) = if let Some(pose) = placed(layout, target) {
-        (pose.yaw_rad, OUTLINE_SEARCH.angle_rad)
+    let (yaw_rad, angle_rad) = if let Some(yaw_rad) = known_yaw_rad(layout, target) {
+        (yaw_rad, OUTLINE_SEARCH.angle_rad)
     } else {
         // Where a shadow hides a part of it, the silhouette's centroid is too far off for a yaw.
         let period_rad = view.shape.rotation_symmetry_rad().unwrap_or(TAU);
@@ -297,10 +347,21 @@ pub(super) fn placed_candidates(camera: &Camera, targets: &[Target], layout: &La
     known.map(candidate).collect()
 }
 
-/// The pose that the layout gives for a target.
+/// The pose that the layout gives for a target; a yaw that a person has not seen is zero.
 fn placed(layout: &Layout, target: &Target) -> Option<Pose> {
-    let Layout::Placed(placed) = layout else { return None };
+    if let Some(ClipStart { position_m, yaw_rad, .. }) = layout.start(target) {
+        return Some(Pose { position: *position_m, yaw_rad: yaw_rad.unwrap_or(0.0) });
+    }
+    let Layout::Placed(placed) = layout.beside_starts() else { return None };
     placed.iter().find(|p| p.object == target.name).map(Placed::pose)
+}
+
+/// The yaw that the layout gives for a target.
+fn known_yaw_rad(layout: &Layout, target: &Target) -> Option<f64> {
+    match layout.start(target) {
+        Some(start) => start.yaw_rad,
+        None => placed(layout, target).map(|pose| pose.yaw_rad),
+    }
 }
 
 /// Cost of the distance from the position that the layout gives.
@@ -401,7 +462,7 @@ fn ambiguous_yaws(
     ambiguous.collect()
 }
 
-/// Warnings of objects far from the position that the scene file gives.
+/// Warnings of objects far from the position that the scene file gives; a start is never far.
 fn misplacements(targets: &[Target], starts: &[Option<Start>], layout: &Layout) -> Vec<String> {
     let far = targets.iter().zip(starts).filter_map(|(target, start)| {
         let distance_m = placed(layout, target)?.position.distance(start.as_ref()?.pose.position);
@@ -422,12 +483,15 @@ fn in_canonical_order(
     mut starts: Vec<Option<Start>>,
     layout: &Layout,
 ) -> Vec<Option<Start>> {
-    if !matches!(layout, Layout::Unknown) {
+    if !matches!(layout.beside_starts(), Layout::Unknown) {
         return starts;
     }
+    // Where a person has seen a copy, its name is given.
+    let is_named = |k: usize| layout.start(&targets[k]).is_some();
     for i in 0..targets.len() {
         for k in i + 1..targets.len() {
             if kind(targets[i].name) == kind(targets[k].name)
+                && !(is_named(i) || is_named(k))
                 && let (Some(one), Some(other)) = (starts[i], starts[k])
             {
                 let (p, q) = (one.pose.position, other.pose.position);

@@ -376,7 +376,7 @@ impl Clip<'_> {
         if missing.is_empty() {
             return Ok((starts.into_iter().flatten().collect(), warnings));
         }
-        Err(self.too_few(&image, candidates, &missing))
+        Err(self.too_few(&image, candidates, &missing, layout))
     }
 
     /// Which targets an image shows.
@@ -495,14 +495,22 @@ impl Clip<'_> {
         }
     }
 
-    fn too_few(&self, image: &GreyImage, candidates: usize, missing: &[&str]) -> Error {
+    fn too_few(&self, image: &GreyImage, candidates: usize, missing: &[&str], layout: &Layout) -> Error {
         let (darkest, lightest) =
             image.pixels.iter().fold((u8::MAX, 0), |(low, high), &p| (low.min(p), high.max(p)));
         let sizes: Vec<String> = self
             .targets
             .iter()
             .filter(|t| missing.contains(&t.name))
-            .map(|t| format!("`{}` ({:.0} px)", t.name, t.projected_areas_px2(self.camera).end()))
+            .map(|t| {
+                let near = layout.start(t).map_or(String::new(), |start| {
+                    format!(
+                        " near the start that is given, x = {:.3}, y = {:.3} m",
+                        start.position_m.x, start.position_m.y
+                    )
+                });
+                format!("`{}` ({:.0} px){near}", t.name, t.projected_areas_px2(self.camera).end())
+            })
             .collect();
         Error::Markers {
             clip: self.name.clone(),

@@ -6,7 +6,7 @@ use super::{
     Loaded, any_cell_of, beside, check_version, counts, label, load_objects, load_scene, one, parsed_toml,
     text as read_text,
 };
-use crate::campaign::{Campaign, Clip, Source};
+use crate::campaign::{Campaign, Clip, ClipStart, Source};
 use crate::columns::Columns;
 use crate::error::{Error, Result};
 use crate::scene::Strike;
@@ -37,6 +37,8 @@ struct ClipEntry {
     strike: Option<Strike>,
     scene: Option<PathBuf>,
     exclude: Option<Exclude>,
+    #[serde(default)]
+    starts: Vec<ClipStart>,
 }
 
 /// What of a clip is left out.
@@ -198,5 +200,6 @@ fn load_clip(campaign: impl AsRef<Path>, entry: ClipEntry, columns: Option<&Colu
             Some(Exclude::Stretches(stretches)) => stretches,
             _ => Vec::new(),
         },
+        starts: entry.starts,
     })
 }

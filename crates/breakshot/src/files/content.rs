@@ -91,7 +91,7 @@ pub fn clip_input(campaign: &Campaign, clip: &Clip) -> Result<String> {
         env!("CARGO_PKG_VERSION"),
         cell,
         kinds.collect::<Vec<_>>(),
-        (&clip.objects, &clip.strike, &clip.placed, &clip.excluded_s),
+        (&clip.objects, &clip.strike, &clip.placed, &clip.excluded_s, &clip.starts),
         (clip.source.key(), clip.frame_rate_hz, columns),
     );
     let hash = Fingerprint::default().with(format!("{description:?}").as_bytes());
