@@ -209,6 +209,7 @@ pub(crate) fn print_tables(properties: &Properties) {
         ("restitution of a pair", &properties.restitution),
         (mass.as_str(), &properties.mass_ratio),
         ("friction of contacts", &contact),
+        ("support, 1 = even weight", &properties.support),
     ];
     let filled = tables.into_iter().filter(|(_, values)| !values.is_empty());
     for (number, (title, values)) in filled.enumerate() {

@@ -3,6 +3,7 @@
 pub(crate) mod evidence;
 mod mixed_model;
 mod prior;
+pub(crate) mod support;
 
 use crate::error::{Error, Result};
 use crate::object::{kind, pair_key};
@@ -12,6 +13,7 @@ use crate::warning::{GroupedWarnings, Warning, WarningGroup};
 pub use prior::{Assumption, PropertyGroup};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
+use support::SUPPORT;
 
 /// The physical properties of every object and pair that was filmed.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -36,6 +38,10 @@ pub struct Properties {
     /// Tangential restitution at the contacts of impacts.
     #[serde(default, skip_serializing_if = "TangentialRestitution::is_unknown")]
     pub tangential_restitution: TangentialRestitution,
+    /// Where the weight acts: the mean distance of an object's support from its centroid over that of a weight spread evenly
+    /// under its outline, by object; it scales the braking of the spin.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub support: BTreeMap<String, Estimate>,
     /// The joint covariance of the values above.
     #[serde(default)]
     pub covariance: Covariance,
@@ -229,8 +235,13 @@ impl Properties {
 
     /// The same means without uncertainty.
     pub(crate) fn exact(mut self) -> Self {
-        let groups =
-            [&mut self.friction, &mut self.striker_restitution, &mut self.restitution, &mut self.mass_ratio];
+        let groups = [
+            &mut self.friction,
+            &mut self.striker_restitution,
+            &mut self.restitution,
+            &mut self.mass_ratio,
+            &mut self.support,
+        ];
         let (contacts, tangential) = (&mut self.contact_friction, &mut self.tangential_restitution);
         let of_contacts =
             [&mut contacts.objects, &mut contacts.striker, &mut tangential.objects, &mut tangential.striker];
@@ -259,6 +270,7 @@ impl Properties {
             pair_mass_ratio: BTreeMap::new(),
             contact_friction: self.contact_friction,
             tangential_restitution: self.tangential_restitution,
+            support: self.support.clone(),
             covariance: Covariance::default(),
             warnings: Vec::new(),
             causes: Vec::new(),
@@ -359,7 +371,13 @@ impl Properties {
                 TANGENTIAL.check(&format!("{file}: tangential_restitution of {name}"), &estimate)?;
             }
         }
+        SUPPORT.check_group(file, "support", &self.support)?;
         self.covariance.check(file)
+    }
+
+    /// The support ratio of an object; `None` if no film shows how any spin is braked.
+    pub(crate) fn support(&self, object: &str) -> Option<&Estimate> {
+        self.support.get(kind(object))
     }
 }
 

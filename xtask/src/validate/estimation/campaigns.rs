@@ -74,6 +74,8 @@ fn spec(n: u64) -> CampaignSpec {
         // Every other campaign has impacts off the centre, and markers that show the yaw.
         max_offset: if n.is_multiple_of(2) { 0.1 } else { 0.6 },
         bar_markers: !n.is_multiple_of(2),
+        // Two of three campaigns have objects that press towards their rims.
+        drawn_supports: !n.is_multiple_of(3),
         ..CampaignSpec::default()
     }
 }
@@ -104,6 +106,7 @@ fn add(tallies: &mut BTreeMap<&str, Tally>, estimated: &Properties, truth: &Trut
         ("striker restitution", &estimated.striker_restitution, &truth.striker_restitution),
         ("pair restitution", &estimated.restitution, &truth.restitution),
         ("mass ratio", &estimated.mass_ratio, &truth.mass_ratio),
+        ("support", &estimated.support, &truth.support),
     ];
     for (what, estimates, values) in groups {
         tallies.entry(what).or_default().add_all(estimates, values);

@@ -2,7 +2,8 @@
 
 use super::means::{JointMeans, exponential};
 use super::refusal::{self, Refused};
-use super::{contact_friction, friction, outliers};
+use super::sliding::{friction, support};
+use super::{contact_friction, outliers};
 use crate::estimate::clip::result::Measured;
 use crate::estimate::measure::ClipMeasurements;
 use crate::estimate::measure::measurements::{Measurements, without_replaceable_double_contacts};
@@ -28,9 +29,12 @@ pub(crate) fn properties(
     // Outliers and laws of friction
     let measurements = without_replaceable_double_contacts(&measurements);
     let (measurements, contradictions) = outliers::without_outliers(&measurements, &names);
-    // A clip that contradicts all others gives no contact friction either.
-    let kept = clips.iter().zip(&measurements).filter(|(_, kept)| !kept.quantities.is_empty());
-    let oblique_impacts: Vec<_> = kept.flat_map(|(clip, _)| clip.oblique_impacts.iter().cloned()).collect();
+    // A clip that contradicts all others gives neither contact friction nor a support.
+    let kept: Vec<&ClipMeasurements> = (clips.iter().zip(&measurements))
+        .filter(|(_, kept)| !kept.quantities.is_empty())
+        .map(|(clip, _)| *clip)
+        .collect();
+    let oblique_impacts: Vec<_> = kept.iter().flat_map(|clip| clip.oblique_impacts.iter().cloned()).collect();
     let in_clips: Vec<&String> = clips.iter().flat_map(|c| &c.non_coulomb).collect();
     let non_coulomb = friction::refused(&measurements, &drags, &in_clips);
 
@@ -57,6 +61,8 @@ pub(crate) fn properties(
         objects: between_objects.tangential_restitution,
         striker: of_striker.tangential_restitution,
     };
+
+    properties.support = support::supports(kept.iter().map(|clip| clip.supports.as_slice()));
 
     // Refused and impossible values, warnings
     let mut warnings = contradictions;

@@ -3,7 +3,7 @@
 use super::body::Body;
 use super::limit_surface::{LimitSurface, Surface, friction_on_points};
 use super::motion::{Motion, SpeedLaw, Spin, State};
-use super::patch_friction::{PATCH_RADIUS_PER_ARM, mean_arm_m};
+use super::patch_friction::PATCH_RADIUS_PER_ARM;
 use super::pressure::pressure_points;
 use super::slide_curve::SlideCurve;
 use crate::geometry::{Point, Pose, Vec2};
@@ -13,7 +13,7 @@ use crate::physics::rotation::{Rotation, length};
 use std::sync::Arc;
 
 fn body(shape: &Shape, support: Option<&Support>, surface: Surface) -> Body {
-    let patch_radius_m = PATCH_RADIUS_PER_ARM * mean_arm_m(shape);
+    let patch_radius_m = PATCH_RADIUS_PER_ARM * shape.mean_arm_m();
     let gyration_m = shape.radius_of_gyration_m();
     Body {
         shape: Arc::new(CompoundShape::new(shape)),
