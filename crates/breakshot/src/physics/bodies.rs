@@ -89,6 +89,7 @@ impl ShapeCache {
             patch_radius_m,
             curve,
             limit_surface,
+            tilt_m_s2: Vec2::ZERO,
             kind,
         }
     }

@@ -73,6 +73,8 @@ pub struct World {
     pub(crate) edge: Vec<Point>,
     /// Whether any object can slide along a curved path.
     pub(crate) has_curved_paths: bool,
+    /// Gravity's component along the table over gravity; zero for a level table.
+    pub(crate) slope: Vec2,
     /// The state at the start of every strike.
     pub(crate) start: Start,
     pub(crate) retract_speed_m_s: f64,
@@ -143,6 +145,7 @@ impl World {
             _ => 0.0,
         };
 
+        let slope = properties.slope();
         // The striker
         let mut shapes = ShapeCache::new(options.surface);
         scene.cell.striker.shape.clone().check_and_centre("striker")?;
@@ -175,7 +178,12 @@ impl World {
                 friction: properties.friction(name)?.mean,
                 support_ratio: properties.support(name).filter(|_| object.support.is_none()).map(|e| e.mean),
             };
-            bodies.push(shapes.body(material, poses[i], kinds.row_of_object(name)));
+            let mut body = shapes.body(material, poses[i], kinds.row_of_object(name));
+            tilt_body(&mut body, slope);
+            if slope.length() >= material.friction {
+                return Err(slides_on_its_own(name, material.friction, slope));
+            }
+            bodies.push(body);
         }
 
         // Walls and keep-out areas
@@ -191,7 +199,8 @@ impl World {
             names: scene.placed.iter().map(|p| p.object.clone()).collect(),
             objects: body_of.len(),
             areas,
-            has_curved_paths: bodies.iter().any(|b| b.limit_surface.is_some()),
+            has_curved_paths: bodies.iter().any(Body::has_curved_paths),
+            slope,
             edge: scene.cell.table.as_ref().map_or_else(Vec::new, |t| counter_clockwise(&t.outline_m)),
             body_of,
             start: Start::new(&bodies),
@@ -225,6 +234,7 @@ impl World {
             let needed = format!("{} poses, one for each object", self.objects);
             return Err(Error::invalid("perturbation", "poses", poses.len(), needed));
         }
+        let slope = properties.slope();
         let mut bodies = Vec::with_capacity(self.bodies.len());
         bodies.push(self.bodies[STRIKER].clone());
         let mut body_of = vec![0; poses.len()];
@@ -239,12 +249,15 @@ impl World {
                 ..self.bodies[self.body_of[i]].clone()
             };
             self.set_support(i, &mut body, properties);
+            tilt_body(&mut body, slope);
             bodies.push(body);
         }
         bodies.extend_from_slice(&self.bodies[1 + self.objects..]);
         let world = Self {
             names: self.names.clone(),
             body_of,
+            slope,
+            has_curved_paths: bodies.iter().any(Body::has_curved_paths),
             start: Start::new(&bodies),
             bodies,
             edge: self.edge.clone(),
@@ -268,7 +281,7 @@ impl World {
     /// Properties that are impossible or were never measured.
     pub fn with_properties(&self, properties: &Properties) -> Result<Self> {
         properties.check("properties")?;
-        let mut world = self.clone();
+        let mut world = Self { slope: properties.slope(), ..self.clone() };
         for (i, (name, &body)) in self.names.iter().zip(&self.body_of).enumerate() {
             let body = &mut world.bodies[body];
             let inverse_mass = 1.0 / (properties.mass_ratio(name)?.mean * self.mass_unit_kg);
@@ -276,7 +289,9 @@ impl World {
             body.inverse_mass = inverse_mass;
             body.friction_deceleration_m_s2 = properties.friction(name)?.mean * GRAVITY_M_S2;
             self.set_support(i, body, properties);
+            tilt_body(body, world.slope);
         }
+        world.has_curved_paths = world.bodies.iter().any(Body::has_curved_paths);
         world.coefficients =
             self.kinds.table(properties, self.reference_per_striker_mass, &mut Vec::new())?;
         Ok(world)
@@ -416,6 +431,24 @@ fn sorted_by_position(poses: &[Pose]) -> Vec<usize> {
         differences.into_iter().find(|o| o.is_ne()).unwrap_or(i.cmp(&k))
     });
     order
+}
+
+/// Puts a body with the friction of a level table on a tilted one.
+fn tilt_body(body: &mut Body, slope: Vec2) {
+    body.tilt_m_s2 = slope * GRAVITY_M_S2;
+    if slope != Vec2::ZERO {
+        // The weight presses on the table with its cosine.
+        body.friction_deceleration_m_s2 *= (1.0 - slope.length_squared()).max(0.0).sqrt();
+    }
+}
+
+fn slides_on_its_own(object: &str, friction: f64, slope: Vec2) -> Error {
+    let tilt_deg = slope.length().min(1.0).asin().to_degrees();
+    let found = format!(
+        "friction {friction:.3} on a table tilted by {tilt_deg:.1} degrees, on which it slides on its own"
+    );
+    let needed = format!("a friction above the slope of {:.3}, or a level table", slope.length());
+    Error::invalid(format!("object `{object}`"), "friction", found, needed)
 }
 
 /// A note for each kind of placed object whose support no film shows but those of other objects suggest.

@@ -4,8 +4,10 @@ pub(crate) mod evidence;
 mod mixed_model;
 mod prior;
 pub(crate) mod support;
+mod tilt;
 
 use crate::error::{Error, Result};
+use crate::geometry::Vec2;
 use crate::object::{kind, pair_key};
 use crate::properties::evidence::Evidence;
 use crate::uncertain::Estimate;
@@ -14,6 +16,7 @@ pub use prior::{Assumption, PropertyGroup};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use support::SUPPORT;
+pub use tilt::Tilt;
 
 /// The physical properties of every object and pair that was filmed.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -42,6 +45,9 @@ pub struct Properties {
     /// under its outline, by object; it scales the braking of the spin.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub support: BTreeMap<String, Estimate>,
+    /// The tilt of the table; `None` if no film shows one or excludes one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub tilt: Option<Tilt>,
     /// The joint covariance of the values above.
     #[serde(default)]
     pub covariance: Covariance,
@@ -249,6 +255,7 @@ impl Properties {
         for estimate in of_objects.chain(of_contacts.into_iter().flatten()) {
             *estimate = Estimate::exact(estimate.mean);
         }
+        self.tilt = self.tilt.map(Tilt::exact);
         self
     }
 
@@ -271,6 +278,7 @@ impl Properties {
             contact_friction: self.contact_friction,
             tangential_restitution: self.tangential_restitution,
             support: self.support.clone(),
+            tilt: self.tilt,
             covariance: Covariance::default(),
             warnings: Vec::new(),
             causes: Vec::new(),
@@ -372,7 +380,15 @@ impl Properties {
             }
         }
         SUPPORT.check_group(file, "support", &self.support)?;
+        if let Some(tilt) = &self.tilt {
+            tilt.check(file)?;
+        }
         self.covariance.check(file)
+    }
+
+    /// Gravity's component along the table over gravity; zero for a table that is level or whose tilt no film shows.
+    pub(crate) fn slope(&self) -> Vec2 {
+        self.tilt.as_ref().filter(|tilt| !tilt.level).map_or(Vec2::ZERO, Tilt::slope)
     }
 
     /// The support ratio of an object; `None` if no film shows how any spin is braked.

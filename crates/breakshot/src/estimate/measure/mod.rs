@@ -29,6 +29,7 @@ use propagation::FitMeasurements;
 use serde::{Deserialize, Serialize};
 use sliding::drag::{self, Drag};
 use sliding::support::{self, ClipSupport};
+use sliding::tilt::ClipTilt;
 
 /// What one clip measures by itself, before it is compared and combined with other clips.
 ///
@@ -50,6 +51,9 @@ pub(crate) struct ClipMeasurements {
     /// How strongly the table brakes the spins that the clip shows.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub(crate) supports: Vec<ClipSupport>,
+    /// What the curves of the slides show of a tilted table; absent where friction is not Coulomb's.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(crate) tilt: Option<ClipTilt>,
     /// The objects whose deceleration is not Coulomb's in this clip.
     #[serde(rename = "uneven", default, skip_serializing_if = "Vec::is_empty")]
     pub(crate) non_coulomb: Vec<String>,
@@ -97,9 +101,9 @@ impl ClipMeasurements {
     /// The same clip without its measurements; name, noise and remarks stay.
     fn without_data(self) -> Self {
         let measurements = self.measurements.retained(|_| false);
-        let (drags, supports) = (Vec::new(), Vec::new());
+        let (drags, supports, tilt) = (Vec::new(), Vec::new(), None);
         let (non_coulomb, oblique_impacts) = (Vec::new(), Vec::new());
-        Self { measurements, drags, supports, non_coulomb, oblique_impacts, ..self }
+        Self { measurements, drags, supports, tilt, non_coulomb, oblique_impacts, ..self }
     }
 }
 
@@ -144,6 +148,7 @@ pub(crate) fn measured(estimate: &ClipEstimate, clip: &ClipTracks) -> (ClipFit, 
         measurements: Measurements::joined(&measurements),
         drags: if whole.non_coulomb { Vec::new() } else { drag::drags(whole) },
         supports: if whole.non_coulomb { Vec::new() } else { support::supports(whole) },
+        tilt: by_fit.first().filter(|_| !whole.non_coulomb).and_then(|m| m.tilt),
         non_coulomb: non_coulomb.iter().map(|object| kind(object).to_owned()).collect(),
         oblique_impacts: oblique_impacts.collect(),
         noise: whole.noise,

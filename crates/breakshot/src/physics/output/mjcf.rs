@@ -61,14 +61,17 @@ pub fn mjcf(scene: &Scene, properties: &Properties, strike: &Strike, options: &O
         let _ = writeln!(text, "  * {}", note.replace("--", "- -"));
     }
     // The native convex collider of MuJoCo 4.0 reports false, deep contacts between prisms; the older one does not.
+    let tilt = world.slope * GRAVITY_M_S2;
     let _ = write!(
         text,
         "-->\n<mujoco model=\"breakshot\">\n  <compiler angle=\"radian\" inertiafromgeom=\"false\"/>\n  \
-         <option timestep=\"{STEP_S}\" gravity=\"0 0 -GRAVITY_M_S2\" cone=\"elliptic\" impratio=\"100\" tolerance=\"1e-12\">\n    \
+         <option timestep=\"{STEP_S}\" gravity=\"{} {} -{GRAVITY_M_S2}\" cone=\"elliptic\" impratio=\"100\" tolerance=\"1e-12\">\n    \
          <flag nativeccd=\"disable\"/>\n  </option>\n  \
          <asset>\n{}  </asset>\n  <worldbody>\n    <light pos=\"0 0 3\"/>\n    \
          <geom name=\"table\" type=\"plane\" size=\"2 2 0.1\" contype=\"0\" conaffinity=\"1\" friction=\"0 0 0\"/>\n{bodies}  \
          </worldbody>\n  <contact>\n{}  </contact>\n  <keyframe>\n    <key name=\"strike\" qvel=\"{}{}\"/>\n  </keyframe>\n</mujoco>\n",
+        tilt.x,
+        tilt.y,
         model.assets,
         model.pairs(),
         strike.speed_m_s,

@@ -124,6 +124,9 @@ const LEAST_FRICTION_FACTOR: f64 = 0.2;
 /// Relative step of drawn support ratios, small against their errors: worlds of equal ratios share their slide curves.
 const SUPPORT_STEP: f64 = 0.04;
 
+/// Largest drawn slope of the table over the least friction: beyond it objects would not stop where they could have been placed.
+const MOST_SLOPE_PER_FRICTION: f64 = 0.9;
+
 /// Random numbers of one sample.
 pub(crate) struct Sampler {
     rng: Pcg64Mcg,
@@ -203,7 +206,19 @@ impl Sampler {
         for ratio in drawn.support.values_mut() {
             ratio.mean = self.support(ratio);
         }
+        self.tilt(&mut drawn);
         drawn
+    }
+
+    /// Draws the slope of a tilted table, on which every object can still rest.
+    fn tilt(&mut self, drawn: &mut Properties) {
+        let Some(tilt) = drawn.tilt.as_mut().filter(|tilt| !tilt.level) else { return };
+        let normals = [(); 2].map(|()| self.table.sample(StandardNormal));
+        let drawn_slope =
+            if self.fixed == Some(Source::Friction) { tilt.slope() } else { tilt.drawn(normals) };
+        let least = drawn.friction.values().map(|friction| friction.mean).fold(f64::INFINITY, f64::min);
+        let factor = (MOST_SLOPE_PER_FRICTION * least / drawn_slope.length()).min(1.0);
+        (tilt.x.mean, tilt.y.mean) = (drawn_slope.x * factor, drawn_slope.y * factor);
     }
 
     /// A support ratio at one strike, in steps.

@@ -18,6 +18,7 @@ pub(super) fn chapter(page: &Page, properties: &Properties, palette: &Palette) -
         table_1(page, properties),
         contact_friction(properties),
         support(page, properties, palette),
+        properties.tilt.map(|tilt| format!("<h3>Tilt</h3>\n<p>By the curves of the slides, {tilt}.</p>\n")),
     ];
     let sections: String = sections.into_iter().flatten().collect();
     (!sections.is_empty()).then(|| {

@@ -19,6 +19,8 @@ pub(super) struct Body {
     pub(super) mass_kg: f64,
     inertia_kg_m2: f64,
     friction: f64,
+    /// Gravity's component along the table (m/s2).
+    downhill_m_s2: Vec2,
     /// Points of the support in the body's frame; each carries the same fraction of the weight.
     support_m: Vec<Vec2>,
     pub(super) yaw_visible: bool,
@@ -54,6 +56,7 @@ impl Body {
             mass_kg,
             inertia_kg_m2: mass_kg * object.shape.radius_of_gyration_m().powi(2),
             friction: of(&model.truth.friction) * friction_scale,
+            downhill_m_s2: Vec2::from(model.truth.slope) * GRAVITY_M_S2,
             support_m: model.supports_m.get(&object.name).cloned().unwrap_or_default(),
             yaw_visible: !matches!(object.feature().shape, Shape::Disc { .. }),
             position: pose.position,
@@ -66,6 +69,12 @@ impl Body {
     /// Velocity of a material point (m/s).
     pub(super) fn velocity_at(&self, point: Point) -> Vec2 {
         self.velocity + (point - self.position).perpendicular() * self.yaw_rate_rad_s
+    }
+
+    /// Acceleration (m/s^2) and angular acceleration (rad/s^2) by friction and gravity, at this motion.
+    fn acceleration(&self, velocity: Vec2, yaw_rate_rad_s: f64) -> (Vec2, f64) {
+        let (braking, turning) = self.deceleration(velocity, yaw_rate_rad_s);
+        (braking + self.downhill_m_s2, turning)
     }
 
     /// Acceleration (m/s^2) and angular acceleration (rad/s^2) by Coulomb friction of the support, at this motion.
@@ -104,9 +113,9 @@ impl Body {
             return;
         }
         let half_s = STEP_S / 2.0;
-        let (linear, angular) = self.deceleration(self.velocity, self.yaw_rate_rad_s);
+        let (linear, angular) = self.acceleration(self.velocity, self.yaw_rate_rad_s);
         let (linear, angular) =
-            self.deceleration(self.velocity + linear * half_s, self.yaw_rate_rad_s + angular * half_s);
+            self.acceleration(self.velocity + linear * half_s, self.yaw_rate_rad_s + angular * half_s);
         let (velocity, rate) = (self.velocity + linear * STEP_S, self.yaw_rate_rad_s + angular * STEP_S);
         self.position += (self.velocity + velocity) * half_s;
         self.yaw_rad += (self.yaw_rate_rad_s + rate) * half_s;

@@ -30,6 +30,8 @@ pub struct CampaignSpec {
     pub bar_markers: bool,
     /// Whether every object presses on the table more or less towards its rim; otherwise all weights are spread evenly.
     pub drawn_supports: bool,
+    /// Gravity's component along the table over gravity, along x and y.
+    pub slope: [f64; 2],
 }
 
 impl Default for CampaignSpec {
@@ -49,6 +51,7 @@ impl Default for CampaignSpec {
             max_offset: 0.1,
             bar_markers: false,
             drawn_supports: false,
+            slope: [0.0; 2],
         }
     }
 }

@@ -26,6 +26,8 @@ pub struct Truth {
     pub contact_friction: f64,
     /// Friction coefficient of contacts between an object and the striker.
     pub striker_friction: f64,
+    /// Gravity's component along the table over gravity, along x and y.
+    pub slope: [f64; 2],
 }
 
 /// Everything on which the simulated motion depends.
@@ -61,11 +63,12 @@ pub(super) fn object(k: usize, spec: &CampaignSpec, random: &mut Pcg64Mcg) -> Ob
     Object { name, shape, height_m: random.random_range(0.025..0.05), marker, mass_kg: None, support: None }
 }
 
-/// Random properties of these objects; `drawn_supports` as in the specification.
-pub(super) fn model(objects: &[Object], drawn_supports: bool, random: &mut Pcg64Mcg) -> TrueModel {
+/// Random properties of these objects, on the supports and the table of the specification.
+pub(super) fn model(objects: &[Object], spec: &CampaignSpec, random: &mut Pcg64Mcg) -> TrueModel {
     let mut truth = Truth {
         contact_friction: random.random_range(0.1..0.3),
         striker_friction: random.random_range(0.1..0.3),
+        slope: spec.slope,
         ..Truth::default()
     };
     // The square of a uniform number: weak pressing is the common case, full contact friction along the vertical a rare one.
@@ -91,7 +94,7 @@ pub(super) fn model(objects: &[Object], drawn_supports: bool, random: &mut Pcg64
     }
     let mut supports_m = BTreeMap::new();
     for object in objects {
-        let towards_rim = if drawn_supports { random.random_range(0.0..1.0) } else { 0.0 };
+        let towards_rim = if spec.drawn_supports { random.random_range(0.0..1.0) } else { 0.0 };
         let points = support_m(&object.shape, towards_rim);
         truth
             .support

@@ -2,3 +2,4 @@
 
 pub(crate) mod drag;
 pub(crate) mod support;
+pub(crate) mod tilt;
