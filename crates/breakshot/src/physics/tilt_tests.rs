@@ -69,7 +69,8 @@ fn tilt_and_striker_do_the_work_that_friction_and_impacts_take() {
     let lost = energy.impact_loss_j + energy.friction_loss_j;
     assert!((gained - lost).abs() < 1e-9, "{energy:?}");
     // Gravity's work is that of the ways from start to end.
-    let ways = scene().placed.iter().map(|p| trajectory.final_poses[&p.object].position - p.position_m);
+    let scene = scene();
+    let ways = scene.placed.iter().map(|p| trajectory.final_poses[&p.object].position - p.position_m);
     let work_j: f64 = ways.map(|way| 0.1 * GRAVITY_M_S2 * slope.dot(way)).sum();
     assert!((energy.tilt_work_j - work_j).abs() < 1e-6, "{energy:?}, not {work_j}");
     // Friction takes at most its coefficient times the weight times the way of the rims.
