@@ -94,6 +94,18 @@ impl Shape {
         }
     }
 
+    /// The mean distance of the outline's points from its centroid (m): the mean lever arm of a weight spread evenly under it.
+    pub(crate) fn mean_arm_m(&self) -> f64 {
+        if let Self::Disc { radius_m } = self {
+            return radius_m * 2.0 / 3.0;
+        }
+        let corners = self.corners();
+        let n = corners.len();
+        let moment: f64 =
+            (0..n).map(|k| arm_moment_m3(corners[k].to_vec(), corners[(k + 1) % n].to_vec())).sum();
+        moment / self.area_m2()
+    }
+
     /// Support function: largest projection of the outline onto a unit vector in the object's frame (m).
     pub fn reach_m(&self, direction: Vec2) -> f64 {
         match self {
@@ -262,6 +274,24 @@ pub struct Object {
     /// Where it presses on the table; none: uniformly under its outline.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub support: Option<Support>,
+}
+
+/// The integral of the distance from the origin over the triangle origin, `from`, `to` (m3); negative if clockwise.
+///
+/// `h^3/6 [sec tan + ln(sec + tan)]` between the angles of the corners from the foot of the height h.
+fn arm_moment_m3(from: Vec2, to: Vec2) -> f64 {
+    let side = to - from;
+    let length = side.length();
+    let height = from.cross(to) / length;
+    if height == 0.0 {
+        return 0.0;
+    }
+    let antiderivative = |corner: Vec2| {
+        let tan = corner.dot(side) / (length * height.abs());
+        let sec = corner.length() / height.abs();
+        sec * tan + tan.asinh()
+    };
+    height.abs().powi(3) / 6.0 * (antiderivative(to) - antiderivative(from)) * height.signum()
 }
 
 /// Where an object presses on the table, in its own frame, if not uniformly under its outline.
@@ -468,6 +498,13 @@ mod tests {
 
     fn polygon(points: &[[f64; 2]]) -> Shape {
         Shape::Polygon { points_m: points.iter().map(|&p| p.into()).collect() }
+    }
+
+    #[test]
+    fn the_mean_arm_of_a_square_is_0_3826_of_its_side() {
+        let arm = Shape::Rectangle { size_m: [1.0, 1.0] }.mean_arm_m();
+        let exact = (2f64.sqrt() + 1f64.asinh()) / 6.0;
+        assert!((arm - exact).abs() < 1e-12, "{arm}, not {exact}");
     }
 
     #[test]

@@ -209,6 +209,7 @@ pub(crate) fn print_tables(properties: &Properties) {
         ("restitution of a pair", &properties.restitution),
         (mass.as_str(), &properties.mass_ratio),
         ("friction of contacts", &contact),
+        ("support, 1 = even weight", &properties.support),
     ];
     let filled = tables.into_iter().filter(|(_, values)| !values.is_empty());
     for (number, (title, values)) in filled.enumerate() {
@@ -217,6 +218,16 @@ pub(crate) fn print_tables(properties: &Properties) {
         }
         println!("\n{}", table(title, values).join("\n"));
     }
+    if let Some(tilt) = &properties.tilt {
+        println!("\n{}", capitalized(&tilt.to_string()));
+    }
+}
+
+/// A phrase as a sentence.
+fn capitalized(phrase: &str) -> String {
+    let mut letters = phrase.chars();
+    let first = letters.next().map(|c| c.to_uppercase().to_string()).unwrap_or_default();
+    format!("{first}{}.", letters.as_str())
 }
 
 const LEGEND: &str = "All values are ratios without a unit. The true mean lies in the 95 % interval with that probability\n\

@@ -71,6 +71,13 @@ class _Contacts(Record):
     striker: _Estimate | None
 
 @type_check_only
+class _Tilt(Record):
+    x: _Estimate
+    y: _Estimate
+    covariance: float
+    level: bool
+
+@type_check_only
 class _Covariance(Record):
     names: tuple[str, ...]
     matrix: tuple[tuple[float, ...], ...]
@@ -182,6 +189,10 @@ class _PropertiesFields(_Value):
     def pair_mass_ratio(self) -> Mapping[str, _Estimate]: ...
     @property
     def contact_friction(self) -> _Contacts: ...
+    @property
+    def support(self) -> Mapping[str, _Estimate]: ...
+    @property
+    def tilt(self) -> _Tilt | None: ...
     @property
     def covariance(self) -> _Covariance: ...
     @property

@@ -17,6 +17,8 @@ mod joint;
 mod measure;
 #[cfg(test)]
 mod pushed_tests;
+#[cfg(test)]
+mod table_tests;
 
 pub use clip::result::{BodyFit, ClipFit, Impact, Measured};
 pub use clip::sliding::MotionState;

@@ -17,6 +17,8 @@ mod pair_coefficients;
 mod rotation;
 mod simulator;
 pub(crate) mod sliding;
+#[cfg(test)]
+mod tilt_tests;
 mod world;
 
 pub use event_loop::striker::AfterStrike;

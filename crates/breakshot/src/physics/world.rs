@@ -8,7 +8,8 @@ use crate::error::{Error, Result};
 use crate::geometry::{Point, Pose, Vec2};
 use crate::ordered_map::map_of;
 use crate::physics::bodies::{
-    Material, ShapeCache, area_body, counter_clockwise, inverse_inertia, wall_body,
+    CurveCache, Material, ShapeCache, area_body, counter_clockwise, even_patch_radius_m, inverse_inertia,
+    wall_body,
 };
 use crate::physics::contact::broadphase::{Circle, CircleSet};
 use crate::physics::contact::distance::gap_m;
@@ -72,6 +73,8 @@ pub struct World {
     pub(crate) edge: Vec<Point>,
     /// Whether any object can slide along a curved path.
     pub(crate) has_curved_paths: bool,
+    /// Gravity's component along the table over gravity; zero for a level table.
+    pub(crate) slope: Vec2,
     /// The state at the start of every strike.
     pub(crate) start: Start,
     pub(crate) retract_speed_m_s: f64,
@@ -89,6 +92,10 @@ pub struct World {
     reference_per_striker_mass: f64,
     /// Radius of gyration of each object (m), in the order of the names.
     gyrations_m: Vec<f64>,
+    /// Patch radius of each object if its weight is spread evenly (m), in the order of the names; none where its support is given.
+    even_patch_radii_m: Vec<Option<f64>>,
+    /// Slide curves of other support ratios, shared with the worlds made from this one.
+    curves: Arc<CurveCache>,
 }
 
 /// All bodies at rest at their poses, and the circles around them; the striker's entry is its outline at the origin.
@@ -131,13 +138,14 @@ impl World {
         properties.check("properties")?;
         options.check()?;
         let properties = &*properties.completed_for(scene)?;
-        let mut notes = Vec::new();
+        let mut notes = support_notes(scene, properties);
         let mass_unit_kg = mass_unit_kg(scene, properties, options, &mut notes);
         let reference_per_striker_mass = match options.striker_mass_kg {
             Some(mass_kg) if options.apparent_striker_restitution => mass_unit_kg / mass_kg,
             _ => 0.0,
         };
 
+        let slope = properties.slope();
         // The striker
         let mut shapes = ShapeCache::new(options.surface);
         scene.cell.striker.shape.clone().check_and_centre("striker")?;
@@ -151,6 +159,7 @@ impl World {
         let poses: Vec<Pose> = scene.placed.iter().map(crate::scene::Placed::pose).collect();
         let mut body_of = vec![0; poses.len()];
         let mut gyrations_m = vec![0.0; poses.len()];
+        let mut even_patch_radii_m = vec![None; poses.len()];
         for i in sorted_by_position(&poses) {
             let name = &scene.placed[i].object;
             body_of[i] = bodies.len();
@@ -161,13 +170,20 @@ impl World {
                 support.clone().check(&owner, Vec2::ZERO)?;
             }
             gyrations_m[i] = object.shape.radius_of_gyration_m();
+            even_patch_radii_m[i] = object.support.is_none().then(|| even_patch_radius_m(&object.shape));
             let material = Material {
                 shape: &object.shape,
                 support: object.support.as_ref(),
                 mass: properties.mass_ratio(name)?.mean * mass_unit_kg,
                 friction: properties.friction(name)?.mean,
+                support_ratio: properties.support(name).filter(|_| object.support.is_none()).map(|e| e.mean),
             };
-            bodies.push(shapes.body(material, poses[i], kinds.row_of_object(name)));
+            let mut body = shapes.body(material, poses[i], kinds.row_of_object(name));
+            tilt_body(&mut body, slope);
+            if slope.length() >= material.friction {
+                return Err(slides_on_its_own(name, material.friction, slope));
+            }
+            bodies.push(body);
         }
 
         // Walls and keep-out areas
@@ -183,7 +199,8 @@ impl World {
             names: scene.placed.iter().map(|p| p.object.clone()).collect(),
             objects: body_of.len(),
             areas,
-            has_curved_paths: bodies.iter().any(|b| b.limit_surface.is_some()),
+            has_curved_paths: bodies.iter().any(Body::has_curved_paths),
+            slope,
             edge: scene.cell.table.as_ref().map_or_else(Vec::new, |t| counter_clockwise(&t.outline_m)),
             body_of,
             start: Start::new(&bodies),
@@ -197,6 +214,8 @@ impl World {
             mass_unit_kg,
             reference_per_striker_mass,
             gyrations_m,
+            even_patch_radii_m,
+            curves: Arc::default(),
         };
         world.check_overlaps()?;
         Ok(world)
@@ -215,24 +234,30 @@ impl World {
             let needed = format!("{} poses, one for each object", self.objects);
             return Err(Error::invalid("perturbation", "poses", poses.len(), needed));
         }
+        let slope = properties.slope();
         let mut bodies = Vec::with_capacity(self.bodies.len());
         bodies.push(self.bodies[STRIKER].clone());
         let mut body_of = vec![0; poses.len()];
         for i in sorted_by_position(poses) {
             body_of[i] = bodies.len();
             let mass = properties.mass_ratio(&self.names[i])?.mean * self.mass_unit_kg;
-            bodies.push(Body {
+            let mut body = Body {
                 pose: poses[i],
                 inverse_mass: 1.0 / mass,
                 inverse_inertia: inverse_inertia(mass, self.gyrations_m[i]),
                 friction_deceleration_m_s2: properties.friction(&self.names[i])?.mean * GRAVITY_M_S2,
                 ..self.bodies[self.body_of[i]].clone()
-            });
+            };
+            self.set_support(i, &mut body, properties);
+            tilt_body(&mut body, slope);
+            bodies.push(body);
         }
         bodies.extend_from_slice(&self.bodies[1 + self.objects..]);
         let world = Self {
             names: self.names.clone(),
             body_of,
+            slope,
+            has_curved_paths: bodies.iter().any(Body::has_curved_paths),
             start: Start::new(&bodies),
             bodies,
             edge: self.edge.clone(),
@@ -242,6 +267,8 @@ impl World {
             kinds: self.kinds.clone(),
             coefficients: self.kinds.table(properties, self.reference_per_striker_mass, &mut Vec::new())?,
             gyrations_m: self.gyrations_m.clone(),
+            even_patch_radii_m: self.even_patch_radii_m.clone(),
+            curves: self.curves.clone(),
             ..*self
         };
         world.check_overlaps()?;
@@ -254,14 +281,17 @@ impl World {
     /// Properties that are impossible or were never measured.
     pub fn with_properties(&self, properties: &Properties) -> Result<Self> {
         properties.check("properties")?;
-        let mut world = self.clone();
-        for (name, &body) in self.names.iter().zip(&self.body_of) {
+        let mut world = Self { slope: properties.slope(), ..self.clone() };
+        for (i, (name, &body)) in self.names.iter().zip(&self.body_of).enumerate() {
             let body = &mut world.bodies[body];
             let inverse_mass = 1.0 / (properties.mass_ratio(name)?.mean * self.mass_unit_kg);
             body.inverse_inertia *= inverse_mass / body.inverse_mass;
             body.inverse_mass = inverse_mass;
             body.friction_deceleration_m_s2 = properties.friction(name)?.mean * GRAVITY_M_S2;
+            self.set_support(i, body, properties);
+            tilt_body(body, world.slope);
         }
+        world.has_curved_paths = world.bodies.iter().any(Body::has_curved_paths);
         world.coefficients =
             self.kinds.table(properties, self.reference_per_striker_mass, &mut Vec::new())?;
         Ok(world)
@@ -307,6 +337,17 @@ impl World {
         let gyration_m2 = body.inverse_mass / body.inverse_inertia;
         body.curve = Arc::new(SlideCurve::new(gyration_m2 / body.patch_radius_m.powi(2)));
         Ok(())
+    }
+
+    /// Gives the body of object `i` the measured support ratio of its kind, unless its support is given.
+    fn set_support(&self, i: usize, body: &mut Body, properties: &Properties) {
+        let Some(even_radius_m) = self.even_patch_radii_m[i] else { return };
+        let ratio = properties.support(&self.names[i]).map(|e| e.mean);
+        let patch_radius_m = ratio.map_or(even_radius_m, |ratio| even_radius_m * ratio);
+        if patch_radius_m != body.patch_radius_m {
+            body.patch_radius_m = patch_radius_m;
+            body.curve = self.curves.curve(self.gyrations_m[i], patch_radius_m);
+        }
     }
 
     /// The body of a placed object.
@@ -390,6 +431,39 @@ fn sorted_by_position(poses: &[Pose]) -> Vec<usize> {
         differences.into_iter().find(|o| o.is_ne()).unwrap_or(i.cmp(&k))
     });
     order
+}
+
+/// Puts a body with the friction of a level table on a tilted one.
+fn tilt_body(body: &mut Body, slope: Vec2) {
+    body.tilt_m_s2 = slope * GRAVITY_M_S2;
+    if slope != Vec2::ZERO {
+        // The weight presses on the table with its cosine.
+        body.friction_deceleration_m_s2 *= (1.0 - slope.length_squared()).max(0.0).sqrt();
+    }
+}
+
+fn slides_on_its_own(object: &str, friction: f64, slope: Vec2) -> Error {
+    let tilt_deg = slope.length().min(1.0).asin().to_degrees();
+    let found = format!(
+        "friction {friction:.3} on a table tilted by {tilt_deg:.1} degrees, on which it slides on its own"
+    );
+    let needed = format!("a friction above the slope of {:.3}, or a level table", slope.length());
+    Error::invalid(format!("object `{object}`"), "friction", found, needed)
+}
+
+/// A note for each kind of placed object whose support no film shows but those of other objects suggest.
+fn support_notes(scene: &Scene, properties: &Properties) -> Vec<String> {
+    let kinds = scene.kinds();
+    let inferred = kinds.iter().filter_map(|(name, _)| {
+        let ratio = properties.support(name).filter(|ratio| ratio.n == 0 && ratio.standard_error > 0.0)?;
+        let [low, high] = ratio.interval_95;
+        Some(format!(
+            "no film shows how the table brakes the spin of `{name}`: from the other objects its weight is taken to act {:.2} times ({low:.2} to {high:.2}) \
+             as far from its centroid as an even one",
+            ratio.mean
+        ))
+    });
+    inferred.collect()
 }
 
 /// The reference object's mass (kg) from the weighed objects.  Without one: by volume beside a striker of given mass, else 1; with a note.

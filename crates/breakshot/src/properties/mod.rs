@@ -3,8 +3,11 @@
 pub(crate) mod evidence;
 mod mixed_model;
 mod prior;
+pub(crate) mod support;
+mod tilt;
 
 use crate::error::{Error, Result};
+use crate::geometry::Vec2;
 use crate::object::{kind, pair_key};
 use crate::properties::evidence::Evidence;
 use crate::uncertain::Estimate;
@@ -12,6 +15,8 @@ use crate::warning::{GroupedWarnings, Warning, WarningGroup};
 pub use prior::{Assumption, PropertyGroup};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
+use support::SUPPORT;
+pub use tilt::Tilt;
 
 /// The physical properties of every object and pair that was filmed.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -36,6 +41,13 @@ pub struct Properties {
     /// Tangential restitution at the contacts of impacts.
     #[serde(default, skip_serializing_if = "TangentialRestitution::is_unknown")]
     pub tangential_restitution: TangentialRestitution,
+    /// Where the weight acts: the mean distance of an object's support from its centroid over that of a weight spread evenly
+    /// under its outline, by object; it scales the braking of the spin.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub support: BTreeMap<String, Estimate>,
+    /// The tilt of the table; `None` if no film shows one or excludes one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub tilt: Option<Tilt>,
     /// The joint covariance of the values above.
     #[serde(default)]
     pub covariance: Covariance,
@@ -229,8 +241,13 @@ impl Properties {
 
     /// The same means without uncertainty.
     pub(crate) fn exact(mut self) -> Self {
-        let groups =
-            [&mut self.friction, &mut self.striker_restitution, &mut self.restitution, &mut self.mass_ratio];
+        let groups = [
+            &mut self.friction,
+            &mut self.striker_restitution,
+            &mut self.restitution,
+            &mut self.mass_ratio,
+            &mut self.support,
+        ];
         let (contacts, tangential) = (&mut self.contact_friction, &mut self.tangential_restitution);
         let of_contacts =
             [&mut contacts.objects, &mut contacts.striker, &mut tangential.objects, &mut tangential.striker];
@@ -238,6 +255,7 @@ impl Properties {
         for estimate in of_objects.chain(of_contacts.into_iter().flatten()) {
             *estimate = Estimate::exact(estimate.mean);
         }
+        self.tilt = self.tilt.map(Tilt::exact);
         self
     }
 
@@ -259,6 +277,8 @@ impl Properties {
             pair_mass_ratio: BTreeMap::new(),
             contact_friction: self.contact_friction,
             tangential_restitution: self.tangential_restitution,
+            support: self.support.clone(),
+            tilt: self.tilt,
             covariance: Covariance::default(),
             warnings: Vec::new(),
             causes: Vec::new(),
@@ -359,7 +379,21 @@ impl Properties {
                 TANGENTIAL.check(&format!("{file}: tangential_restitution of {name}"), &estimate)?;
             }
         }
+        SUPPORT.check_group(file, "support", &self.support)?;
+        if let Some(tilt) = &self.tilt {
+            tilt.check(file)?;
+        }
         self.covariance.check(file)
+    }
+
+    /// Gravity's component along the table over gravity; zero for a table that is level or whose tilt no film shows.
+    pub(crate) fn slope(&self) -> Vec2 {
+        self.tilt.as_ref().filter(|tilt| !tilt.level).map_or(Vec2::ZERO, Tilt::slope)
+    }
+
+    /// The support ratio of an object; `None` if no film shows how any spin is braked.
+    pub(crate) fn support(&self, object: &str) -> Option<&Estimate> {
+        self.support.get(kind(object))
     }
 }
 

@@ -7,6 +7,7 @@
 
 use super::Properties;
 use super::mixed_model::{FittedModel, MixedModel, Normal, Observation, Terms};
+use super::support;
 use crate::error::Result;
 use crate::object::{Object, kind, pair_key};
 use crate::scene::Scene;
@@ -183,12 +184,14 @@ impl Properties {
     /// The properties with assumed values for these kinds (name, and whether there are copies) where no clip measured them.
     pub(crate) fn completed(&self, objects: &[Object], kinds: &[(String, bool)]) -> Cow<'_, Self> {
         let missing = self.missing(kinds);
-        if missing.is_empty() {
+        let supports = support::inferred(self, objects, kinds);
+        if missing.is_empty() && supports.is_empty() {
             return Cow::Borrowed(self);
         }
         let mut completed = self.values();
         completed.covariance = self.covariance.clone();
         completed.assumed.clone_from(&self.assumed);
+        completed.support.extend(supports);
         let predictor = Predictor::new(self, objects, kinds);
         for (group, name) in missing {
             let prediction = predictor.prediction(group, &name);
@@ -251,7 +254,7 @@ struct Prediction {
 }
 
 /// The terms of quantities without effects of objects.
-const NO_EFFECTS: Terms = Terms { group: 0, objects: Vec::new() };
+pub(super) const NO_EFFECTS: Terms = Terms { group: 0, objects: Vec::new() };
 
 impl<'a> Predictor<'a> {
     /// The measured values that concern these kinds come first: the number of observations is bounded.

@@ -33,8 +33,10 @@ impl Tally {
         self.count += 1;
         self.covered += usize::from((low..=high).contains(&truth));
         self.chi_square += ((estimate.mean - truth) / estimate.standard_error).powi(2);
-        self.errors_percent.push(100.0 * (estimate.mean / truth - 1.0).abs());
-        self.half_widths_percent.push(50.0 * (high - low) / truth);
+        if truth != 0.0 {
+            self.errors_percent.push(100.0 * (estimate.mean / truth - 1.0).abs());
+            self.half_widths_percent.push(50.0 * (high - low) / truth.abs());
+        }
     }
 
     fn add_all(&mut self, estimates: &BTreeMap<String, Estimate>, truth: &BTreeMap<String, f64>) {
@@ -74,16 +76,30 @@ fn spec(n: u64) -> CampaignSpec {
         // Every other campaign has impacts off the centre, and markers that show the yaw.
         max_offset: if n.is_multiple_of(2) { 0.1 } else { 0.6 },
         bar_markers: !n.is_multiple_of(2),
+        // Two of three campaigns have objects that press towards their rims.
+        drawn_supports: !n.is_multiple_of(3),
+        // Every other pair of campaigns lies on a tilted table: up to 0.6 degrees in another direction each.
+        slope: if n / 2 % 2 == 0 { [0.0; 2] } else { slope(n) },
         ..CampaignSpec::default()
     }
+}
+
+/// The slope of the `n`-th campaign: 0.2, 0.4 or 0.6 degrees, in a direction that the golden angle turns.
+fn slope(n: u64) -> [f64; 2] {
+    const GOLDEN_RAD: f64 = 2.399_963_229_728_653;
+    let (size, direction) = (0.0035 * (1 + n % 3) as f64, GOLDEN_RAD * n as f64);
+    [size * direction.cos(), size * direction.sin()]
 }
 
 /// Estimates synthetic campaigns and prints how often the intervals contain the truth; whether every target holds.
 pub(crate) fn validate(count: u64) -> Result<bool, String> {
     let mut tallies: BTreeMap<&str, Tally> = BTreeMap::new();
+    let mut verdicts = Verdicts::default();
     for n in 0..count {
         let drawn = campaign(&spec(n), n);
-        add(&mut tallies, &estimated(&drawn)?, &drawn.truth);
+        let estimated = estimated(&drawn)?;
+        verdicts.add(&estimated, &drawn.truth);
+        add(&mut tallies, &estimated, &drawn.truth);
     }
     print_table(&tallies);
     let mut rows = vec![Row::plain("campaigns", count as f64, "")];
@@ -94,7 +110,45 @@ pub(crate) fn validate(count: u64) -> Result<bool, String> {
         ..Tally::default()
     };
     rows.push(pooled.row("all kinds together"));
+    rows.extend(verdicts.rows());
     Ok(row::print_all("Coverage of 95 % intervals on synthetic campaigns", &rows))
+}
+
+/// Whether tables are said to be level.
+#[derive(Default)]
+struct Verdicts {
+    level: usize,
+    level_said_level: usize,
+    tilted: usize,
+    tilted_said_tilted: usize,
+}
+
+impl Verdicts {
+    fn add(&mut self, estimated: &Properties, truth: &Truth) {
+        let tilted = estimated.tilt.is_some_and(|tilt| !tilt.level);
+        if truth.slope == [0.0; 2] {
+            self.level += 1;
+            self.level_said_level += usize::from(!tilted);
+        } else {
+            self.tilted += 1;
+            self.tilted_said_tilted += usize::from(tilted);
+        }
+    }
+
+    fn rows(&self) -> [Row; 2] {
+        [
+            Row::plain(
+                format!("level tables not said to be tilted, of {}", self.level),
+                self.level_said_level as f64,
+                "",
+            ),
+            Row::plain(
+                format!("tilted tables said to be tilted, of {}", self.tilted),
+                self.tilted_said_tilted as f64,
+                "",
+            ),
+        ]
+    }
 }
 
 /// Adds all estimates of one campaign.
@@ -104,6 +158,7 @@ fn add(tallies: &mut BTreeMap<&str, Tally>, estimated: &Properties, truth: &Trut
         ("striker restitution", &estimated.striker_restitution, &truth.striker_restitution),
         ("pair restitution", &estimated.restitution, &truth.restitution),
         ("mass ratio", &estimated.mass_ratio, &truth.mass_ratio),
+        ("support", &estimated.support, &truth.support),
     ];
     for (what, estimates, values) in groups {
         tallies.entry(what).or_default().add_all(estimates, values);
@@ -115,6 +170,11 @@ fn add(tallies: &mut BTreeMap<&str, Tally>, estimated: &Properties, truth: &Trut
         })
         .collect();
     tallies.entry("pair mass ratio").or_default().add_all(&estimated.pair_mass_ratio, &pair_truth);
+    if let Some(tilt) = estimated.tilt {
+        for (found, truth) in [tilt.x, tilt.y].iter().zip(truth.slope) {
+            tallies.entry("slope").or_default().add(found, truth);
+        }
+    }
     let contact = [
         ("contact friction", estimated.contact_friction.objects, truth.contact_friction),
         ("striker friction", estimated.contact_friction.striker, truth.striker_friction),

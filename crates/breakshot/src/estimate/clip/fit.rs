@@ -8,7 +8,7 @@ use super::motion_model::{
 use super::striker_path::StrikerPath;
 use crate::estimate::closest_points::{PlacedShape, closest_points};
 use crate::geometry::Vec2;
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DMatrix;
 use serde::{Deserialize, Serialize};
 
 /// The fitted motion of a clip's bodies.
@@ -63,10 +63,10 @@ impl From<VarianceRatio> for [f64; 2] {
 
 /// The residual of an observed position.
 #[derive(Clone, Copy, Debug)]
-struct PositionRow {
-    row: usize,
-    time_s: f64,
-    std_m: f64,
+pub(super) struct PositionRow {
+    pub(super) row: usize,
+    pub(super) time_s: f64,
+    pub(super) std_m: f64,
 }
 
 /// An observation with a residual of more than this many standard deviations is an outlier and is excluded.
@@ -268,7 +268,7 @@ impl MotionFit {
     }
 
     /// The residuals of a body's positions; `row` is advanced to the next body.
-    fn position_rows(&self, k: usize, row: &mut usize) -> Vec<PositionRow> {
+    pub(super) fn position_rows(&self, k: usize, row: &mut usize) -> Vec<PositionRow> {
         let body = &self.model.bodies[k];
         let mut rows = Vec::new();
         for (observation, &std_m) in
@@ -286,56 +286,6 @@ impl MotionFit {
             .map(|(_, indices)| self.minimum.parameters[indices.time])
             .filter(|t| *t > after_s)
             .fold(f64::INFINITY, f64::min)
-    }
-
-    /// The decrease of the loss if the positions were displaced by `lever` times a velocity and the other parameters were
-    /// adapted to first order (a score test), and that velocity.
-    fn score(&self, rows: &[PositionRow], lever: impl Fn(f64) -> f64) -> (f64, Vec2) {
-        let mut gain = 0.0;
-        let mut jump = [0.0; 2];
-        for (axis, jump) in [Vec2::new(1.0, 0.0), Vec2::new(0.0, 1.0)].into_iter().zip(&mut jump) {
-            if let Some((value, variance)) = self.added_parameter(rows, |t| axis * lever(t)) {
-                gain += value * value / variance;
-                *jump = value;
-            }
-        }
-        (gain, jump.into())
-    }
-
-    /// The value of an additional parameter that displaces body `k` by `displacement` per unit, and its standard deviation,
-    /// with the other parameters adapted to first order.
-    pub(crate) fn response(&self, k: usize, displacement: impl Fn(f64) -> Vec2) -> Option<(f64, f64)> {
-        let mut row = 0;
-        let rows = (0..=k).map(|j| self.position_rows(j, &mut row)).last()?;
-        let (value, variance) = self.added_parameter(&rows, displacement)?;
-        Some((value, variance.sqrt()))
-    }
-
-    /// The value of an additional parameter that displaces the positions of `rows` by `displacement` per unit, and its
-    /// variance; `None` if the other parameters can produce the same displacement.
-    fn added_parameter(
-        &self,
-        rows: &[PositionRow],
-        displacement: impl Fn(f64) -> Vec2,
-    ) -> Option<(f64, f64)> {
-        /// A smaller fraction of the information left by the other parameters is rounding.
-        const ROUNDING: f64 = 1e-9;
-        let minimum = &self.minimum;
-        let mut cross = DVector::zeros(minimum.parameters.len());
-        let (mut own, mut gradient) = (0.0, 0.0);
-        for &PositionRow { row, time_s, std_m } in rows {
-            let slope: [f64; 2] = (displacement(time_s) / -std_m).into();
-            let weight = minimum.weights[row];
-            for (axis, slope) in slope.into_iter().enumerate() {
-                own += weight * slope * slope;
-                gradient += weight * slope * minimum.residuals[row].value[axis];
-                for (column, sum) in cross.iter_mut().enumerate() {
-                    *sum += weight * slope * minimum.jacobian[(2 * row + axis, column)];
-                }
-            }
-        }
-        let free = own - (cross.transpose() * &minimum.covariance * &cross)[(0, 0)];
-        (free > ROUNDING * own && free > 0.0).then(|| (-gradient / free, 1.0 / free))
     }
 
     /// Model and parameters with an event added at a time, at which `body` jumps by `jump`.
@@ -508,8 +458,15 @@ impl MotionFit {
         observations.map(|s| s.position.distance(path.motion(s.time_s).pose.position))
     }
 
-    /// The values of functions of the parameters, and their covariance by linear propagation (central differences).
+    /// The values of functions of the parameters, and their covariance by linear propagation.
     pub(crate) fn propagated(&self, functions: impl Fn(&[f64]) -> Vec<f64>) -> (Vec<f64>, DMatrix<f64>) {
+        let (values, slopes) = self.slopes(functions);
+        let covariance = &slopes * &self.minimum.covariance * slopes.transpose();
+        (values, covariance)
+    }
+
+    /// The values of functions of the parameters, and their derivatives by the parameters (central differences).
+    pub(crate) fn slopes(&self, functions: impl Fn(&[f64]) -> Vec<f64>) -> (Vec<f64>, DMatrix<f64>) {
         let parameters = &self.minimum.parameters;
         let values = functions(parameters);
         let mut slopes = DMatrix::zeros(values.len(), parameters.len());
@@ -524,8 +481,7 @@ impl MotionFit {
                 slopes[(row, column)] = (plus - minus) / (2.0 * step);
             }
         }
-        let covariance = &slopes * &self.minimum.covariance * slopes.transpose();
-        (values, covariance)
+        (values, slopes)
     }
 }
 

@@ -3,6 +3,7 @@
 //! The motion of a clip is fitted to its tracks as a whole: rest, slide, impact, slide, rest.  If a body decelerates
 //! otherwise than by Coulomb friction, the motion is fitted in short windows around the impacts instead.
 
+pub(crate) mod added_parameters;
 pub(crate) mod consistency;
 pub(crate) mod exposure;
 pub(crate) mod fit;

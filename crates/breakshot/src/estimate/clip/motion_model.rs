@@ -172,7 +172,7 @@ const FRICTION_STD: f64 = 3.0;
 const ANGULAR_ACCELERATION_STD_RAD_S2: f64 = 1e4;
 /// The standard deviation of the prior on the logarithm of the patch radius over that of the whole area: a body on its
 /// corners or its rim decelerates its spin up to 1.9 times as strongly, one on feet near its middle far less.
-const LOG_PATCH_STD: f64 = 0.5;
+pub(crate) const LOG_PATCH_STD: f64 = 0.5;
 /// Bodies that do not slide on Coulomb friction often have soft bumpers, whose impacts last up to this long (s).
 const SOFT_CONTACT_S: f64 = 0.008;
 

@@ -7,7 +7,7 @@
 use crate::geometry::{Point, Pose, Vec2};
 use crate::object::Shape;
 use crate::physics::GRAVITY_M_S2;
-use crate::physics::sliding::patch_friction::{PATCH_RADIUS_PER_ARM, mean_arm_m, patch_force_and_torque};
+use crate::physics::sliding::patch_friction::{PATCH_RADIUS_PER_ARM, patch_force_and_torque};
 use std::f64::consts::FRAC_PI_2;
 use std::sync::OnceLock;
 
@@ -274,7 +274,7 @@ fn patch(angle: f64) -> [f64; 2] {
 /// The radius of the disc of uniform pressure whose frictional torque is that of an outline that rests on its whole area
 /// (m).
 pub(crate) fn patch_radius_m(shape: &Shape) -> f64 {
-    PATCH_RADIUS_PER_ARM * mean_arm_m(shape)
+    PATCH_RADIUS_PER_ARM * shape.mean_arm_m()
 }
 
 #[cfg(test)]

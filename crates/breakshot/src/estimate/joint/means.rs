@@ -4,6 +4,7 @@ use super::mass_network::{ASSUMED_FRICTION_DIFFERENCE, MassNetwork, SystematicEr
 use super::random_effects::{
     BetweenClipStd, Group, Mean, between_clip_std, between_clip_std_with_prior, quantile_95,
 };
+use super::sliding::tilt::Slope;
 use crate::estimate::clip::result::Measured;
 use crate::estimate::measure::impulse_ratio::vertical_impulse_std;
 use crate::estimate::measure::measurements::{Measurements, grouped};
@@ -11,7 +12,7 @@ use crate::estimate::measure::quantity::{KINDS, Quantity};
 use crate::ordered_map::map_of;
 use crate::properties::{Covariance, PropertyGroup};
 use crate::uncertain::Estimate;
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{DMatrix, DVector, Vector2};
 use std::collections::BTreeMap;
 
 /// The means of all quantities.
@@ -28,8 +29,14 @@ pub(crate) struct JointMeans {
 pub(crate) const ROCKING_STD: f64 = 0.005;
 
 impl JointMeans {
-    /// The means over all clips; mass ratios refer to the object `reference`.
-    pub(crate) fn new(clips: &[Measurements], reference: &str, contact_friction: Measured) -> Self {
+    /// The means over all clips; mass ratios refer to the object `reference`.  `slope` is the tilt for which the measurements are
+    /// corrected.
+    pub(crate) fn new(
+        clips: &[Measurements],
+        reference: &str,
+        contact_friction: Measured,
+        slope: Option<&Slope>,
+    ) -> Self {
         // Means of every quantity by itself
         let indices = grouped(clips);
         let all = map_of(indices.iter().map(|(quantity, i)| (*quantity, Group::new(clips, quantity, i))));
@@ -52,7 +59,10 @@ impl JointMeans {
         let shifts = masses.common_shifts(&frictions, reference, errors.vertical_impulse_std);
 
         // Covariance
-        let base = base_covariance(clips, &indices, &groups);
+        let mut base = base_covariance(clips, &indices, &groups);
+        if let Some(slope) = slope {
+            add_slope_error(slope, clips, &indices, &mut groups, &mut base);
+        }
         let quantities: Vec<&Quantity> = groups.keys().collect();
         let full = transformed_covariance(&quantities, &base, &masses, errors.pair_std, &shifts);
         let log_masses = masses.means(&full);
@@ -76,6 +86,30 @@ fn between_clip_stds(all: &BTreeMap<&Quantity, Group>) -> [BetweenClipStd; KINDS
         };
     }
     typical
+}
+
+/// Adds the error of the table's slope, which all clips have in common, to the means and their covariance.
+fn add_slope_error(
+    slope: &Slope,
+    clips: &[Measurements],
+    indices: &BTreeMap<&Quantity, Vec<(usize, usize)>>,
+    groups: &mut BTreeMap<Quantity, (Group, Mean)>,
+    base: &mut DMatrix<f64>,
+) {
+    let by_slope = |(quantity, (_, mean)): (&Quantity, &(Group, Mean))| {
+        indices[quantity].iter().zip(&mean.weights).fold(Vector2::zeros(), |sum, (&(clip, k), weight)| {
+            sum + Vector2::from(clips[clip].by_slope(k)) * *weight
+        })
+    };
+    let by_slope: Vec<Vector2<f64>> = groups.iter().map(by_slope).collect();
+    for (r, of_r) in by_slope.iter().enumerate() {
+        for (c, of_c) in by_slope.iter().enumerate() {
+            base[(r, c)] += (of_r.transpose() * slope.covariance * of_c)[(0, 0)];
+        }
+    }
+    for (k, (_, mean)) in groups.values_mut().enumerate() {
+        mean.standard_error = base[(k, k)].sqrt();
+    }
 }
 
 /// Adds the errors that are equal in all clips of a pair to the standard errors of the pairs' mass ratios.

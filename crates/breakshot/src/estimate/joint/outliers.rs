@@ -198,6 +198,7 @@ mod tests {
             covariance: DMatrix::from_element(1, 1, STD * STD),
             vertical_fractions: vec![0.0],
             double_contact: vec![false],
+            by_slope: Vec::new(),
         }
     }
 

@@ -2,7 +2,9 @@
 
 use super::means::{JointMeans, exponential};
 use super::refusal::{self, Refused};
-use super::{contact_friction, friction, outliers};
+use super::sliding::tilt::Slope;
+use super::sliding::{friction, support};
+use super::{contact_friction, outliers};
 use crate::estimate::clip::result::Measured;
 use crate::estimate::measure::ClipMeasurements;
 use crate::estimate::measure::measurements::{Measurements, without_replaceable_double_contacts};
@@ -23,14 +25,24 @@ pub(crate) fn properties(
 ) -> (Properties, Vec<Warning>) {
     let names: Vec<String> = clips.iter().map(|c| c.name.clone()).collect();
     let measurements: Vec<Measurements> = clips.iter().map(|c| c.measurements.clone()).collect();
+    let tilt = Slope::new(&clips.iter().map(|c| c.tilt).collect::<Vec<_>>(), &measurements);
+    let tilt = tilt.map(|slope| (slope, slope.tilt(least_friction(&measurements))));
+    let slope = tilt.filter(|(_, tilt)| !tilt.level).map(|(slope, _)| slope);
+    let measurements = match &slope {
+        Some(slope) => measurements.iter().map(|m| m.on_slope(slope.value)).collect(),
+        None => measurements,
+    };
     let drags: Vec<_> = clips.iter().flat_map(|c| c.drags.iter().cloned()).collect();
 
     // Outliers and laws of friction
     let measurements = without_replaceable_double_contacts(&measurements);
     let (measurements, contradictions) = outliers::without_outliers(&measurements, &names);
-    // A clip that contradicts all others gives no contact friction either.
-    let kept = clips.iter().zip(&measurements).filter(|(_, kept)| !kept.quantities.is_empty());
-    let oblique_impacts: Vec<_> = kept.flat_map(|(clip, _)| clip.oblique_impacts.iter().cloned()).collect();
+    // A clip that contradicts all others gives neither contact friction nor a support.
+    let kept: Vec<&ClipMeasurements> = (clips.iter().zip(&measurements))
+        .filter(|(_, kept)| !kept.quantities.is_empty())
+        .map(|(clip, _)| *clip)
+        .collect();
+    let oblique_impacts: Vec<_> = kept.iter().flat_map(|clip| clip.oblique_impacts.iter().cloned()).collect();
     let in_clips: Vec<&String> = clips.iter().flat_map(|c| &c.non_coulomb).collect();
     let non_coulomb = friction::refused(&measurements, &drags, &in_clips);
 
@@ -49,7 +61,7 @@ pub(crate) fn properties(
         .collect();
 
     // Means
-    let joint = JointMeans::new(&measurements, reference, contact);
+    let joint = JointMeans::new(&measurements, reference, contact, slope.as_ref());
     let mut properties = from_means(&joint, &measurements, reference.to_owned());
     properties.contact_friction =
         ContactFriction { objects: between_objects.friction, striker: of_striker.friction };
@@ -57,6 +69,9 @@ pub(crate) fn properties(
         objects: between_objects.tangential_restitution,
         striker: of_striker.tangential_restitution,
     };
+
+    properties.tilt = tilt.map(|(_, tilt)| tilt);
+    properties.support = support::supports(kept.iter().map(|clip| clip.supports.as_slice()));
 
     // Refused and impossible values, warnings
     let mut warnings = contradictions;
@@ -77,6 +92,14 @@ pub(crate) fn properties(
         warnings.extend(clip.remarks.iter().map(|r| Warning::of_clip(Cause::Motion, &clip.name, r)));
     }
     (properties, warnings)
+}
+
+/// The least friction that any clip shows; 0 without any.
+fn least_friction(measurements: &[Measurements]) -> f64 {
+    let frictions = measurements.iter().flat_map(|m| m.quantities.iter().zip(m.values.iter()));
+    let frictions = frictions.filter(|(quantity, _)| matches!(quantity, Quantity::Friction(_)));
+    let least = frictions.map(|(_, value)| *value).fold(f64::INFINITY, f64::min);
+    if least.is_finite() { least.max(0.0) } else { 0.0 }
 }
 
 /// The properties with these means and their covariance.

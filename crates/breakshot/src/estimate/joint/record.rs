@@ -38,6 +38,22 @@ impl ClipMeasurements {
             return Err(Error::invalid(owner(), "readings", "not valid", needed));
         }
         measurements.measurements.named_covariance().check(&owner())?;
+        if measurements.tilt.is_some_and(|tilt| !tilt.is_valid()) {
+            return Err(Error::invalid(
+                owner(),
+                "tilt",
+                "not valid",
+                "finite numbers and no negative information",
+            ));
+        }
+        if measurements.supports.iter().any(|s| !(s.log_ratio.value.is_finite() && s.log_ratio.std > 0.0)) {
+            return Err(Error::invalid(
+                owner(),
+                "supports",
+                "not valid",
+                "finite numbers and positive errors",
+            ));
+        }
         measurements.name.clone_from(&record.clip);
         measurements.objects.clone_from(&record.objects);
         Ok(measurements)

@@ -82,9 +82,12 @@ fn all(properties: &Properties) -> Vec<(String, f64, f64)> {
         &properties.restitution,
         &properties.mass_ratio,
         &properties.pair_mass_ratio,
+        &properties.support,
     ];
     let entries = groups.into_iter().flatten();
-    entries.map(|(name, e)| (name.clone(), e.mean, e.standard_error)).collect()
+    let slope = properties.tilt.iter().flat_map(|tilt| [("slope x", tilt.x), ("slope y", tilt.y)]);
+    let slope = slope.map(|(name, e)| (name.to_owned(), e.mean, e.standard_error));
+    entries.map(|(name, e)| (name.clone(), e.mean, e.standard_error)).chain(slope).collect()
 }
 
 #[test]

@@ -28,6 +28,9 @@ pub(crate) struct Measurements {
     /// Whether the value is the restitution of flat sides that met at one end and then at the other.
     #[serde(rename = "met_twice")]
     pub(crate) double_contact: Vec<bool>,
+    /// The change of each value if the table has a slope of one along x and along y; empty in records that are older.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub(crate) by_slope: Vec<[f64; 2]>,
 }
 
 impl Measurements {
@@ -47,6 +50,7 @@ impl Measurements {
             covariance,
             vertical_fractions: parts.iter().flat_map(|p| p.vertical_fractions.iter().copied()).collect(),
             double_contact: parts.iter().flat_map(|p| p.double_contact.iter().copied()).collect(),
+            by_slope: parts.iter().flat_map(|p| (0..p.quantities.len()).map(|k| p.by_slope(k))).collect(),
         }
     }
 
@@ -54,7 +58,10 @@ impl Measurements {
     pub(crate) fn is_valid(&self) -> bool {
         let n = self.quantities.len();
         let sizes = [self.values.len(), self.vertical_fractions.len(), self.double_contact.len()];
+        let slopes = self.by_slope.len();
         sizes == [n; 3]
+            && (slopes == n || slopes == 0)
+            && self.by_slope.iter().flatten().all(|v| v.is_finite())
             && self.covariance.shape() == (n, n)
             && self.values.iter().chain(self.covariance.iter()).all(|v| v.is_finite())
     }
@@ -65,6 +72,21 @@ impl Measurements {
             self.quantities.iter().enumerate().map(|(k, quantity)| format!("{k}: {}", quantity.name()));
         let matrix = self.covariance.row_iter().map(|row| row.iter().copied().collect());
         Covariance { names: names.collect(), matrix: matrix.collect() }
+    }
+
+    /// The change of value `k` per slope of the table.
+    pub(crate) fn by_slope(&self, k: usize) -> [f64; 2] {
+        self.by_slope.get(k).copied().unwrap_or_default()
+    }
+
+    /// The measurements on a table of this slope.
+    pub(crate) fn on_slope(&self, slope: [f64; 2]) -> Self {
+        let mut corrected = self.clone();
+        for k in 0..self.quantities.len() {
+            let [x, y] = self.by_slope(k);
+            corrected.values[k] += x * slope[0] + y * slope[1];
+        }
+        corrected
     }
 
     /// Value `k` with the standard deviation of its noise.
@@ -79,6 +101,7 @@ impl Measurements {
             quantities: kept.iter().map(|&k| self.quantities[k].clone()).collect(),
             vertical_fractions: kept.iter().map(|&k| self.vertical_fractions[k]).collect(),
             double_contact: kept.iter().map(|&k| self.double_contact[k]).collect(),
+            by_slope: kept.iter().map(|&k| self.by_slope(k)).collect(),
             values: self.values.select_rows(&kept),
             covariance: self.covariance.select_rows(&kept).select_columns(&kept),
         }

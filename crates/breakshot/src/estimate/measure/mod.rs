@@ -6,7 +6,6 @@
 
 pub(crate) mod contact;
 pub(crate) mod contact_friction;
-pub(crate) mod friction;
 pub(crate) mod impulse_ratio;
 pub(crate) mod matrix_serde;
 pub(crate) mod measurements;
@@ -14,6 +13,7 @@ pub(crate) mod propagation;
 pub(crate) mod quantity;
 pub(crate) mod restitution;
 pub(crate) mod screening;
+pub(crate) mod sliding;
 
 use crate::estimate::clip::exposure::ExposureChi2;
 use crate::estimate::clip::fit::{MotionFit, NoiseStatistics};
@@ -24,10 +24,12 @@ use crate::estimate::clip_tracks::ClipTracks;
 use crate::object::kind;
 use crate::statistics::median;
 use contact_friction::ObliqueImpact;
-use friction::Drag;
 use measurements::Measurements;
 use propagation::FitMeasurements;
 use serde::{Deserialize, Serialize};
+use sliding::drag::{self, Drag};
+use sliding::support::{self, ClipSupport};
+use sliding::tilt::ClipTilt;
 
 /// What one clip measures by itself, before it is compared and combined with other clips.
 ///
@@ -46,6 +48,12 @@ pub(crate) struct ClipMeasurements {
     pub(crate) measurements: Measurements,
     /// The speed-dependent fraction of each sliding body's deceleration.
     pub(crate) drags: Vec<Drag>,
+    /// How strongly the table brakes the spins that the clip shows.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub(crate) supports: Vec<ClipSupport>,
+    /// What the curves of the slides show of a tilted table; absent where friction is not Coulomb's.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(crate) tilt: Option<ClipTilt>,
     /// The objects whose deceleration is not Coulomb's in this clip.
     #[serde(rename = "uneven", default, skip_serializing_if = "Vec::is_empty")]
     pub(crate) non_coulomb: Vec<String>,
@@ -93,8 +101,9 @@ impl ClipMeasurements {
     /// The same clip without its measurements; name, noise and remarks stay.
     fn without_data(self) -> Self {
         let measurements = self.measurements.retained(|_| false);
-        let (drags, non_coulomb, oblique_impacts) = (Vec::new(), Vec::new(), Vec::new());
-        Self { measurements, drags, non_coulomb, oblique_impacts, ..self }
+        let (drags, supports, tilt) = (Vec::new(), Vec::new(), None);
+        let (non_coulomb, oblique_impacts) = (Vec::new(), Vec::new());
+        Self { measurements, drags, supports, tilt, non_coulomb, oblique_impacts, ..self }
     }
 }
 
@@ -137,7 +146,9 @@ pub(crate) fn measured(estimate: &ClipEstimate, clip: &ClipTracks) -> (ClipFit, 
         name: clip.name.clone(),
         objects: fit.bodies.iter().map(|b| b.object.clone()).collect(),
         measurements: Measurements::joined(&measurements),
-        drags: if whole.non_coulomb { Vec::new() } else { friction::drags(whole) },
+        drags: if whole.non_coulomb { Vec::new() } else { drag::drags(whole) },
+        supports: if whole.non_coulomb { Vec::new() } else { support::supports(whole) },
+        tilt: by_fit.first().filter(|_| !whole.non_coulomb).and_then(|m| m.tilt),
         non_coulomb: non_coulomb.iter().map(|object| kind(object).to_owned()).collect(),
         oblique_impacts: oblique_impacts.collect(),
         noise: whole.noise,

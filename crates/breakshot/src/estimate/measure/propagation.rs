@@ -3,6 +3,7 @@
 use super::contact::{self, Contact, Partner};
 use super::measurements::Measurements;
 use super::quantity::Quantity;
+use super::sliding::tilt::{self, ClipTilt};
 use super::{impulse_ratio, restitution, screening};
 use crate::estimate::clip::fit::MotionFit;
 use crate::estimate::clip::result::{Impact, Measured};
@@ -18,6 +19,15 @@ pub(crate) struct FitMeasurements {
     /// The friction of each body; `None` for one that does not slide.
     pub(crate) frictions: Vec<Option<Measured>>,
     pub(crate) measurements: Measurements,
+    /// What the fit shows of a tilted table.
+    pub(crate) tilt: Option<ClipTilt>,
+}
+
+/// Values, the covariance of their noise, and their change by a slope of one along x and y.
+struct Propagated {
+    values: Vec<f64>,
+    covariance: DMatrix<f64>,
+    by_slope: DMatrix<f64>,
 }
 
 /// Values of one contact: time (s), restitution, logarithm of the mass ratio.
@@ -29,11 +39,14 @@ impl FitMeasurements {
         screening::screen(fitted, striker, &mut contacts);
         let indices = &fitted.layout.bodies;
         let sliding: Vec<usize> = (0..indices.len()).filter(|&k| indices[k].friction.is_some()).collect();
-        let (values, covariance) = fitted.propagated(|parameters| {
+        let (values, slopes) = fitted.slopes(|parameters| {
             let of_contacts = contacts.iter().flat_map(|c| contact_values(c, fitted, parameters));
             let frictions = sliding.iter().filter_map(|&k| indices[k].friction.map(|f| parameters[f]));
             frictions.chain(of_contacts).collect()
         });
+        let covariance = &slopes * &fitted.minimum.covariance * slopes.transpose();
+        let added = tilt::added(fitted);
+        let by_slope = slopes * &added.shifts;
         let std = |k: usize| covariance[(k, k)].max(0.0).sqrt();
         let mut frictions = vec![None; indices.len()];
         for (n, &k) in sliding.iter().enumerate() {
@@ -44,8 +57,9 @@ impl FitMeasurements {
             impact(contact, fitted, [at, at + 1, at + 2].map(|k| Measured { value: values[k], std: std(k) }))
         });
         let impacts = impacts.collect();
-        let measurements = measurements(fitted, &contacts, &sliding, &values, &covariance);
-        Self { impacts, contacts, frictions, measurements }
+        let propagated = Propagated { values, covariance, by_slope };
+        let measurements = measurements(fitted, &contacts, &sliding, &propagated);
+        Self { impacts, contacts, frictions, measurements, tilt: tilt::clip_tilt(&added) }
     }
 }
 
@@ -83,14 +97,14 @@ fn impact(contact: &Contact, fitted: &MotionFit, values: [Measured; CONTACT_VALU
 
 /// The measurements of a fit.
 ///
-/// `values` and `covariance` hold the frictions of the bodies in `sliding`, then the [`contact_values`] of each contact.
+/// `propagated` holds the frictions of the bodies in `sliding`, then the [`contact_values`] of each contact.
 fn measurements(
     fitted: &MotionFit,
     contacts: &[Contact],
     sliding: &[usize],
-    values: &[f64],
-    covariance: &DMatrix<f64>,
+    propagated: &Propagated,
 ) -> Measurements {
+    let Propagated { values, covariance, by_slope } = propagated;
     let name = |k: usize| kind(&fitted.model.bodies[k].object).to_owned();
     // Index among the values, quantity, and sign: the ratio of b to a is the negative logarithm.
     let mut chosen: Vec<(usize, Quantity, f64)> = Vec::new();
@@ -133,6 +147,7 @@ fn measurements(
         vertical_fractions: (chosen.iter().map(|c| vertical_fractions.get(&c.0).copied().unwrap_or(0.0)))
             .collect(),
         double_contact: chosen.iter().map(|c| double_contacts.contains(&c.0)).collect(),
+        by_slope: (chosen.iter().map(|c| [0, 1].map(|axis| c.2 * by_slope[(c.0, axis)]))).collect(),
         values: DVector::from_fn(size, |r, _| chosen[r].2 * values[chosen[r].0]),
         covariance: DMatrix::from_fn(size, size, |r, c| {
             chosen[r].2 * chosen[c].2 * covariance[(chosen[r].0, chosen[c].0)]

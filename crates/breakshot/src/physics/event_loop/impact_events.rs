@@ -301,12 +301,13 @@ fn sustained_contact_time_s(bodies: [&Body; 2], states: &[State; 2]) -> f64 {
     SUSTAINED_CONTACT_S.min((2.0 * PENETRATION_TOLERANCE_M / acceleration).sqrt())
 }
 
-/// Bound of the acceleration of a point on the rim of a body by friction and spin (m/s2).
+/// Bound of the acceleration of a point on the rim of a body by friction, tilt and spin (m/s2).
 fn greatest_rim_acceleration_m_s2(body: &Body, state: &State) -> f64 {
     if body.is_fixed() {
         return 0.0;
     }
     let rate = state.yaw_rate_rad_s;
     body.friction_deceleration_m_s2
+        + body.tilt_m_s2.length()
         + (body.spin_deceleration_rad_s2() + rate * rate) * body.shape.outer_radius_m
 }

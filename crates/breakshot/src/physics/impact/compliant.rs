@@ -411,6 +411,7 @@ mod tests {
             patch_radius_m: RADIUS_M,
             curve: Arc::new(SlideCurve::new(0.5)),
             limit_surface: None,
+            tilt_m_s2: Vec2::ZERO,
             kind: 1,
         }
     }

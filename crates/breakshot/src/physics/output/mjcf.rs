@@ -9,7 +9,7 @@ use crate::object::Shape;
 use crate::physics::contact::convex_decomposition::convex_parts;
 use crate::physics::options::Options;
 use crate::physics::sliding::body::STRIKER;
-use crate::physics::sliding::patch_friction::{GRAVITY_M_S2, mean_arm_m};
+use crate::physics::sliding::patch_friction::{GRAVITY_M_S2, PATCH_RADIUS_PER_ARM};
 use crate::physics::world::World;
 use crate::properties::Properties;
 use crate::scene::{Scene, Strike};
@@ -61,14 +61,17 @@ pub fn mjcf(scene: &Scene, properties: &Properties, strike: &Strike, options: &O
         let _ = writeln!(text, "  * {}", note.replace("--", "- -"));
     }
     // The native convex collider of MuJoCo 4.0 reports false, deep contacts between prisms; the older one does not.
+    let tilt = world.slope * GRAVITY_M_S2;
     let _ = write!(
         text,
         "-->\n<mujoco model=\"breakshot\">\n  <compiler angle=\"radian\" inertiafromgeom=\"false\"/>\n  \
-         <option timestep=\"{STEP_S}\" gravity=\"0 0 -{GRAVITY_M_S2}\" cone=\"elliptic\" impratio=\"100\" tolerance=\"1e-12\">\n    \
+         <option timestep=\"{STEP_S}\" gravity=\"{} {} -{GRAVITY_M_S2}\" cone=\"elliptic\" impratio=\"100\" tolerance=\"1e-12\">\n    \
          <flag nativeccd=\"disable\"/>\n  </option>\n  \
          <asset>\n{}  </asset>\n  <worldbody>\n    <light pos=\"0 0 3\"/>\n    \
          <geom name=\"table\" type=\"plane\" size=\"2 2 0.1\" contype=\"0\" conaffinity=\"1\" friction=\"0 0 0\"/>\n{bodies}  \
          </worldbody>\n  <contact>\n{}  </contact>\n  <keyframe>\n    <key name=\"strike\" qvel=\"{}{}\"/>\n  </keyframe>\n</mujoco>\n",
+        tilt.x,
+        tilt.y,
         model.assets,
         model.pairs(),
         strike.speed_m_s,
@@ -156,7 +159,7 @@ impl Model<'_> {
         let _ = writeln!(text, "      <joint name=\"{name} yaw\" type=\"hinge\" axis=\"0 0 1\"/>");
         text += &self.outline(&name, body, shape, height_m);
         let friction = self.world.bodies[body].friction_deceleration_m_s2 / GRAVITY_M_S2;
-        let arm_m = mean_arm_m(shape);
+        let arm_m = self.world.bodies[body].patch_radius_m / PATCH_RADIUS_PER_ARM;
         for foot in 0..FEET {
             let at = Vec2::from_heading(foot as f64 / FEET as f64 * TAU) * arm_m;
             let _ = writeln!(

@@ -149,7 +149,10 @@ impl Recorder {
                 let state = motion.state(until_s.min(motion.stop_s), &world.bodies[body]);
                 let start = motion.state(motion.start_s, &world.bodies[body]);
                 if body != STRIKER {
-                    self.energy.friction_loss_j += kinetic_energy_j(&world.bodies[body], &start)
+                    let tilt_work_j = tilt_work_j(&world.bodies[body], state.position - start.position);
+                    self.energy.tilt_work_j += tilt_work_j;
+                    self.energy.friction_loss_j += tilt_work_j
+                        + kinetic_energy_j(&world.bodies[body], &start)
                         - kinetic_energy_j(&world.bodies[body], &state);
                 }
             }
@@ -225,6 +228,11 @@ fn event(world: &World, impact: &ImpactRecord, loss_j: f64) -> Event {
         yaw_rates_after_rad_s: impact.after.iter().map(|s| s.yaw_rate_rad_s).collect(),
         loss_j,
     }
+}
+
+/// Work of gravity along the table on a body (J); zero on a level table, and for a fixed body.
+fn tilt_work_j(body: &Body, way: Vec2) -> f64 {
+    if body.is_fixed() { 0.0 } else { body.tilt_m_s2.dot(way) / body.inverse_mass }
 }
 
 /// Kinetic energy of a body (J); zero for a fixed one.

@@ -97,6 +97,15 @@ pub struct Energy {
     /// Kinetic energy of the objects that fell off the table.
     #[serde(default)]
     pub fallen_j: f64,
+    /// Work of gravity along a tilted table; zero on a level one.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub tilt_work_j: f64,
+}
+
+/// The work on a level table is not written.
+#[allow(clippy::trivially_copy_pass_by_ref, reason = "serde passes a reference")]
+fn is_zero(work_j: &f64) -> bool {
+    *work_j == 0.0
 }
 
 /// A part of a motion: position and yaw are polynomials of the time since its start, constant term first.

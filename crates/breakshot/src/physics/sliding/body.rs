@@ -1,8 +1,9 @@
 //! What does the simulator know about a body: outline, inertia and friction against the table?
 
-use crate::geometry::Pose;
+use crate::geometry::{Pose, Vec2};
 use crate::physics::contact::compound_shape::CompoundShape;
 use crate::physics::sliding::limit_surface::{LimitSurface, SupportCoefficients};
+use crate::physics::sliding::motion::Spin;
 use crate::physics::sliding::slide_curve::SlideCurve;
 use std::sync::Arc;
 
@@ -28,6 +29,8 @@ pub(crate) struct Body {
     pub(crate) curve: Arc<SlideCurve>,
     /// Friction force and torque where a round patch is not good enough.
     pub(crate) limit_surface: Option<Arc<LimitSurface>>,
+    /// Gravity's component along a tilted table, zero on a level one (m/s2).
+    pub(crate) tilt_m_s2: Vec2,
     /// Row in the table of pair coefficients.
     pub(crate) kind: usize,
 }
@@ -36,6 +39,29 @@ impl Body {
     /// Angular deceleration of a body that spins without sliding, the greatest possible one (rad/s2).
     pub(crate) fn spin_deceleration_rad_s2(&self) -> f64 {
         self.friction_deceleration_m_s2 * self.curve.spin_deceleration() / self.patch_radius_m
+    }
+
+    /// Whether its slides can be curved: not round patches on a level table.
+    pub(crate) fn has_curved_paths(&self) -> bool {
+        self.limit_surface.is_some() || self.tilt_m_s2 != Vec2::ZERO
+    }
+
+    /// Acceleration (m/s2) and angular acceleration (rad/s2) by friction and tilt, at a velocity and a yaw rate (rad/s).
+    pub(crate) fn accelerations(
+        &self,
+        spin: Spin,
+        velocity: Vec2,
+        yaw_rad: f64,
+        yaw_rate: f64,
+    ) -> (Vec2, f64) {
+        let support = self.support_coefficients();
+        let (friction, turning) = match &self.limit_surface {
+            Some(limit_surface) if spin == Spin::Coupled => {
+                limit_surface.accelerations(&support, velocity, yaw_rad, yaw_rate)
+            }
+            _ => support.on_round_patch(spin, velocity, yaw_rate),
+        };
+        (friction + self.tilt_m_s2, turning)
     }
 
     /// Whether impulses leave its velocity unchanged.

@@ -11,6 +11,8 @@ use crate::error::{Error, Result};
 use crate::geometry::Vec2;
 use crate::object::{Shape, Support};
 use crate::physics::rotation::{Rotation, length};
+use crate::physics::sliding::motion::Spin;
+use crate::physics::sliding::patch_friction::patch_force_and_torque;
 use crate::physics::sliding::pressure::{is_elongated, pressure_points};
 use std::f64::consts::{FRAC_PI_2, TAU};
 
@@ -77,6 +79,21 @@ pub(crate) struct SupportCoefficients {
     pub(crate) patch_radius_m: f64,
     /// `1 / (kappa R)`, kappa the squared radius of gyration over R^2 (1/m).
     pub(crate) inverse_kappa_radius_per_m: f64,
+}
+
+impl SupportCoefficients {
+    /// Acceleration (m/s2) and angular acceleration (rad/s2) by friction on a round patch (Farkas et al. 2003).
+    pub(crate) fn on_round_patch(&self, spin: Spin, velocity: Vec2, yaw_rate: f64) -> (Vec2, f64) {
+        let (speed, rim_speed) = (length(velocity), yaw_rate.abs() * self.patch_radius_m);
+        let [force, torque] = match spin {
+            Spin::Coupled if rim_speed > 0.0 => patch_force_and_torque(speed / rim_speed),
+            _ => [1.0, if rim_speed > 0.0 { patch_force_and_torque(0.0)[1] } else { 0.0 }],
+        };
+        let braking = self.friction_deceleration_m_s2;
+        let along = velocity.direction().unwrap_or(Vec2::ZERO);
+        let turning = torque * braking * self.inverse_kappa_radius_per_m;
+        (along * (-force * braking), -turning.copysign(yaw_rate))
+    }
 }
 
 impl LimitSurface {

@@ -2,13 +2,12 @@
 //!
 //! Without spin it is a parabola in time (Eq. 26 and 30), with spin a part of the shape's
 //! [`SlideCurve`](super::slide_curve::SlideCurve).  The path is straight in both cases, because the friction on a round patch
-//! is opposite to the velocity.  On any other support the path is curved: it is followed in pieces, each straight and
+//! is opposite to the velocity.  On any other support, and on a tilted table, the path is curved: it is followed in pieces, each straight and
 //! uniformly braked.  Friction stops a body and never reverses its motion.
 
 use crate::geometry::{Point, Pose, Vec2};
 use crate::physics::rotation::length;
 use crate::physics::sliding::body::Body;
-use crate::physics::sliding::limit_surface::LimitSurface;
 use crate::physics::sliding::slide_curve::CurvePosition;
 
 /// Pose and velocities of a body at one instant.
@@ -120,10 +119,10 @@ impl Motion {
     pub(crate) fn slide(state: &State, time_s: f64, body: &Body, spin: Spin) -> Self {
         let (v, w) = (length(state.velocity), state.yaw_rate_rad_s.abs() * body.patch_radius_m);
         let pose = Pose { position: state.position, yaw_rad: state.yaw_rad };
-        if spin == Spin::Coupled
+        let is_curved = body.limit_surface.is_some() && spin == Spin::Coupled || body.tilt_m_s2 != Vec2::ZERO;
+        if is_curved
             && v.max(w) >= SPEED_AT_REST_M_S
-            && let Some(limit_surface) = &body.limit_surface
-            && let Some(motion) = Self::piece(state, time_s, body, limit_surface)
+            && let Some(motion) = Self::piece(state, time_s, body, spin)
         {
             return motion;
         }
@@ -302,16 +301,16 @@ const LAST_PIECE_M_S: f64 = 5e-3;
 
 impl Motion {
     /// One piece of a curved path by the midpoint rule; the last one ends at rest.  None if the slide is straight anyway.
-    fn piece(state: &State, time_s: f64, body: &Body, limit_surface: &LimitSurface) -> Option<Self> {
+    fn piece(state: &State, time_s: f64, body: &Body, spin: Spin) -> Option<Self> {
         let (velocity, rate) = (state.velocity, state.yaw_rate_rad_s);
-        let (radius_m, support) = (body.patch_radius_m, body.support_coefficients());
+        let radius_m = body.patch_radius_m;
         let (speed, rim) = (length(velocity), rate.abs() * radius_m);
         let both = speed.hypot(rim);
-        if limit_surface.is_straight_without_spin && rim <= 1e-6 * speed {
+        let is_straight = body.limit_surface.as_ref().is_none_or(|surface| surface.is_straight_without_spin);
+        if is_straight && body.tilt_m_s2 == Vec2::ZERO && rim <= 1e-6 * speed {
             return None;
         }
-        let (acceleration, yaw_acceleration) =
-            limit_surface.accelerations(&support, velocity, state.yaw_rad, rate);
+        let (acceleration, yaw_acceleration) = body.accelerations(spin, velocity, state.yaw_rad, rate);
         let mut motion = Self::rest(Pose { position: state.position, yaw_rad: state.yaw_rad }, time_s);
         motion.direction = velocity.direction().unwrap_or(Vec2::ZERO);
         (motion.speed_m_s, motion.yaw_rate_rad_s) = (speed, rate);
@@ -331,8 +330,8 @@ impl Motion {
         let time = PIECE_RELATIVE_CHANGE * both / length(acceleration).hypot(yaw_acceleration * radius_m);
         let half = 0.5 * time;
         let middle_yaw_rad = state.yaw_rad + half * (rate + 0.5 * half * yaw_acceleration);
-        let (acceleration, yaw_acceleration) = limit_surface.accelerations(
-            &support,
+        let (acceleration, yaw_acceleration) = body.accelerations(
+            spin,
             velocity + acceleration * half,
             middle_yaw_rad,
             rate + yaw_acceleration * half,

@@ -5,8 +5,6 @@
 //! compact support is replaced by the patch whose radius is 1.5 times its mean lever arm (exact for the disc; final positions
 //! agree within 0.7 mm for squares, triangles and hexagons).
 
-use crate::geometry::Vec2;
-use crate::object::Shape;
 use std::f64::consts::{FRAC_PI_2, PI};
 
 /// Standard gravity, as the estimates use it (m/s2).
@@ -14,35 +12,6 @@ pub const GRAVITY_M_S2: f64 = 9.81;
 
 /// Radius of the uniform disc of equal greatest friction torque, `mu m g (2/3) R`, over the mean lever arm.
 pub(crate) const PATCH_RADIUS_PER_ARM: f64 = 1.5;
-
-/// The mean distance of a shape's points from its centroid (m); times mu m g it is the greatest friction torque.
-pub(crate) fn mean_arm_m(shape: &Shape) -> f64 {
-    if let Shape::Disc { radius_m } = shape {
-        return radius_m * 2.0 / 3.0;
-    }
-    let corners = shape.corners();
-    let n = corners.len();
-    let moment: f64 = (0..n).map(|k| moment_m3(corners[k].to_vec(), corners[(k + 1) % n].to_vec())).sum();
-    moment / shape.area_m2()
-}
-
-/// The integral of the distance from the origin over the triangle origin, `from`, `to` (m3); negative if clockwise.
-///
-/// `h^3/6 [sec tan + ln(sec + tan)]` between the angles of the corners from the foot of the height h.
-fn moment_m3(from: Vec2, to: Vec2) -> f64 {
-    let side = to - from;
-    let length = side.length();
-    let height = from.cross(to) / length;
-    if height == 0.0 {
-        return 0.0;
-    }
-    let antiderivative = |corner: Vec2| {
-        let tan = corner.dot(side) / (length * height.abs());
-        let sec = corner.length() / height.abs();
-        sec * tan + tan.asinh()
-    };
-    height.abs().powi(3) / 6.0 * (antiderivative(to) - antiderivative(from)) * height.signum()
-}
 
 /// `f(eps)` and `t(eps)`: friction force over mu m g, and torque over mu m g R, of a uniform circular patch.
 pub(crate) fn patch_force_and_torque(eps: f64) -> [f64; 2] {
@@ -132,12 +101,5 @@ mod tests {
                 assert!(step < 1e-8, "eps {eps}: {below:?} against {above:?}");
             }
         }
-    }
-
-    #[test]
-    fn the_mean_arm_of_a_square_is_0_3826_of_its_side() {
-        let arm = mean_arm_m(&Shape::Rectangle { size_m: [1.0, 1.0] });
-        let exact = (2f64.sqrt() + 1f64.asinh()) / 6.0;
-        assert!((arm - exact).abs() < 1e-12, "{arm}, not {exact}");
     }
 }

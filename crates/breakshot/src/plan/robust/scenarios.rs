@@ -14,6 +14,7 @@ use crate::physics::{
 };
 use crate::plan::options::ExecutionNoise;
 use crate::plan::result::Source;
+use crate::properties::support::possible as possible_support;
 use crate::properties::{ContactFriction, Properties, PropertyGroup, TangentialRestitution};
 use crate::scene::{Placed, Scene, Strike};
 use crate::uncertain::Estimate;
@@ -120,9 +121,17 @@ const CONTACT_TIMES_S: [f64; 2] = [5e-5, 2e-3];
 /// Least friction over its mean.
 const LEAST_FRICTION_FACTOR: f64 = 0.2;
 
+/// Relative step of drawn support ratios, small against their errors: worlds of equal ratios share their slide curves.
+const SUPPORT_STEP: f64 = 0.04;
+
+/// Largest drawn slope of the table over the least friction: beyond it objects would not stop where they could have been placed.
+const MOST_SLOPE_PER_FRICTION: f64 = 0.9;
+
 /// Random numbers of one sample.
 pub(crate) struct Sampler {
     rng: Pcg64Mcg,
+    /// What the table does to single objects has numbers of its own: without it the others stay the same.
+    table: Pcg64Mcg,
     /// The source whose quantities are not varied.
     fixed: Option<Source>,
 }
@@ -130,8 +139,9 @@ pub(crate) struct Sampler {
 impl Sampler {
     /// The random numbers of sample number `k` of a seed.
     pub(crate) fn new(seed: u64, k: u64, fixed: Option<Source>) -> Self {
-        let rng = Pcg64Mcg::seed_from_u64(seed.wrapping_mul(0x9E37_79B9_7F4A_7C15).wrapping_add(k));
-        Self { rng, fixed }
+        let number = seed.wrapping_mul(0x9E37_79B9_7F4A_7C15).wrapping_add(k);
+        let (rng, table) = (Pcg64Mcg::seed_from_u64(number), Pcg64Mcg::seed_from_u64(!number));
+        Self { rng, table, fixed }
     }
 
     /// A standard normal number, zero for the fixed source; the stream advances in either case.
@@ -193,7 +203,33 @@ impl Sampler {
         let tangential = &mut drawn.tangential_restitution;
         tangential.objects = Some(self.tangential_restitution(tangential.objects));
         tangential.striker = Some(self.tangential_restitution(tangential.striker));
+        for ratio in drawn.support.values_mut() {
+            ratio.mean = self.support(ratio);
+        }
+        self.tilt(&mut drawn);
         drawn
+    }
+
+    /// Draws the slope of a tilted table, on which every object can still rest.
+    fn tilt(&mut self, drawn: &mut Properties) {
+        let Some(tilt) = drawn.tilt.as_mut().filter(|tilt| !tilt.level) else { return };
+        let normals = [(); 2].map(|()| self.table.sample(StandardNormal));
+        let drawn_slope =
+            if self.fixed == Some(Source::Friction) { tilt.slope() } else { tilt.drawn(normals) };
+        let least = drawn.friction.values().map(|friction| friction.mean).fold(f64::INFINITY, f64::min);
+        let factor = (MOST_SLOPE_PER_FRICTION * least / drawn_slope.length()).min(1.0);
+        (tilt.x.mean, tilt.y.mean) = (drawn_slope.x * factor, drawn_slope.y * factor);
+    }
+
+    /// A support ratio at one strike, in steps.
+    fn support(&mut self, ratio: &Estimate) -> f64 {
+        let normal: f64 = self.table.sample(StandardNormal);
+        if self.fixed == Some(Source::Friction) || ratio.standard_error == 0.0 {
+            return ratio.mean;
+        }
+        let std = ratio.standard_error.hypot(ratio.std.unwrap_or(0.0)) / ratio.mean;
+        let steps = (std * normal / SUPPORT_STEP).round();
+        possible_support(ratio.mean * (SUPPORT_STEP * steps).exp())
     }
 
     /// The value at one strike: the mean has an error (`shift` if it is part of the covariance), and the value varies about it.

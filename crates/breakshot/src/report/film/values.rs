@@ -44,6 +44,7 @@ fn groups(properties: &Properties) -> Vec<Group> {
         group("Restitution of a pair", rows(&properties.restitution)),
         Group { is_logarithmic: true, ..group(&mass, rows(&properties.mass_ratio)) },
         group("Friction of contacts", contact.collect()),
+        group("Support (1 for an even weight)", rows(&properties.support)),
     ];
     all.into_iter().filter(|group| !group.rows.is_empty()).collect()
 }

@@ -17,6 +17,8 @@ pub(super) fn chapter(page: &Page, properties: &Properties, palette: &Palette) -
         masses(page, properties, palette),
         table_1(page, properties),
         contact_friction(properties),
+        support(page, properties, palette),
+        properties.tilt.map(|tilt| format!("<h3>Tilt</h3>\n<p>By the curves of the slides, {tilt}.</p>\n")),
     ];
     let sections: String = sections.into_iter().flatten().collect();
     (!sections.is_empty()).then(|| {
@@ -175,6 +177,19 @@ fn table_1(page: &Page, properties: &Properties) -> Option<String> {
         ]);
     }
     Some(section)
+}
+
+fn support(page: &Page, properties: &Properties, palette: &Palette) -> Option<String> {
+    let rows = rows(page, "support", &properties.support, palette);
+    let chart = IntervalChart {
+        label: "mean distance of the support over that of an even weight",
+        scale: Scale::Linear,
+        known: "",
+        spread: false,
+    };
+    let text = "How far from the centroid the weight of an object acts on the table, over the mean distance for a weight spread evenly \
+                under the outline (1.5 for a disc on its rim). It scales the braking of the spin.";
+    section("Support", text, &rows, &chart)
 }
 
 fn contact_friction(properties: &Properties) -> Option<String> {

@@ -19,6 +19,8 @@ pub(super) struct Body {
     pub(super) mass_kg: f64,
     inertia_kg_m2: f64,
     friction: f64,
+    /// Gravity's component along the table (m/s2).
+    downhill_m_s2: Vec2,
     /// Points of the support in the body's frame; each carries the same fraction of the weight.
     support_m: Vec<Vec2>,
     pub(super) yaw_visible: bool,
@@ -54,7 +56,8 @@ impl Body {
             mass_kg,
             inertia_kg_m2: mass_kg * object.shape.radius_of_gyration_m().powi(2),
             friction: of(&model.truth.friction) * friction_scale,
-            support_m: support_m(&object.shape),
+            downhill_m_s2: Vec2::from(model.truth.slope) * GRAVITY_M_S2,
+            support_m: model.supports_m.get(&object.name).cloned().unwrap_or_default(),
             yaw_visible: !matches!(object.feature().shape, Shape::Disc { .. }),
             position: pose.position,
             yaw_rad: pose.yaw_rad,
@@ -66,6 +69,12 @@ impl Body {
     /// Velocity of a material point (m/s).
     pub(super) fn velocity_at(&self, point: Point) -> Vec2 {
         self.velocity + (point - self.position).perpendicular() * self.yaw_rate_rad_s
+    }
+
+    /// Acceleration (m/s^2) and angular acceleration (rad/s^2) by friction and gravity, at this motion.
+    fn acceleration(&self, velocity: Vec2, yaw_rate_rad_s: f64) -> (Vec2, f64) {
+        let (braking, turning) = self.deceleration(velocity, yaw_rate_rad_s);
+        (braking + self.downhill_m_s2, turning)
     }
 
     /// Acceleration (m/s^2) and angular acceleration (rad/s^2) by Coulomb friction of the support, at this motion.
@@ -104,9 +113,9 @@ impl Body {
             return;
         }
         let half_s = STEP_S / 2.0;
-        let (linear, angular) = self.deceleration(self.velocity, self.yaw_rate_rad_s);
+        let (linear, angular) = self.acceleration(self.velocity, self.yaw_rate_rad_s);
         let (linear, angular) =
-            self.deceleration(self.velocity + linear * half_s, self.yaw_rate_rad_s + angular * half_s);
+            self.acceleration(self.velocity + linear * half_s, self.yaw_rate_rad_s + angular * half_s);
         let (velocity, rate) = (self.velocity + linear * STEP_S, self.yaw_rate_rad_s + angular * STEP_S);
         self.position += (self.velocity + velocity) * half_s;
         self.yaw_rad += (self.yaw_rate_rad_s + rate) * half_s;
@@ -131,24 +140,33 @@ impl Body {
 }
 
 /// Support points that carry equal fractions of the weight: rings of a disc, a grid of a square.
-fn support_m(shape: &Shape) -> Vec<Vec2> {
+///
+/// `towards_rim` is 0 for an even weight and 1 for one that acts on the rim alone.
+pub(super) fn support_m(shape: &Shape, towards_rim: f64) -> Vec<Vec2> {
     const RINGS: usize = 6;
     const SPOKES: usize = 12;
     const ROWS: usize = 9;
+    let moved = |even: f64| even + (1.0 - even) * towards_rim;
     match shape {
         Shape::Disc { radius_m } => (0..RINGS * SPOKES)
             .map(|k| {
                 let (ring, spoke) = (k / SPOKES, k % SPOKES);
                 // Rings of equal area.
-                let fraction = ((ring as f64 + 0.5) / RINGS as f64).sqrt();
+                let fraction = moved(((ring as f64 + 0.5) / RINGS as f64).sqrt());
                 Vec2::from_heading(TAU * (spoke as f64 + 0.5 * (ring % 2) as f64) / SPOKES as f64)
                     * (radius_m * fraction)
             })
             .collect(),
         other => {
             let half = half_width_m(other);
-            let at = |k: usize| half * ((2 * k + 1) as f64 / ROWS as f64 - 1.0);
-            (0..ROWS * ROWS).map(|k| Vec2::new(at(k % ROWS), at(k / ROWS))).collect()
+            let at = |k: usize| (2 * k + 1) as f64 / ROWS as f64 - 1.0;
+            let point = |k: usize| {
+                let even = Vec2::new(at(k % ROWS), at(k / ROWS));
+                // The middle of the grid stays where it is.
+                let part = even.x.abs().max(even.y.abs()).max(f64::MIN_POSITIVE);
+                even * (half * moved(part) / part)
+            };
+            (0..ROWS * ROWS).map(point).collect()
         }
     }
 }

@@ -52,7 +52,7 @@ pub struct SyntheticCampaign {
 pub fn campaign(spec: &CampaignSpec, seed: u64) -> SyntheticCampaign {
     let mut random = Pcg64Mcg::seed_from_u64(seed);
     let objects: Vec<Object> = (0..spec.objects).map(|k| truth::object(k, spec, &mut random)).collect();
-    let model = truth::model(&objects, &mut random);
+    let model = truth::model(&objects, spec, &mut random);
     let subject = Subject { objects: &objects, model: &model, spec };
     let mut clips = Vec::new();
     for case in cases(&objects, &mut random) {

@@ -28,6 +28,10 @@ pub struct CampaignSpec {
     pub max_offset: f64,
     /// Whether all markers are bars, which show the yaw angle; otherwise only those of squares are.
     pub bar_markers: bool,
+    /// Whether every object presses on the table more or less towards its rim; otherwise all weights are spread evenly.
+    pub drawn_supports: bool,
+    /// Gravity's component along the table over gravity, along x and y.
+    pub slope: [f64; 2],
 }
 
 impl Default for CampaignSpec {
@@ -46,6 +50,8 @@ impl Default for CampaignSpec {
             restitution_std: 0.02,
             max_offset: 0.1,
             bar_markers: false,
+            drawn_supports: false,
+            slope: [0.0; 2],
         }
     }
 }

@@ -1,6 +1,8 @@
 //! Random objects and their true properties.
 
+use super::body::support_m;
 use super::spec::CampaignSpec;
+use crate::geometry::Vec2;
 use crate::object::{Marker, Object, Shape, pair_key};
 use rand::RngExt;
 use rand_distr::{Distribution, StandardNormal};
@@ -18,10 +20,14 @@ pub struct Truth {
     pub restitution: BTreeMap<String, f64>,
     /// Mass over the mass of the first object, by object.
     pub mass_ratio: BTreeMap<String, f64>,
+    /// Mean distance of the support from the centroid over that of an even weight, by object.
+    pub support: BTreeMap<String, f64>,
     /// Friction coefficient of contacts between objects.
     pub contact_friction: f64,
     /// Friction coefficient of contacts between an object and the striker.
     pub striker_friction: f64,
+    /// Gravity's component along the table over gravity, along x and y.
+    pub slope: [f64; 2],
 }
 
 /// Everything on which the simulated motion depends.
@@ -29,6 +35,8 @@ pub struct Truth {
 pub(super) struct TrueModel {
     pub(super) truth: Truth,
     pub(super) masses_kg: BTreeMap<String, f64>,
+    /// Points on which each object presses, in its frame (m).
+    pub(super) supports_m: BTreeMap<String, Vec<Vec2>>,
     /// Largest fraction of contact friction that acts along the vertical (see `impact`).
     pub(super) pressing_level: f64,
     /// Relative loss of apparent mass of the taller body of a pair because it rocks, by [`pair_key`].
@@ -55,11 +63,12 @@ pub(super) fn object(k: usize, spec: &CampaignSpec, random: &mut Pcg64Mcg) -> Ob
     Object { name, shape, height_m: random.random_range(0.025..0.05), marker, mass_kg: None, support: None }
 }
 
-/// Random properties of these objects.
-pub(super) fn model(objects: &[Object], random: &mut Pcg64Mcg) -> TrueModel {
+/// Random properties of these objects, on the supports and the table of the specification.
+pub(super) fn model(objects: &[Object], spec: &CampaignSpec, random: &mut Pcg64Mcg) -> TrueModel {
     let mut truth = Truth {
         contact_friction: random.random_range(0.1..0.3),
         striker_friction: random.random_range(0.1..0.3),
+        slope: spec.slope,
         ..Truth::default()
     };
     // The square of a uniform number: weak pressing is the common case, full contact friction along the vertical a rare one.
@@ -83,7 +92,21 @@ pub(super) fn model(objects: &[Object], random: &mut Pcg64Mcg) -> TrueModel {
             rocking.insert(key, -ROCKING_MEAN * (1.0 - random.random_range(0.0f64..1.0)).ln());
         }
     }
-    TrueModel { truth, masses_kg, pressing_level, rocking }
+    let mut supports_m = BTreeMap::new();
+    for object in objects {
+        let towards_rim = if spec.drawn_supports { random.random_range(0.0..1.0) } else { 0.0 };
+        let points = support_m(&object.shape, towards_rim);
+        truth
+            .support
+            .insert(object.name.clone(), mean_arm_m(&points) / mean_arm_m(&support_m(&object.shape, 0.0)));
+        supports_m.insert(object.name.clone(), points);
+    }
+    TrueModel { truth, masses_kg, supports_m, pressing_level, rocking }
+}
+
+/// The mean distance of points from the centroid (m).
+fn mean_arm_m(points: &[Vec2]) -> f64 {
+    points.iter().map(|p| p.length()).sum::<f64>() / points.len() as f64
 }
 
 /// A standard normal number.

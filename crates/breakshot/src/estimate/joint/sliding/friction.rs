@@ -1,10 +1,10 @@
 //! The friction of each object over all clips, and whether its deceleration is Coulomb's (Eq. 29 and 30).
 
-use super::random_effects::{BetweenClipStd, Group, between_clip_std};
 use crate::estimate::clip::result::Measured;
-use crate::estimate::measure::friction::Drag;
+use crate::estimate::joint::random_effects::{BetweenClipStd, Group, between_clip_std};
 use crate::estimate::measure::measurements::{Measurements, grouped};
 use crate::estimate::measure::quantity::Quantity;
+use crate::estimate::measure::sliding::drag::Drag;
 use crate::ordered_map::map_of;
 use crate::statistics::median;
 use std::collections::{BTreeMap, BTreeSet};

@@ -1,0 +1,237 @@
+//! The tilt of the table over all clips, and its effect on every other measurement.
+//!
+//! Two kinds of evidence give the slope.  Across a slide, gravity bends the path: every clip shows the component of the slope across
+//! its slides.  Along a slide, gravity changes the apparent friction: that of one object differs between slides up and down.
+
+use crate::estimate::joint::random_effects::{Group, between_clip_std_with_prior, quantile_95};
+use crate::estimate::measure::measurements::{Measurements, grouped};
+use crate::estimate::measure::quantity::Quantity;
+use crate::estimate::measure::sliding::tilt::ClipTilt;
+use crate::properties::Tilt;
+use crate::statistics::median;
+use crate::uncertain::Estimate;
+use nalgebra::{Matrix2, SymmetricEigen, Vector2};
+
+/// A component of the slope that one clip shows.
+struct Component {
+    along: Vector2<f64>,
+    value: f64,
+    std: f64,
+}
+
+/// Components with a larger error say nothing about any table that objects rest on.
+const LARGEST_STD: f64 = 0.1;
+/// A slope is given if each component is known to within this: a quarter of a usual friction.
+const LARGEST_ERROR: f64 = 0.03;
+/// A component this many standard deviations off the common slope is left out.
+const OUTLIER_STDS: f64 = 6.0;
+/// Number of components from which the slope is estimated.
+const COMPONENTS_NEEDED: usize = 4;
+/// A slope below this part of the least friction changes no slide by more than a third of what friction varies between clips.
+const NEGLIGIBLE: f64 = 0.005;
+/// Passes of estimating the slope and the scatter of the components in turn.
+const PASSES: usize = 4;
+/// Largest scatter of the components from clip to clip.
+const LARGEST_SCATTER: f64 = 0.1;
+
+/// The slope of the table with its covariance.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Slope {
+    pub(crate) value: [f64; 2],
+    pub(crate) covariance: Matrix2<f64>,
+    degrees_of_freedom: f64,
+    clips: usize,
+}
+
+impl Slope {
+    /// The slope that all clips show together; `None` if they do not determine it.
+    pub(crate) fn new(tilts: &[Option<ClipTilt>], measurements: &[Measurements]) -> Option<Self> {
+        let mut components: Vec<Component> = tilts.iter().flatten().flat_map(components).collect();
+        let (friction_information, friction_gradient) = of_frictions(measurements);
+        let mut scatter = typical_scatter(&components);
+        for _ in 0..PASSES {
+            let (information, gradient) = sum(&components, scatter);
+            let value = (information + friction_information).try_inverse()? * (gradient + friction_gradient);
+            let before = components.len();
+            components.retain(|c| c.residual(value).abs() <= OUTLIER_STDS * c.std.hypot(scatter));
+            if components.len() < COMPONENTS_NEEDED {
+                return None;
+            }
+            let found = scatter_of(&components, value);
+            if before == components.len() && (found - scatter).abs() < 1e-3 * scatter {
+                break;
+            }
+            scatter = found;
+        }
+        let (information, gradient) = sum(&components, scatter);
+        let covariance = (information + friction_information).try_inverse()?;
+        let value = covariance * (gradient + friction_gradient);
+        let known = covariance[(0, 0)].max(covariance[(1, 1)]).sqrt() < LARGEST_ERROR;
+        known.then(|| Self {
+            value: [value[0], value[1]],
+            covariance,
+            degrees_of_freedom: (components.len() - 2) as f64,
+            clips: tilts.iter().flatten().count(),
+        })
+    }
+
+    /// Whether a level table is within the interval, or the slope changes no slide of this friction noticeably.
+    fn is_level(&self, least_friction: f64) -> bool {
+        /// 95 % quantile of the chi-square distribution with two degrees of freedom.
+        const CHI_SQUARE: f64 = 5.991_464_547;
+        let value = Vector2::from(self.value);
+        let Some(information) = self.covariance.try_inverse() else { return true };
+        let student = quantile_95(self.degrees_of_freedom) / quantile_95(0.0);
+        let inside = (value.transpose() * information * value)[(0, 0)] <= CHI_SQUARE * student * student;
+        inside || value.norm() < NEGLIGIBLE * least_friction
+    }
+
+    /// The entry of the properties.
+    pub(crate) fn tilt(&self, least_friction: f64) -> Tilt {
+        let component = |axis: usize| {
+            let standard_error = self.covariance[(axis, axis)].max(0.0).sqrt();
+            let (mean, half) = (self.value[axis], quantile_95(self.degrees_of_freedom) * standard_error);
+            Estimate {
+                mean,
+                std: None,
+                standard_error,
+                interval_95: [mean - half, mean + half],
+                n: self.clips,
+            }
+        };
+        let [x, y] = [component(0), component(1)];
+        Tilt { x, y, covariance: self.covariance[(0, 1)], level: self.is_level(least_friction) }
+    }
+}
+
+/// The components of one clip along the principal axes of its information.
+fn components(tilt: &ClipTilt) -> Vec<Component> {
+    let (information, gradient) = tilt.information();
+    let eigen = SymmetricEigen::new(information);
+    let component = |k: usize| {
+        let (along, information): (Vector2<f64>, f64) =
+            (eigen.eigenvectors.column(k).into_owned(), eigen.eigenvalues[k]);
+        let std = information.sqrt().recip();
+        (information > 0.0 && std < LARGEST_STD).then(|| Component {
+            along,
+            value: along.dot(&gradient) / information,
+            std,
+        })
+    };
+    (0..2).filter_map(component).collect()
+}
+
+impl Component {
+    fn residual(&self, slope: Vector2<f64>) -> f64 {
+        self.value - self.along.dot(&slope)
+    }
+}
+
+/// Information and gradient of all components, if they scatter so much from clip to clip.
+fn sum(components: &[Component], scatter: f64) -> (Matrix2<f64>, Vector2<f64>) {
+    components.iter().fold((Matrix2::zeros(), Vector2::zeros()), |(information, gradient), c| {
+        let weight = (c.std * c.std + scatter * scatter).recip();
+        (information + c.along * c.along.transpose() * weight, gradient + c.along * (c.value * weight))
+    })
+}
+
+/// A first, robust scatter: the median size of the components over that of a standard normal number.
+fn typical_scatter(components: &[Component]) -> f64 {
+    median(components.iter().map(|c| c.value.abs())).unwrap_or(0.0) / 0.6745
+}
+
+/// The scatter with which the squared residuals have their expectation (Paule and Mandel 1982).
+fn scatter_of(components: &[Component], slope: Vector2<f64>) -> f64 {
+    let expected = (components.len() - 2) as f64;
+    let excess = |scatter: f64| {
+        let squares =
+            components.iter().map(|c| c.residual(slope).powi(2) / (c.std * c.std + scatter * scatter));
+        squares.sum::<f64>() - expected
+    };
+    let (mut low, mut high) = (0.0, LARGEST_SCATTER);
+    for _ in 0..50 {
+        let middle = f64::midpoint(low, high);
+        if excess(middle) > 0.0 { low = middle } else { high = middle }
+    }
+    high
+}
+
+/// What the frictions of each object in slides of different directions say about the slope.
+fn of_frictions(measurements: &[Measurements]) -> (Matrix2<f64>, Vector2<f64>) {
+    let groups: Vec<_> = (grouped(measurements).into_iter())
+        .filter(|(quantity, indices)| matches!(quantity, Quantity::Friction(_)) && indices.len() > 1)
+        .map(|(quantity, indices)| (Group::new(measurements, quantity, &indices), indices))
+        .collect();
+    let typical = between_clip_std_with_prior(&groups.iter().map(|(g, _)| g.clone()).collect::<Vec<_>>());
+    let (mut information, mut gradient) = (Matrix2::zeros(), Vector2::zeros());
+    for (group, indices) in &groups {
+        let values: Vec<(f64, f64, Vector2<f64>)> = (indices.iter().zip(&group.values))
+            .map(|(&(clip, k), measured)| {
+                // The friction of all objects of one clip varies together: they are one piece of evidence.
+                let frictions =
+                    measurements[clip].quantities.iter().filter(|q| matches!(q, Quantity::Friction(_)));
+                let variance = measured.std.powi(2) + (typical.relative * group.scale).powi(2);
+                let weight = 1.0 / (variance * frictions.count().max(1) as f64);
+                (weight, measured.value, Vector2::from(measurements[clip].by_slope(k)))
+            })
+            .collect();
+        let total: f64 = values.iter().map(|v| v.0).sum();
+        let mean = values.iter().map(|v| v.0 * v.1).sum::<f64>() / total;
+        let mean_slope = values.iter().fold(Vector2::zeros(), |sum, v| sum + v.2 * (v.0 / total));
+        for (weight, value, by_slope) in values {
+            let off = by_slope - mean_slope;
+            information += off * off.transpose() * weight;
+            gradient -= off * ((value - mean) * weight);
+        }
+    }
+    (information, gradient)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn clip(heading_rad: f64, slope: [f64; 2], error: f64) -> Option<ClipTilt> {
+        let across = [-heading_rad.sin(), heading_rad.cos()];
+        let value = across[0] * slope[0] + across[1] * slope[1] + error;
+        let information = 1.0 / 1e-4f64.powi(2);
+        let products = [across[0] * across[0], across[0] * across[1], across[1] * across[1]];
+        let tilt = serde_json::json!({
+            "information": products.map(|part| part * information),
+            "gradient": across.map(|part| part * value * information),
+        });
+        Some(serde_json::from_value(tilt).expect("a tilt"))
+    }
+
+    fn clips(slope: [f64; 2]) -> Vec<Option<ClipTilt>> {
+        (0..12).map(|k| clip(0.5 * f64::from(k), slope, 3e-4 * f64::from(k * 7 % 5 - 2))).collect()
+    }
+
+    #[test]
+    fn slides_in_all_directions_give_the_slope_and_its_scatter() {
+        let found = Slope::new(&clips([0.01, -0.004]), &[]).expect("a slope");
+        let tilt = found.tilt(0.2);
+        assert!((tilt.x.mean - 0.01).abs() < 3e-4 && (tilt.y.mean + 0.004).abs() < 3e-4, "{tilt:?}");
+        assert!((1e-4..4e-4).contains(&tilt.x.standard_error) && !tilt.level, "{tilt:?}");
+    }
+
+    #[test]
+    fn a_table_within_the_interval_is_level_and_so_is_one_whose_slope_changes_nothing() {
+        let level = |slope: [f64; 2]| Slope::new(&clips(slope), &[]).expect("a slope").tilt(0.2).level;
+        assert!(level([0.0, 0.0]) && level([0.0006, 0.0006]) && !level([0.002, 0.002]));
+    }
+
+    #[test]
+    fn slides_along_one_direction_leave_the_other_component_open() {
+        let along: Vec<_> = (0..12).map(|_| clip(0.0, [0.01, 0.01], 0.0)).collect();
+        assert_eq!(Slope::new(&along, &[]), None);
+    }
+
+    #[test]
+    fn one_wrong_clip_changes_little() {
+        let mut wrong = clips([0.01, -0.004]);
+        wrong.push(clip(0.3, [0.3, 0.3], 0.0));
+        let found = Slope::new(&wrong, &[]).expect("a slope");
+        assert!((found.value[0] - 0.01).abs() < 5e-4, "{found:?}");
+    }
+}
