@@ -1,4 +1,4 @@
-//! Objects drafted from one picture beside the truth: `cargo xtask validate objects LAB [SEEDS]`.
+//! Objects drafted from one picture beside the truth: `cargo xtask validate objects [SEEDS] --lab LAB`.
 //!
 //! `cells.py` of the lab draws each cell; odd seeds are easy cells, even ones hard. One picture shows all of its objects, apart from each
 //! other. The heights are given as a user would: a first draft shows which object has which number, a second one is given their heights.
