@@ -110,8 +110,8 @@ pub(crate) fn quick() -> Result<(), String> {
     // has other features, and would be compiled again.
     cargo(&["build", "--workspace", "--lib", "--tests"], &[])?;
     let package = debug_package()?;
-    let suite =
-        Suite { python, program: target().join("debug/breakshot"), package: Some(package), whole: false };
+    let program = target().join("debug/breakshot");
+    let suite = Suite { python, program, package: Some(package), settings: vec![QUICK] };
     suite.run(&QUICK_TESTS)?;
     types(&suite.python, suite.package.as_deref())
 }
