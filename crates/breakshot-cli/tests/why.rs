@@ -28,7 +28,7 @@ fn folder() -> tempfile::TempDir {
     let objects = files::load_objects(folder.path().join("objects.toml")).unwrap().value;
     let [width, height] = SIZE;
     let blank = GreyImage { width, height, pixels: vec![0; width * height] };
-    let view = View::new(camera("drawn", &[&blank], &cell).unwrap());
+    let view = View { noise: 2.0, ..View::new(camera("drawn", &[&blank], &cell).unwrap()) };
     let pose = Pose::new(0.02, -0.01, 0.0);
     let times_s: Vec<f64> = (0..16).map(|k| f64::from(k) / 30.0).collect();
     let frames = film(&view, &times_s, |t| {
@@ -107,7 +107,16 @@ fn the_page_is_of_one_film() {
     let output = breakshot(folder.path(), &args);
     assert_eq!(output.status.code(), Some(2));
     assert!(String::from_utf8_lossy(&output.stderr).contains("--why"));
-    let args =
-        ["detect", "cell.toml", "objects.toml", "film.y4m", "--objects", "puck", "--why", "no/why.html"];
-    assert_refused(folder.path(), &[&args[..], &["-o", "tracks.csv"]].concat(), &["no/why.html"]);
+}
+
+#[test]
+fn a_page_that_cannot_be_written_is_named() {
+    let folder = folder();
+    let args = ["detect", "cell.toml", "objects.toml", "film.y4m", "--objects", "puck", "-o"];
+    let output = breakshot(folder.path(), &[&args[..], &["tracks.csv", "--why", "no/why.html"]].concat());
+    assert_eq!(output.status.code(), Some(1));
+    assert!(String::from_utf8_lossy(&output.stderr).contains("error: no/why.html: cannot be written"));
+    let refused = [&args[..], &["tracks.txt", "--why", "why.html"]].concat();
+    assert_refused(folder.path(), &refused, &["tracks.txt", ".csv or .json"]);
+    assert!(!folder.path().join("why.html").exists(), "nothing is tracked for it");
 }
