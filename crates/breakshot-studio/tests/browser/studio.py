@@ -763,7 +763,7 @@ def has_a_key_for_every_action(studio):
         studio.go(view)
         found = page.evaluate("""view => [...document.querySelectorAll(`#${view} :is(button, input[type=checkbox])`)]
           .filter(e => !e.hidden && !e.closest('[hidden]') && e.offsetParent)
-          .map(e => ({words: e.textContent.trim() || e.ariaLabel || e.id, id: e.id, key: e.ariaKeyShortcuts ?? e.getAttribute('aria-keyshortcuts'), inList: Boolean(e.closest('ul, table, summary')), tab: e.tabIndex}))""", view)
+          .map(e => ({words: e.textContent.trim() || e.ariaLabel || e.id, id: e.id, key: e.ariaKeyShortcuts ?? e.getAttribute('aria-keyshortcuts'), inList: Boolean(e.closest('ul, table, summary, .fields')), tab: e.tabIndex}))""", view)
         steps = ("-back", "-forth", "back", "forth")
         bare = [one for one in found if not one["key"] and not one["inList"] and not one["id"].endswith(steps) and not one["id"].endswith("-cancel")]
         assert not bare, f"{view}: without a key: {bare}"
