@@ -7,16 +7,16 @@ use std::time::Instant;
 /// `cargo deny` is installed; prints the time that they take.
 ///
 /// The tests of [`NEEDS_FFMPEG`] run where the program `ffmpeg` is installed; elsewhere the last lines list them as
-/// skipped.
-pub(crate) fn test() -> Result<(), String> {
+/// skipped. `studio` walks through the studio with the program that the tests have built.
+pub(crate) fn test(studio: fn() -> Result<(), String>) -> Result<(), String> {
     let begun = Instant::now();
-    let tested = all();
+    let tested = all(studio);
     let (wall_s, cpu_s) = (begun.elapsed().as_secs_f64(), crate::process::children_cpu_s());
     println!("xtask: {:.1} minutes, {:.1} of CPU time", wall_s / 60.0, cpu_s.unwrap_or(f64::NAN) / 60.0);
     tested
 }
 
-fn all() -> Result<(), String> {
+fn all(studio: fn() -> Result<(), String>) -> Result<(), String> {
     ensure_component("rustfmt", "fmt")?;
     ensure_component("clippy", "clippy")?;
     cargo(&["fmt", "--all", "--check"], &[])?;
@@ -31,7 +31,7 @@ fn all() -> Result<(), String> {
     cargo(&["test", "--workspace"], &[])?;
     test_with_ffmpeg()?;
     crate::python::quick()?;
-    crate::studio::walk()?;
+    studio()?;
     // Installing it takes longer than all tests: `cargo xtask deny` does.
     if cargo_quiet(&["deny", "--version"]) {
         return deny();

@@ -200,7 +200,7 @@ export class Films {
     this.#motion = motion;
     this.plots.show(motion, this.#colour);
     this.#trackButton();
-    byId("plots-words").textContent = motion ? "" : "Not tracked yet: `Track` finds the objects in every frame.";
+    byId("plots-words").textContent = motion ? "" : "Not tracked yet: Track (t) finds the objects in every frame.";
     const impacts = (motion?.impacts ?? []).map(({ time_s, a, b, restitution }) => html("li", {},
       html("button", { type: "button", onclick: () => this.goTo(time_s) }, html("b", {}, `${a ?? "something"} hits ${b}`),
         html("small", {}, `${fixed(time_s, 3)} s${restitution == null ? "" : ` \u00b7 restitution ${fixed(restitution, 2)}`}`))));
