@@ -180,21 +180,11 @@ impl World {
             };
             let mut body = shapes.body(material, poses[i], kinds.row_of_object(name));
             tilt_body(&mut body, slope);
-            if slope.length() >= material.friction {
-                return Err(slides_on_its_own(name, material.friction, slope));
-            }
+            check_rests(name, material.friction, slope)?;
             bodies.push(body);
         }
 
-        // Walls and keep-out areas
-        for (k, wall) in scene.walls.iter().enumerate() {
-            bodies.push(wall_body(wall, kinds.row_of_wall(k), &bodies[STRIKER]));
-        }
-        let areas = bodies.len();
-        for area in &scene.keep_out {
-            bodies.push(area_body(&area.points_m, &bodies[STRIKER]));
-        }
-
+        let areas = add_walls_and_areas(scene, &kinds, &mut bodies);
         let world = Self {
             names: scene.placed.iter().map(|p| p.object.clone()).collect(),
             objects: body_of.len(),
@@ -442,13 +432,29 @@ fn tilt_body(body: &mut Body, slope: Vec2) {
     }
 }
 
-fn slides_on_its_own(object: &str, friction: f64, slope: Vec2) -> Error {
+/// An error if an object of this friction slides on its own.
+fn check_rests(object: &str, friction: f64, slope: Vec2) -> Result<()> {
+    if slope.length() < friction {
+        return Ok(());
+    }
     let tilt_deg = slope.length().min(1.0).asin().to_degrees();
     let found = format!(
         "friction {friction:.3} on a table tilted by {tilt_deg:.1} degrees, on which it slides on its own"
     );
     let needed = format!("a friction above the slope of {:.3}, or a level table", slope.length());
-    Error::invalid(format!("object `{object}`"), "friction", found, needed)
+    Err(Error::invalid(format!("object `{object}`"), "friction", found, needed))
+}
+
+/// Adds the walls and the keep-out areas; gives the index of the first area.
+fn add_walls_and_areas(scene: &Scene, kinds: &Kinds, bodies: &mut Vec<Body>) -> usize {
+    for (k, wall) in scene.walls.iter().enumerate() {
+        bodies.push(wall_body(wall, kinds.row_of_wall(k), &bodies[STRIKER]));
+    }
+    let areas = bodies.len();
+    for area in &scene.keep_out {
+        bodies.push(area_body(&area.points_m, &bodies[STRIKER]));
+    }
+    areas
 }
 
 /// A note for each kind of placed object whose support no film shows but those of other objects suggest.

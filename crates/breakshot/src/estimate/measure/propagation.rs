@@ -3,7 +3,7 @@
 use super::contact::{self, Contact, Partner};
 use super::measurements::Measurements;
 use super::quantity::Quantity;
-use super::sliding::tilt::{self, ClipTilt};
+use super::sliding::tilt::{ClipTilt, TiltEffect};
 use super::{impulse_ratio, restitution, screening};
 use crate::estimate::clip::fit::MotionFit;
 use crate::estimate::clip::result::{Impact, Measured};
@@ -45,8 +45,8 @@ impl FitMeasurements {
             frictions.chain(of_contacts).collect()
         });
         let covariance = &slopes * &fitted.minimum.covariance * slopes.transpose();
-        let added = tilt::added(fitted);
-        let by_slope = slopes * &added.shifts;
+        let effect = TiltEffect::new(fitted);
+        let by_slope = slopes * &effect.shifts;
         let std = |k: usize| covariance[(k, k)].max(0.0).sqrt();
         let mut frictions = vec![None; indices.len()];
         for (n, &k) in sliding.iter().enumerate() {
@@ -59,7 +59,7 @@ impl FitMeasurements {
         let impacts = impacts.collect();
         let propagated = Propagated { values, covariance, by_slope };
         let measurements = measurements(fitted, &contacts, &sliding, &propagated);
-        Self { impacts, contacts, frictions, measurements, tilt: tilt::clip_tilt(&added) }
+        Self { impacts, contacts, frictions, measurements, tilt: effect.tilt }
     }
 }
 

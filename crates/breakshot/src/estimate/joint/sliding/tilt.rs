@@ -191,7 +191,7 @@ fn of_frictions(measurements: &[Measurements]) -> (Matrix2<f64>, Vector2<f64>) {
 mod tests {
     use super::*;
 
-    fn clip(heading_rad: f64, slope: [f64; 2], error: f64) -> Option<ClipTilt> {
+    fn clip(heading_rad: f64, slope: [f64; 2], error: f64) -> ClipTilt {
         let across = [-heading_rad.sin(), heading_rad.cos()];
         let value = across[0] * slope[0] + across[1] * slope[1] + error;
         let information = 1.0 / 1e-4f64.powi(2);
@@ -200,11 +200,11 @@ mod tests {
             "information": products.map(|part| part * information),
             "gradient": across.map(|part| part * value * information),
         });
-        Some(serde_json::from_value(tilt).expect("a tilt"))
+        serde_json::from_value(tilt).expect("a tilt")
     }
 
     fn clips(slope: [f64; 2]) -> Vec<Option<ClipTilt>> {
-        (0..12).map(|k| clip(0.5 * f64::from(k), slope, 3e-4 * f64::from(k * 7 % 5 - 2))).collect()
+        (0..12).map(|k| Some(clip(0.5 * f64::from(k), slope, 3e-4 * f64::from(k * 7 % 5 - 2)))).collect()
     }
 
     #[test]
@@ -223,14 +223,14 @@ mod tests {
 
     #[test]
     fn slides_along_one_direction_leave_the_other_component_open() {
-        let along: Vec<_> = (0..12).map(|_| clip(0.0, [0.01, 0.01], 0.0)).collect();
+        let along: Vec<_> = (0..12).map(|_| Some(clip(0.0, [0.01, 0.01], 0.0))).collect();
         assert_eq!(Slope::new(&along, &[]), None);
     }
 
     #[test]
     fn one_wrong_clip_changes_little() {
         let mut wrong = clips([0.01, -0.004]);
-        wrong.push(clip(0.3, [0.3, 0.3], 0.0));
+        wrong.push(Some(clip(0.3, [0.3, 0.3], 0.0)));
         let found = Slope::new(&wrong, &[]).expect("a slope");
         assert!((found.value[0] - 0.01).abs() < 5e-4, "{found:?}");
     }

@@ -8,7 +8,7 @@ use crate::estimate::clip::fit::MotionFit;
 use crate::estimate::clip::motion_model::{BodyPath, Leg};
 use crate::geometry::Vec2;
 use crate::physics::GRAVITY_M_S2;
-use nalgebra::{Matrix2, Vector2};
+use nalgebra::{DMatrix, Matrix2, Vector2};
 use serde::{Deserialize, Serialize};
 
 /// What one clip shows of the slope of the table, gravity's component along it over gravity.
@@ -36,20 +36,36 @@ impl ClipTilt {
     }
 }
 
-/// What the residuals of a fit say about a tilt.
-pub(crate) fn added(fitted: &MotionFit) -> AddedCauses {
-    let bodies: Vec<Vec<Deflection>> = (fitted.paths.iter())
-        .map(|path| path.legs().iter().filter_map(|leg| Deflection::new(path, leg)).collect())
-        .collect();
-    fitted.added_causes(|body, time_s| {
-        [Vec2::new(1.0, 0.0), Vec2::new(0.0, 1.0)].map(|slope| {
-            bodies[body].iter().fold(Vec2::ZERO, |sum, leg| sum + leg.displacement(time_s, slope))
-        })
-    })
+/// What a tilt would do to a fit.
+pub(crate) struct TiltEffect {
+    /// The change of each parameter of the fit per slope along x and y.
+    pub(crate) shifts: DMatrix<f64>,
+    /// The tilt that the fit shows; `None` if its numbers are not finite.
+    pub(crate) tilt: Option<ClipTilt>,
 }
 
-/// The tilt that a fit shows; `None` if its numbers are not finite.
-pub(crate) fn clip_tilt(added: &AddedCauses) -> Option<ClipTilt> {
+impl TiltEffect {
+    /// Only the bends across the slides are evidence of a tilt: along a slide, spins that are not seen and friction that depends on
+    /// speed look like one, in the same direction in all clips that are filmed alike.
+    pub(crate) fn new(fitted: &MotionFit) -> Self {
+        let bodies: Vec<Vec<Deflection>> = (fitted.paths.iter())
+            .map(|path| path.legs().iter().filter_map(|leg| Deflection::new(path, leg)).collect())
+            .collect();
+        let caused = |displacement: fn(&Deflection, f64, Vec2) -> Vec2| {
+            fitted.added_causes(|body, time_s| {
+                let of_slope = |slope| {
+                    bodies[body].iter().fold(Vec2::ZERO, |sum, leg| sum + displacement(leg, time_s, slope))
+                };
+                [Vec2::new(1.0, 0.0), Vec2::new(0.0, 1.0)].map(of_slope)
+            })
+        };
+        let shifts = caused(Deflection::displacement).shifts;
+        Self { shifts, tilt: clip_tilt(&caused(Deflection::across)) }
+    }
+}
+
+/// The tilt that residuals show; `None` if its numbers are not finite.
+fn clip_tilt(added: &AddedCauses) -> Option<ClipTilt> {
     let AddedCauses { information: i, gradient, .. } = added;
     let information = [i[(0, 0)].max(0.0), f64::midpoint(i[(0, 1)], i[(1, 0)]), i[(1, 1)].max(0.0)];
     let tilt = ClipTilt { information, gradient: [gradient[0], gradient[1]] };
@@ -97,8 +113,14 @@ impl Deflection {
 
     /// The displacement at a time of the clip (s), per slope.
     fn displacement(&self, time_s: f64, slope: Vec2) -> Vec2 {
-        let last_s = self.across[self.across.len() - 1][0];
-        let elapsed_s = (time_s - self.start_s).clamp(0.0, last_s);
+        let elapsed_s = self.elapsed_s(time_s);
+        let along_m = 0.5 * GRAVITY_M_S2 * elapsed_s * elapsed_s;
+        self.along * (along_m * slope.dot(self.along)) + self.across(time_s, slope)
+    }
+
+    /// Its part across the slide.
+    fn across(&self, time_s: f64, slope: Vec2) -> Vec2 {
+        let elapsed_s = self.elapsed_s(time_s);
         let next = self.across.partition_point(|node| node[0] <= elapsed_s).min(self.across.len() - 1).max(1);
         let across_m = match (self.across.get(next - 1), self.across.get(next)) {
             (Some([from_s, from_m]), Some([to_s, to_m])) => {
@@ -106,8 +128,12 @@ impl Deflection {
             }
             _ => 0.0,
         };
-        let along_m = 0.5 * GRAVITY_M_S2 * elapsed_s * elapsed_s;
         let sideways = self.along.perpendicular();
-        self.along * (along_m * slope.dot(self.along)) + sideways * (across_m * slope.dot(sideways))
+        sideways * (across_m * slope.dot(sideways))
+    }
+
+    /// The time since the start of the slide, until its end (s).
+    fn elapsed_s(&self, time_s: f64) -> f64 {
+        (time_s - self.start_s).clamp(0.0, self.across[self.across.len() - 1][0])
     }
 }
