@@ -3,20 +3,23 @@
 use std::process::Command;
 use std::time::Instant;
 
+/// A check of its own that uses what the tests have built.
+pub(crate) type Further = fn() -> Result<(), String>;
+
 /// Formatting, lints, docs, generated code, the default features, tests, documented examples, the studio in a browser, and dependencies where
 /// `cargo deny` is installed; prints the time that they take.
 ///
 /// The tests of [`NEEDS_FFMPEG`] run where the program `ffmpeg` is installed; elsewhere the last lines list them as
-/// skipped. `studio` walks through the studio with the program that the tests have built.
-pub(crate) fn test(studio: fn() -> Result<(), String>) -> Result<(), String> {
+/// skipped. The `further` checks use what the tests have built.
+pub(crate) fn test(further: &[Further]) -> Result<(), String> {
     let begun = Instant::now();
-    let tested = all(studio);
+    let tested = all(further);
     let (wall_s, cpu_s) = (begun.elapsed().as_secs_f64(), crate::process::children_cpu_s());
     println!("xtask: {:.1} minutes, {:.1} of CPU time", wall_s / 60.0, cpu_s.unwrap_or(f64::NAN) / 60.0);
     tested
 }
 
-fn all(studio: fn() -> Result<(), String>) -> Result<(), String> {
+fn all(further: &[Further]) -> Result<(), String> {
     ensure_component("rustfmt", "fmt")?;
     ensure_component("clippy", "clippy")?;
     cargo(&["fmt", "--all", "--check"], &[])?;
@@ -30,8 +33,7 @@ fn all(studio: fn() -> Result<(), String>) -> Result<(), String> {
     proto(Proto::Check)?;
     cargo(&["test", "--workspace"], &[])?;
     test_with_ffmpeg()?;
-    crate::python::quick()?;
-    studio()?;
+    further.iter().try_for_each(|check| check())?;
     // Installing it takes longer than all tests: `cargo xtask deny` does.
     if cargo_quiet(&["deny", "--version"]) {
         return deny();

@@ -135,7 +135,7 @@ fn main() -> ExitCode {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     let words: Vec<&str> = arguments.iter().map(String::as_str).collect();
     let done = match words.as_slice() {
-        ["test"] => check::test(studio::walk),
+        ["test"] => check::test(&[python::quick, studio::walk]),
         ["test", "--studio"] => studio::test(),
         ["proto"] => check::proto(check::Proto::Write),
         ["validate", "physics", rest @ ..] => validate::physics(&shared(rest)),
