@@ -79,7 +79,7 @@ fn spec(n: u64) -> CampaignSpec {
         // Two of three campaigns have objects that press towards their rims.
         drawn_supports: !n.is_multiple_of(3),
         // Every other pair of campaigns lies on a tilted table: up to 0.6 degrees in another direction each.
-        slope: if n / 2.is_multiple_of(2) { [0.0; 2] } else { slope(n) },
+        slope: if (n / 2).is_multiple_of(2) { [0.0; 2] } else { slope(n) },
         ..CampaignSpec::default()
     }
 }
