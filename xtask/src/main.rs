@@ -47,9 +47,10 @@ usage: cargo xtask TASK
                    contact friction: ten advised clips of the lab's cell are filmed, and its strikes on piles predicted before and
                    after; then the same for CELLS drawn cells (default 12) from their motions with noise, without films (needs
                    ffmpeg and libosmesa; about two minutes a cell, three more when a cell is drawn for the first time)
-  validate cells [SEEDS] [--lab LAB]
+  validate cells [SEEDS] [--lab LAB] [--clips N]
                    tracks and estimates of drawn cells beside the truth; SEEDS are a list of 3, 3-easy, 3-hard or 3-9 (default
-                   501-512, each easy and hard). A film is made once and takes a minute of CPU (needs ffmpeg and libosmesa)
+                   501-512, each easy and hard), each with at least N films (default 8). A film is made once and takes a minute of
+                   CPU (needs ffmpeg and libosmesa)
   validate objects [SEEDS] [--lab LAB]
                    objects drafted from one picture of drawn cells beside the truth (default 101-110; needs libosmesa)
   validate tracks LAB TRACKS
@@ -162,7 +163,8 @@ fn main() -> ExitCode {
         ["validate", "contact", lab, cells] => {
             number(cells, "cells").and_then(|cells| validate::contact(lab.as_ref(), cells))
         }
-        ["validate", what @ ("cells" | "objects"), rest @ ..] => cells(what, rest),
+        ["validate", "cells", rest @ ..] => cells(rest),
+        ["validate", "objects", rest @ ..] => objects(rest),
         ["validate", "tracks", lab, tracks] => validate::tracks(lab.as_ref(), tracks.as_ref()),
         ["validate", "mistakes", lab, tracks] => validate::mistakes(lab.as_ref(), tracks.as_ref()),
         ["validate", what @ ("lenses" | "boards"), rest @ ..] => lenses(what, rest),
@@ -234,13 +236,29 @@ fn kills(rest: &[&str]) -> Result<(), String> {
     validate::kills(count?)
 }
 
-fn cells(what: &str, rest: &[&str]) -> Result<(), String> {
-    let measure = if what == "objects" { validate::objects } else { validate::cells };
+/// `validate cells` with its seeds and flags.
+fn cells(rest: &[&str]) -> Result<(), String> {
+    let (given, clips) = match rest {
+        [given @ .., "--clips", clips] => (given, Some(number(clips, "clips")?)),
+        given => (given, None),
+    };
+    let (lab, seeds) = lab_and_seeds("cells", given)?;
+    validate::cells(&lab, seeds, clips)
+}
+
+/// `validate objects` with its seeds and flags.
+fn objects(rest: &[&str]) -> Result<(), String> {
+    let (lab, seeds) = lab_and_seeds("objects", rest)?;
+    validate::objects(&lab, seeds)
+}
+
+/// The folder of the lab, and the seeds of drawn cells if they are given.
+fn lab_and_seeds<'a>(what: &str, rest: &[&'a str]) -> Result<(PathBuf, Option<&'a str>), String> {
     match rest {
-        [] => measure("../shared/lab".as_ref(), None),
-        ["--lab", lab] => measure(lab.as_ref(), None),
-        [seeds] => measure("../shared/lab".as_ref(), Some(seeds)),
-        [seeds, "--lab", lab] => measure(lab.as_ref(), Some(seeds)),
+        [] => Ok(("../shared/lab".into(), None)),
+        ["--lab", lab] => Ok((lab.into(), None)),
+        [seeds] => Ok(("../shared/lab".into(), Some(seeds))),
+        [seeds, "--lab", lab] => Ok((lab.into(), Some(seeds))),
         other => Err(format!("`validate {what}` has no {}", other.join(" "))),
     }
 }

@@ -20,8 +20,8 @@ use std::process::Command;
 
 /// Default seeds; each is drawn as an easy and as a hard cell.
 pub(crate) const SEEDS: &str = "501-512";
-/// Films of each cell.
-const CLIPS: &str = "8";
+/// Default number of films of each cell.
+pub(crate) const CLIPS: u64 = 8;
 /// A position further off than this (m), or a yaw (rad), is wrong ...
 const WRONG_M: f64 = 0.5e-3;
 const WRONG_RAD: f64 = 2.0 * PI / 180.0;
@@ -69,12 +69,12 @@ struct Figures {
     learned: Vec<(Truth, Properties)>,
 }
 
-/// Measures the cells of these seeds; whether every target holds.
-pub(crate) fn validate(program: &Program, lab: &Path, seeds: &str) -> Result<bool, String> {
+/// Measures the cells of these seeds, each with at least this number of films; whether every target holds.
+pub(crate) fn validate(program: &Program, lab: &Path, seeds: &str, clips: u64) -> Result<bool, String> {
     let python = venv::python("lab", &venv::LAB)?;
     let (mut easy, mut hard) = (Figures::default(), Figures::default());
     for drawn in parsed(seeds)? {
-        let folder = filmed(&python, lab, drawn)?;
+        let folder = filmed(&python, lab, drawn, clips)?;
         let mut figures = Figures::default();
         figures.add(program, &folder, drawn)?;
         println!("{}: {}", drawn.name(), figures.line());
@@ -119,14 +119,14 @@ impl Drawn {
 }
 
 /// The folder with a cell's films, which are made if they are not there.
-fn filmed(python: &Path, lab: &Path, drawn: Drawn) -> Result<PathBuf, String> {
+fn filmed(python: &Path, lab: &Path, drawn: Drawn, clips: u64) -> Result<PathBuf, String> {
     let folder = crate::example::target().join("validate/cells").join(drawn.name());
     let mut command = Command::new(python);
     command
         .arg("xtask/peers/drawn_films.py")
         .arg(lab)
         .arg(drawn.seed.to_string())
-        .args([CLIPS, drawn.level()]);
+        .args([clips.to_string().as_str(), drawn.level()]);
     venv::succeed(command.arg(&folder).env("MUJOCO_GL", "osmesa"))?;
     Ok(folder)
 }

@@ -87,10 +87,10 @@ pub(crate) fn advise(cells: Option<&str>) -> Result<(), String> {
     require(advise::validate(cells)?)
 }
 
-/// Tracks and estimates of the drawn cells of these seeds.
-pub(crate) fn cells(lab: &Path, seeds: Option<&str>) -> Result<(), String> {
+/// Tracks and estimates of the drawn cells of these seeds, from at least this number of films each.
+pub(crate) fn cells(lab: &Path, seeds: Option<&str>, clips: Option<u64>) -> Result<(), String> {
     let seeds = seeds.unwrap_or(cells::SEEDS);
-    require(cells::validate(&Program::build()?, lab, seeds)?)
+    require(cells::validate(&Program::build()?, lab, seeds, clips.unwrap_or(cells::CLIPS))?)
 }
 
 /// Objects drafted from pictures of the drawn cells of these seeds.

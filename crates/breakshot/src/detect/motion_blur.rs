@@ -4,7 +4,7 @@
 //! measured from the second moments of markers in motion.
 
 use super::marker::target::Target;
-use super::track_state::{TrackPoint, TrackState};
+use super::track_state::{Source, TrackPoint, TrackState};
 use crate::capture::{Camera, Frame};
 use crate::geometry::{Pose, Vec2};
 use crate::statistics::upper_median;
@@ -44,7 +44,8 @@ impl FrameView<'_> {
 pub(super) fn exposure_s(camera: &Camera, states: &[TrackState]) -> Option<f64> {
     let mut squares_s2 = Vec::new();
     for state in states.iter().filter(|s| !s.target.is_markerless()) {
-        let spreads: Vec<Spread> = (0..state.points.len()).map(|k| spread(camera, state, k)).collect();
+        let seen = (0..state.points.len()).filter(|&k| state.points[k].source == Source::Marker);
+        let spreads: Vec<Spread> = seen.map(|k| spread(camera, state, k)).collect();
         let at_rest = spreads.iter().filter(|s| s.speed_px_s < SLOW_PX_S).map(|s| s.excess_px2);
         let Some(usual_px2) = upper_median(at_rest) else { continue };
         let fast = spreads.iter().filter(|s| s.speed_px_s > FAST_PX_S);

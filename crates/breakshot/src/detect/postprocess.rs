@@ -7,12 +7,13 @@ use super::derivatives;
 use super::marker::blob::ImagePose;
 use super::marker::target::Target;
 use super::motion_blur::{LEAST_FAST, velocity_px_s, without_blur};
-use super::track_state::{TrackPoint, TrackState};
+use super::track::LEAST_VISIBLE;
+use super::track_state::{Source, TrackPoint, TrackState};
 use super::tracks::{Sample, Track};
 use super::why::reason::Doubt;
 use crate::capture::Camera;
-use crate::geometry::Pixel;
 use crate::geometry::moments::principal_axes;
+use crate::geometry::{Pixel, Pose, wrapped_rad};
 use crate::statistics::{STD_OVER_MEDIAN_ABSOLUTE, upper_median};
 use std::f64::consts::PI;
 
@@ -25,6 +26,19 @@ const USUAL_SCATTERS: f64 = 5.0;
 const LONG_BLUR_PX: f64 = 5.0;
 /// Relative uncertainty of the blur: the opening and closing of the shutter are unknown.
 const BLUR_UNCERTAINTY: f64 = 0.1;
+/// A position by a part of the marker's outline is doubtful if its standard deviation is larger than this (px), or that of its yaw (rad).
+const TRUSTED_STD_PX: f64 = 0.25;
+const TRUSTED_STD_RAD: f64 = 0.02;
+/// The yaw of a whole marker is doubtful if the standard deviation by its outline is larger than this (rad).
+const DOUBTFUL_YAW_STD_RAD: f64 = 0.04;
+/// A marker further from its outline than this (standard deviations) is disturbed by something beside it: the outline counts if it is
+/// sharp, with a standard deviation below this (px).
+const APART_STDS: f64 = 3.0;
+const SHARP_STD_PX: f64 = 0.15;
+/// If it is further off than this, and the outline is not sharp, the position is doubtful.
+const FAR_APART_STDS: f64 = 5.0;
+/// Standard deviation of the distance of a marker's centre from where the object's outline has it (m): markers are placed by hand.
+const OUTLINE_STD_M: f64 = 0.5e-3;
 /// An object that reaches the border within this time (s) at its velocity has left the image when it is lost.
 const LEAVING_S: f64 = 0.1;
 
@@ -41,43 +55,148 @@ pub(super) fn track(camera: &Camera, state: &TrackState, exposure_s: f64) -> Dou
     let target = &state.target;
     let blurs_px: Vec<[f64; 2]> =
         (0..state.points.len()).map(|k| velocity_px_s(&state.points, k).map(|v| v * exposure_s)).collect();
-    let appearances: Vec<Appearance> =
-        state.points.iter().zip(&blurs_px).map(|(p, blur)| appearance(camera, target, p, *blur)).collect();
+    let appearances: Vec<Option<Appearance>> = state
+        .points
+        .iter()
+        .zip(&blurs_px)
+        .map(|(p, blur)| (p.source == Source::Marker).then(|| appearance(camera, target, p, *blur)))
+        .collect();
     let deviations_px = size_deviations_px(&appearances);
     let mut yaw_near_rad = state.points.first().map_or(0.0, |p| p.pose.yaw_rad);
+    let always_by_outline = is_disturbed(camera, state);
 
     // Samples
     let points = state.points.iter().zip(&appearances).zip(deviations_px);
     let samples = points.map(|((point, appearance), deviation_px)| {
-        let observed = ImagePose { centroid: point.blob.centroid, axis_rad: appearance.axis_rad };
-        let pose = if target.is_markerless() || target.feature.dot.is_some() {
-            point.pose
-        } else {
-            target.pose(camera, observed, yaw_near_rad)
-        };
-        yaw_near_rad = pose.yaw_rad;
         let scale_m_per_px = camera.scale_m_per_px(point.blob.centroid, target.height_m());
-        let doubts = doubts(target, point, deviation_px);
+        let seen =
+            Seen { camera, target, point, appearance: appearance.as_ref(), deviation_px, scale_m_per_px };
+        let mut measured = seen.measured(always_by_outline, yaw_near_rad);
+        yaw_near_rad = measured.pose.yaw_rad;
         // A rolling shutter exposes lower rows later.
         let time_s = point.time_s + camera.readout_s * point.blob.centroid.y / camera.size_px[1] as f64;
-        let yaw_rad = (target.has_observable_yaw() && point.yaw_known).then_some(pose.yaw_rad);
-        // An occlusion that shortens a marker displaces its centroid by about as much.
-        let std_m = scale_m_per_px * (point.blob.std_px + deviation_px.unwrap_or(0.0));
-        let sample = Sample::new(time_s, pose.position, yaw_rad, std_m);
-        (Sample { doubtful: !doubts.is_empty(), ..sample }, doubts)
+        let yaw_rad = (target.has_observable_yaw() && measured.yaw_known).then_some(measured.pose.yaw_rad);
+        if target.is_off_centre() && !measured.yaw_known {
+            measured.doubts.push(Doubt::Yaw);
+        }
+        let sample = Sample::new(time_s, measured.pose.position, yaw_rad, measured.std_m);
+        (Sample { doubtful: !measured.doubts.is_empty(), ..sample }, measured.doubts)
     });
     let (samples, doubts) = samples.unzip();
     DoubtedTrack { track: Track { object: target.name.to_string(), samples }, doubts }
 }
 
-/// Why a position may be biased; `deviation_px` is that of the marker's size, where it is more than noise.
-fn doubts(target: &Target, point: &TrackPoint, deviation_px: Option<f64>) -> Vec<Doubt> {
-    let size = deviation_px.map(|deviation_px| Doubt::Size { deviation_px });
-    let border = point.blob.at_border.then_some(Doubt::AtBorder);
-    let is_partial = target.is_markerless() && !point.complete;
-    let outline = is_partial.then_some(Doubt::Outline { visible: point.blob.contrast });
-    let yaw = (target.is_off_centre() && !point.yaw_known).then_some(Doubt::Yaw);
-    [size, border, outline, yaw].into_iter().flatten().collect()
+/// What one frame shows of an object.
+struct Seen<'a> {
+    camera: &'a Camera,
+    target: &'a Target<'a>,
+    point: &'a TrackPoint,
+    /// That of its marker, if this was seen.
+    appearance: Option<&'a Appearance>,
+    /// Deviation of the marker's size (px), if it is unusual.
+    deviation_px: Option<f64>,
+    scale_m_per_px: f64,
+}
+
+impl Seen<'_> {
+    /// The pose by what determines it best: the grey levels of a whole marker, or the visible part of its outline.
+    fn measured(&self, always_by_outline: bool, yaw_near_rad: f64) -> Measured {
+        let by_marker = self.by_marker(yaw_near_rad);
+        let Some(by_outline) = self.by_outline(yaw_near_rad) else { return by_marker };
+        let is_deviating = self.deviation_px.is_some() || self.point.blob.at_border;
+        match self.point.source {
+            Source::MarkerOutline => by_outline,
+            Source::Marker if is_deviating && by_outline.std_m < by_marker.std_m => by_outline,
+            Source::Marker
+                if by_outline.std_m < SHARP_STD_PX * self.scale_m_per_px
+                    && (always_by_outline || by_marker.is_apart(&by_outline, APART_STDS)) =>
+            {
+                by_outline
+            }
+            Source::Marker => by_marker.beside(&by_outline),
+            Source::ObjectOutline => by_marker,
+        }
+    }
+
+    /// The pose by the visible part of the marker's outline, if enough is visible.
+    fn by_outline(&self, yaw_near_rad: f64) -> Option<Measured> {
+        let fit = self.point.outline.filter(|fit| fit.visible_fraction > LEAST_VISIBLE)?;
+        let yaw_rad = yaw_near_rad + wrapped_rad(fit.pose.yaw_rad - yaw_near_rad);
+        let std_px = fit.std_m / self.scale_m_per_px;
+        let is_rough = std_px > TRUSTED_STD_PX || fit.yaw_std_rad > TRUSTED_STD_RAD && fit.knows_yaw();
+        Some(Measured {
+            pose: Pose { yaw_rad, ..fit.pose },
+            std_m: fit.std_m,
+            yaw_known: fit.knows_yaw(),
+            doubts: is_rough.then_some(Doubt::PartOfMarker { std_px }).into_iter().collect(),
+        })
+    }
+
+    /// The pose by the grey levels of the marker; by the object's own outline if it has none, or its marker is covered.
+    fn by_marker(&self, yaw_near_rad: f64) -> Measured {
+        let Self { target, point, .. } = *self;
+        let pose = match self.appearance {
+            Some(appearance) if !target.is_markerless() && target.feature.dot.is_none() => {
+                let observed = ImagePose { centroid: point.blob.centroid, axis_rad: appearance.axis_rad };
+                target.pose(self.camera, observed, yaw_near_rad)
+            }
+            _ => point.pose,
+        };
+        let yaw_std_rad =
+            point.outline.filter(|_| target.has_observable_yaw()).map_or(0.0, |fit| fit.yaw_std_rad);
+        let is_partial = target.is_markerless() && !point.complete;
+        let is_covered = point.source == Source::ObjectOutline;
+        let doubts = [
+            self.deviation_px.map(|deviation_px| Doubt::Size { deviation_px }),
+            point.blob.at_border.then_some(Doubt::AtBorder),
+            is_partial.then_some(Doubt::Outline { visible: point.blob.contrast }),
+            is_covered.then_some(Doubt::MarkerCovered),
+            (yaw_std_rad > DOUBTFUL_YAW_STD_RAD).then_some(Doubt::UncertainYaw { std_rad: yaw_std_rad }),
+        ];
+        // An occlusion that shortens a marker displaces its centroid by about as much. An object whose marker is off its centroid is
+        // displaced by an error of the yaw.
+        let by_size_m = self.scale_m_per_px * (point.blob.std_px + self.deviation_px.unwrap_or(0.0));
+        let by_yaw_m = yaw_std_rad * target.feature.at_m.to_vec().length();
+        let by_outline_m = if is_covered { OUTLINE_STD_M } else { 0.0 };
+        let std_m = by_size_m.hypot(by_yaw_m).hypot(by_outline_m);
+        Measured { pose, std_m, yaw_known: point.yaw_known, doubts: doubts.into_iter().flatten().collect() }
+    }
+}
+
+/// The pose of an object in one frame.
+struct Measured {
+    pose: Pose,
+    std_m: f64,
+    yaw_known: bool,
+    /// Why it may be biased; empty if it is trusted.
+    doubts: Vec<Doubt>,
+}
+
+impl Measured {
+    /// Whether two measurements are further apart than this many standard deviations.
+    fn is_apart(&self, other: &Self, stds: f64) -> bool {
+        self.pose.position.distance(other.pose.position) > stds * self.std_m.hypot(other.std_m)
+    }
+
+    /// The pose by the marker; doubtful if the marker's outline is elsewhere.
+    fn beside(mut self, outline: &Self) -> Self {
+        if outline.doubts.is_empty() && self.is_apart(outline, FAR_APART_STDS) {
+            self.doubts.push(Doubt::OutlineElsewhere);
+        }
+        self
+    }
+}
+
+/// Whether a marker usually seems to be elsewhere than its outline, because something beside it is as dark: its own dot, the shade of an edge.
+fn is_disturbed(camera: &Camera, state: &TrackState) -> bool {
+    let apart_stds = state.points.iter().filter_map(|point| {
+        let fit = point.outline.filter(|_| point.source == Source::Marker && point.complete)?;
+        let scale_m_per_px = camera.scale_m_per_px(point.blob.centroid, state.target.height_m());
+        let std_m = fit.std_m.hypot(scale_m_per_px * point.blob.std_px);
+        (fit.std_m < SHARP_STD_PX * scale_m_per_px)
+            .then(|| fit.pose.position.distance(point.pose.position) / std_m)
+    });
+    upper_median(apart_stds).is_some_and(|stds| stds > APART_STDS)
 }
 
 /// Direction and size of a marker in one frame, without motion blur.
@@ -110,13 +229,15 @@ fn appearance(camera: &Camera, target: &Target, point: &TrackPoint, blur_px: [f6
 
 /// Largest deviation of a marker's size from its median over the clip (px), per frame; `None` where it is within
 /// noise.
-fn size_deviations_px(appearances: &[Appearance]) -> Vec<Option<f64>> {
+fn size_deviations_px(appearances: &[Option<Appearance>]) -> Vec<Option<f64>> {
     let mut deviations_px: Vec<Option<f64>> = vec![None; appearances.len()];
     for i in 0..3 {
-        let Some(usual) = upper_median(appearances.iter().map(|a| a.excess_px[i])) else { continue };
-        let middle_px = upper_median(appearances.iter().map(|a| (a.excess_px[i] - usual).abs()));
+        let seen = || appearances.iter().flatten();
+        let Some(usual) = upper_median(seen().map(|a| a.excess_px[i])) else { continue };
+        let middle_px = upper_median(seen().map(|a| (a.excess_px[i] - usual).abs()));
         let scatter = STD_OVER_MEDIAN_ABSOLUTE * middle_px.unwrap_or(0.0);
         for (largest, appearance) in deviations_px.iter_mut().zip(appearances) {
+            let Some(appearance) = appearance else { continue };
             let deviation_px = (appearance.excess_px[i] - usual).abs();
             let noise_px = (USUAL_SCATTERS * scatter).max(USUAL_DEVIATION_PX);
             if deviation_px > noise_px + BLUR_UNCERTAINTY * appearance.blur_px {

@@ -1,15 +1,32 @@
 //! What is known about one object while it is tracked: where it was, where it will be, and how its marker appears.
 
 use super::marker::blob::Blob;
+use super::marker::outline::{Appearance, MarkerFit};
 use super::marker::target::Target;
 use crate::capture::Camera;
+use crate::geometry::moments::Moments;
 use crate::geometry::{Pixel, Pose, Vec2};
 
-/// A blob of the current frame as the marker of a tracked object.
+/// What an object's pose was measured from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Source {
+    /// The grey levels of its marker, or the outline of an object without one.
+    Marker,
+    /// The visible part of its marker's outline.
+    MarkerOutline,
+    /// Its own outline, because its marker is covered.
+    ObjectOutline,
+}
+
+/// A tracked object in the current frame.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Observation {
     pub pose: Pose,
+    pub source: Source,
+    /// Its marker; the expected one where only an outline is visible.
     pub blob: Blob,
+    /// Its marker's outline near the pose, if there are edges.
+    pub outline: Option<MarkerFit>,
     /// Centroid of the dot beside the marker, if it is visible.
     pub dot: Option<Pixel>,
     /// Assumed motion blur (px).
@@ -44,7 +61,10 @@ pub(super) struct TrackPoint {
     pub frame: usize,
     pub time_s: f64,
     pub pose: Pose,
+    pub source: Source,
     pub blob: Blob,
+    /// The fit of the marker's outline.
+    pub outline: Option<MarkerFit>,
     /// Whether the whole marker was visible.
     pub complete: bool,
     /// Whether the yaw was measured.
@@ -123,6 +143,13 @@ impl<'a> TrackState<'a> {
         (last.pose.position - before.pose.position) / (last.time_s - before.time_s)
     }
 
+    /// The velocity at a later time if the object slides on with constant deceleration.
+    pub(super) fn velocity_at(&self, time_s: f64) -> Vec2 {
+        let velocity = self.velocity();
+        let lost_m_s = DECELERATION_M_S2 * self.unobserved_s(time_s).unwrap_or(0.0);
+        velocity.direction().map_or(Vec2::ZERO, |d| d * (velocity.length() - lost_m_s).max(0.0))
+    }
+
     /// Mean velocity from the last point to a pose at this time.
     pub(super) fn velocity_to(&self, here: Pose, time_s: f64) -> Option<Vec2> {
         let last = self.points.last()?;
@@ -168,6 +195,34 @@ impl<'a> TrackState<'a> {
         (signal_px2 / self.expected_area_px2(camera, pose)).ln()
     }
 
+    /// Whether an observation shows the whole marker, and nothing more.
+    pub(super) fn is_complete(&self, camera: &Camera, observation: &Observation) -> bool {
+        let Observation { pose, blob, .. } = observation;
+        !blob.at_border && self.signal_change(camera, *pose, blob).abs() < COMPLETE
+    }
+
+    /// How the marker appears while it moves by this much during the exposure (px).
+    pub(super) fn appearance(&self, blur_px: [f64; 2]) -> Appearance {
+        let contrast = (self.relative_contrast * self.background).abs();
+        Appearance { dark: self.is_dark(), contrast, blur_px }
+    }
+
+    /// The blob that the marker would be with the object at a pose, known within a standard deviation (px).
+    pub(super) fn expected_blob(&self, camera: &Camera, pose: Pose, std_px: f64) -> Blob {
+        let Moments { centroid: [x, y], covariance, .. } = self.target.projection(camera, pose);
+        Blob {
+            centroid: Pixel::new(x, y),
+            std_px,
+            area_px2: self.expected_area_px2(camera, pose),
+            covariance_px2: covariance,
+            linear_covariance_px2: covariance,
+            background: self.background,
+            contrast: self.relative_contrast * self.background,
+            background_rms: self.background_rms,
+            at_border: false,
+        }
+    }
+
     /// Relative contrast of a blob over that of the marker.
     pub(super) fn contrast_ratio(&self, blob: &Blob) -> f64 {
         blob.relative_contrast() / self.relative_contrast
@@ -180,9 +235,9 @@ impl<'a> TrackState<'a> {
 
     /// Adds the observation of a frame.
     pub(super) fn add(&mut self, camera: &Camera, frame: usize, time_s: f64, observation: &Observation) {
-        let Observation { pose, blob, blur_px, yaw_known, .. } = *observation;
+        let Observation { pose, source, blob, outline, blur_px, yaw_known, .. } = *observation;
         let change = self.signal_change(camera, pose, &blob);
-        let complete = !blob.at_border && change.abs() < COMPLETE;
+        let complete = source == Source::Marker && self.is_complete(camera, observation);
         if complete {
             self.background = blob.background;
             self.background_rms += NEWEST_WEIGHT * (blob.background_rms - self.background_rms);
@@ -191,9 +246,9 @@ impl<'a> TrackState<'a> {
             }
         }
         // A marker can only grow because it was partly covered before.
-        if change > 0.0 && self.target.mismatch(camera, &blob).is_tolerable() {
+        if source == Source::Marker && change > 0.0 && self.target.mismatch(camera, &blob).is_tolerable() {
             self.area_ratio *= (NEWEST_WEIGHT * change).exp();
         }
-        self.points.push(TrackPoint { frame, time_s, pose, blob, complete, yaw_known });
+        self.points.push(TrackPoint { frame, time_s, pose, source, blob, outline, complete, yaw_known });
     }
 }

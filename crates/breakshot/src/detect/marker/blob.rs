@@ -79,8 +79,9 @@ pub(in crate::detect) struct ImagePose {
 /// not move the centroid. It is wider where noise is a larger fraction of the contrast, but always less than half.
 const DEAD_BAND: f64 = 0.1;
 const WIDEST_DEAD_BAND: f64 = 0.35;
-/// Compression and quantisation leave an error that does not average out along a marker's edge (px).
-const FLOOR_STD_PX: f64 = 0.01;
+/// Compression and quantisation leave an error that does not average out along a marker's edge (px): a hundredth in a film of high
+/// quality, a tenth in one of low quality.
+const FLOOR_STD_PX: f64 = 0.03;
 /// A smaller contrast (grey levels) is not a marker: eight-bit video rounds by one level and compression adds a few.
 const LEAST_CONTRAST: f64 = 10.0;
 

@@ -2,5 +2,6 @@
 
 pub(super) mod blob;
 pub(super) mod dot;
+pub(super) mod outline;
 mod patch;
 pub(super) mod target;

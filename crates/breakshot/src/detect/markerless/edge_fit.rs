@@ -440,7 +440,7 @@ fn visible_fraction(points: &[EdgePoint], on: &[bool]) -> f64 {
 }
 
 /// The local maximum uphill of an index; `None` at an end of the profile or next to NaN.
-fn local_maximum(profile: &[f64], mut at: usize) -> Option<usize> {
+pub(in crate::detect) fn local_maximum(profile: &[f64], mut at: usize) -> Option<usize> {
     loop {
         let (before, after) = (*profile.get(at.checked_sub(1)?)?, *profile.get(at + 1)?);
         if before.is_nan() || after.is_nan() || profile[at].is_nan() {

@@ -7,12 +7,12 @@ pub(super) mod background;
 pub(super) mod edge_fit;
 pub(super) mod edge_visibility;
 pub(super) mod outline_size;
-mod side_band;
+pub(super) mod side_band;
 
 use super::marker::blob::Blob;
 use super::marker::target::Target;
 use super::motion_blur::FrameView;
-use super::track_state::{Observation, TrackState};
+use super::track_state::{Observation, Source, TrackState};
 use crate::capture::Camera;
 use crate::geometry::moments::principal_axes;
 use crate::geometry::{Pixel, Pose};
@@ -23,6 +23,8 @@ use edge_visibility::OutlineView;
 const USUAL_VISIBILITY: f64 = 0.8;
 /// Least visibility over the usual one for an outline found by a search.
 pub(super) const LEAST_VISIBILITY: f64 = 0.5;
+/// Least visibility of the outline of an object whose marker is covered.
+const CLEARLY_VISIBLE: f64 = 0.7;
 /// Upper bound of an object's speed (m/s) in the frame in which it is struck.
 const FASTEST_M_S: f64 = 2.0;
 /// Upper bound of its angular velocity (rad/s).
@@ -48,6 +50,27 @@ pub(super) fn search_range(view: &FrameView, state: &TrackState) -> SearchRange 
         radius_m: (FASTEST_M_S * unobserved_s).min(LARGEST_RADIUS_M),
         angle_rad: (FASTEST_SPIN_RAD_S * unobserved_s).min(LARGEST_ROTATION_RAD),
     }
+}
+
+/// An object whose marker is covered, by its own outline at the predicted pose.
+pub(super) fn observed_without_marker(
+    view: &FrameView,
+    state: &TrackState,
+    predicted: Pose,
+) -> Option<Observation> {
+    let blur_px = view.blur_px(&state.target, predicted, state.velocity());
+    let outline = OutlineView::of_target(&view.frame.image, view.camera, &state.target);
+    let fit = outline.fitted(predicted, blur_px).filter(|fit| fit.visible_fraction > CLEARLY_VISIBLE)?;
+    Some(Observation {
+        pose: fit.pose,
+        source: Source::ObjectOutline,
+        blob: state.expected_blob(view.camera, fit.pose, fit.std_px),
+        outline: None,
+        dot: None,
+        blur_px: blur_px[0].hypot(blur_px[1]),
+        yaw_known: state.target.object.shape.rotation_symmetry_rad() != Some(0.0),
+        appearance_cost: 0.0,
+    })
 }
 
 /// The outline near the predicted pose, clear of all objects observed so far.
@@ -79,7 +102,17 @@ pub(super) fn observed_near(
 fn observation(view: &FrameView, state: &TrackState, fit: &OutlineFit, blur_px: [f64; 2]) -> Observation {
     let blob = silhouette(&state.target, view.camera, fit);
     let blur_px = blur_px[0].hypot(blur_px[1]);
-    Observation { pose: fit.pose, blob, dot: None, blur_px, yaw_known: true, appearance_cost: 0.0 }
+    let source = Source::Marker;
+    Observation {
+        pose: fit.pose,
+        source,
+        blob,
+        outline: None,
+        dot: None,
+        blur_px,
+        yaw_known: true,
+        appearance_cost: 0.0,
+    }
 }
 
 /// A fitted outline in the form of a blob: its projection, with the visible fraction as contrast.

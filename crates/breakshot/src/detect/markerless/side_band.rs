@@ -112,7 +112,7 @@ fn lowest(values: &[f64]) -> Option<f64> {
 
 /// Position of the minimum of the parabola through three values at uniform steps, relative to the middle one; 0 if
 /// there is none.
-pub(super) fn parabola_minimum([before, here, after]: [f64; 3]) -> f64 {
+pub(in crate::detect) fn parabola_minimum([before, here, after]: [f64; 3]) -> f64 {
     let curvature = before - 2.0 * here + after;
     if curvature > 0.0 && curvature.is_finite() { 0.5 * (before - after) / curvature } else { 0.0 }
 }

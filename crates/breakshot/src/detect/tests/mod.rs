@@ -7,6 +7,7 @@ use crate::geometry::{Point, Pose, Vec2, wrapped_rad};
 use crate::object::{Marker, Shape};
 use crate::synthetic::film::{Thing, View, film};
 
+mod covered;
 mod dot;
 mod markerless;
 mod why;

@@ -19,6 +19,20 @@ pub enum Doubt {
     },
     /// The marker is off the object's centre and the yaw was not measured.
     Yaw,
+    /// The position is that of the visible part of the marker's outline, which determines it or the yaw badly.
+    PartOfMarker {
+        /// Standard deviation of the position (px).
+        std_px: f64,
+    },
+    /// The marker is covered, and the position is that of the object's own outline.
+    MarkerCovered,
+    /// The yaw by the marker is uncertain.
+    UncertainYaw {
+        /// Its standard deviation (rad).
+        std_rad: f64,
+    },
+    /// The marker's grey levels and its outline show different positions.
+    OutlineElsewhere,
 }
 
 /// Why a region in the picture is not the object that was searched.
@@ -78,6 +92,19 @@ impl Display for Doubt {
                     f,
                     "the dot beside its marker is not seen: its yaw, and with it its centre, is the expected one"
                 )
+            }
+            Self::PartOfMarker { std_px } => write!(
+                f,
+                "only a part of its marker's outline is sharp: the position is known to {std_px:.2} px by it"
+            ),
+            Self::MarkerCovered => {
+                write!(f, "its marker is covered: the position is that of the object's own outline")
+            }
+            Self::UncertainYaw { std_rad } => {
+                write!(f, "its yaw is known to {:.1} degrees only", std_rad.to_degrees())
+            }
+            Self::OutlineElsewhere => {
+                write!(f, "the grey levels of its marker and the marker's outline show different positions")
             }
         }
     }

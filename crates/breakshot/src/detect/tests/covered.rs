@@ -1,0 +1,87 @@
+//! Markers under shadows and behind the arm.
+
+use super::*;
+
+/// Grey levels of a red brick and of the black ink on it, in luma, and of the table.
+const BRICK_GREY: f64 = 79.0;
+const INK_GREY: f64 = 13.0;
+const TABLE_GREY: f64 = 150.0;
+/// The light that remains in a shadow.
+const SHADE: f64 = 0.4;
+/// Half of the width of the shadow of the striker and its arm (m).
+const SHADOW_HALF_WIDTH_M: f64 = 0.009;
+/// Beyond these errors a sample is wrong unless it is doubtful, and beyond the last it is not the object.
+const WRONG_MM: f64 = 0.5;
+const WRONG_DEG: f64 = 2.0;
+const FAR_MM: f64 = 2.0;
+
+/// Checks that no sample of an object with a bar is wrong without being doubtful, and gives the number of doubtful ones.
+fn doubtful_samples(samples: &[Sample], motion: impl Fn(f64) -> Pose) -> usize {
+    for s in samples {
+        let (off_mm, pose) = (error_mm(s, motion(s.time_s)), motion(s.time_s));
+        let turned_rad = s.yaw_rad.map_or(0.0, |yaw_rad| wrapped_rad(2.0 * (yaw_rad - pose.yaw_rad)) / 2.0);
+        let is_right = off_mm < WRONG_MM && turned_rad.to_degrees().abs() < WRONG_DEG;
+        let seen =
+            format!("{off_mm:.2} mm and {:.1} degrees off at {:.3} s", turned_rad.to_degrees(), s.time_s);
+        assert!(is_right || s.doubtful, "{seen}, and not doubtful");
+        assert!(off_mm < FAR_MM, "{seen}");
+    }
+    samples.iter().filter(|s| s.doubtful).count()
+}
+
+#[test]
+fn the_bar_on_a_red_brick_is_followed_while_the_strikers_shadow_crosses_it() {
+    let mut view = View { table_grey: TABLE_GREY, ..view() };
+    view.camera.exposure_s = Some(0.004);
+    let brick = object("brick", bar(0.06, 0.045), bar(0.024, 0.012));
+    let start = Pose::new(-0.05, 0.0, 0.5);
+    let motion = |t: f64| slid(start, Vec2::new(0.6, 0.1), 3.0, t);
+    let mut frames = film(&view, &times_s(32), |t| {
+        let (pose, velocity, rate) = motion(t);
+        let [mut body, mut marker] = Thing::object(&brick, pose);
+        (body.grey, body.side_grey, marker.grey) = (BRICK_GREY, 0.5 * BRICK_GREY, INK_GREY);
+        [body, marker].map(|thing| thing.moving(velocity, rate)).to_vec()
+    });
+    // The shadow is ahead of the striker, which stops behind the brick.
+    let tip_m = |t: f64| start.position.x + 0.02 + 0.5 * (t.min(0.2) - 0.1);
+    for frame in &mut frames {
+        for (k, grey) in frame.image.pixels.iter_mut().enumerate() {
+            let pixel = crate::geometry::Pixel::new((k % 640) as f64, (k / 640) as f64);
+            let at = view.camera.table_from_pixel(pixel, brick.height_m);
+            if at.x < tip_m(frame.time_s) && (at.y - 0.004).abs() < SHADOW_HALF_WIDTH_M {
+                *grey = (f64::from(*grey) * SHADE).round() as u8;
+            }
+        }
+    }
+    let tracks = found(&view, frames, &[brick], &Layout::Unknown).expect("tracks");
+    let samples = &tracks.tracks[0].samples;
+    assert_eq!(samples.len(), 32, "{:?}", tracks.warnings);
+    let doubtful = doubtful_samples(samples, |t| motion(t).0);
+    assert!(doubtful <= 8, "{doubtful} of 32 samples are doubtful");
+}
+
+#[test]
+fn a_light_bar_is_followed_while_an_arm_as_light_covers_one_end_of_it() {
+    let view = View { table_grey: 110.0, ..view() };
+    let objects = [object("a", bar(0.07, 0.05), bar(0.024, 0.01))];
+    let motion = |t: f64| slid(Pose::new(-0.03, 0.0, 0.3), Vec2::new(0.35, 0.0), 2.0, t);
+    let covered = |t: f64| (0.15..0.3).contains(&t);
+    let frames = film(&view, &times_s(30), |t| {
+        let (pose, velocity, rate) = motion(t);
+        let [mut body, mut marker] = Thing::object(&objects[0], pose);
+        (body.grey, marker.grey) = (80.0, 180.0);
+        let mut things = [body, marker].map(|thing| thing.moving(velocity, rate)).to_vec();
+        if covered(t) {
+            let end = pose.table_from_body(Point::new(-0.032, 0.0));
+            let arm = Thing::flat(disc(0.026), Pose { position: end, yaw_rad: 0.0 }, 0.031, 180.0);
+            things.push(arm.moving(velocity, 0.0));
+        }
+        things
+    });
+    let tracks = found(&view, frames, &objects, &Layout::Unknown).expect("tracks");
+    let samples = &tracks.tracks[0].samples;
+    assert_eq!(samples.len(), 30, "{:?}", tracks.warnings);
+    doubtful_samples(samples, |t| motion(t).0);
+    let last = samples.last().expect("a sample");
+    assert!(!last.doubtful && error_mm(last, motion(last.time_s).0) < 0.1, "{last:?}");
+}
