@@ -32,8 +32,7 @@ pub use output::outcome::Outcome;
 pub use output::trajectory::{Energy, Event, EventKind, Segment, Trajectory};
 pub use simulator::{Simulator, rollouts};
 pub use sliding::limit_surface::Surface;
-pub use sliding::motion::Spin;
-pub use sliding::patch_friction::GRAVITY_M_S2;
+pub use sliding::patch_friction::{GRAVITY_M_S2, Spin};
 pub use world::{Perturbation, World};
 
 use crate::error::Result;

@@ -7,7 +7,7 @@ use crate::physics::event_loop::striker::AfterStrike;
 use crate::physics::impact::compliant::Compliance;
 use crate::physics::impact::routh::{ImpactLaw, RestitutionLaw};
 use crate::physics::sliding::limit_surface::Surface;
-use crate::physics::sliding::motion::Spin;
+use crate::physics::sliding::patch_friction::Spin;
 
 /// How to simulate; the default is what planning and verification use.
 #[derive(Clone, Debug, Default, PartialEq)]

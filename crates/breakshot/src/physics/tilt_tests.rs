@@ -53,7 +53,8 @@ fn a_level_table_is_simulated_as_without_a_tilt() {
     let level = |tilt: Option<Tilt>| {
         let properties = Properties { tilt, ..properties(None) };
         let world = World::new(&scene(), &properties, &Options::default()).expect("a world");
-        let strike = Strike { start_m: Point::new(-0.1, 0.008), ..Strike::default() };
+        let strike =
+            Strike { start_m: Point::new(-0.1, 0.008), speed_m_s: 0.6, travel_m: 0.07, ..Strike::default() };
         Simulator::new().run(&world, &strike).expect("a strike").bit_hash()
     };
     let tilt = properties(Some([0.0004, -0.0002])).tilt.map(|tilt| Tilt { level: true, ..tilt });
@@ -90,7 +91,7 @@ fn tilt_and_striker_do_the_work_that_friction_and_impacts_take() {
 
 #[test]
 fn objects_come_to_rest_further_down_a_slope() {
-    let (level, tilted) = (struck(None), struck(Some([0.0, 0.01])));
+    let (level, tilted) = (struck(None), struck(Some([0.0, 0.03])));
     for name in ["a", "b"] {
         let moved = tilted.final_poses[name].position - level.final_poses[name].position;
         assert!(moved.y > 0.001, "`{name}` moved by {moved:?}");

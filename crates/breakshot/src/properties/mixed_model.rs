@@ -24,6 +24,9 @@ pub(super) struct Terms<'a> {
     pub objects: Vec<&'a str>,
 }
 
+/// The terms of quantities without effects of objects.
+pub(super) const NO_EFFECTS: Terms = Terms { group: 0, objects: Vec::new() };
+
 /// A measured value.
 #[derive(Clone, Debug)]
 pub(super) struct Observation<'a> {

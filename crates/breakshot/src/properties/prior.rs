@@ -6,7 +6,7 @@
 //! the object and the reference were weighed. Assumed values are independent of each other.
 
 use super::Properties;
-use super::mixed_model::{FittedModel, MixedModel, Normal, Observation, Terms};
+use super::mixed_model::{FittedModel, MixedModel, NO_EFFECTS, Normal, Observation, Terms};
 use super::support;
 use crate::error::Result;
 use crate::object::{Object, kind, pair_key};
@@ -252,9 +252,6 @@ struct Prediction {
     estimate: Estimate,
     from: String,
 }
-
-/// The terms of quantities without effects of objects.
-pub(super) const NO_EFFECTS: Terms = Terms { group: 0, objects: Vec::new() };
 
 impl<'a> Predictor<'a> {
     /// The measured values that concern these kinds come first: the number of observations is bounded.

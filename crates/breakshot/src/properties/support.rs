@@ -5,8 +5,7 @@
 //! spin.  The spin of a disc with a round marker is never seen: its ratio is inferred from the other objects' by how far towards
 //! the rim they press.
 
-use super::mixed_model::{MixedModel, Normal, Observation};
-use super::prior::NO_EFFECTS;
+use super::mixed_model::{MixedModel, NO_EFFECTS, Normal, Observation};
 use super::{Domain, Properties};
 use crate::object::{Object, Shape};
 use crate::uncertain::{Estimate, Z_95};

@@ -3,7 +3,7 @@
 use crate::geometry::{Pose, Vec2};
 use crate::physics::contact::compound_shape::CompoundShape;
 use crate::physics::sliding::limit_surface::{LimitSurface, SupportCoefficients};
-use crate::physics::sliding::motion::Spin;
+use crate::physics::sliding::patch_friction::Spin;
 use crate::physics::sliding::slide_curve::SlideCurve;
 use std::sync::Arc;
 

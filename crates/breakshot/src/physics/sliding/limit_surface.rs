@@ -11,8 +11,7 @@ use crate::error::{Error, Result};
 use crate::geometry::Vec2;
 use crate::object::{Shape, Support};
 use crate::physics::rotation::{Rotation, length};
-use crate::physics::sliding::motion::Spin;
-use crate::physics::sliding::patch_friction::patch_force_and_torque;
+use crate::physics::sliding::patch_friction::{Spin, patch_force_and_torque};
 use crate::physics::sliding::pressure::{is_elongated, pressure_points};
 use std::f64::consts::{FRAC_PI_2, TAU};
 

@@ -8,6 +8,7 @@
 use crate::geometry::{Point, Pose, Vec2};
 use crate::physics::rotation::length;
 use crate::physics::sliding::body::Body;
+use crate::physics::sliding::patch_friction::Spin;
 use crate::physics::sliding::slide_curve::CurvePosition;
 
 /// Pose and velocities of a body at one instant.
@@ -76,16 +77,6 @@ pub(crate) enum SpeedLaw {
         /// Velocity at the start of the next piece.
         next_velocity: Vec2,
     },
-}
-
-/// How sliding and spinning affect each other.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Spin {
-    /// Coupled by friction on the support: a spinning body slides farther.
-    #[default]
-    Coupled,
-    /// Independent of each other.
-    Decoupled,
 }
 
 impl Motion {

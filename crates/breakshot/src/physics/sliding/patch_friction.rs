@@ -13,6 +13,16 @@ pub const GRAVITY_M_S2: f64 = 9.81;
 /// Radius of the uniform disc of equal greatest friction torque, `mu m g (2/3) R`, over the mean lever arm.
 pub(crate) const PATCH_RADIUS_PER_ARM: f64 = 1.5;
 
+/// How sliding and spinning affect each other.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Spin {
+    /// Coupled by friction on the support: a spinning body slides farther.
+    #[default]
+    Coupled,
+    /// Independent of each other.
+    Decoupled,
+}
+
 /// `f(eps)` and `t(eps)`: friction force over mu m g, and torque over mu m g R, of a uniform circular patch.
 pub(crate) fn patch_force_and_torque(eps: f64) -> [f64; 2] {
     let e2 = eps * eps;

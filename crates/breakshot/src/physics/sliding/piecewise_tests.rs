@@ -2,7 +2,8 @@
 
 use super::body::Body;
 use super::limit_surface::{LimitSurface, Surface, friction_on_points};
-use super::motion::{Motion, SpeedLaw, Spin, State};
+use super::motion::{Motion, SpeedLaw, State};
+use super::patch_friction::Spin;
 use super::patch_friction::{PATCH_RADIUS_PER_ARM, patch_force_and_torque};
 use super::pressure::pressure_points;
 use super::slide_curve::SlideCurve;

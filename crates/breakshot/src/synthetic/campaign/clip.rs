@@ -1,9 +1,10 @@
 //! One synthetic clip: the layout of the objects, the strike, the motion, and the tracks of it.
 
-use super::body::{Body, half_width_m};
+use super::body::Body;
 use super::impact::Variation;
 use super::observation::{self, CLIP_S};
 use super::spec::CampaignSpec;
+use super::support::half_width_m;
 use super::truth::{TrueModel, normal};
 use super::world::{STRIKER_RADIUS_M, World};
 use crate::detect::Tracks;

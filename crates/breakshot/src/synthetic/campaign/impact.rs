@@ -11,7 +11,8 @@
 //! - Rocking: the taller body takes up part of its momentum as rotation about a horizontal axis, so it seems lighter.  Here the
 //!   loss is one-sided and varies from impact to impact; the estimator allows for a symmetric, constant error of each pair.
 
-use super::body::{Body, half_width_m};
+use super::body::Body;
+use super::support::half_width_m;
 use super::truth::TrueModel;
 use crate::geometry::{Point, Vec2};
 use crate::object::{Shape, kind, pair_key};

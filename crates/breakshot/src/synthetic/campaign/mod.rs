@@ -10,6 +10,7 @@ mod clip;
 mod impact;
 mod observation;
 mod spec;
+mod support;
 mod truth;
 mod world;
 

@@ -1,7 +1,7 @@
 //! Random objects and their true properties.
 
-use super::body::support_m;
 use super::spec::CampaignSpec;
+use super::support::support_m;
 use crate::geometry::Vec2;
 use crate::object::{Marker, Object, Shape, pair_key};
 use rand::RngExt;
