@@ -441,7 +441,12 @@ impl Prediction<'_, '_> {
         let observed = observations[number].map(|observation| {
             let velocity = state.velocity_to(observation.pose, view.frame.time_s);
             let blur_px = view.blur_px(&state.target, observation.pose, velocity.unwrap_or_default());
-            let outline = self.marker(view, blur_px).fitted(observation.pose);
+            let marker = self.marker(view, blur_px);
+            let outline = if state.is_complete(view.camera, &observation) {
+                marker.fitted_near(observation.pose)
+            } else {
+                marker.fitted(observation.pose)
+            };
             Observation { outline, ..observation }
         });
         let pixel = view.camera.pixel_from_table(predicted.position, state.target.height_m());
@@ -474,8 +479,7 @@ impl Prediction<'_, '_> {
             let is_mostly_seen = state.signal_change(view.camera, o.pose, &o.blob).abs() < 2.0 * COMPLETE;
             is_mostly_seen || o.dot.is_some() || o.pose.position.distance(predicted.position) < part_m
         };
-        let observed = observed.filter(is_possible);
-        if observed.is_some() || state.is_at_border() {
+        if observed.as_ref().is_some_and(is_possible) || state.is_at_border() {
             return observed;
         }
         let unobserved_s = state.unobserved_s(view.frame.time_s).unwrap_or(view.interval_s);
@@ -491,6 +495,7 @@ impl Prediction<'_, '_> {
             .searched(predicted, range, blur_px)
             .filter(|fit| is_visible(fit) && fit.visible_fraction > CLEARLY_VISIBLE)
             .map(|fit| self.by_outline(view, fit))
+            .or(observed)
             .or_else(|| markerless::observed_without_marker(view, state, predicted))
     }
 

@@ -38,6 +38,10 @@ const SPACING_PX: f64 = 2.0;
 const ROUGH_SPACING_PX: f64 = 3.0;
 /// Distance from the outline within which edges are searched, in each round (px).
 const REACHES_PX: [f64; 3] = [4.0, 3.0, 2.5];
+/// The same around a pose that is known to a pixel.
+const NEAR_REACHES_PX: [f64; 2] = [2.5, 2.5];
+/// A round that moves no point of the outline by more than this (px) is the last one.
+const SETTLED_PX: f64 = 0.2;
 /// Step of the profiles across the outline (px).
 const STEP_PX: f64 = 0.5;
 /// Half of the distance over which a step of grey level is measured (px), without motion blur: about the blur of a lens.
@@ -128,9 +132,18 @@ impl MarkerFit {
 impl MarkerView<'_> {
     /// The outline of the marker and of its dot fitted to the edges near a pose; `None` if there are too few.
     pub(in crate::detect) fn fitted(&self, guess: Pose) -> Option<MarkerFit> {
+        self.fitted_within(guess, &REACHES_PX)
+    }
+
+    /// The same from a pose that is known to a pixel.
+    pub(in crate::detect) fn fitted_near(&self, guess: Pose) -> Option<MarkerFit> {
+        self.fitted_within(guess, &NEAR_REACHES_PX)
+    }
+
+    fn fitted_within(&self, guess: Pose, reaches_px: &[f64]) -> Option<MarkerFit> {
         let mut pose = guess;
         let mut fit = None;
-        for reach_px in REACHES_PX {
+        for &reach_px in reaches_px {
             let points = self.points(pose, SPACING_PX);
             let rows = self.rows(pose, &points, reach_px)?;
             let solution = Solution::of(&rows)?;
@@ -142,6 +155,9 @@ impl MarkerView<'_> {
                 return None;
             }
             fit = Some(MarkerFit { pose, ..solution.fit });
+            if solution.largest_px < SETTLED_PX {
+                break;
+            }
         }
         fit
     }
