@@ -159,10 +159,7 @@ fn main() -> ExitCode {
         }
         ["fuzz", rest @ ..] => fuzz::run(rest),
         ["validate", "advise", rest @ ..] => validate::advise(rest.first().copied()),
-        ["validate", "contact", lab] => validate::contact(lab.as_ref(), validate::CELLS),
-        ["validate", "contact", lab, cells] => {
-            number(cells, "cells").and_then(|cells| validate::contact(lab.as_ref(), cells))
-        }
+        ["validate", "contact", lab, rest @ ..] => contact(lab, rest),
         ["validate", "cells", rest @ ..] => cells(rest),
         ["validate", "objects", rest @ ..] => objects(rest),
         ["validate", "tracks", lab, tracks] => validate::tracks(lab.as_ref(), tracks.as_ref()),
@@ -212,6 +209,12 @@ fn main() -> ExitCode {
             ExitCode::FAILURE
         }
     }
+}
+
+/// `validate contact LAB [CELLS]`.
+fn contact(lab: &str, rest: &[&str]) -> Result<(), String> {
+    let cells = rest.first().map_or(Ok(validate::CELLS), |cells| number(cells, "cells"))?;
+    validate::contact(lab.as_ref(), cells)
 }
 
 fn strikes(lab: &str, rest: &[&str]) -> Result<(), String> {
