@@ -86,8 +86,8 @@ fn files(folder: &Path) -> BTreeMap<String, (SystemTime, u64)> {
         let (path, name) = (entry.path(), entry.file_name().to_string_lossy().into_owned());
         if path.is_dir() {
             found.extend(files(&path).into_iter().map(|(inner, of)| (format!("{name}/{inner}"), of)));
-        } else {
-            let data = entry.metadata().unwrap();
+        } else if let Ok(data) = entry.metadata() {
+            // A file that is gone by now was one that had not got its name yet.
             found.insert(name, (data.modified().unwrap(), data.len()));
         }
     }

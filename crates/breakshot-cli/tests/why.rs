@@ -34,7 +34,7 @@ fn folder() -> tempfile::TempDir {
     let frames = film(&view, &times_s, |t| {
         let mut things = Thing::object(&objects[0], pose).to_vec();
         if (7.5..11.5).contains(&(t * 30.0)) {
-            things.push(Thing::flat(Shape::Disc { radius_m: 0.02 }, pose, 0.03, 165.0));
+            things.push(Thing::flat(Shape::Disc { radius_m: 0.035 }, pose, 0.03, 165.0));
         }
         things
     });
