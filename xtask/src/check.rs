@@ -3,23 +3,20 @@
 use std::process::Command;
 use std::time::Instant;
 
-/// A check of its own that uses what the tests have built.
-pub(crate) type Further = fn() -> Result<(), String>;
-
-/// Formatting, lints, docs, generated code, the default features, tests, documented examples, the studio in a browser, and dependencies where
+/// Formatting, lints, docs, generated code, the default features, tests, documented examples, and dependencies where
 /// `cargo deny` is installed; prints the time that they take.
 ///
 /// The tests of [`NEEDS_FFMPEG`] run where the program `ffmpeg` is installed; elsewhere the last lines list them as
-/// skipped. The `further` checks use what the tests have built.
-pub(crate) fn test(further: &[Further]) -> Result<(), String> {
+/// skipped.
+pub(crate) fn test() -> Result<(), String> {
     let begun = Instant::now();
-    let tested = all(further);
+    let tested = all();
     let (wall_s, cpu_s) = (begun.elapsed().as_secs_f64(), crate::process::children_cpu_s());
     println!("xtask: {:.1} minutes, {:.1} of CPU time", wall_s / 60.0, cpu_s.unwrap_or(f64::NAN) / 60.0);
     tested
 }
 
-fn all(further: &[Further]) -> Result<(), String> {
+fn all() -> Result<(), String> {
     ensure_component("rustfmt", "fmt")?;
     ensure_component("clippy", "clippy")?;
     cargo(&["fmt", "--all", "--check"], &[])?;
@@ -33,7 +30,6 @@ fn all(further: &[Further]) -> Result<(), String> {
     proto(Proto::Check)?;
     cargo(&["test", "--workspace"], &[])?;
     test_with_ffmpeg()?;
-    further.iter().try_for_each(|check| check())?;
     // Installing it takes longer than all tests: `cargo xtask deny` does.
     if cargo_quiet(&["deny", "--version"]) {
         return deny();

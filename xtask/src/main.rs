@@ -136,8 +136,9 @@ fn main() -> ExitCode {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     let words: Vec<&str> = arguments.iter().map(String::as_str).collect();
     let done = match words.as_slice() {
-        ["test"] => check::test(&[python::quick, studio::walk]),
+        ["test"] => check::test(),
         ["test", "--studio"] => studio::test(),
+        ["test", "--studio", "--debug"] => studio::walk(),
         ["proto"] => check::proto(check::Proto::Write),
         ["validate", "physics", rest @ ..] => validate::physics(&shared(rest)),
         ["validate", "scatter", lab] => validate::scatter(lab.as_ref(), None),

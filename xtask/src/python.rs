@@ -2,7 +2,7 @@
 //!
 //! One wheel is installed with NumPy alone for each interpreter, its size and the time of its import are measured, its tests run, and its
 //! declared types are compared with what is there.  The examples for many machines run on a cluster of several nodes of this machine, one
-//! of which is killed.  `cargo xtask test` runs the quick part of it on the debug build.
+//! of which is killed.  `cargo xtask python --quick` runs the quick part of it on the debug build.
 
 use crate::check::cargo;
 use crate::example::target;
@@ -94,7 +94,7 @@ fn checked(interpreter: &str, wheel: &Path) -> Result<Row, String> {
     Ok(Row::at_most(what, import_ms, MOST_IMPORT_MS, "ms"))
 }
 
-/// The quick part of the check, as `cargo xtask test` runs it: the debug build beside the package's files, its tests without those that
+/// The quick part of the check: the debug build beside the package's files, its tests without those that
 /// take or measure time, and its types.
 ///
 /// Prints that it is skipped where there is no Python, or where the packages of the tests can neither be found nor installed.
@@ -106,7 +106,7 @@ pub(crate) fn quick() -> Result<(), String> {
             return Ok(());
         }
     };
-    // With all tests of the workspace, which `cargo xtask test` has just run: a package by itself, or the workspace without its tests,
+    // With all tests of the workspace, which `cargo xtask test` runs: a package by itself, or the workspace without its tests,
     // has other features, and would be compiled again.
     cargo(&["build", "--workspace", "--lib", "--tests"], &[])?;
     let package = debug_package()?;

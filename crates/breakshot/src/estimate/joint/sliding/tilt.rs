@@ -21,8 +21,8 @@ struct Component {
 
 /// Components with a larger error say nothing about any table that objects rest on.
 const LARGEST_STD: f64 = 0.1;
-/// A slope is given if each component is known to within this: a quarter of a usual friction.
-const LARGEST_ERROR: f64 = 0.03;
+/// A slope is given if each component is known to within this, 0.2 degrees: a worse one would change friction by more than it corrects.
+const LARGEST_ERROR: f64 = 0.0035;
 /// A component this many standard deviations off the common slope is left out.
 const OUTLIER_STDS: f64 = 6.0;
 /// Number of components from which the slope is estimated.
