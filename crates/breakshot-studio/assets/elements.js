@@ -48,6 +48,20 @@ export const along = ([x, y], heading, distance) => [x + Math.cos(heading) * dis
 /** The distance of two points. */
 export const distance = ([x, y], [u, v]) => Math.hypot(u - x, v - y);
 
+/** Takes the files that are dropped onto a view, which shows that they can be. */
+export function onDrop(view, take) {
+  view.addEventListener("dragover", (event) => {
+    event.preventDefault();
+    view.classList.add("dropping");
+  });
+  view.addEventListener("dragleave", () => view.classList.remove("dropping"));
+  view.addEventListener("drop", (event) => {
+    event.preventDefault();
+    view.classList.remove("dropping");
+    take([...event.dataTransfer.files]);
+  });
+}
+
 /** The choices of a list, the chosen one first asked for. */
 export function fillSelect(select, choices, chosen) {
   select.replaceChildren(

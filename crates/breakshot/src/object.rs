@@ -94,7 +94,7 @@ impl Shape {
         }
     }
 
-    /// The mean distance of the outline's points from its centroid (m): the mean lever arm of a weight spread evenly under it.
+    /// The mean distance of the outline's points from its centroid (m): the mean lever arm of a weight spread uniformly under it.
     pub(crate) fn mean_arm_m(&self) -> f64 {
         if let Self::Disc { radius_m } = self {
             return radius_m * 2.0 / 3.0;

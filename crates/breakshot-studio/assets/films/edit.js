@@ -1,6 +1,6 @@
 /** Changes of the clip that is open: its objects, what of it is left out, and new films. Each is written at once and can be taken back. */
 
-import { byId, fixed, html } from "/elements.js";
+import { byId, fixed, html, onDrop } from "/elements.js";
 import { addKeys } from "/keys.js";
 import { ask, read, send } from "/server.js";
 
@@ -126,17 +126,7 @@ export class ClipEdit {
   }
 
   #addDrop() {
-    const view = byId("films");
-    view.addEventListener("dragover", (event) => {
-      event.preventDefault();
-      view.classList.add("dropping");
-    });
-    view.addEventListener("dragleave", () => view.classList.remove("dropping"));
-    view.addEventListener("drop", (event) => {
-      event.preventDefault();
-      view.classList.remove("dropping");
-      this.#draft([...event.dataTransfer.files]);
-    });
+    onDrop(byId("films"), (files) => this.#draft(files));
   }
 
   /** Asks for the objects of new films; those in the names of the films are filled in. */

@@ -1,6 +1,6 @@
 /** A pile from a picture: its scene is written as `breakshot look` writes it; and a picture beneath the objects. */
 
-import { byId, fillSelect, svg } from "/elements.js";
+import { byId, fillSelect, onDrop, svg } from "/elements.js";
 import { addKeys } from "/keys.js";
 import { ask, read, send } from "/server.js";
 
@@ -127,17 +127,7 @@ export class FromPicture {
   }
 
   #addDrop() {
-    const view = byId("pile");
-    view.addEventListener("dragover", (event) => {
-      event.preventDefault();
-      view.classList.add("dropping");
-    });
-    view.addEventListener("dragleave", () => view.classList.remove("dropping"));
-    view.addEventListener("drop", (event) => {
-      event.preventDefault();
-      view.classList.remove("dropping");
-      this.#add(event.dataTransfer.files[0]).catch(this.#message.error);
-    });
+    onDrop(byId("pile"), ([file]) => this.#add(file).catch(this.#message.error));
     byId("picture-picker").addEventListener("change", ({ target }) => {
       this.#add(target.files[0]).catch(this.#message.error);
       target.value = "";

@@ -132,11 +132,9 @@ impl<'a> Tracker<'a> {
     /// Adds the next frame: every object is observed in it, or not. `camera` is the frame's: it differs from the calibrated one
     /// after the camera has moved.
     pub(super) fn track(&mut self, frame: &Frame, camera: &Camera) {
-        if let Some(last_s) = self.times_s.last() {
-            self.interval_s = frame.time_s - last_s;
-        }
+        let view = self.view(frame, camera);
+        self.interval_s = view.interval_s;
         self.times_s.push(frame.time_s);
-        let view = FrameView { frame, camera, interval_s: self.interval_s };
 
         // Markers at their own levels
         let regions = self.regions(&frame.image);

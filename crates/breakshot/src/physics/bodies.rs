@@ -101,7 +101,7 @@ impl ShapeCache {
     }
 }
 
-/// Radius of the round patch of an outline whose weight is spread evenly (m).
+/// Radius of the round patch of an outline whose weight is spread uniformly (m).
 pub(crate) fn even_patch_radius_m(outline: &Shape) -> f64 {
     PATCH_RADIUS_PER_ARM * outline.mean_arm_m()
 }

@@ -92,7 +92,7 @@ pub struct World {
     reference_per_striker_mass: f64,
     /// Radius of gyration of each object (m), in the order of the names.
     gyrations_m: Vec<f64>,
-    /// Patch radius of each object if its weight is spread evenly (m), in the order of the names; none where its support is given.
+    /// Patch radius of each object if its weight is spread uniformly (m), in the order of the names; none where its support is given.
     even_patch_radii_m: Vec<Option<f64>>,
     /// Slide curves of other support ratios, shared with the worlds made from this one.
     curves: Arc<CurveCache>,

@@ -41,7 +41,7 @@ pub struct Properties {
     /// Tangential restitution at the contacts of impacts.
     #[serde(default, skip_serializing_if = "TangentialRestitution::is_unknown")]
     pub tangential_restitution: TangentialRestitution,
-    /// Where the weight acts: the mean distance of an object's support from its centroid over that of a weight spread evenly
+    /// Where the weight acts: the mean distance of an object's support from its centroid over that of a weight spread uniformly
     /// under its outline, by object; it scales the braking of the spin.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub support: BTreeMap<String, Estimate>,

@@ -1,6 +1,6 @@
 //! Where does the weight of an object act on the table?
 //!
-//! The support ratio of an object is the mean distance of its support from its centroid over that of a weight spread evenly under
+//! The support ratio of an object is the mean distance of its support from its centroid over that of a weight spread uniformly under
 //! the outline: 1 for even pressure, 1.5 for a disc on its rim, less than 1 on feet near the middle.  It scales the braking of the
 //! spin.  The spin of a disc with a round marker is never seen: its ratio is inferred from the other objects' by how far towards
 //! the rim they press.

@@ -341,30 +341,32 @@ fn an_object_that_left_the_image_is_not_found_inside_it() {
     }
 }
 
-#[test]
-fn the_motion_of_a_camera_during_the_clip_is_removed_and_reported() {
-    let view = view();
-    let tags: Vec<Tag> = [(-0.2, -0.12), (0.2, -0.12), (0.2, 0.1), (-0.2, 0.1)]
-        .into_iter()
-        .zip(0..)
-        .map(|((x, y), id)| Tag {
-            family: "36h11".into(),
-            id,
-            size_m: 0.06,
-            center_m: Point::new(x, y),
-            yaw_rad: 0.0,
-        })
-        .collect();
-    let objects = [object("a", disc(0.03), disc(0.011))];
-    let things = |_: f64| {
-        let mut things: Vec<Thing> = tags.iter().map(Thing::tag).collect();
-        things.extend(Thing::object(&objects[0], Pose::default()));
-        things
+/// A cell with four tags around the objects and the camera of the drawn films.
+fn tagged_cell() -> Cell {
+    let places = [(-0.2, -0.12), (0.2, -0.12), (0.2, 0.1), (-0.2, 0.1)].into_iter().zip(0..);
+    let tag = |((x, y), id)| Tag {
+        family: "36h11".into(),
+        id,
+        size_m: 0.06,
+        center_m: Point::new(x, y),
+        yaw_rad: 0.0,
     };
     let camera =
         CameraSpec { focal_px: Some([700.0; 2]), center_px: Some([319.5, 199.5]), ..CameraSpec::default() };
     let from_above = Cell::from_above(1000.0, Workspace::centred([0.4, 0.2]), Striker::rod(0.01, [0.1, 1.0]));
-    let cell = Cell { camera, tags: tags.clone(), scale_px_per_m: None, ..from_above };
+    Cell { camera, tags: places.map(tag).collect(), scale_px_per_m: None, ..from_above }
+}
+
+#[test]
+fn the_motion_of_a_camera_during_the_clip_is_removed_and_reported() {
+    let view = view();
+    let cell = tagged_cell();
+    let objects = [object("a", disc(0.03), disc(0.011))];
+    let things = |_: f64| {
+        let mut things: Vec<Thing> = cell.tags.iter().map(Thing::tag).collect();
+        things.extend(Thing::object(&objects[0], Pose::default()));
+        things
+    };
     let found = |shift_m: f64| {
         let mut shifted = view.clone();
         let position = Transform { position_m: [0.01 + shift_m, -0.1, 0.7], rpy_rad: [0.15, 0.02, 0.05] };

@@ -173,23 +173,13 @@ fn a_covered_outline_is_recorded_with_what_can_be_seen_of_it() {
 #[test]
 fn after_a_camera_moved_regions_are_recorded_where_its_frames_show_them() {
     let view = view();
-    let tags = [(-0.2, -0.12), (0.2, -0.12), (0.2, 0.1), (-0.2, 0.1)].into_iter().zip(0..);
-    let tags: Vec<Tag> = tags
-        .map(|((x, y), id)| {
-            let center_m = Point::new(x, y);
-            Tag { family: "36h11".into(), id, size_m: 0.06, center_m, yaw_rad: 0.0 }
-        })
-        .collect();
+    let cell = tagged_cell();
     let objects = [object("a", disc(0.03), disc(0.011))];
     let things = |_: f64| {
-        let mut things: Vec<Thing> = tags.iter().map(Thing::tag).collect();
+        let mut things: Vec<Thing> = cell.tags.iter().map(Thing::tag).collect();
         things.extend(Thing::object(&objects[0], Pose::default()));
         things
     };
-    let camera =
-        CameraSpec { focal_px: Some([700.0; 2]), center_px: Some([319.5, 199.5]), ..CameraSpec::default() };
-    let from_above = Cell::from_above(1000.0, Workspace::centred([0.4, 0.2]), Striker::rod(0.01, [0.1, 1.0]));
-    let cell = Cell { camera, tags: tags.clone(), scale_px_per_m: None, ..from_above };
     let mut shifted = view.clone();
     let position = Transform { position_m: [0.03, -0.1, 0.7], rpy_rad: [0.15, 0.02, 0.05] };
     shifted.camera = Camera::new([640, 400], Lens::pinhole([640, 400], 700.0), position);

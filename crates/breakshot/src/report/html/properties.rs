@@ -187,7 +187,7 @@ fn support(page: &Page, properties: &Properties, palette: &Palette) -> Option<St
         known: "",
         spread: false,
     };
-    let text = "How far from the centroid the weight of an object acts on the table, over the mean distance for a weight spread evenly \
+    let text = "How far from the centroid the weight of an object acts on the table, over the mean distance for a weight spread uniformly \
                 under the outline (1.5 for a disc on its rim). It scales the braking of the spin.";
     section("Support", text, &rows, &chart)
 }

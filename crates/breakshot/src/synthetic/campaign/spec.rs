@@ -28,7 +28,7 @@ pub struct CampaignSpec {
     pub max_offset: f64,
     /// Whether all markers are bars, which show the yaw angle; otherwise only those of squares are.
     pub bar_markers: bool,
-    /// Whether every object presses on the table more or less towards its rim; otherwise all weights are spread evenly.
+    /// Whether every object presses on the table more or less towards its rim; otherwise all weights are spread uniformly.
     pub drawn_supports: bool,
     /// Gravity's component along the table over gravity, along x and y.
     pub slope: [f64; 2],

@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct ClipSupport {
     pub(crate) object: String,
-    /// The logarithm of the mean lever arm of the weight over that of a weight spread evenly under the outline.
+    /// The logarithm of the mean lever arm of the weight over that of a weight spread uniformly under the outline.
     pub(crate) log_ratio: Measured,
 }
 
