@@ -58,8 +58,9 @@ usage: cargo xtask TASK
                    `breakshot estimate --tracks` wrote)
   validate subsets LAB TRACKS [COUNT]
                    few clips: COUNT random halves and thirds of the campaign (default 500), from the films' saved tracks
-  validate mistakes LAB TRACKS
-                   what users get wrong, one mistake at a time: is it named, and what does it change (TRACKS is what
+  validate mistakes CAMPAIGN TRACKS
+                   what users get wrong, one mistake at a time: is it named, and what does it change (CAMPAIGN is the folder of
+                   a campaign.toml with its films, LAB/campaign or target/validate/cells/601-hard; TRACKS is what
                    `breakshot estimate --tracks` wrote; two minutes)
   validate robot [SHARED] [--part arms|impulse|paths|wire]
                    the arm beside pinocchio and MuJoCo, the drivers beside a mock controller, the vendor's client and roslibpy
@@ -164,7 +165,7 @@ fn main() -> ExitCode {
         ["validate", "cells", rest @ ..] => cells(rest),
         ["validate", "objects", rest @ ..] => objects(rest),
         ["validate", "tracks", lab, tracks] => validate::tracks(lab.as_ref(), tracks.as_ref()),
-        ["validate", "mistakes", lab, tracks] => validate::mistakes(lab.as_ref(), tracks.as_ref()),
+        ["validate", "mistakes", campaign, tracks] => validate::mistakes(campaign.as_ref(), tracks.as_ref()),
         ["validate", what @ ("lenses" | "boards"), rest @ ..] => lenses(what, rest),
         ["validate", "subsets", lab, tracks] => {
             validate::subsets(lab.as_ref(), tracks.as_ref(), validate::SUBSETS)

@@ -165,8 +165,8 @@ pub(crate) fn subsets(lab: &Path, tracks: &Path, count: u64) -> Result<(), Strin
 }
 
 /// What users get wrong, one mistake at a time.
-pub(crate) fn mistakes(lab: &Path, tracks: &Path) -> Result<(), String> {
-    require(estimation::mistakes::validate(&saved::Saved::read(&lab.join("campaign"), tracks)?)?)
+pub(crate) fn mistakes(campaign: &Path, tracks: &Path) -> Result<(), String> {
+    require(estimation::mistakes::validate(&saved::Saved::read(campaign, tracks)?)?)
 }
 
 /// What is measured against recorded collisions.

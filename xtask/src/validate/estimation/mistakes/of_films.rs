@@ -1,6 +1,6 @@
 //! Mistakes that change what the camera sees or how it is calibrated, made on a part of the films.
 
-use super::{Answer, Mistake, Tally, answer};
+use super::{Answer, Mistake, Tally, answer, words};
 use crate::validate::estimation::saved::Saved;
 use breakshot::campaign::{Campaign, Clip, Source};
 use breakshot::capture::{Decoder, Footage, Frame, GreyImage};
@@ -13,14 +13,15 @@ struct Made {
     frame: Box<dyn Fn(usize, GreyImage) -> GreyImage>,
 }
 
-/// The clips are those of these objects, up to this number.
-const OBJECTS: [&str; 2] = ["a", "c"];
+/// The clips are those of the first pair's objects, up to this number of a case.
 const MOST_OF_A_CASE: usize = 3;
 /// The frame from which a camera is bumped, in the middle of the motion.
 const BUMPED_FROM: usize = 20;
 
 pub(super) fn run(saved: &Saved, tally: &mut Tally) -> Result<(), String> {
-    let of_objects = |clip: &&Clip| clip.objects.iter().all(|name| OBJECTS.contains(&name.as_str()));
+    let first_pair = saved.campaign.clips.iter().find(|clip| clip.objects.len() == 2);
+    let objects = &first_pair.ok_or("no clip has two objects")?.objects;
+    let of_objects = |clip: &&Clip| clip.objects.iter().all(|name| objects.contains(name));
     let number = |clip: &Clip| {
         clip.name.trim_end_matches(".mp4").rsplit('_').next().and_then(|n| n.parse::<usize>().ok())
     };
@@ -38,13 +39,13 @@ pub(super) fn run(saved: &Saved, tally: &mut Tally) -> Result<(), String> {
 
 fn mistakes() -> Vec<Made> {
     let same = || -> Box<dyn Fn(usize, GreyImage) -> GreyImage> { Box::new(|_, image| image) };
-    let cell = |kind, size: &str, named_by, change| Made {
-        mistake: Mistake { kind, size: size.into(), named_by },
+    let cell = |kind, size: &str, named_by: &[&str], change| Made {
+        mistake: Mistake { kind, size: size.into(), named_by: words(named_by) },
         change,
         frame: same(),
     };
-    let camera = |kind, size: String, named_by, frame| Made {
-        mistake: Mistake { kind, size, named_by },
+    let camera = |kind, size: String, named_by: &[&str], frame| Made {
+        mistake: Mistake { kind, size, named_by: words(named_by) },
         change: |_| {},
         frame,
     };

@@ -1,6 +1,6 @@
 //! Mistakes in a campaign's files, made on the saved tracks of all films.
 
-use super::{Mistake, Tally, answer};
+use super::{Mistake, Tally, answer, words};
 use crate::validate::estimation::saved::Saved;
 use breakshot::campaign::Campaign;
 use breakshot::detect::{Sample, StrikerTrack};
@@ -9,19 +9,57 @@ use breakshot::geometry::Vec2;
 use breakshot::object::Shape;
 use breakshot::scene::Strike;
 
-/// A mistake and how it is made.
-type Made = (Mistake, Box<dyn Fn(&mut Campaign, &mut Vec<ClipTracks>)>);
+/// A change of the campaign's files and of its clips.
+type Change = Box<dyn Fn(&mut Campaign, &mut Vec<ClipTracks>)>;
 
-/// Names of the clips that get the mistakes of one clip.
-const ALONE: &str = "single_c_3.mp4";
-const PAIR: &str = "pair_a_c_2.mp4";
+/// A mistake and how it is made.
+type Made = (Mistake, Change);
+
+/// The clips that get the mistakes of one clip, and the objects that take part in mistakes.
+struct Chosen {
+    /// A clip with one object, and that object.
+    alone: String,
+    of_alone: String,
+    /// A clip with two objects.
+    pair: String,
+    /// The first and the last other object: wrong names for that of `alone`.
+    wrong_names: [String; 2],
+    /// A disc.
+    disc: Option<String>,
+}
+
+impl Chosen {
+    /// The clips in the middle of those with one and with two objects.
+    fn new(saved: &Saved) -> Result<Self, String> {
+        let of_size = |n: usize| -> Result<&ClipTracks, String> {
+            let clips: Vec<&ClipTracks> = saved.clips.iter().filter(|c| c.objects.len() == n).collect();
+            clips.get(clips.len() / 2).copied().ok_or_else(|| format!("no clip has {n} objects"))
+        };
+        let (alone, pair) = (of_size(1)?, of_size(2)?);
+        let of_alone = alone.objects[0].clone();
+        let names = saved.campaign.objects.iter().map(|object| &object.name);
+        let others: Vec<&String> = names.filter(|name| **name != of_alone).collect();
+        let [first, .., last] = others[..] else {
+            return Err("the campaign has fewer than three objects".into());
+        };
+        let is_disc = |name: &str| {
+            let of_name = saved.campaign.objects.iter().find(|object| object.name == name);
+            of_name.is_some_and(|object| matches!(object.shape, Shape::Disc { .. }))
+        };
+        let struck = std::iter::once(&of_alone).chain(&pair.objects);
+        let disc = struck.into_iter().find(|name| is_disc(name)).cloned();
+        let (alone, pair) = (alone.name.clone(), pair.name.clone());
+        Ok(Self { alone, of_alone, pair, wrong_names: [first.clone(), last.clone()], disc })
+    }
+}
 
 pub(super) fn run(saved: &Saved, tally: &mut Tally) -> Result<(), String> {
     let right = answer(&saved.campaign, &saved.clips, Vec::new()).map_err(|e| e.to_string())?;
-    let mut all = strikes();
-    all.extend(frame_rates());
-    all.extend(clips());
-    all.extend(measures());
+    let chosen = Chosen::new(saved)?;
+    let mut all = strikes(&chosen);
+    all.extend(frame_rates(&chosen));
+    all.extend(clips(&chosen));
+    all.extend(measures(&chosen));
     for (mistake, make) in all {
         let (mut campaign, mut clips) = (saved.campaign.clone(), saved.clips.clone());
         make(&mut campaign, &mut clips);
@@ -34,24 +72,24 @@ pub(super) fn run(saved: &Saved, tally: &mut Tally) -> Result<(), String> {
 fn of_strike(
     kind: &'static str,
     size: String,
-    clip: Option<&'static str>,
+    clip: Option<&str>,
     change: impl Fn(&mut Strike) + 'static,
 ) -> Made {
-    let named_by: &[&str] = match clip {
-        Some(ALONE) => &["single_c_3"],
-        Some(_) => &["pair_a_c_2"],
-        None => &["strike.", "striker was told"],
+    let named_by = match clip {
+        Some(name) => words(&[name]),
+        None => words(&["strike.", "striker was told"]),
     };
+    let clip = clip.map(str::to_owned);
     let make = move |_: &mut Campaign, clips: &mut Vec<ClipTracks>| {
-        let concerned = clips.iter_mut().filter(|c| clip.is_none_or(|name| c.name == name));
+        let concerned = clips.iter_mut().filter(|c| clip.as_ref().is_none_or(|name| c.name == *name));
         concerned.filter_map(|c| c.strike.as_mut()).for_each(&change);
     };
     (Mistake { kind, size, named_by }, Box::new(make))
 }
 
-fn strikes() -> Vec<Made> {
+fn strikes(chosen: &Chosen) -> Vec<Made> {
     let mut all = Vec::new();
-    for clip in [ALONE, PAIR] {
+    for clip in [chosen.alone.as_str(), &chosen.pair] {
         for factor in [0.8, 0.9, 1.05, 1.1, 1.25] {
             let size = format!("x {factor}");
             all.push(of_strike("speed of one clip", size, Some(clip), move |s| {
@@ -72,7 +110,7 @@ fn strikes() -> Vec<Made> {
             all.push(of_strike("start of one clip", size, Some(clip), shift));
         }
     }
-    all.push(of_strike("travel of one clip", "x 0.5".into(), Some(PAIR), |s| s.travel_m *= 0.5));
+    all.push(of_strike("travel of one clip", "x 0.5".into(), Some(&chosen.pair), |s| s.travel_m *= 0.5));
     all.push(of_strike("heading of all clips", "0.1 rad".into(), None, |s| s.heading_rad += 0.1));
     for factor in [0.95, 1.05, 1.1, 2.0] {
         all.push(of_strike("speed of all clips", format!("x {factor}"), None, move |s| {
@@ -127,67 +165,85 @@ fn stretch(factor: f64) -> impl Fn(&mut Sample) + 'static {
     }
 }
 
-fn frame_rates() -> Vec<Made> {
+fn frame_rates(chosen: &Chosen) -> Vec<Made> {
     let mut all = Vec::new();
     for factor in [0.25, 0.5, 5.0 / 6.0, 6.0 / 5.0, 2.0, 4.0] {
-        let mistake = |kind, named_by| Mistake { kind, size: format!("x {factor:.2}"), named_by };
+        let mistake = |kind, named_by: &[&str]| Mistake {
+            kind,
+            size: format!("x {factor:.2}"),
+            named_by: words(named_by),
+        };
+        let alone = chosen.alone.clone();
         let rate = mistake("duration of all films", &["frame_rate_hz", "times as fast"]);
         all.push(of_samples(rate, |_| true, stretch(factor)));
-        let one = mistake("duration of one film", &["single_c_3"]);
-        all.push(of_samples(one, |clip| clip.name == ALONE, stretch(factor)));
+        let one = mistake("duration of one film", &[&alone]);
+        all.push(of_samples(one, move |clip| clip.name == alone, stretch(factor)));
     }
     all
 }
 
 /// Clips with wrong names, doubled ones, and films that are cut.
-fn clips() -> Vec<Made> {
-    let named = |kind, size: &str, named_by| Mistake { kind, size: size.into(), named_by };
-    let exchanged = |_: &mut Campaign, clips: &mut Vec<ClipTracks>| {
-        for clip in clips.iter_mut().filter(|clip| clip.name == PAIR) {
-            clip.objects.reverse();
-            let names: Vec<String> = clip.tracks.tracks.iter().rev().map(|t| t.object.clone()).collect();
-            clip.tracks.tracks.iter_mut().zip(names).for_each(|(track, name)| track.object = name);
-        }
+fn clips(chosen: &Chosen) -> Vec<Made> {
+    let Chosen { alone, of_alone, pair, wrong_names, .. } = chosen;
+    let named =
+        |kind, size: &str, named_by: &str| Mistake { kind, size: size.into(), named_by: words(&[named_by]) };
+    let of_clip = |name: &str, change: fn(&mut ClipTracks)| -> Change {
+        let name = name.to_owned();
+        Box::new(move |_, clips| clips.iter_mut().filter(|clip| clip.name == name).for_each(change))
     };
-    let misnamed = |name: &'static str| {
-        move |_: &mut Campaign, clips: &mut Vec<ClipTracks>| {
-            for clip in clips.iter_mut().filter(|clip| clip.name == ALONE) {
-                clip.objects = vec![name.to_owned()];
-                name.clone_into(&mut clip.tracks.tracks[0].object);
-            }
-        }
-    };
-    let doubled = |_: &mut Campaign, clips: &mut Vec<ClipTracks>| {
-        let copy = clips.iter().find(|clip| clip.name == ALONE).cloned();
-        clips.extend(copy.map(|clip| ClipTracks { name: "copy.mp4".into(), ..clip }));
-    };
-    let cut = |keep: fn(usize, usize) -> bool| {
-        move |_: &mut Campaign, clips: &mut Vec<ClipTracks>| {
-            for track in clips.iter_mut().filter(|c| c.name == PAIR).flat_map(|c| &mut c.tracks.tracks) {
-                let n = track.samples.len();
-                let mut number = 0..n;
-                track.samples.retain(|_| number.next().is_some_and(|k| keep(k, n)));
-            }
-        }
-    };
-    vec![
-        (named("names of a pair", "exchanged", &["pair_a_c_2"]), Box::new(exchanged)),
-        (named("name of an object alone", "a for c", &["single_c_3"]), Box::new(misnamed("a"))),
-        (named("name of an object alone", "e for c", &["single_c_3"]), Box::new(misnamed("e"))),
-        (named("the same film twice", "-", &["copy.mp4"]), Box::new(doubled)),
-        (named("film cut", "the second half", &["pair_a_c_2"]), Box::new(cut(|k, n| 2 * k < n))),
-        (named("film cut", "the first half", &["pair_a_c_2"]), Box::new(cut(|k, n| 2 * k >= n))),
-    ]
+    let mut all = vec![
+        (named("names of a pair", "exchanged", pair), of_clip(pair, exchange_names)),
+        (named("film cut", "the second half", pair), of_clip(pair, |clip| cut(clip, |k, n| 2 * k < n))),
+        (named("film cut", "the first half", pair), of_clip(pair, |clip| cut(clip, |k, n| 2 * k >= n))),
+    ];
+    for wrong in wrong_names.clone() {
+        let mistake = named("name of an object alone", &format!("{wrong} for {of_alone}"), alone);
+        let alone = alone.clone();
+        all.push((
+            mistake,
+            Box::new(move |_, clips| {
+                for clip in clips.iter_mut().filter(|clip| clip.name == alone) {
+                    clip.objects = vec![wrong.clone()];
+                    clip.tracks.tracks[0].object.clone_from(&wrong);
+                }
+            }),
+        ));
+    }
+    let alone = alone.clone();
+    all.push((
+        named("the same film twice", "-", "copy.mp4"),
+        Box::new(move |_, clips| {
+            let copy = clips.iter().find(|clip| clip.name == alone).cloned();
+            clips.extend(copy.map(|clip| ClipTracks { name: "copy.mp4".into(), ..clip }));
+        }),
+    ));
+    all
+}
+
+/// Two objects with each other's names.
+fn exchange_names(clip: &mut ClipTracks) {
+    clip.objects.reverse();
+    let names: Vec<String> = clip.tracks.tracks.iter().rev().map(|t| t.object.clone()).collect();
+    clip.tracks.tracks.iter_mut().zip(names).for_each(|(track, name)| track.object = name);
+}
+
+/// A film of which only some frames are left, by their number and that of all frames.
+fn cut(clip: &mut ClipTracks, keep: fn(usize, usize) -> bool) {
+    for track in &mut clip.tracks.tracks {
+        let n = track.samples.len();
+        let mut number = 0..n;
+        track.samples.retain(|_| number.next().is_some_and(|k| keep(k, n)));
+    }
 }
 
 /// Wrong measures of the cell and its objects, as far as they leave the tracks as they are.
-fn measures() -> Vec<Made> {
+fn measures(chosen: &Chosen) -> Vec<Made> {
     let mut all: Vec<Made> = Vec::new();
     for factor in [1.02, 1.05, 1.1] {
         let mistake = Mistake {
             kind: "scale of the table",
             size: format!("x {factor}"),
-            named_by: &["lengths on the table"],
+            named_by: words(&["lengths on the table"]),
         };
         all.push(of_samples(
             mistake,
@@ -200,14 +256,17 @@ fn measures() -> Vec<Made> {
             },
         ));
     }
-    for factor in [0.92, 0.96, 1.04, 1.08] {
+    let factors: &[f64] = if chosen.disc.is_some() { &[0.92, 0.96, 1.04, 1.08] } else { &[] };
+    for (&factor, disc) in factors.iter().zip(chosen.disc.iter().cycle()) {
+        let outline = format!("outline of `{disc}`");
         let mistake = Mistake {
             kind: "radius of one object",
             size: format!("x {factor}"),
-            named_by: &["outline of `c`", "outlines"],
+            named_by: words(&[&outline, "outlines"]),
         };
+        let disc = disc.clone();
         let resize = move |campaign: &mut Campaign, _: &mut Vec<ClipTracks>| {
-            for object in campaign.objects.iter_mut().filter(|object| object.name == "c") {
+            for object in campaign.objects.iter_mut().filter(|object| object.name == disc) {
                 if let Shape::Disc { radius_m } = &mut object.shape {
                     *radius_m *= factor;
                 }
@@ -215,7 +274,8 @@ fn measures() -> Vec<Made> {
         };
         all.push((mistake, Box::new(resize)));
     }
-    let mirrored = Mistake { kind: "y axis", size: "mirrored".into(), named_by: &["strike.", "strike"] };
+    let mirrored =
+        Mistake { kind: "y axis", size: "mirrored".into(), named_by: words(&["strike.", "strike"]) };
     all.push(of_samples(
         mirrored,
         |_| true,
