@@ -21,7 +21,7 @@ mod venv;
 
 use std::path::PathBuf;
 use std::process::ExitCode;
-use validate::Effort;
+use validate::{Effort, LabCell};
 
 const USAGE: &str = "\
 usage: cargo xtask TASK
@@ -73,10 +73,11 @@ usage: cargo xtask TASK
   bench estimate [LAB TRACKS]
                    time of estimation in drawn campaigns of growing size, or from the films' tracks (TRACKS is what
                    `breakshot estimate --tracks` wrote)
-  validate strikes LAB [PILES] [--repeat|--search]
+  validate strikes LAB [PILES] [--repeat|--search] [--cell FOLDER]
                    plans for random piles, carried out in the lab (60 piles if not given); --repeat makes each planned
                    strike ten times more, poses, speed and heading being off; --search also looks in the lab
-                   itself for the piles that some strike singulates reliably (minutes a pile)
+                   itself for the piles that some strike singulates reliably (minutes a pile); FOLDER is that of a cell that
+                   `validate cells` filmed (target/validate/cells/601-hard), in place of the lab's own
   validate missing LAB [PILES]
                    the same piles (20 if not given) with every property that concerns them removed in turn, and with every object
                    as if it had never been filmed
@@ -174,9 +175,9 @@ fn main() -> ExitCode {
             number(count, "subsets").and_then(|count| validate::subsets(lab.as_ref(), tracks.as_ref(), count))
         }
         ["validate", "strikes", lab, rest @ ..] => strikes(lab, rest),
-        ["validate", "arms", lab] => validate::arms(lab.as_ref(), 60),
+        ["validate", "arms", lab] => validate::arms(&LabCell::own(lab.as_ref()), 60),
         ["validate", "arms", lab, piles] => {
-            number(piles, "piles").and_then(|piles| validate::arms(lab.as_ref(), piles))
+            number(piles, "piles").and_then(|piles| validate::arms(&LabCell::own(lab.as_ref()), piles))
         }
         ["validate", "missing", lab, rest @ ..] => missing(lab, rest),
         ["validate", lab] => validate::lab(lab.as_ref(), false),
@@ -219,7 +220,13 @@ fn contact(lab: &str, rest: &[&str]) -> Result<(), String> {
     validate::contact(lab.as_ref(), cells)
 }
 
+/// `validate strikes LAB [PILES] [--repeat|--search] [--cell FOLDER]`.
 fn strikes(lab: &str, rest: &[&str]) -> Result<(), String> {
+    let (cell, rest) = match rest {
+        [rest @ .., "--cell", folder] => (Some(folder.as_ref()), rest),
+        _ => (None, rest),
+    };
+    let cell = LabCell::of(lab.as_ref(), cell)?;
     let (flags, counts): (Vec<&str>, Vec<&str>) = rest.iter().partition(|word| word.starts_with("--"));
     let effort = match &flags[..] {
         [] => Effort::Once,
@@ -228,7 +235,7 @@ fn strikes(lab: &str, rest: &[&str]) -> Result<(), String> {
         other => return Err(format!("unknown flags: {}", other.join(" "))),
     };
     let piles = counts.first().map_or(Ok(60), |count| count.parse());
-    validate::strikes(lab.as_ref(), piles.map_err(|e| format!("number of piles: {e}"))?, effort)
+    validate::strikes(&cell, piles.map_err(|e| format!("number of piles: {e}"))?, effort)
 }
 
 fn campaigns(rest: &[&str]) -> Result<(), String> {
@@ -292,7 +299,10 @@ fn bags(rest: &[&str]) -> Result<(), String> {
 }
 
 fn missing(lab: &str, rest: &[&str]) -> Result<(), String> {
-    validate::missing(lab.as_ref(), rest.first().map_or(Ok(20), |piles| number(piles, "piles"))?)
+    validate::missing(
+        &LabCell::own(lab.as_ref()),
+        rest.first().map_or(Ok(20), |piles| number(piles, "piles"))?,
+    )
 }
 
 fn bench_physics(flags: &[&str]) -> Result<(), String> {

@@ -22,7 +22,7 @@ use breakshot::scene::singulation::Singulation;
 use breakshot::scene::{Goal, Placed, Scene, Strike};
 use breakshot::{Result as Planned, files};
 use lab::{Lab, Pile, Rest, Variation};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use table::Trial;
 
 /// Strikes after which a pile has to be singulated.
@@ -41,18 +41,54 @@ pub(crate) enum Effort {
     Search,
 }
 
-/// Plans and strikes `count` random piles of 2 to 6 objects, and looks for reliable strikes.
-pub(crate) fn run(shared: &Path, count: usize, effort: Effort) -> Result<(), String> {
-    let program = Program::build()?;
-    let study = Study::new(&program, shared, effort)?;
-    let mut lab = Lab::start(shared)?;
-    let piles = lab.piles(count, 1)?;
-    let mut trials = Vec::new();
-    for (k, pile) in piles.iter().enumerate() {
-        let trial = trial(&mut lab, &study, pile, k as u64).map_err(|e| format!("{}: {e}", pile.name))?;
-        println!("{trial}");
-        trials.push(trial);
+/// A cell of the lab: its folder of scripts, that of the campaign with the cell's files, and what the scripts read about it.
+pub(crate) struct LabCell {
+    pub(crate) lab: PathBuf,
+    pub(crate) campaign: PathBuf,
+    pub(crate) specification: PathBuf,
+}
+
+impl LabCell {
+    /// The lab's own cell.
+    pub(crate) fn own(lab: &Path) -> Self {
+        let (campaign, specification) = (lab.join("campaign"), lab.join("campaign_spec.json"));
+        Self { lab: lab.into(), campaign, specification }
     }
+
+    /// A cell that `validate cells` drew and filmed into a folder.
+    pub(crate) fn drawn(lab: &Path, folder: &Path) -> Result<Self, String> {
+        let files = std::fs::read_dir(folder).map_err(|e| format!("{}: {e}", folder.display()))?;
+        let mut paths: Vec<PathBuf> = files.filter_map(|file| Some(file.ok()?.path())).collect();
+        paths.sort();
+        let is_specification = |path: &PathBuf| {
+            let stem = path.file_stem().and_then(|stem| stem.to_str()).unwrap_or_default();
+            stem.starts_with("campaign_") && path.extension().is_some_and(|extension| extension == "json")
+        };
+        let specification = paths.into_iter().find(is_specification);
+        let missing = || format!("{}: no campaign_SEED.json of a drawn cell", folder.display());
+        Ok(Self {
+            lab: lab.into(),
+            campaign: folder.into(),
+            specification: specification.ok_or_else(missing)?,
+        })
+    }
+
+    /// The cell of the lab in `folder`, else the lab's own.
+    pub(crate) fn of(lab: &Path, folder: Option<&Path>) -> Result<Self, String> {
+        folder.map_or_else(|| Ok(Self::own(lab)), |folder| Self::drawn(lab, folder))
+    }
+}
+
+/// Plans and strikes `count` random piles of 2 to 6 objects, and looks for reliable strikes.
+pub(crate) fn run(cell: &LabCell, count: usize, effort: Effort) -> Result<(), String> {
+    let program = Program::build()?;
+    let study = Study::new(&program, cell, effort)?;
+    let piles = Lab::start(cell)?.piles(count, 1)?;
+    let trials = on_all_cores(cell, &piles, |lab, pile, seed| {
+        let trial = trial(lab, &study, pile, seed).map_err(|e| format!("{}: {e}", pile.name))?;
+        println!("{trial}");
+        Ok(trial)
+    })?;
     table::print(&trials);
     let figure = program.output.join("reliability.svg");
     std::fs::write(&figure, figure::reliability(&trials))
@@ -62,31 +98,31 @@ pub(crate) fn run(shared: &Path, count: usize, effort: Effort) -> Result<(), Str
 }
 
 /// Plans and strikes `count` random piles with all properties, and without each of them in turn.
-pub(crate) fn run_missing(shared: &Path, count: usize) -> Result<(), String> {
+pub(crate) fn run_missing(cell: &LabCell, count: usize) -> Result<(), String> {
     let program = Program::build()?;
-    let study = Study::new(&program, shared, Effort::Once)?;
-    let piles = Lab::start(shared)?.piles(count, 1)?;
-    missing::run(shared, &study, &piles)
+    let study = Study::new(&program, cell, Effort::Once)?;
+    let piles = Lab::start(cell)?.piles(count, 1)?;
+    missing::run(cell, &study, &piles)
 }
 
 /// Plans and strikes `count` random piles without an arm and with one.
-pub(crate) fn run_arms(shared: &Path, count: usize) -> Result<(), String> {
+pub(crate) fn run_arms(cell: &LabCell, count: usize) -> Result<(), String> {
     let program = Program::build()?;
-    let study = Study::new(&program, shared, Effort::Once)?;
-    let piles = Lab::start(shared)?.piles(count, 1)?;
-    arms::run(shared, &study, &piles)
+    let study = Study::new(&program, cell, Effort::Once)?;
+    let piles = Lab::start(cell)?.piles(count, 1)?;
+    arms::run(cell, &study, &piles)
 }
 
 /// The trials of all piles in their order, made with one lab on each core.
 fn on_all_cores<T: Send>(
-    shared: &Path,
+    cell: &LabCell,
     piles: &[Pile],
     trial: impl Fn(&mut Lab, &Pile, u64) -> Result<T, String> + Sync,
 ) -> Result<Vec<T>, String> {
     let labs = std::thread::available_parallelism().map_or(1, std::num::NonZero::get);
     let trial = &trial;
     let struck = |first: usize| -> Result<Vec<(usize, T)>, String> {
-        let mut lab = Lab::start(shared)?;
+        let mut lab = Lab::start(cell)?;
         let own = piles.iter().enumerate().skip(first).step_by(labs);
         own.map(|(k, pile)| Ok((k, trial(&mut lab, pile, k as u64)?))).collect()
     };
@@ -104,9 +140,9 @@ fn on_all_cores<T: Send>(
 }
 
 /// The properties estimated from the campaign's films.
-fn learned(program: &Program, shared: &Path) -> Result<Properties, String> {
+fn learned(program: &Program, cell: &LabCell) -> Result<Properties, String> {
     let properties = program.output.join("properties.json");
-    let campaign = shared.join("campaign/campaign.toml");
+    let campaign = cell.campaign.join("campaign.toml");
     program.run(&["estimate", &campaign.to_string_lossy(), "-o", &properties.to_string_lossy()])?;
     files::load_properties(&properties).map_err(|e| e.to_string())
 }
@@ -120,9 +156,9 @@ struct Study {
 }
 
 impl Study {
-    fn new(program: &Program, shared: &Path, effort: Effort) -> Result<Self, String> {
-        let properties = learned(program, shared)?;
-        let campaign = shared.join("campaign");
+    fn new(program: &Program, cell: &LabCell, effort: Effort) -> Result<Self, String> {
+        let properties = learned(program, cell)?;
+        let campaign = &cell.campaign;
         let scene = Scene {
             cell: files::load_cell(campaign.join("cell.toml")).map_err(|e| e.to_string())?,
             objects: files::load_objects(campaign.join("objects.toml")).map_err(|e| e.to_string())?.value,

@@ -9,7 +9,7 @@ use super::altered::learned;
 use super::saved::Saved;
 use crate::validate::row::{self, Row, mean_and_worst, median};
 use crate::validate::strikes::lab::{Lab, Variation};
-use crate::validate::strikes::{placed, planned};
+use crate::validate::strikes::{LabCell, placed, planned};
 use crate::validate::truth::Truth;
 use crate::validate::{Program, scatter};
 use crate::venv;
@@ -184,21 +184,21 @@ fn cell(python: &Path, lab: &Path, seed: u64) -> Result<Cell, String> {
     let folder = motions(python, lab, seed)?;
     let saved = saved(&folder, &folder, seed)?;
     let before = learned(&saved, &saved.clips)?.properties;
-    let specification = folder.join(format!("campaign_{seed}.json"));
+    let drawn = LabCell::drawn(lab, &folder)?;
 
     // The advised clips
     let clips = folder.join("advised.json");
     std::fs::write(&clips, advised(&saved.campaign, &before)?.to_string()).map_err(|e| e.to_string())?;
     let advised = folder.join("advised");
     let request =
-        Request { specification: &specification, clips: &clips, folder: &advised, films: Films::Empty };
+        Request { specification: &drawn.specification, clips: &clips, folder: &advised, films: Films::Empty };
     request.carry_out(python, lab)?;
     let more = self::saved(&advised, &folder, seed + 1)?;
     let all: Vec<ClipTracks> = saved.clips.iter().chain(&more.clips).cloned().collect();
     let after = learned(&saved, &all)?.properties;
 
     // Strikes on piles
-    let outcomes = Outcomes::new(lab, &specification, &saved, &before)?;
+    let outcomes = Outcomes::new(&drawn, &saved, &before)?;
     let with = |friction: f64| {
         let mut properties = after.clone();
         properties.contact_friction.objects = Some(Estimate::exact(friction));
@@ -238,8 +238,8 @@ fn advised(campaign: &Campaign, properties: &Properties) -> Result<serde_json::V
 
 impl Outcomes {
     /// Plans robust strikes on random piles with these properties and carries them out.
-    fn new(lab: &Path, specification: &Path, saved: &Saved, properties: &Properties) -> Result<Self, String> {
-        let mut lab = Lab::start_cell(lab, specification)?;
+    fn new(cell: &LabCell, saved: &Saved, properties: &Properties) -> Result<Self, String> {
+        let mut lab = Lab::start(cell)?;
         let mut strikes = Vec::new();
         for (k, pile) in lab.piles(PILES, 1)?.into_iter().enumerate() {
             let scene = Scene {

@@ -4,14 +4,13 @@
 //! as they are, and the lab carries out every strike.
 
 use super::lab::{Lab, Pile, Variation};
-use super::{Study, friction_scale, on_all_cores, placed, planned, works};
+use super::{LabCell, Study, friction_scale, on_all_cores, placed, planned, works};
 use crate::validate::robot::indy7;
 use crate::validate::row::{self, Row};
 use breakshot::plan::Method;
 use breakshot::robot::{self, Answer};
 use breakshot::scene::Scene;
 use std::f64::consts::FRAC_PI_2;
-use std::path::Path;
 
 /// The places of the base: half a metre behind the middle of the long side, and of the short side.
 const BASES: [(&str, Option<[f64; 2]>); 3] = [
@@ -34,8 +33,8 @@ struct Planned {
 }
 
 /// Plans and strikes every pile without an arm and with it at both places; prints the table.
-pub(super) fn run(shared: &Path, study: &Study, piles: &[Pile]) -> Result<(), String> {
-    let trials = on_all_cores(shared, piles, |lab, pile, seed| {
+pub(super) fn run(cell: &LabCell, study: &Study, piles: &[Pile]) -> Result<(), String> {
+    let trials = on_all_cores(cell, piles, |lab, pile, seed| {
         let of = |base: &(&str, Option<[f64; 2]>)| trial(lab, study, pile, seed, base.1);
         let [none, long, short]: [_; 3] =
             BASES.iter().map(of).collect::<Result<Vec<_>, _>>()?.try_into().map_err(|_| "three bases")?;

@@ -1,5 +1,6 @@
 //! The lab as a running program: `xtask/peers/lab_strikes.py`.
 
+use super::LabCell;
 use crate::venv;
 use breakshot::geometry::Pose;
 use breakshot::scene::{Placed, Strike};
@@ -7,7 +8,6 @@ use serde::Deserialize;
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
 use std::io::{BufRead, BufReader, Write};
-use std::path::Path;
 use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
 
 /// A lab that waits for requests.
@@ -56,17 +56,12 @@ struct StrikeAnswer {
 }
 
 impl Lab {
-    /// Starts the lab with the campaign's cell.
-    pub(crate) fn start(shared: &Path) -> Result<Self, String> {
-        Self::start_cell(shared, &shared.join("campaign_spec.json"))
-    }
-
-    /// Starts the lab with the cell of this specification.
-    pub(crate) fn start_cell(shared: &Path, specification: &Path) -> Result<Self, String> {
+    /// Starts the lab with a cell.
+    pub(crate) fn start(LabCell { lab, specification, .. }: &LabCell) -> Result<Self, String> {
         let python = venv::python("lab", &venv::LAB)?;
         let mut program = Command::new(python)
             .arg("xtask/peers/lab_strikes.py")
-            .args([shared, specification])
+            .args([lab, specification])
             .stdin(Stdio::piped())
             .stdout(Stdio::piped())
             .spawn()

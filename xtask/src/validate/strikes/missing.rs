@@ -5,7 +5,7 @@
 //! how often it works with all properties.
 
 use super::lab::{Lab, Pile, Variation};
-use super::{Study, friction_scale, on_all_cores, placed, planned, works};
+use super::{LabCell, Study, friction_scale, on_all_cores, placed, planned, works};
 use crate::validate::row::{self, Row};
 use breakshot::object::kind;
 use breakshot::plan::Method;
@@ -13,7 +13,6 @@ use breakshot::properties::Properties;
 use breakshot::scene::Scene;
 use breakshot::uncertain::Estimate;
 use std::collections::BTreeMap;
-use std::path::Path;
 
 /// Least fraction of the strikes that work with all properties and have to work without one of them.
 const LEAST_STILL_WORKING: f64 = 0.85;
@@ -39,8 +38,8 @@ struct Count {
 }
 
 /// Strikes every pile with all properties and with every lack, with one lab on each core; prints the table.
-pub(super) fn run(shared: &Path, study: &Study, piles: &[Pile]) -> Result<(), String> {
-    let trials = on_all_cores(shared, piles, |lab, pile, seed| trials(lab, study, pile, seed))?.concat();
+pub(super) fn run(cell: &LabCell, study: &Study, piles: &[Pile]) -> Result<(), String> {
+    let trials = on_all_cores(cell, piles, |lab, pile, seed| trials(lab, study, pile, seed))?.concat();
     let (mut counts, mut all) = (BTreeMap::<&'static str, Count>::new(), Count::default());
     for trial in &trials {
         counts.entry(trial.sort).or_default().add(trial);
