@@ -10,6 +10,7 @@ use crate::estimate::ClipTracks;
 use crate::geometry::{Point, Vec2, wrapped_rad};
 use crate::retiming::{is_same_rate, usual_hz, usual_within};
 use crate::scene::Strike;
+use crate::statistics::median;
 use crate::uncertain::Measured;
 use crate::warning::{Cause, Warning};
 use std::collections::BTreeSet;
@@ -21,6 +22,9 @@ const LEAST_OFFSET_M: f64 = 0.004;
 const USUAL_RATE: f64 = 0.015;
 /// A factor of the lengths on the table explains one of the speeds within this.
 const SAME_FACTOR: f64 = 0.02;
+/// The standard deviation of a median over that of a mean, for normal errors; and how many of these a common difference is from zero.
+const STD_OF_MEDIAN: f64 = 1.25;
+const COMMON_STDS: f64 = 4.0;
 /// The part of the clips that a difference has in common.
 const MOST: f64 = 0.6;
 
@@ -249,7 +253,9 @@ impl Common {
             let n = values.iter().filter(alike).count();
             // One clip has nothing in common, and what is accurate enough is taken as exact.
             let is_common = n > 1 && n as f64 >= MOST * values.len() as f64 && 4 * n >= group.len();
-            if !is_common || spread.median.abs() < least {
+            let error =
+                STD_OF_MEDIAN * median(values.iter().map(|m| m.std)).unwrap_or(0.0) / (n as f64).sqrt();
+            if !is_common || spread.median.abs() < least.max(COMMON_STDS * error) {
                 spread.median = 0.0;
             }
             spread

@@ -51,6 +51,8 @@ const LEAST_POSITIONS: usize = 3;
 const OUTLIER_STDS: f64 = 4.0;
 /// Least noise of a position (nodes).
 const LEAST_STD_NODES: f64 = 0.1;
+/// The scatter of positions in shade, of a striker that is cut off by shadows or by its arm, over the step of the grid.
+const ASSUMED_STD_NODES: f64 = 0.6;
 /// Largest noise of a position with which it is a uniform motion (widths of the filter).
 const MOST_STD_WIDTHS: f64 = 0.5;
 /// Standard deviation of the scale of the table at one place over that at others, by lens and pose of the camera (1).
@@ -183,10 +185,12 @@ impl<'a> Follower<'a> {
     fn fitted(&self, positions: &[(f64, Point)], rest: Option<Point>) -> Option<StrikerTrack> {
         let line = UniformMotion::through(positions)?;
         let squares_m2: f64 = positions.iter().map(|(t, p)| (*p - line.at(*t)).length_squared()).sum();
-        // A line has four parameters.
+        // A line has four parameters.  Few residuals may be small by chance, and two positions leave none: the assumed scatter
+        // counts as one more.
         let freedom = 2.0 * positions.len() as f64 - 4.0;
-        let least_m = LEAST_STD_NODES * self.grid.step_m;
-        let std_m = if freedom > 0.0 { (squares_m2 / freedom).sqrt().max(least_m) } else { 3.0 * least_m };
+        let assumed_m = ASSUMED_STD_NODES * self.grid.step_m;
+        let pooled_m = ((squares_m2 + assumed_m.powi(2)) / (freedom + 1.0)).sqrt();
+        let std_m = pooled_m.max(LEAST_STD_NODES * self.grid.step_m);
         if std_m > MOST_STD_WIDTHS * self.edge.width_m() {
             return None;
         }

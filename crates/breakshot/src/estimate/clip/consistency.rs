@@ -1,7 +1,7 @@
 //! Is a clip consistent with itself?
 //!
 //! A clip is inconsistent if a body starts to move with nothing near it, if bodies at rest jump from one frame to the
-//! next, or if frames repeat earlier ones.
+//! next, if two bodies hit each other without touching, or if frames repeat earlier ones.
 
 use super::fit::MotionFit;
 use super::initial_guess::{frame_s, noise_m, observed_pose};
@@ -24,7 +24,8 @@ pub(crate) fn inconsistency(fitted: &MotionFit, with_strike: bool) -> Option<Str
     let bodies = &fitted.model.bodies;
     let reason = repeated_frames(bodies)
         .or_else(|| jump_of_all_at_rest(bodies))
-        .or_else(|| motion_without_cause(fitted, with_strike))?;
+        .or_else(|| motion_without_cause(fitted, with_strike))
+        .or_else(|| impact_without_contact(fitted))?;
     Some(format!("left out: {reason}"))
 }
 
@@ -53,6 +54,17 @@ fn motion_without_cause(fitted: &MotionFit, with_strike: bool) -> Option<String>
                 .then(|| format!("`{object}` is set in motion at {at_s:.3} s with nothing near it"))
         },
     )
+}
+
+/// Two moving bodies that change their motion while they are apart: the sequence of their impacts is not the one that was found, and
+/// frictions and impulses take its place.
+fn impact_without_contact(fitted: &MotionFit) -> Option<String> {
+    let (pair, time_s, gap_m) = fitted.hit_without_contact()?;
+    let [a, b] = pair.map(|k| &fitted.model.bodies[k].object);
+    Some(format!(
+        "`{a}` and `{b}` change their motion at {time_s:.3} s with their outlines {:.1} mm apart: their impacts follow too fast, or positions are wrong",
+        1e3 * gap_m
+    ))
 }
 
 /// A moving body that does not move from one frame to the next, several times: the film repeats frames.

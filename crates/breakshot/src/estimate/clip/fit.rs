@@ -202,6 +202,7 @@ impl MotionFit {
             return None;
         }
         let trial = Self::weighted(first.model, first.minimum.parameters, FINAL);
+        let trial = self.at_contact(trial, &event, body, time_s);
         let trial = Self { remarks: self.remarks.clone(), ..trial };
 
         // Positions alone decide: a spin that decays otherwise than modelled does not show an impact.
@@ -222,6 +223,18 @@ impl MotionFit {
             && jump_m_s > EVENT_STDS * std_m_s * trial.position_variance().sqrt()
             && jump_m_s > EVENT_JUMP * speed_m_s;
         accepted.then(|| if alone { Self { non_coulomb: true, ..self.clone() } } else { trial })
+    }
+
+    /// The fit with an impact, or that with the impact when its bodies touch, if they are apart in the first and the second one fits
+    /// the positions about as well.
+    fn at_contact(&self, trial: Self, event: &Event, body: usize, time_s: f64) -> Self {
+        let nearer =
+            trial.jump_near(body, time_s).and_then(|(at_s, ..)| trial.nearer_approach_s(event, at_s));
+        let Some(contact_s) = nearer else { return trial };
+        let (model, parameters) = self.inserted(event.clone(), contact_s, body, Vec2::ZERO);
+        let touching = Self::run(model, parameters);
+        let allowed = trial.position_loss() + EVENT_GAIN * trial.position_variance();
+        if touching.position_loss() < allowed { touching } else { trial }
     }
 
     /// Whether the bodies of an event at this time are those of another event less than a frame away.

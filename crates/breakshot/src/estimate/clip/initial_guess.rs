@@ -33,6 +33,8 @@ enum Onset {
 const MOVED_NOISES: f64 = 8.0;
 /// The factor on the standard deviation of an observation that the detector marks as doubtful.
 const DOUBTFUL_FACTOR: f64 = 5.0;
+/// Observations are missing between two that are this many frames apart.
+const MISSED_FRAMES: f64 = 1.5;
 /// A body is a partner of an impact if the gap is below this (m), because outlines are measured with a ruler, ...
 const NEAR_M: f64 = 0.006;
 /// ... plus this fraction of its displacement in the frame of the impact: it changes its velocity within the frame, and
@@ -161,7 +163,10 @@ fn onset(body: &Body) -> Onset {
             let moving_s = if speed > 0.0 { away.length() / speed } else { f64::INFINITY };
             let earliest_s = observations[k - 1].time_s;
             let time_s = (now.time_s - moving_s).max(earliest_s);
-            let rested = k >= 2 && (now.time_s - moving_s) > observations[0].time_s;
+            // After frames without an observation the body may have slowed down: its speed does not lead back to the onset.
+            let missed =
+                now.time_s - earliest_s > MISSED_FRAMES * (observations[1].time_s - observations[0].time_s);
+            let rested = k >= 2 && (missed || now.time_s - moving_s > observations[0].time_s);
             return if rested { Onset::At(time_s) } else { Onset::AtStart };
         }
         // The rest position is the mean so far.
@@ -327,6 +332,8 @@ fn set_velocity(parameters: &mut [f64], index: usize, body: &Body, time_s: f64) 
 }
 
 /// The moving body nearest to body `k`, if near enough to have hit it.
+///
+/// Where body `k` is not observed for some frames as it starts to move, the others have these frames to reach it.
 fn partner(bodies: &[Body], k: usize, time_s: f64, moving: &[(f64, usize)]) -> Option<usize> {
     let at_start = (0..bodies.len()).filter(|&j| bodies[j].moves_at_start);
     let mut candidates: Vec<usize> =
@@ -334,8 +341,16 @@ fn partner(bodies: &[Body], k: usize, time_s: f64, moving: &[(f64, usize)]) -> O
     candidates.sort_unstable();
     // The body is still where it rested.
     let pose_k = rest_pose(&bodies[k], time_s);
+    let until_s = bodies[k].observations.iter().map(|o| o.time_s).find(|&t| t > time_s).unwrap_or(time_s);
     let slack_m = |j: usize| NEAR_STEP * step_m(&bodies[j], time_s);
-    nearest(bodies, k, pose_k, &candidates, |j| (observed_pose(&bodies[j], time_s), slack_m(j)))
+    nearest(bodies, k, pose_k, &candidates, |j| {
+        let meanwhile = bodies[j].observations.iter().filter(|o| time_s < o.time_s && o.time_s < until_s);
+        let poses = meanwhile.map(|o| observed_pose(&bodies[j], o.time_s));
+        let at_first = observed_pose(&bodies[j], time_s);
+        let distance_m = |pose: &Pose| pose.position.distance(pose_k.position);
+        let least = |p: Pose, q: Pose| if distance_m(&q) < distance_m(&p) { q } else { p };
+        (poses.fold(at_first, least), slack_m(j))
+    })
 }
 
 /// The impacts of pairs of bodies that both move from the first observation on, whose impact sets none in motion: when each

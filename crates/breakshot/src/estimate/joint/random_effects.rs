@@ -44,6 +44,9 @@ pub(crate) struct Mean {
 
 /// Largest prior degrees of freedom, because the variances of real groups are never all equal.
 const MAX_DEGREES_OF_FREEDOM: f64 = 12.0;
+/// Prior degrees of freedom where too few groups repeat to compare their variances: the standard deviations of two groups
+/// differ by about a factor of 1.5.
+const ASSUMED_DEGREES_OF_FREEDOM: f64 = 6.0;
 /// Upper end of the search for the relative standard deviation.
 const MAX_RELATIVE_STD: f64 = 1.0;
 /// From this number of groups the most deviating one is left out of the comparison of their variances.
@@ -185,7 +188,13 @@ fn prior_degrees_of_freedom(groups: &[Group], relative: f64) -> f64 {
         .map(|g| (g.moments(relative).1 / g.degrees_of_freedom(), g.degrees_of_freedom()))
         .collect();
     if squares.len() < 3 {
-        return 0.0;
+        // Too few to compare: the pooled variance is as uncertain as its repeats make it, and the groups' own variances differ.
+        let repeats: f64 = squares.iter().map(|(_, f)| f).sum();
+        return if squares.len() < 2 {
+            0.0
+        } else {
+            1.0 / (1.0 / repeats + 1.0 / ASSUMED_DEGREES_OF_FREEDOM)
+        };
     }
     let mut excesses: Vec<f64> = squares.iter().map(|(s, f)| (s - 1.0).powi(2) - 2.0 / f).collect();
     excesses.sort_unstable_by(f64::total_cmp);

@@ -1,5 +1,6 @@
 //! The geometry of each impact of a fitted clip: partners, contact normal and contact point.
 
+use crate::estimate::clip::contact_gap::MAX_GAP_M;
 use crate::estimate::clip::fit::MotionFit;
 use crate::estimate::clip::motion_model::{BodyPath, Cause, Event};
 use crate::estimate::clip::sliding::MotionState;
@@ -50,9 +51,6 @@ pub(crate) struct MotionsAtImpact {
     pub(crate) before: [MotionState; 2],
     pub(crate) after: [MotionState; 2],
 }
-
-/// Outlines that are farther apart at an impact than this (m) show that names or outlines do not fit the clip.
-const MAX_GAP_M: f64 = 0.003;
 
 impl Contact {
     /// Measures neither restitution nor mass ratio, for this reason.

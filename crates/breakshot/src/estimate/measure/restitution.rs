@@ -20,8 +20,9 @@ pub(crate) fn restitution(contact: &Contact, motions: &MotionsAtImpact) -> f64 {
 /// Moves the contact point of two facing sides to where the impulse acted, and marks a double contact: sides that met
 /// first at one end and then at the other have no single restitution.
 ///
-/// The impulse acts at the lever arm `k^2 dw / dv` from the centroid (k: radius of gyration, dw: change of the angular
-/// velocity, dv: change of the velocity along the normal).
+/// The torque of an impulse at the position s along the sides from the centroid, which is h from them, changes the angular
+/// velocity by `dw = (h dv_t - s dv_n) / k^2` (k: radius of gyration, dv: change of the velocity along normal and sides). Contact
+/// friction contributes the first term.
 pub(crate) fn check_facing_sides(fitted: &MotionFit, contact: &mut Contact) {
     let Some(sides) = contact.closest.facing_sides else { return };
     let normal = contact.closest.normal_ab;
@@ -41,9 +42,12 @@ pub(crate) fn check_facing_sides(fitted: &MotionFit, contact: &mut Contact) {
         let motions = contact.motions(fitted, parameters);
         let position = |&(side, k): &(usize, usize)| {
             let spin_change = motions.after[side].spin_rad_s - motions.before[side].spin_rad_s;
-            let gyration_m = fitted.model.bodies[k].gyration_m;
-            let lever = gyration_m.powi(2) * spin_change / motions.velocity_change(side).dot(normal);
-            motions.after[side].pose.position.to_vec().dot(along) - lever
+            let torque = fitted.model.bodies[k].gyration_m.powi(2) * spin_change;
+            let centroid = motions.after[side].pose.position;
+            let height_m = (contact.closest.point - centroid).dot(normal);
+            let change = motions.velocity_change(side);
+            let lever_m = (height_m * change.dot(along) - torque) / change.dot(normal);
+            centroid.to_vec().dot(along) + lever_m
         };
         bodies.iter().map(position).collect()
     });
@@ -59,10 +63,12 @@ pub(crate) fn check_facing_sides(fitted: &MotionFit, contact: &mut Contact) {
         - motions.before[0].velocity_at(sides.far_point))
     .dot(normal);
     let delay_s = sides.wedge_m / closing_m_s;
-    if fraction.is_finite() {
-        contact.closest.point += along * (fraction * length);
-    }
     let at_one_end = !(END_FRACTION..=1.0 - END_FRACTION).contains(&fraction);
+    if fraction.is_finite() {
+        // The end's own position is more accurate than that of the impulse.
+        let acted = if at_one_end { fraction.clamp(0.0, 1.0).round() } else { fraction };
+        contact.closest.point += along * (acted * length);
+    }
     let simultaneous = (0.0..SIMULTANEOUS_S).contains(&delay_s);
     if !fraction.is_finite() || !(at_one_end || simultaneous) {
         contact.both_ends = true;
