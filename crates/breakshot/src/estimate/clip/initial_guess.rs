@@ -6,7 +6,7 @@ use super::motion_model::{
 use super::sliding::patch_radius_m;
 use super::striker_path::StrikerPath;
 use crate::detect::Track;
-use crate::estimate::closest_points::{PlacedShape, separated_closest_points};
+use crate::estimate::closest_points::{PlacedShape, closest_points, separated_closest_points};
 use crate::geometry::{Point, Pose, Vec2};
 use crate::object::{Object, Shape};
 use crate::statistics::{median, sorted_by_value};
@@ -33,8 +33,9 @@ enum Onset {
 const MOVED_NOISES: f64 = 8.0;
 /// The factor on the standard deviation of an observation that the detector marks as doubtful.
 const DOUBTFUL_FACTOR: f64 = 5.0;
-/// Observations are missing between two that are this many frames apart.
+/// Observations are missing between two that are this many frames apart; and the instants at which others may be near meanwhile.
 const MISSED_FRAMES: f64 = 1.5;
+const MISSED_STEPS: u32 = 16;
 /// A body is a partner of an impact if the gap is below this (m), because outlines are measured with a ruler, ...
 const NEAR_M: f64 = 0.006;
 /// ... plus this fraction of its displacement in the frame of the impact: it changes its velocity within the frame, and
@@ -343,13 +344,17 @@ fn partner(bodies: &[Body], k: usize, time_s: f64, moving: &[(f64, usize)]) -> O
     let pose_k = rest_pose(&bodies[k], time_s);
     let until_s = bodies[k].observations.iter().map(|o| o.time_s).find(|&t| t > time_s).unwrap_or(time_s);
     let slack_m = |j: usize| NEAR_STEP * step_m(&bodies[j], time_s);
+    let own = PlacedShape { shape: &bodies[k].shape, pose: pose_k };
+    let is_near =
+        |shape, pose| closest_points(own, PlacedShape { shape, pose }).is_none_or(|c| c.gap_m < NEAR_M);
     nearest(bodies, k, pose_k, &candidates, |j| {
-        let meanwhile = bodies[j].observations.iter().filter(|o| time_s < o.time_s && o.time_s < until_s);
-        let poses = meanwhile.map(|o| observed_pose(&bodies[j], o.time_s));
-        let at_first = observed_pose(&bodies[j], time_s);
-        let distance_m = |pose: &Pose| pose.position.distance(pose_k.position);
-        let least = |p: Pose, q: Pose| if distance_m(&q) < distance_m(&p) { q } else { p };
-        (poses.fold(at_first, least), slack_m(j))
+        let poses = (0..=MISSED_STEPS).map(|step| {
+            let part = f64::from(step) / f64::from(MISSED_STEPS);
+            observed_pose(&bodies[j], time_s + part * (until_s - time_s))
+        });
+        let missed = until_s - time_s > MISSED_FRAMES * frame_s(bodies);
+        let reached = poses.into_iter().filter(|_| missed).find(|&pose| is_near(&bodies[j].shape, pose));
+        (reached.unwrap_or_else(|| observed_pose(&bodies[j], time_s)), slack_m(j))
     })
 }
 
