@@ -37,6 +37,10 @@ const APART_STDS: f64 = 3.0;
 const SHARP_STD_PX: f64 = 0.15;
 /// If it is further off than this, and the outline is not sharp, the position is doubtful.
 const FAR_APART_STDS: f64 = 5.0;
+/// The background of a marker is uneven if its residual is larger than usual by this much (grey levels), and a displacement that this
+/// may cause is reported from this on (px).
+const UNEVEN_LEVELS: f64 = 3.0;
+const UNEVEN_PX: f64 = 0.3;
 /// Standard deviation of the distance of a marker's centre from where the object's outline has it (m): markers are placed by hand.
 const OUTLINE_STD_M: f64 = 0.5e-3;
 /// An object that reaches the border within this time (s) at its velocity has left the image when it is lost.
@@ -64,13 +68,16 @@ pub(super) fn track(camera: &Camera, state: &TrackState, exposure_s: f64) -> Dou
     let deviations_px = size_deviations_px(&appearances);
     let mut yaw_near_rad = state.points.first().map_or(0.0, |p| p.pose.yaw_rad);
     let always_by_outline = is_disturbed(camera, state);
+    let markers = state.points.iter().filter(|p| p.source == Source::Marker);
+    let usual_rms = upper_median(markers.map(|p| p.blob.background_rms)).unwrap_or(0.0);
 
     // Samples
     let points = state.points.iter().zip(&appearances).zip(deviations_px);
     let samples = points.map(|((point, appearance), deviation_px)| {
         let scale_m_per_px = camera.scale_m_per_px(point.blob.centroid, target.height_m());
-        let seen =
-            Seen { camera, target, point, appearance: appearance.as_ref(), deviation_px, scale_m_per_px };
+        let uneven_px = uneven_light_px(point, usual_rms);
+        let appearance = appearance.as_ref();
+        let seen = Seen { camera, target, point, appearance, deviation_px, uneven_px, scale_m_per_px };
         let mut measured = seen.measured(always_by_outline, yaw_near_rad);
         yaw_near_rad = measured.pose.yaw_rad;
         // A rolling shutter exposes lower rows later.
@@ -95,6 +102,8 @@ struct Seen<'a> {
     appearance: Option<&'a Appearance>,
     /// Deviation of the marker's size (px), if it is unusual.
     deviation_px: Option<f64>,
+    /// Possible displacement of its marker by light that changes across it (px).
+    uneven_px: f64,
     scale_m_per_px: f64,
 }
 
@@ -103,7 +112,8 @@ impl Seen<'_> {
     fn measured(&self, always_by_outline: bool, yaw_near_rad: f64) -> Measured {
         let by_marker = self.by_marker(yaw_near_rad);
         let Some(by_outline) = self.by_outline(yaw_near_rad) else { return by_marker };
-        let is_deviating = self.deviation_px.is_some() || self.point.blob.at_border;
+        let is_deviating =
+            self.deviation_px.is_some() || self.point.blob.at_border || self.uneven_px > UNEVEN_PX;
         match self.point.source {
             Source::MarkerOutline => by_outline,
             Source::Marker if is_deviating && by_outline.std_m < by_marker.std_m => by_outline,
@@ -152,10 +162,12 @@ impl Seen<'_> {
             is_partial.then_some(Doubt::Outline { visible: point.blob.contrast }),
             is_covered.then_some(Doubt::MarkerCovered),
             (yaw_std_rad > DOUBTFUL_YAW_STD_RAD).then_some(Doubt::UncertainYaw { std_rad: yaw_std_rad }),
+            (self.uneven_px > UNEVEN_PX).then_some(Doubt::UnevenLight { shift_px: self.uneven_px }),
         ];
         // An occlusion that shortens a marker displaces its centroid by about as much. An object whose marker is off its centroid is
         // displaced by an error of the yaw.
-        let by_size_m = self.scale_m_per_px * (point.blob.std_px + self.deviation_px.unwrap_or(0.0));
+        let size_px = point.blob.std_px + self.deviation_px.unwrap_or(0.0);
+        let by_size_m = self.scale_m_per_px * size_px.hypot(self.uneven_px);
         let by_yaw_m = yaw_std_rad * target.feature.at_m.to_vec().length();
         let by_outline_m = if is_covered { OUTLINE_STD_M } else { 0.0 };
         let std_m = by_size_m.hypot(by_yaw_m).hypot(by_outline_m);
@@ -185,6 +197,18 @@ impl Measured {
         }
         self
     }
+}
+
+/// How far the centre of a marker may be displaced because the light changes across it (px), from a background that is less even than
+/// usual: pixels in the shade have less weight than others, and the centre moves by a quarter of the marker's length times their part.
+fn uneven_light_px(point: &TrackPoint, usual_rms: f64) -> f64 {
+    let blob = &point.blob;
+    if point.source != Source::Marker || blob.background_rms < usual_rms + UNEVEN_LEVELS {
+        return 0.0;
+    }
+    let uneven = (blob.background_rms.powi(2) - usual_rms.powi(2)).sqrt();
+    let (long_px2, ..) = principal_axes(blob.covariance_px2);
+    long_px2.sqrt() * uneven / blob.contrast.abs()
 }
 
 /// Whether a marker usually seems to be elsewhere than its outline, because something beside it is as dark: its own dot, the shade of an edge.

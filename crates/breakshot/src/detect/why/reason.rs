@@ -33,6 +33,11 @@ pub enum Doubt {
     },
     /// The marker's grey levels and its outline show different positions.
     OutlineElsewhere,
+    /// The light changes across the marker, as at the border of a shadow.
+    UnevenLight {
+        /// Possible displacement of the marker's centre (px).
+        shift_px: f64,
+    },
 }
 
 /// Why a region in the picture is not the object that was searched.
@@ -106,6 +111,10 @@ impl Display for Doubt {
             Self::OutlineElsewhere => {
                 write!(f, "the grey levels of its marker and the marker's outline show different positions")
             }
+            Self::UnevenLight { shift_px } => write!(
+                f,
+                "the light changes across its marker, as at the border of a shadow: it may be {shift_px:.1} px off"
+            ),
         }
     }
 }
