@@ -117,9 +117,10 @@ impl Seen<'_> {
         match self.point.source {
             Source::MarkerOutline => by_outline,
             Source::Marker if is_deviating && by_outline.std_m < by_marker.std_m => by_outline,
+            Source::Marker if always_by_outline => by_outline,
             Source::Marker
                 if by_outline.std_m < SHARP_STD_PX * self.scale_m_per_px
-                    && (always_by_outline || by_marker.is_apart(&by_outline, APART_STDS)) =>
+                    && by_marker.is_apart(&by_outline, APART_STDS) =>
             {
                 by_outline
             }

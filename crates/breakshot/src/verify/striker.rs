@@ -22,8 +22,7 @@ const LEAST_OFFSET_M: f64 = 0.004;
 const USUAL_RATE: f64 = 0.015;
 /// A factor of the lengths on the table explains one of the speeds within this.
 const SAME_FACTOR: f64 = 0.02;
-/// The standard deviation of a median over that of a mean, for normal errors; and how many of these a common difference is from zero.
-const STD_OF_MEDIAN: f64 = 1.25;
+/// A common difference is from zero by this many standard deviations of one clip.
 const COMMON_STDS: f64 = 4.0;
 /// The part of the clips that a difference has in common.
 const MOST: f64 = 0.6;
