@@ -3,8 +3,12 @@
 use super::contact::{Contact, MotionsAtImpact, Partner};
 use crate::estimate::clip::fit::MotionFit;
 
-/// An impulse within this fraction of the facing sides' length from one end shows a contact at that end alone.
-const END_FRACTION: f64 = 0.25;
+/// An impulse within this fraction of the facing sides' length from one end, and within this number of its standard deviations, shows a
+/// contact at that end alone: a small part of it at the other end, a moment later, changes the speed of separation much more.
+const END_FRACTION: f64 = 0.08;
+const END_STDS: f64 = 3.0;
+/// A worse known impulse shows no end.
+const WIDEST_END_FRACTION: f64 = 0.25;
 /// Two ends that meet within this time (s) meet in one impact: contacts of hard objects last about twice as long.
 const SIMULTANEOUS_S: f64 = 5e-4;
 /// The additional standard deviation of the restitution of a double contact; the error is the same in every clip.
@@ -53,9 +57,10 @@ pub(crate) fn check_facing_sides(fitted: &MotionFit, contact: &mut Contact) {
     });
     let weights: Vec<f64> =
         (0..positions.len()).map(|k| 1.0 / covariance[(k, k)].max(f64::MIN_POSITIVE)).collect();
-    let position =
-        positions.iter().zip(&weights).map(|(p, w)| p * w).sum::<f64>() / weights.iter().sum::<f64>();
+    let weight: f64 = weights.iter().sum();
+    let position = positions.iter().zip(&weights).map(|(p, w)| p * w).sum::<f64>() / weight;
     let fraction = (position - near) / length;
+    let end_fraction = (END_STDS / (weight.sqrt() * length.abs())).clamp(END_FRACTION, WIDEST_END_FRACTION);
 
     // How long after the near end the far one would have met without an impact
     let motions = contact.motions(fitted, &fitted.minimum.parameters);
@@ -63,7 +68,7 @@ pub(crate) fn check_facing_sides(fitted: &MotionFit, contact: &mut Contact) {
         - motions.before[0].velocity_at(sides.far_point))
     .dot(normal);
     let delay_s = sides.wedge_m / closing_m_s;
-    let at_one_end = !(END_FRACTION..=1.0 - END_FRACTION).contains(&fraction);
+    let at_one_end = !(end_fraction..=1.0 - end_fraction).contains(&fraction);
     if fraction.is_finite() {
         // The end's own position is more accurate than that of the impulse.
         let acted = if at_one_end { fraction.clamp(0.0, 1.0).round() } else { fraction };
