@@ -91,6 +91,9 @@ usage: cargo xtask TASK
                    COUNT drawn lenses (default 100) of each model beside OpenCV, read from the files that it stores
   validate boards FILMS [--python PYTHON]
                    lenses calibrated from films of boards that the lab made (lab/board.py), beside OpenCV on the same corners
+  validate corners LAB
+                   the lab's own lens calibrated from films of boards: how far tracks and the corners of the picture are off on the table
+                   (needs ffmpeg with x264; three minutes of filming the first time)
   validate decode CLIPS
                    decoded films against ffmpeg's, bit for bit; the same as `bench decode`
   fuzz [TARGET] [COUNT]
@@ -166,6 +169,7 @@ fn main() -> ExitCode {
         ["validate", "tracks", lab, tracks] => validate::tracks(lab.as_ref(), tracks.as_ref()),
         ["validate", "mistakes", lab, tracks] => validate::mistakes(lab.as_ref(), tracks.as_ref()),
         ["validate", what @ ("lenses" | "boards"), rest @ ..] => lenses(what, rest),
+        ["validate", "corners", lab] => validate::corners(lab.as_ref()),
         ["validate", "subsets", lab, tracks] => {
             validate::subsets(lab.as_ref(), tracks.as_ref(), validate::SUBSETS)
         }
