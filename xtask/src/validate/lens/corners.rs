@@ -102,7 +102,9 @@ impl<'a> Reference<'a> {
         let (Some(size_px), Some(focal_px), Some(center_px), Some(distortion)) =
             (image_size_px, focal_px, center_px, distortion)
         else {
-            return Err("the lab's cell has no lens; needed: the size of the picture and the whole lens".into());
+            return Err(
+                "the lab's cell has no lens; needed: the size of the picture and the whole lens".into()
+            );
         };
         let size_px = size_px.map(|size| size as usize);
         let coefficients: [f64; 5] =
@@ -114,7 +116,8 @@ impl<'a> Reference<'a> {
             let position_m = [0.0, -DISTANCE_M * tilt_rad.sin(), DISTANCE_M * tilt_rad.cos()];
             let at = Transform { position_m, rpy_rad: [tilt_rad, 0.0, 0.0] };
             let view = View { noise: NOISE, ..View::new(Camera::new(size_px, lens.clone(), at)) };
-            let frames = film(&view, &[0.0, 0.1, 0.2], |_| campaign.cell.tags.iter().map(Thing::tag).collect());
+            let frames =
+                film(&view, &[0.0, 0.1, 0.2], |_| campaign.cell.tags.iter().map(Thing::tag).collect());
             let seen = seen(&frames, &campaign.cell)?;
             Ok((frames, seen))
         };
@@ -135,7 +138,8 @@ impl<'a> Reference<'a> {
                 let on_table = |camera: &Camera| camera.table_from_pixel(pixel, 0.0);
                 1e3 * Point::distance(on_table(&camera), on_table(truth))
             };
-            let at = |k: usize, axis: usize| k as f64 / (COMPARED - 1) as f64 * (self.size_px[axis] as f64 - 1.0);
+            let at =
+                |k: usize, axis: usize| k as f64 / (COMPARED - 1) as f64 * (self.size_px[axis] as f64 - 1.0);
             let pixel = |x: usize, y: usize| Pixel::new(at(x, 0), at(y, 1));
             let last = COMPARED - 1;
             let corners = [(0, 0), (last, 0), (last, last), (0, last)].map(|(x, y)| off_mm(pixel(x, y)));
@@ -177,7 +181,9 @@ fn coefficients(lens: &Lens) -> Vec<f64> {
 /// The tracks of the campaign's first film.
 fn tracks(campaign: &Campaign) -> Result<Tracks, String> {
     let clip = campaign.clips.first().ok_or("the lab's campaign has no clips")?;
-    breakshot::clip_tracks(campaign, clip, Decoder::Builtin).map(|clip| clip.tracks).map_err(|e| e.to_string())
+    breakshot::clip_tracks(campaign, clip, Decoder::Builtin)
+        .map(|clip| clip.tracks)
+        .map_err(|e| e.to_string())
 }
 
 /// The largest distance of samples of the same frames (mm); infinite if their numbers differ.
