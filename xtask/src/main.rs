@@ -26,7 +26,7 @@ use validate::Effort;
 const USAGE: &str = "\
 usage: cargo xtask TASK
 
-  test             formatting, lints, docs and all tests, also of the studio in headless Chromium: what CI runs
+  test             formatting, lints, docs and all tests, also the quick ones of the Python package: what CI runs
   test --studio    a person's way through `breakshot studio` and `report.html` in headless Chromium with a release build: pictures of every
                    view, bounds of the latencies, and the CPU time that the studio adds to a fresh build
   validate LAB [--details]
@@ -139,7 +139,7 @@ fn main() -> ExitCode {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     let words: Vec<&str> = arguments.iter().map(String::as_str).collect();
     let done = match words.as_slice() {
-        ["test"] => check::test(),
+        ["test"] => test(),
         ["test", "--studio"] => studio::test(),
         ["test", "--studio", "--debug"] => studio::walk(),
         ["proto"] => check::proto(check::Proto::Write),
@@ -214,6 +214,12 @@ fn main() -> ExitCode {
             ExitCode::FAILURE
         }
     }
+}
+
+/// What CI runs: the Rust code first, then what is driven by other programs, and skipped where these cannot be had.
+fn test() -> Result<(), String> {
+    check::test()?;
+    python::quick()
 }
 
 /// `validate contact LAB [CELLS]`.
