@@ -4,14 +4,15 @@
 //! its shadow. A region that contains a smaller one, its marker, is a top before all others; regions that touch a top are its side and its shadow.
 
 use super::edges::TopView;
+use super::is_concave;
 use super::regions::{Region, SearchPlanes};
 use super::shape_fit::Fitted;
 use crate::capture::{Camera, GreyImage};
 use crate::cell::Cell;
 use crate::detect::label::Window;
-use crate::geometry::outline::Outline;
+use crate::geometry::outline::{Outline, convex_hull};
 use crate::geometry::{Pixel, Point, Vec2};
-use crate::object::Shape;
+use crate::object::{Shape, polygon_area_m2, polygon_centroid};
 use crate::statistics::median;
 use std::f64::consts::{FRAC_PI_2, TAU};
 use std::rc::Rc;
@@ -33,6 +34,8 @@ pub(super) struct Candidate {
 const AREAS_M2: [f64; 2] = [1e-4, 0.04];
 /// Least step of grey level around an object, and difference of its top from the table: steps of noise are below two levels in the mean of nine pixels.
 pub(super) const LEAST_STRENGTH: f64 = 6.0;
+/// The same between a top and its own side.
+const LEAST_OWN_STRENGTH: f64 = 3.0;
 /// Least area of a marker over that of its top, and largest.
 pub(super) const MARKER_FRACTIONS: [f64; 2] = [0.01, 0.5];
 /// Least number of pixels of a marker: fewer have no shape.
@@ -281,25 +284,8 @@ impl<'a> TopSearch<'a> {
             let view = self.view(candidate.plane, candidate.height_m);
             Candidate { outline: view.simplified(candidate.outline.clone(), self.pixel_m), ..candidate }
         };
-        let is_strong = |candidate: &Candidate| self.strength(candidate) >= LEAST_STRENGTH;
-        // No outline is simpler than a disc. A regular polygon is nearly one, but its edges are off it.
-        let is_disc = |candidate: &Candidate| matches!(candidate.outline.shape, Shape::Disc { .. });
-        let is_round = |disc: &Candidate| {
-            let same =
-                apart.iter().filter(|other| !is_disc(other) && has_same_size(&other.outline, &disc.outline));
-            let least_rms_m = same.map(|other| other.outline.rms_m).fold(f64::INFINITY, f64::min);
-            disc.outline.rms_m <= (RMS_FACTOR * least_rms_m).max(LEAST_RMS_PX * self.pixel_m)
-        };
-        let discs: Vec<Candidate> =
-            apart.iter().filter(|candidate| is_disc(candidate) && is_round(candidate)).cloned().collect();
-        if discs.iter().any(is_strong) {
-            apart = discs;
-        } else {
-            let round = |candidate: &Candidate| !is_disc(candidate) || is_round(candidate);
-            apart = apart.iter().filter(|candidate| round(candidate)).cloned().collect();
-        }
-        let all: Vec<Candidate> = apart.into_iter().map(simplified).collect();
-        let mut strong: Vec<Candidate> = all.iter().filter(|top| is_strong(top)).cloned().collect();
+        let all: Vec<Candidate> = self.round_or_not(apart).into_iter().map(simplified).collect();
+        let mut strong = self.strong(&all);
         // A marker is on some top, however weak its edges are.
         if strong.is_empty() && kind == Kind::Marked {
             strong = all;
@@ -322,6 +308,57 @@ impl<'a> TopSearch<'a> {
         let area_m2 = |candidate: &Candidate| candidate.outline.shape.area_m2();
         strong.retain(is_equal);
         strong.into_iter().min_by(|a, b| area_m2(a).total_cmp(&area_m2(b)))
+    }
+
+    /// The discs alone where one of them is strong: no outline is simpler. A regular polygon is nearly a disc, but its edges are off it.
+    fn round_or_not(&self, all: Vec<Candidate>) -> Vec<Candidate> {
+        let is_disc = |candidate: &Candidate| matches!(candidate.outline.shape, Shape::Disc { .. });
+        let is_round = |disc: &Candidate| {
+            let same =
+                all.iter().filter(|other| !is_disc(other) && has_same_size(&other.outline, &disc.outline));
+            let least_rms_m = same.map(|other| other.outline.rms_m).fold(f64::INFINITY, f64::min);
+            disc.outline.rms_m <= (RMS_FACTOR * least_rms_m).max(LEAST_RMS_PX * self.pixel_m)
+        };
+        let possible = all.iter().filter(|candidate| !is_disc(candidate) || is_round(candidate));
+        let (discs, others): (Vec<&Candidate>, Vec<&Candidate>) =
+            possible.partition(|candidate| is_disc(candidate));
+        let some_disc = discs.iter().any(|disc| self.strength(disc) >= LEAST_STRENGTH);
+        let chosen = if some_disc { discs } else { [discs, others].concat() };
+        chosen.into_iter().cloned().collect()
+    }
+
+    /// The outlines with an edge all around, without those that are the silhouette of another one. An edge between a top and its own side may be weak: it
+    /// is believed where the height puts it.
+    fn strong(&self, all: &[Candidate]) -> Vec<Candidate> {
+        let strengths: Vec<f64> = all.iter().map(|candidate| self.strength(candidate)).collect();
+        let is_silhouette = |outer: usize, top: usize| {
+            strengths[outer] >= LEAST_STRENGTH
+                && strengths[top] >= LEAST_OWN_STRENGTH
+                && self.is_silhouette(&all[outer], &all[top])
+        };
+        let n = all.len();
+        let is_strong = |k: usize| {
+            let is_top = || (0..n).any(|outer| is_silhouette(outer, k));
+            (strengths[k] >= LEAST_STRENGTH || is_top()) && !(0..n).any(|top| is_silhouette(k, top))
+        };
+        (0..n).filter(|&k| is_strong(k)).map(|k| all[k].clone()).collect()
+    }
+
+    /// Whether an outline is that of the whole body of a convex top: of the top and of the foot that its height puts below it.
+    fn is_silhouette(&self, outer: &Candidate, top: &Candidate) -> bool {
+        let area_m2 = outer.outline.shape.area_m2();
+        if is_concave(&top.outline.shape) || top.outline.shape.area_m2() > (1.0 - SAME_BORDER) * area_m2 {
+            return false;
+        }
+        let points = top.outline.shape.outline_points();
+        let placed = points.into_iter().map(|point| top.outline.pose.table_from_body(point));
+        let foot =
+            |point| self.camera.table_from_pixel(self.camera.pixel_from_table(point, 0.0), top.height_m);
+        let body = placed.flat_map(|point| [point, foot(point)]).filter(|point| point.is_finite());
+        let hull = convex_hull(body.collect());
+        let off_m = polygon_centroid(&hull).distance(outer.outline.pose.position);
+        (polygon_area_m2(&hull) - area_m2).abs() < SAME_BORDER * area_m2
+            && off_m < 0.5 * SAME_BORDER * area_m2.sqrt()
     }
 
     /// A candidate at the height of its top.
@@ -348,15 +385,18 @@ impl<'a> TopSearch<'a> {
         const READ_AT_PX: f64 = 2.5;
         let pixel =
             |point: Point| self.camera.pixel_from_table(outline.pose.table_from_body(point), *height_m);
-        let step = |at: Point, outward: Vec2| {
+        let step = |plane: &GreyImage, at: Point, outward: Vec2| {
             let [inside, outside] =
                 [-READ_AT_PX, READ_AT_PX].map(|px| pixel(at + outward * (px * self.pixel_m)));
-            let step = |plane: &GreyImage| Some((plane.grey_at(outside)? - plane.grey_at(inside)?).abs());
-            // The largest of several planes would be one of their noise: the smoothed ones have little.
-            self.search_planes.smooth().iter().filter_map(step).fold(0.0, f64::max)
+            Some(plane.grey_at(outside)? - plane.grey_at(inside)?)
         };
-        let of_side =
-            |side: Vec<(Point, Vec2)>| median(side.into_iter().map(|(at, outward)| step(at, outward)));
+        // With its sign: the largest of the absolute steps in several planes would be their noise.
+        let of_side = |side: Vec<(Point, Vec2)>| {
+            let in_plane =
+                |plane: &GreyImage| median(side.iter().filter_map(|&(at, outward)| step(plane, at, outward)));
+            let steps = self.search_planes.smooth().iter().filter_map(in_plane);
+            steps.map(f64::abs).reduce(f64::max)
+        };
         sides(&outline.shape).into_iter().filter_map(of_side).fold(f64::INFINITY, f64::min)
     }
 }
