@@ -189,7 +189,7 @@ fn nearest(objects: &[Drafted], at: Point) -> Option<&Drafted> {
 /// The heights, as a person measures them who sees in the picture which object has which number: where the camera is tilted, a draft at the
 /// default height places a tall object beside where it stands.
 fn heights(folder: &Path, first: &[Drafted], truth: &[Drafted]) -> Result<Vec<String>, String> {
-    let cell = files::load_cell(folder.join("cell.toml")).map_err(|e| e.to_string())?.value;
+    let cell = files::load_cell(folder.join("cell.toml")).map_err(|e| e.to_string())?;
     let picture = Footage::open(&folder.join("picture.png")).map_err(|e| e.to_string())?;
     let camera = Capture::of(picture, &cell).map_err(|e| e.to_string())?.camera;
     let mut heights = Vec::new();
