@@ -98,8 +98,8 @@ pub(super) fn tops(search: &TopSearch) -> Tops {
     let (certain, others): (Vec<&PlaneRegion>, Vec<&PlaneRegion>) = markers.into_iter().partition(is_certain);
     let mut fits_left = MOST_FITS.map(Some);
     for marker in certain.iter().take(MOST_OBJECTS) {
-        let around = search.around(marker, &large, |region| chosen.is_free(region, false));
-        chosen.tops.extend(search.top(&around, Kind::Marked, &mut fits_left[0]));
+        let candidates = around(marker, &large, |region| chosen.is_free(region, false));
+        chosen.tops.extend(search.top(&candidates, Kind::Marked, &mut fits_left[0]));
     }
     // Weaker markers and what has none, the strongest edges first: they are apart from what is known.
     let weak: Vec<&PlaneRegion> =
@@ -116,8 +116,8 @@ pub(super) fn tops(search: &TopSearch) -> Tops {
     rest.sort_by(|(a, _), (b, _)| b.region.strength.total_cmp(&a.region.strength));
     for (found, kind) in rest.into_iter().take(2 * MOST_OBJECTS) {
         if kind == Kind::Marked {
-            let around = search.around(found, &large, |region| chosen.is_free(region, true));
-            chosen.tops.extend(search.top(&around, kind, &mut fits_left[0]));
+            let candidates = around(found, &large, |region| chosen.is_free(region, true));
+            chosen.tops.extend(search.top(&candidates, kind, &mut fits_left[0]));
         } else if chosen.is_free(&found.region, true) {
             let same = |other: &&&PlaneRegion| is_same_object(&other.region, &found.region);
             let around: Vec<&PlaneRegion> = large.iter().filter(same).copied().take(MOST_REGIONS).collect();
@@ -222,18 +222,6 @@ impl<'a> TopSearch<'a> {
     /// Whether the edge around a region is stronger than those of the table's own pattern.
     fn stands_out_of_pattern(&self, PlaneRegion { region, plane, .. }: &PlaneRegion) -> bool {
         region.strength > self.pattern[*plane]
-    }
-
-    /// The regions that may be the top around a marker.
-    fn around<'r>(
-        &self,
-        marker: &PlaneRegion,
-        large: &[&'r PlaneRegion],
-        is_free: impl Fn(&Region) -> bool,
-    ) -> Vec<&'r PlaneRegion> {
-        let is_around =
-            |found: &&&PlaneRegion| can_carry(&found.region, &marker.region) && is_free(&found.region);
-        large.iter().filter(is_around).take(MOST_REGIONS).copied().collect()
     }
 
     /// Whether a region has the outline of a marker.
@@ -414,6 +402,17 @@ impl Chosen<'_> {
             |top: &Candidate| top.region.overlaps(region) || apart && touches(&self.view, top, region);
         !self.tops.iter().any(is_hit)
     }
+}
+
+/// The regions that may be the top around a marker.
+fn around<'r>(
+    marker: &PlaneRegion,
+    large: &[&'r PlaneRegion],
+    is_free: impl Fn(&Region) -> bool,
+) -> Vec<&'r PlaneRegion> {
+    let is_around =
+        |found: &&&PlaneRegion| can_carry(&found.region, &marker.region) && is_free(&found.region);
+    large.iter().filter(is_around).take(MOST_REGIONS).copied().collect()
 }
 
 fn distinct(all: impl Iterator<Item = PlaneRegion>) -> Vec<PlaneRegion> {
