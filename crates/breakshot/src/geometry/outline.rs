@@ -150,7 +150,7 @@ fn winds_around(corners: &[Point], point: Point) -> bool {
 }
 
 /// The convex hull, counter-clockwise (monotone chain, Andrew 1979).
-pub(crate) fn convex_hull(mut points: Vec<Point>) -> Vec<Point> {
+fn convex_hull(mut points: Vec<Point>) -> Vec<Point> {
     points.sort_unstable_by(|p, q| p.x.total_cmp(&q.x).then(p.y.total_cmp(&q.y)));
     let half = |points: &mut dyn Iterator<Item = Point>| {
         let mut chain: Vec<Point> = Vec::new();

@@ -4,15 +4,14 @@
 //! its shadow. A region that contains a smaller one, its marker, is a top before all others; regions that touch a top are its side and its shadow.
 
 use super::edges::TopView;
-use super::is_concave;
 use super::regions::{Region, SearchPlanes};
 use super::shape_fit::Fitted;
 use crate::capture::{Camera, GreyImage};
 use crate::cell::Cell;
 use crate::detect::label::Window;
-use crate::geometry::outline::{Outline, convex_hull};
+use crate::geometry::outline::Outline;
 use crate::geometry::{Pixel, Point, Vec2};
-use crate::object::{Shape, polygon_area_m2, polygon_centroid};
+use crate::object::Shape;
 use crate::statistics::median;
 use std::f64::consts::{FRAC_PI_2, TAU};
 use std::rc::Rc;
@@ -34,8 +33,6 @@ pub(super) struct Candidate {
 const AREAS_M2: [f64; 2] = [1e-4, 0.04];
 /// Least step of grey level around an object, and difference of its top from the table: steps of noise are below two levels in the mean of nine pixels.
 pub(super) const LEAST_STRENGTH: f64 = 6.0;
-/// The same between a top and its own side.
-const LEAST_OWN_STRENGTH: f64 = 3.0;
 /// Least area of a marker over that of its top, and largest.
 pub(super) const MARKER_FRACTIONS: [f64; 2] = [0.01, 0.5];
 /// Least number of pixels of a marker: fewer have no shape.
@@ -273,7 +270,8 @@ impl<'a> TopSearch<'a> {
             Candidate { outline: view.simplified(candidate.outline.clone(), self.pixel_m), ..candidate }
         };
         let all: Vec<Candidate> = self.round_or_not(apart).into_iter().map(simplified).collect();
-        let mut strong = self.strong(&all);
+        let is_strong = |top: &&Candidate| self.strength(top) >= LEAST_STRENGTH;
+        let mut strong: Vec<Candidate> = all.iter().filter(is_strong).cloned().collect();
         // A marker is on some top, however weak its edges are.
         if strong.is_empty() && kind == Kind::Marked {
             strong = all;
@@ -313,40 +311,6 @@ impl<'a> TopSearch<'a> {
         let some_disc = discs.iter().any(|disc| self.strength(disc) >= LEAST_STRENGTH);
         let chosen = if some_disc { discs } else { [discs, others].concat() };
         chosen.into_iter().cloned().collect()
-    }
-
-    /// The outlines with an edge all around, without those that are the silhouette of another one. An edge between a top and its own side may be weak: it
-    /// is believed where the height puts it.
-    fn strong(&self, all: &[Candidate]) -> Vec<Candidate> {
-        let strengths: Vec<f64> = all.iter().map(|candidate| self.strength(candidate)).collect();
-        let is_silhouette = |outer: usize, top: usize| {
-            strengths[outer] >= LEAST_STRENGTH
-                && strengths[top] >= LEAST_OWN_STRENGTH
-                && self.is_silhouette(&all[outer], &all[top])
-        };
-        let n = all.len();
-        let is_strong = |k: usize| {
-            let is_top = || (0..n).any(|outer| is_silhouette(outer, k));
-            (strengths[k] >= LEAST_STRENGTH || is_top()) && !(0..n).any(|top| is_silhouette(k, top))
-        };
-        (0..n).filter(|&k| is_strong(k)).map(|k| all[k].clone()).collect()
-    }
-
-    /// Whether an outline is that of the whole body of a convex top: of the top and of the foot that its height puts below it.
-    fn is_silhouette(&self, outer: &Candidate, top: &Candidate) -> bool {
-        let area_m2 = outer.outline.shape.area_m2();
-        if is_concave(&top.outline.shape) || top.outline.shape.area_m2() > (1.0 - SAME_BORDER) * area_m2 {
-            return false;
-        }
-        let points = top.outline.shape.outline_points();
-        let placed = points.into_iter().map(|point| top.outline.pose.table_from_body(point));
-        let foot =
-            |point| self.camera.table_from_pixel(self.camera.pixel_from_table(point, 0.0), top.height_m);
-        let body = placed.flat_map(|point| [point, foot(point)]).filter(|point| point.is_finite());
-        let hull = convex_hull(body.collect());
-        let off_m = polygon_centroid(&hull).distance(outer.outline.pose.position);
-        (polygon_area_m2(&hull) - area_m2).abs() < SAME_BORDER * area_m2
-            && off_m < 0.5 * SAME_BORDER * area_m2.sqrt()
     }
 
     /// A candidate at the height of its top.
