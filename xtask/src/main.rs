@@ -26,7 +26,7 @@ use validate::{Effort, LabCell};
 const USAGE: &str = "\
 usage: cargo xtask TASK
 
-  test             formatting, lints, docs and all tests, also of the studio in headless Chromium: what CI runs
+  test             formatting, lints, docs and all tests, also the quick ones of the Python package: what CI runs
   test --studio    a person's way through `breakshot studio` and `report.html` in headless Chromium with a release build: pictures of every
                    view, bounds of the latencies, and the CPU time that the studio adds to a fresh build
   validate LAB [--details]
@@ -93,6 +93,9 @@ usage: cargo xtask TASK
                    COUNT drawn lenses (default 100) of each model beside OpenCV, read from the files that it stores
   validate boards FILMS [--python PYTHON]
                    lenses calibrated from films of boards that the lab made (lab/board.py), beside OpenCV on the same corners
+  validate corners LAB
+                   the lab's own lens calibrated from films of boards: how far tracks and the corners of the picture are off on the table
+                   (needs ffmpeg with x264; three minutes of filming the first time)
   validate decode CLIPS
                    decoded films against ffmpeg's, bit for bit; the same as `bench decode`
   fuzz [TARGET] [COUNT]
@@ -138,7 +141,7 @@ fn main() -> ExitCode {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     let words: Vec<&str> = arguments.iter().map(String::as_str).collect();
     let done = match words.as_slice() {
-        ["test"] => check::test(),
+        ["test"] => test(),
         ["test", "--studio"] => studio::test(),
         ["test", "--studio", "--debug"] => studio::walk(),
         ["proto"] => check::proto(check::Proto::Write),
@@ -168,6 +171,7 @@ fn main() -> ExitCode {
         ["validate", "tracks", lab, tracks] => validate::tracks(lab.as_ref(), tracks.as_ref()),
         ["validate", "mistakes", campaign, tracks] => validate::mistakes(campaign.as_ref(), tracks.as_ref()),
         ["validate", what @ ("lenses" | "boards"), rest @ ..] => lenses(what, rest),
+        ["validate", "corners", lab] => validate::corners(lab.as_ref()),
         ["validate", "subsets", lab, tracks] => {
             validate::subsets(lab.as_ref(), tracks.as_ref(), validate::SUBSETS)
         }
@@ -212,6 +216,12 @@ fn main() -> ExitCode {
             ExitCode::FAILURE
         }
     }
+}
+
+/// What CI runs: the Rust code first, then what is driven by other programs, and skipped where these cannot be had.
+fn test() -> Result<(), String> {
+    check::test()?;
+    python::quick()
 }
 
 /// `validate contact LAB [CELLS]`.

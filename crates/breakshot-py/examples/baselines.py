@@ -31,7 +31,7 @@ Method = Callable[[SingulateEnv, np.random.Generator], Any]
 
 OBJECTS = (2, 3, 4, 5, 6)
 FIRST_SEED = 1_000_000
-"""Of the piles that are judged; those of the training have smaller ones."""
+"""Of the piles that are judged, if not given; those of the training have smaller ones."""
 ROUNDS, POPULATION, ELITE, SCENARIOS = 5, 64, 8, 16
 """Of the cross-entropy search: rounds, strikes a round, strikes that are kept, scenarios in which each is simulated."""
 STEPS, PILES, HIDDEN, EPOCHS, BATCH, RATE = 16, 512, 64, 30, 256, 2e-3
@@ -274,11 +274,11 @@ class Judgement(NamedTuple):
     """Sum of the success probabilities in fresh scenarios."""
 
 
-def judged(method: Method, objects: int, piles: int) -> Judgement:
+def judged(method: Method, objects: int, piles: int, first_seed: int) -> Judgement:
     """Decides and strikes."""
     env, successes, cpu_s, stated = SingulateEnv(objects=objects), 0, 0.0, 0.0
     for pile in range(piles):
-        env.reset(seed=FIRST_SEED + pile)
+        env.reset(seed=first_seed + pile)
         start_s = time.process_time()
         action = method(env, np.random.default_rng([pile, objects]))
         cpu_s += time.process_time() - start_s
@@ -321,6 +321,7 @@ def main() -> None:
     parser.add_argument("--policy", type=Path, metavar="FILE", help="a stored policy")
     parser.add_argument("--proposals", action="store_true", help="train proposals from surveys")
     parser.add_argument("--piles", type=int, default=40, help="piles for each number of objects (40)")
+    parser.add_argument("--first-seed", type=int, default=FIRST_SEED, help=f"of the piles that are judged ({FIRST_SEED})")
     arguments = parser.parse_args()
     warnings.simplefilter("ignore")
     methods: dict[str, Method] = {"random": random_strike, "paper": planned("paper"), "robust": planned("robust")}
@@ -343,7 +344,7 @@ def main() -> None:
     print(f"| method | {' | '.join(heads)} | all | stated | CPU time of a decision |\n|---|{'---|' * len(OBJECTS)}---|---|---|", flush=True)
     found = {}
     for name, method in methods.items():
-        found[name] = [judged(method, objects, arguments.piles) for objects in OBJECTS]
+        found[name] = [judged(method, objects, arguments.piles, arguments.first_seed) for objects in OBJECTS]
         print(row(name, found[name], arguments.piles), flush=True)
     if arguments.proposals:
         print(f"\n{verdict(found['learned proposals'], found['robust'])}")

@@ -20,7 +20,7 @@ const MOST_ROWS_A_JOB: usize = 256;
 /// Jobs of a thread: so many that all threads end at about the same time.
 const JOBS_A_THREAD: usize = 64;
 /// Rows after which a thread that simulates alone looks at the clock; the slowest take some ten milliseconds each.
-const ROWS_A_LOOK: usize = 8;
+const ROWS_A_LOOK: usize = 2;
 /// Fewer rows are not worth waking threads for.
 const LEAST_ROWS_FOR_THREADS: usize = 4;
 /// The most rows of one call; more are further calls.

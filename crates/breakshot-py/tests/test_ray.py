@@ -21,8 +21,10 @@ MOST_S = 600.0
 
 
 @pytest.fixture
-def cluster() -> Iterator[Cluster]:
+def cluster(monkeypatch: pytest.MonkeyPatch) -> Iterator[Cluster]:
     """A head without cores, and two nodes with one each."""
+    # Ray's workers are nicer than all else: on a busy machine they would hardly run.
+    monkeypatch.setenv("RAY_worker_niceness", "0")
     cluster = Cluster(initialize_head=True, head_node_args={"num_cpus": 0, "object_store_memory": 100 * 2**20})
     for _ in range(2):
         cluster.add_node(num_cpus=1, object_store_memory=100 * 2**20)

@@ -151,6 +151,11 @@ pub(crate) fn boards(films: &Path, python: Option<&str>) -> Result<(), String> {
     require(lens::boards(films, python)?)
 }
 
+/// What the lab's own lens, calibrated from films of boards, costs on the table.
+pub(crate) fn corners(lab: &Path) -> Result<(), String> {
+    require(lens::corners(lab)?)
+}
+
 /// Default number of random subsets of the lab's campaign.
 pub(crate) const SUBSETS: u64 = estimation::subsets::COUNT;
 

@@ -6,6 +6,7 @@
 use super::Program;
 use super::row::{self, Row, rms};
 use crate::venv;
+use breakshot::capture::{Capture, Footage};
 use breakshot::files;
 use breakshot::geometry::outline::Outline;
 use breakshot::geometry::{Point, Pose};
@@ -84,14 +85,7 @@ impl Figures {
             .collect();
         self.objects += truth.len();
         let Ok(first) = drafted(program, folder, &[]) else { return Ok(()) };
-        // The heights, as a person measures them
-        let mut heights = Vec::new();
-        for (object, pose) in &first {
-            if let Some((true_object, _)) = nearest(&truth, pose.position) {
-                heights.push(format!("{}={}", object.name, true_object.height_m));
-            }
-        }
-        let second = drafted(program, folder, &heights)?;
+        let second = drafted(program, folder, &heights(folder, &first, &truth)?)?;
         self.superfluous +=
             second.iter().filter(|(_, pose)| nearest(&truth, pose.position).is_none()).count();
         for true_one in &truth {
@@ -190,6 +184,26 @@ fn nearest(objects: &[Drafted], at: Point) -> Option<&Drafted> {
     let distance_m = |(_, pose): &&Drafted| pose.position.distance(at);
     let best = objects.iter().min_by(|a, b| distance_m(a).total_cmp(&distance_m(b)))?;
     (distance_m(&best) < SAME_M).then_some(best)
+}
+
+/// The heights, as a person measures them who sees in the picture which object has which number: where the camera is tilted, a draft at the
+/// default height places a tall object beside where it stands.
+fn heights(folder: &Path, first: &[Drafted], truth: &[Drafted]) -> Result<Vec<String>, String> {
+    let cell = files::load_cell(folder.join("cell.toml")).map_err(|e| e.to_string())?;
+    let picture = Footage::open(&folder.join("picture.png")).map_err(|e| e.to_string())?;
+    let camera = Capture::of(picture, &cell).map_err(|e| e.to_string())?.camera;
+    let mut heights = Vec::new();
+    for (object, pose) in first {
+        let pixel = camera.pixel_from_table(pose.position, object.height_m);
+        let off_m = |(true_object, true_pose): &&Drafted| {
+            camera.table_from_pixel(pixel, true_object.height_m).distance(true_pose.position)
+        };
+        let seen = truth.iter().min_by(|a, b| off_m(a).total_cmp(&off_m(b)));
+        if let Some((true_object, _)) = seen.filter(|seen| off_m(seen) < SAME_M) {
+            heights.push(format!("{}={}", object.name, true_object.height_m));
+        }
+    }
+    Ok(heights)
 }
 
 /// The objects of the program's file, and where its table says that they lie.
