@@ -375,6 +375,16 @@ def steps_through_films(studio):
           document.activeElement.dispatchEvent(new KeyboardEvent('keydown', {key, bubbles: true}));
         })""", key))
     assert page.get_attribute("#frame", "data-frame") == "0"
+    # Steps while the campaign is read again, as after a change of its files: none is lost.
+    with page.expect_response(lambda answer: "/api/clip?" in answer.url):
+        page.evaluate("document.dispatchEvent(new Event('learned'))")
+        for _ in range(5):
+            page.keyboard.press("ArrowRight")
+    page.wait_for_timeout(500)
+    expect(page.locator("#frame")).to_have_attribute("data-frame", "5")
+    expect(page.locator("#film-position")).to_have_value("5")
+    page.keyboard.press("Home")
+    expect(page.locator("#frame")).to_have_attribute("data-frame", "0")
     on_screen = """() => {
       const canvas = document.querySelector('#frame'), {data} = canvas.getContext('2d').getImageData(0, 0, canvas.width, canvas.height);
       return Array.from({length: data.length / 4}, (_, k) => data[4 * k]);
