@@ -2,7 +2,7 @@
 
 import { byId, fillSelect, fixed, html, showNothing, svg } from "/elements.js";
 import { addKeys } from "/keys.js";
-import { ask, follow, read } from "/server.js";
+import { ask, askForJob, follow, read } from "/server.js";
 import { kindOf } from "/table.js";
 
 /** Key of the property, key of its clips' values, title, unit. */
@@ -95,8 +95,8 @@ export class Learned {
   async advise() {
     const question = { campaign: byId("learned-campaign").value, properties: byId("learned-file").value };
     if (!question.campaign || !question.properties || byId("advise").disabled) return;
-    const job = await ask("/api/advise", question).catch(this.#message.error);
-    if (job == null) return;
+    const job = await askForJob("/api/advise", question, this.#message);
+    if (job === null) return;
     byId("advise").disabled = true;
     follow(job, (event) => {
       if (event.state === "running") return;
@@ -114,8 +114,8 @@ export class Learned {
   async estimate() {
     if (this.#job !== null || byId("learn").disabled) return;
     const question = { campaign: byId("learned-campaign").value, output: byId("learned-output").value };
-    const job = await ask("/api/estimate", question).catch(this.#message.error);
-    if (job == null) return;
+    const job = await askForJob("/api/estimate", question, this.#message);
+    if (job === null) return;
     this.#job = job;
     this.#running(0);
     follow(job, (event) => this.#hear(event).catch(this.#message.error));

@@ -6,7 +6,7 @@ import { Frames } from "/films/frames.js";
 import { Plots } from "/films/plots.js";
 import { Starts } from "/films/starts.js";
 import { addKeys } from "/keys.js";
-import { Newest, ask, follow, read } from "/server.js";
+import { Newest, ask, askForJob, follow, read } from "/server.js";
 import { kindOf } from "/table.js";
 
 /** Two times of one frame differ by less (s). */
@@ -330,8 +330,8 @@ export class Films {
   async track() {
     if (this.#tracking !== null) return void (await ask(`/api/jobs/${this.#tracking}/cancel`, {}).catch(this.#message.error));
     const [clip, campaign] = [this.#clip, byId("campaign").value];
-    const job = await ask("/api/track", { campaign, clip: String(clip) }).catch(this.#message.error);
-    if (job == null) return;
+    const job = await askForJob("/api/track", { campaign, clip: String(clip) }, this.#message);
+    if (job === null) return;
     const before = this.#number;
     this.#tracking = job;
     this.starts.off();

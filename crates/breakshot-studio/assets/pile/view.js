@@ -72,6 +72,7 @@ export class Pile {
     byId("strike-source").addEventListener("change", (event) => this.#openStrike(event.target.value).catch(this.#message.error));
     byId("save").addEventListener("click", () => this.save());
     byId("save-strike").addEventListener("click", () => this.saveStrike());
+    byId("export").addEventListener("click", () => this.export());
     document.addEventListener("learned", () => this.contents && this.#showProperties());
     for (const id of ["heading", "speed", "travel", "start-x", "start-y"]) {
       byId(id).addEventListener("input", (event) => this.#fieldsChanged(event.target));
@@ -81,6 +82,7 @@ export class Pile {
     addKeys({ title: "The pile", view: "pile" }, [
       [["Ctrl+s"], "save the scene", () => this.save()],
       [["Ctrl+S"], "save the strike", () => this.saveStrike()],
+      [["x"], "export the pile and the strike as a model of MuJoCo", () => this.export()],
       [["n"], "add an object", () => this.list.add()],
     ]);
   }
@@ -410,10 +412,21 @@ export class Pile {
     }
   }
 
+  /** The name of a file that belongs to the scene. */
+  #besides(ending) {
+    return this.file.replace(/(\.scene)?\.toml$/, ending);
+  }
+
   async saveStrike() {
-    const output = `${this.file.replace(/(\.scene)?\.toml$/, "")}.strike.json`;
-    const file = await ask("/api/strike", { strike: this.strike, output }).catch(this.#message.error);
+    const file = await ask("/api/strike", { strike: this.strike, output: this.#besides(".strike.json") }).catch(this.#message.error);
     if (file) this.#message.tell(`Wrote ${file}.`);
+  }
+
+  /** Writes the pile and the strike for another simulator. */
+  async export() {
+    const question = { pile: this.request(), properties: byId("properties").value, strike: this.strike, output: this.#besides(".xml") };
+    const written = await ask("/api/export", question).catch(this.#message.error);
+    if (written) this.#message.tell([`Wrote ${written.file}.`, ...written.notes].join(" "));
   }
 
   /** A name for another object of a kind, and a free place for it. */

@@ -3,7 +3,8 @@
 usage: studio.py BREAKSHOT DEMO SHOTS [--no-bounds]
 
 BREAKSHOT is the program, DEMO the folder of the demo's films, SHOTS the folder for the pictures of every view. Every step asserts what a
-person would see; the last lines are the measured latencies. They have bounds, unless the program is not a release build (--no-bounds).
+person would see; the last lines are the measured latencies. They have bounds, unless the program is not a release build (--no-bounds); then
+also only some frames of each film are compared with those on the screen.
 """
 
 import hashlib
@@ -25,6 +26,8 @@ CHROMIUM = os.environ.get("CHROMIUM", "/usr/bin/chromium")
 FIT_MS = 20_000
 # Bounds of the latencies (ms), p95.
 MOTION_MS, CLOUD_MS, STEP_MS = 33, 150, 50
+# Every so many frames of a film are compared where the program is not a release build.
+SOME = 12
 # Bound of the first paint after the page is asked for (ms).
 PAINT_MS = 1000
 
@@ -352,8 +355,38 @@ def plays_the_motion(studio):
     expect(page.locator("#keys")).to_be_hidden()
 
 
+def shows_the_decoder_s_frames(studio, film):
+    """The clip that is open shows the luma of this film, byte for byte, in every frame, or in some frames of a program that is no release build."""
+    page = studio.page
+    if not shutil.which("ffmpeg"):
+        print(f"SKIPPED the frames of {film.name} on the screen: the program `ffmpeg` is not installed")
+        return
+    decoded = subprocess.run(["ffmpeg", "-v", "error", "-i", film, "-f", "rawvideo", "-pix_fmt", "gray", "-vf", "extractplanes=y", "-fps_mode", "passthrough", "-"], capture_output=True, check=True).stdout
+    expect(page.locator("#clips [aria-current]")).to_contain_text(film.stem)
+    count = int(page.get_attribute("#film-position", "max")) + 1
+    expect(page.locator("#film-time")).to_contain_text(f"1/{count}", timeout=FIT_MS)
+    size = page.evaluate("(({width, height}) => width * height)(document.querySelector('#frame'))")
+    assert len(decoded) == count * size, f"{film.name}: {count} frames of {size} pixels, but {len(decoded)} bytes"
+    on_screen = """async (number) => {
+      const canvas = document.querySelector('#frame'), position = document.querySelector('#film-position');
+      if (Number(canvas.dataset.frame) !== number) await new Promise((done) => {
+        new MutationObserver((_, self) => { if (Number(canvas.dataset.frame) === number) { self.disconnect(); done(); } }).observe(canvas, {attributeFilter: ['data-frame']});
+        position.value = number;
+        position.dispatchEvent(new Event('input'));
+      });
+      const {data} = canvas.getContext('2d').getImageData(0, 0, canvas.width, canvas.height), luma = new Uint8Array(data.length / 4);
+      for (let k = 0; k < luma.length; k += 1) luma[k] = data[4 * k];
+      return Array.from(new Uint8Array(await crypto.subtle.digest('SHA-256', luma)));
+    }"""
+    frames = sorted({*range(0, count, studio.every), count - 1})
+    for frame in frames:
+        wanted = hashlib.sha256(decoded[frame * size : (frame + 1) * size]).digest()
+        assert bytes(page.evaluate(on_screen, frame)) == wanted, f"frame {frame} on the screen is not that of {film.name}"
+    studio.compared += len(frames)
+
+
 def steps_through_films(studio):
-    """Frames are those of the server, byte for byte; a clip is tracked; steps forth and back come home."""
+    """A clip is tracked; steps forth and back come home; frames on the screen are those of every film, byte for byte."""
     page = studio.page
     studio.go("films")
     expect(page.locator("#clips button")).to_have_count(12)
@@ -385,21 +418,11 @@ def steps_through_films(studio):
     expect(page.locator("#film-position")).to_have_value("5")
     page.keyboard.press("Home")
     expect(page.locator("#frame")).to_have_attribute("data-frame", "0")
-    on_screen = """() => {
-      const canvas = document.querySelector('#frame'), {data} = canvas.getContext('2d').getImageData(0, 0, canvas.width, canvas.height);
-      return Array.from({length: data.length / 4}, (_, k) => data[4 * k]);
-    }"""
-    for frame in (0, 7):
-        while int(page.get_attribute("#frame", "data-frame")) < frame:
-            page.keyboard.press("ArrowRight")
-            page.wait_for_timeout(120)
-        shown = bytes(page.evaluate(on_screen))
-        grey = subprocess.run(
-            ["ffmpeg", "-v", "error", "-i", "pair_a_c_3.mp4", "-f", "rawvideo", "-pix_fmt", "gray", "-vf", f"extractplanes=y,select=eq(n\\,{frame})", "-frames:v", "1", "-"],
-            cwd=studio.folder, capture_output=True, check=False,
-        ).stdout if shutil.which("ffmpeg") else None
-        if grey:
-            assert hashlib.sha256(shown).digest() == hashlib.sha256(grey).digest(), f"frame {frame} on screen is not the film's"
+    for film in sorted(studio.folder.glob("*_*.mp4")):
+        page.locator("#clips button", has_text=film.stem).click()
+        shows_the_decoder_s_frames(studio, film)
+    page.locator("#clips button", has_text="pair_a_c_3").click()
+    expect(page.locator("#impacts")).to_contain_text("a hits c", timeout=FIT_MS)
     page.keyboard.press("Home")
     page.keyboard.press("Control+ArrowRight")
     page.wait_for_timeout(200)
@@ -421,6 +444,8 @@ def changes_the_campaign(studio):
     expect(page.locator("#clips button")).to_have_count(13)
     expect(page.locator("#clips [aria-current]")).to_contain_text("pile_a_c_e.mp4")
     assert (studio.folder / "pile_a_c_e.mp4").read_bytes() == (studio.folder / "pile.mp4").read_bytes()
+    shows_the_decoder_s_frames(studio, studio.folder / "pile_a_c_e.mp4")
+    print(f"{studio.compared} frames on the screen are those of the films, byte for byte (every {studio.every}. frame of each)")
     assert campaign.read_text().startswith(text)
     # The same name once more is refused.
     page.set_input_files("#film-picker", str(studio.folder.parent / "pile_a_c_e.mp4"))
@@ -789,8 +814,52 @@ def has_a_key_for_every_action(studio):
         page.keyboard.press("Escape")
 
 
+def goes_from_films_to_a_comparison(studio):
+    """With films and properties: a pile from a film's first frames, its plan, its simulation, the comparison with the film, and a model for another simulator."""
+    page, folder = studio.page, studio.folder
+    studio.go("pile")
+    expect(page.locator("#new-scene")).to_be_visible()
+    page.keyboard.press("Escape")
+    page.keyboard.press("f")
+    expect(page.locator("#new-picture")).to_be_visible()
+    page.select_option("#picture-file", "pair_a_c_3.mp4")
+    page.fill("#picture-name", "pair.scene.toml")
+    page.locator("#new-picture button.main").click()
+    expect(page.locator("#message")).to_contain_text("Wrote pair.scene.toml", timeout=FIT_MS)
+    expect(page.locator("#table .object")).to_have_count(2)
+    at_rest(page)
+    page.locator("#play").focus()
+    page.keyboard.press("p")
+    expect(page.locator("#planned")).to_be_visible(timeout=120_000)
+    assert json_of(folder / "plan.json")["strike"], "the plan has no strike"
+    # The strike of the film, as the robot was told: typed, simulated, saved.
+    for field, value in (("heading", "2.415"), ("speed", "0.5"), ("travel", "68"), ("start-x", "-270.11"), ("start-y", "33.33")):
+        page.fill(f"#{field}", value)
+    page.locator("#play").focus()
+    at_rest(page)
+    page.keyboard.press("End")
+    assert float(page.get_attribute("#timeline", "aria-valuenow")) > 0.1
+    page.keyboard.press("Home")
+    page.keyboard.press("Control+Shift+S")
+    expect(page.locator("#message")).to_contain_text("Wrote pair.strike.json")
+    page.keyboard.press("x")
+    expect(page.locator("#message")).to_contain_text("Wrote pair.xml")
+    files = ["pair.scene.toml", "--properties", "properties.json", "--strike", "pair.strike.json"]
+    assert studio.command("export", *files, "--to", "mjcf", "-o", "command.xml").returncode in (0, 3)
+    assert (folder / "pair.xml").read_bytes() == (folder / "command.xml").read_bytes(), "the model is not that of `breakshot export`"
+    studio.go("compare")
+    # New files show up by themselves.
+    expect(page.locator("#compare-strike option", has_text="pair.strike.json")).to_have_count(1, timeout=FIT_MS)
+    for choice, value in (("scene", "pair.scene.toml"), ("film-file", "pair_a_c_3.mp4"), ("strike", "pair.strike.json"), ("properties", "properties.json")):
+        page.select_option(f"#compare-{choice}", value)
+    page.locator("#compare-start").click()
+    expect(page.locator("#compare-pairs tbody tr")).to_have_count(1, timeout=60_000)
+    report = json_of(next(folder.glob("*/report.json")))
+    expect(page.locator("#compare-mean")).to_have_text(f"{1e3 * report['summary']['all']['mean_m']:.1f} mm")
+
+
 def begins_in_an_empty_folder(program, demo, browser, shots):
-    """From an empty folder to properties: templates, a cell and objects as an editor saves them, films, an estimate."""
+    """A person's whole way, from an empty folder: templates, a cell and objects as an editor saves them, films, an estimate, a pile, a comparison."""
     with tempfile.TemporaryDirectory() as folder:
         folder = pathlib.Path(folder) / "mine"
         folder.mkdir()
@@ -824,6 +893,7 @@ def begins_in_an_empty_folder(program, demo, browser, shots):
             page.keyboard.press("e")
             expect(page.locator("#learned-charts figure").first).to_be_visible(timeout=120_000)
             assert "a" in json_of(folder / "properties.json")["friction"]
+            goes_from_films_to_a_comparison(studio)
             studio.problems = [problem for problem in studio.problems if "422" not in problem]
             assert not studio.problems, studio.problems
         finally:
@@ -888,6 +958,7 @@ def main(program, demo, shots, is_bounded):
         begins_in_an_empty_folder(program, demo, browser, shots)
         studio = Studio(program, folder, browser)
         studio.shots = shots
+        studio.every, studio.compared = 1 if is_bounded else SOME, 0
         try:
             times = walk(studio, browser, shots)
         except Exception:
