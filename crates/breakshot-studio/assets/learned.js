@@ -1,6 +1,6 @@
 /** What the films have taught: every property with its interval, and one mark for each clip. */
 
-import { byId, fillSelect, fixed, html, showNothing, svg } from "/elements.js";
+import { byId, fillSelect, fixed, html, prose, showNothing, svg } from "/elements.js";
 import { addKeys } from "/keys.js";
 import { ask, askForJob, follow, read } from "/server.js";
 import { kindOf } from "/table.js";
@@ -30,12 +30,12 @@ function ticks(low, high) {
 
 /** The warnings of each cause under its summary; those of files without causes as one list. */
 function warningsByCause({ warnings, causes = [] }) {
-  const list = (lines) => html("ul", { class: "warnings" }, ...lines.map((line) => html("li", {}, line)));
+  const list = (lines) => html("ul", { class: "warnings" }, ...lines.map((line) => html("li", {}, ...prose(line))));
   if (!causes.length) return warnings.length ? [list(warnings)] : [];
   let first = 0;
   return causes.map((group) => {
     const lines = warnings.slice(first, (first += group.warnings));
-    return html("section", {}, html("h3", {}, group.summary), list(lines));
+    return html("section", {}, html("h3", {}, ...prose(group.summary)), list(lines));
   });
 }
 

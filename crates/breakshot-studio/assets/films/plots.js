@@ -112,8 +112,8 @@ export class Plots {
       if (!measured.length) return [];
       const peak = measured.reduce((a, b) => (of(b) > of(a) ? b : a));
       const up = Math.max(y(of(peak)) - 4, top + 11);
-      let x = Math.min(this.#x(peak.time_s) + 4, MARGIN.left + this.#span - NAME_PX);
-      while (taken.some(([u, v]) => Math.abs(u - x) < NAME_PX && Math.abs(v - up) < NAME_PX)) x -= NAME_PX;
+      let x = Math.min(this.#x(peak.time_s) + 4, MARGIN.left + this.#span - NAME_PX * (taken.length + 1));
+      while (taken.some(([u, v]) => Math.abs(u - x) < NAME_PX && Math.abs(v - up) < NAME_PX)) x += NAME_PX;
       taken.push([x, up]);
       return [svg("text", { class: "name halo", x, y: up }, name)];
     });

@@ -1,6 +1,6 @@
 /** The films of a campaign: frames as the detector saw them, what was found in them, and when. */
 
-import { byId, fillSelect, fixed, html, showNothing, svg } from "/elements.js";
+import { byId, fillSelect, fixed, html, prose, showNothing, svg } from "/elements.js";
 import { ClipEdit } from "/films/edit.js";
 import { Frames } from "/films/frames.js";
 import { Plots } from "/films/plots.js";
@@ -221,7 +221,7 @@ export class Films {
     const warnings = motion?.warnings ?? [];
     const doubtful = (motion?.objects ?? []).map(({ name, samples }) => [name, samples.filter((s) => s.is_doubtful).length]).filter(([, n]) => n);
     const words = [...warnings, ...doubtful.map(([name, n]) => `${name}: ${n} doubtful ${n === 1 ? "position" : "positions"}, drawn with dashes`)];
-    byId("clip-warnings").replaceChildren(...(words.length ? words : ["nothing"]).map((text) => html("li", { class: words.length ? "" : "quiet" }, text)));
+    byId("clip-warnings").replaceChildren(...(words.length ? words : ["nothing"]).map((text) => html("li", { class: words.length ? "" : "quiet" }, html("span", {}, ...prose(text)))));
     this.#drawOverlay();
   }
 

@@ -45,7 +45,7 @@ export class StrikeMap {
   async toggle() {
     if (this.#strikes.length) return this.clear();
     const properties = byId("properties").value;
-    if (this.#isRunning || !properties) return null;
+    if (this.#isRunning || !properties || !this.#pile.scene) return null;
     const job = await askForJob("/api/map", { pile: this.#pile.request(), properties }, this.#message);
     if (job === null) return null;
     this.#isRunning = true;

@@ -38,7 +38,7 @@ export class Planner {
   }
 
   async start() {
-    if (this.#job !== null) return;
+    if (this.#job !== null || !this.#pile.scene) return;
     const properties = byId("properties").value;
     if (!properties) return this.#message.error(new Error("Choose properties first."));
     this.#job = await askForJob("/api/plan", { pile: this.#pile.request(), properties, output: byId("plan-file").value }, this.#message);

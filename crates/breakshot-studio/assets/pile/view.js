@@ -109,6 +109,7 @@ export class Pile {
   /** Files were changed: lists and properties are shown anew, and the scene if it is another one and nothing on the table is unsaved. */
   async refresh() {
     if (!this.scene) return this.start(this.contents);
+    if (!this.contents.scenes.includes(this.file)) return this.#removed();
     this.#showScenes(this.file);
     this.picture.show();
     this.#showStrikes(byId("strike-source").value);
@@ -119,6 +120,20 @@ export class Pile {
     if (this.#isDirty) return this.#message.error(new Error(`${this.file} was changed by another program; saving replaces that.`));
     await this.open(this.file);
     return this.#message.tell(`${this.file} was changed by another program and is shown anew.`);
+  }
+
+  /** The file of the scene was removed by another program: another scene is shown, or none. */
+  async #removed() {
+    const gone = this.file;
+    Object.assign(this, { placed: [], strike: null, selected: null });
+    Object.assign(this.scene, { walls: [], keep_out: [] });
+    this.#drawAll();
+    this.motion.drop();
+    this.changed();
+    this.list.showKinds([]);
+    this.scene = this.table.scene = this.file = null;
+    await this.start(this.contents);
+    this.#message.error(new Error(`${gone} was removed by another program.`));
   }
 
   #showScenes(chosen) {
@@ -323,6 +338,7 @@ export class Pile {
   }
 
   #fieldsChanged(field) {
+    if (!this.strike) return;
     field.dataset.edited = "true";
     const value = (id, scale) => Number(byId(id).value) * scale;
     const strike = {
@@ -400,6 +416,7 @@ export class Pile {
   }
 
   async save() {
+    if (!this.scene) return;
     try {
       const file = await ask("/api/save", { pile: this.request() });
       this.#isDirty = false;
@@ -418,12 +435,14 @@ export class Pile {
   }
 
   async saveStrike() {
+    if (!this.strike) return;
     const file = await ask("/api/strike", { strike: this.strike, output: this.#besides(".strike.json") }).catch(this.#message.error);
     if (file) this.#message.tell(`Wrote ${file}.`);
   }
 
   /** Writes the pile and the strike for another simulator. */
   async export() {
+    if (!this.strike) return;
     const question = { pile: this.request(), properties: byId("properties").value, strike: this.strike, output: this.#besides(".xml") };
     const written = await ask("/api/export", question).catch(this.#message.error);
     if (written) this.#message.tell([`Wrote ${written.file}.`, ...written.notes].join(" "));

@@ -644,7 +644,7 @@ def shows_the_arm(studio):
     """The joint path is that of `breakshot command`; a cell without an arm gets a sentence."""
     page = studio.page
     studio.go("robot")
-    expect(page.locator("#robot-reason")).to_contain_text("add `[robot]`", timeout=FIT_MS)
+    expect(page.locator("#robot-reason")).to_contain_text("add [robot]", timeout=FIT_MS)
     page.select_option("#robot-strike", "pile.strike.json")
     page.select_option("#robot-scene", "pile.scene.toml")
     page.select_option("#robot-cell", "robot.cell.toml")
@@ -900,6 +900,71 @@ def begins_in_an_empty_folder(program, demo, browser, shots):
             studio.close()
 
 
+def tells_nothing_by_colour_alone(studio, view):
+    """Every curve and outline that has an object's colour has its name at it, and every good or bad outcome is told in words."""
+    page = studio.page
+    unnamed = page.evaluate("""(view) => {
+      const seen = (e) => e.checkVisibility() && e.getBoundingClientRect().width > 0;
+      const isName = (e) => /name/.test(e.getAttribute('class') ?? '') || e.closest('.object');
+      // Room between an outline and its name (px).
+      const ROOM = 24;
+      const touches = (a, b) => a.left < b.right + ROOM && b.left < a.right + ROOM && a.top < b.bottom + ROOM && b.top < a.bottom + ROOM;
+      const found = [];
+      for (const drawing of [...document.querySelectorAll(`#${view} svg`)].filter(seen)) {
+        const names = [...drawing.querySelectorAll('text')].filter(isName).map((e) => e.getBoundingClientRect());
+        const title = drawing.id || drawing.getAttribute('aria-label');
+        const curves = [...drawing.querySelectorAll('.curve')].filter(seen).length;
+        if (curves > names.length) found.push(`${title}: ${curves} curves, ${names.length} names`);
+        for (const mark of [...drawing.querySelectorAll('.found, .current, .expected, .start-outline')].filter(seen)) {
+          const box = mark.getBoundingClientRect();
+          if (!names.some((name) => touches(name, box))) found.push(`${title}: no name at ${mark.outerHTML.slice(0, 90)}`);
+        }
+        for (const mark of [...drawing.querySelectorAll('.mean')].filter(seen)) {
+          const {top, bottom} = mark.getBoundingClientRect();
+          if (!names.some((name) => name.top < bottom + ROOM / 2 && top < name.bottom + ROOM / 2)) found.push(`${title}: no name in the row of a mean`);
+        }
+      }
+      return found;
+    }""", view)
+    assert not unnamed, f"{view}: {unnamed}"
+    bare = page.evaluate("""(view) => [...document.querySelectorAll(`#${view} :is(.yes, .no, .doubt)`)]
+      .filter((e) => e.checkVisibility() && !/[A-Za-z]{3}/.test(e.textContent)).map((e) => e.outerHTML)""", view)
+    assert not bare, f"{view}: told by colour alone: {bare}"
+
+
+def works_at_twice_the_size(studio, view):
+    """At 200 % zoom the page has half the width and height: nothing is too wide, and every control can be brought into sight and is not covered."""
+    page = studio.page
+    page.set_viewport_size({"width": 640, "height": 450})
+    page.wait_for_timeout(300)
+    overflow = page.evaluate("document.documentElement.scrollWidth - document.documentElement.clientWidth")
+    assert overflow <= 0, f"{view} at 200 % is {overflow} px too wide"
+    covered = page.evaluate("""(view) => [...document.querySelectorAll(`header a, header button, #${view} :is(button, select, input, summary, [tabindex="0"])`)]
+      .filter((e) => e.checkVisibility() && !e.disabled && e.getBoundingClientRect().width > 0)
+      .filter((e) => {
+        e.scrollIntoView({block: 'center', inline: 'center'});
+        const {left, right, top, bottom} = e.getBoundingClientRect();
+        const at = document.elementFromPoint((left + right) / 2, (top + bottom) / 2);
+        // Marks of drawings may lie on each other; they are reached by Tab.
+        return !at || !(e.contains(at) || at.contains(e) || (e.closest('svg') && at.closest('svg')));
+      }).map((e) => e.outerHTML.slice(0, 120))""", view)
+    assert not covered, f"{view} at 200 %: not in reach: {covered}"
+
+
+def moves_nothing_by_itself(studio):
+    """With reduced motion nothing on the page is animated unless a person plays it."""
+    page = studio.page
+    assert page.evaluate("matchMedia('(prefers-reduced-motion: reduce)').matches")
+    for view in KEYS_OF_VIEWS:
+        studio.go(view)
+        moving = page.evaluate("""() => [...document.querySelectorAll('*')].filter((e) => {
+          const {transitionDuration, animationName} = getComputedStyle(e);
+          return animationName !== 'none' || transitionDuration.split(',').some((time) => parseFloat(time) > 0);
+        }).map((e) => e.outerHTML.slice(0, 80))""")
+        assert not moving, f"{view}: moves by itself: {moving}"
+        assert page.evaluate("document.getAnimations().length") == 0, view
+
+
 def takes_pictures(studio, shots):
     page = studio.page
     for view in KEYS_OF_VIEWS:
@@ -913,11 +978,8 @@ def takes_pictures(studio, shots):
                 assert overflow <= 0, f"{view} at {width} px is {overflow} px too wide"
                 page.screenshot(path=str(shots / f"{view}-{scheme}-{width}.png"))
                 is_accessible(studio, f"{view}, {scheme}, {width} px")
-        # At 200 % zoom the page has half the width.
-        page.set_viewport_size({"width": 640, "height": 450})
-        page.wait_for_timeout(300)
-        overflow = page.evaluate("document.documentElement.scrollWidth - document.documentElement.clientWidth")
-        assert overflow <= 0, f"{view} at 200 % is {overflow} px too wide"
+        tells_nothing_by_colour_alone(studio, view)
+        works_at_twice_the_size(studio, view)
     page.set_viewport_size({"width": 1280, "height": 900})
 
 
@@ -940,7 +1002,7 @@ def walk(studio, browser, shots):
     plays_the_motion(studio)
     times |= steps_through_films(studio)
     for step in (changes_the_campaign, corrects_a_start, opens_a_clip_from_its_value, says_what_to_film_next, takes_a_pile_from_a_picture,
-                 shows_what_others_write, compares_film_and_simulation, moves_a_tag, shows_the_arm, has_a_key_for_every_action):
+                 shows_what_others_write, compares_film_and_simulation, moves_a_tag, shows_the_arm, has_a_key_for_every_action, moves_nothing_by_itself):
         begun = time.monotonic()
         step(studio)
         print(f"{step.__name__.replace('_', ' ')}: {time.monotonic() - begun:.1f} s", flush=True)
