@@ -973,6 +973,7 @@ def takes_pictures(studio, shots):
             for width, height in ((1280, 900), (800, 1100)):
                 page.emulate_media(color_scheme=scheme)
                 page.set_viewport_size({"width": width, "height": height})
+                page.evaluate("scrollTo(0, 0)")
                 page.wait_for_timeout(500)
                 overflow = page.evaluate("document.documentElement.scrollWidth - document.documentElement.clientWidth")
                 assert overflow <= 0, f"{view} at {width} px is {overflow} px too wide"
