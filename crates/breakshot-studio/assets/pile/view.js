@@ -35,6 +35,7 @@ export class Pile {
   #outlook = null;
   #isDirty = false;
   #isStarted = false;
+  #hasAsked = false;
   /** The scene as it is in its file, as text. */
   #written = "";
   #rest = 0;
@@ -96,8 +97,15 @@ export class Pile {
     this.#isStarted = true;
     this.#showProperties();
     if (contents.scenes.length) await this.open(contents.scenes[0]);
-    else if (contents.cells.length && contents.objects.length) askForNew(contents);
+    else if (contents.cells.length && contents.objects.length) this.#askOnce();
     else showNothing("pile", "This folder holds no scene, and no cell and objects to make one of. ", html("code", {}, "breakshot init"), " writes templates, ", html("code", {}, "breakshot look"), " takes a scene from a picture.");
+  }
+
+  /** Asks for a first pile; not again with every file that is written. */
+  #askOnce() {
+    byId("pile").classList.remove("empty");
+    if (!this.#hasAsked) askForNew(this.contents);
+    this.#hasAsked = true;
   }
 
   /** The files of properties; what was chosen stays so. */
