@@ -147,6 +147,14 @@ def drag(page, start, end, steps=12):
     page.mouse.up()
 
 
+def box_of(locator):
+    """The place of an element on the screen; one that is drawn anew at this moment is asked for again."""
+    for _ in range(100):
+        if box := locator.bounding_box():
+            return box
+    raise AssertionError(f"{locator} is not on the screen")
+
+
 def wait_until(page, holds):
     """Waits until something holds outside of the page."""
     for _ in range(FIT_MS // 100):
@@ -223,8 +231,8 @@ def makes_a_new_pile(studio):
         page.select_option("#kind", kind)
         page.locator("#add").click()
     expect(page.locator("#table .object")).to_have_count(2)
-    box = page.locator('[data-object="c"]').bounding_box()
-    other = page.locator('[data-object="a"]').bounding_box()
+    box = box_of(page.locator('[data-object="c"]'))
+    other = box_of(page.locator('[data-object="a"]'))
     middle = lambda b: (b["x"] + b["width"] / 2, b["y"] + b["height"] / 2)
     drag(page, middle(box), (middle(other)[0] + 20, middle(other)[1] + 12))
     at_rest(page)
@@ -287,7 +295,7 @@ def drags_the_strike(studio):
     studio.forget_times()
     before = page.input_value("#heading")
     for name, by in [("cue", (-40, 60)), ("tip", (30, -12)), ("start", (-14, 22)), ("cue", (30, -50))]:
-        box = page.locator(f"#table .handle.{name}").bounding_box()
+        box = box_of(page.locator(f"#table .handle.{name}"))
         middle = (box["x"] + box["width"] / 2, box["y"] + box["height"] / 2)
         drag(page, middle, (middle[0] + by[0], middle[1] + by[1]), steps=40)
     assert page.input_value("#heading") != before
@@ -612,7 +620,7 @@ def moves_a_tag(studio):
     tag.focus()
     page.keyboard.press("Shift+ArrowUp")
     expect(page.locator('[aria-label="y in mm of tag 1"]')).to_have_value("-209")
-    box = page.locator('#cell-overlay [data-tag="1"] .tag-reach').bounding_box()
+    box = box_of(page.locator('#cell-overlay [data-tag="1"] .tag-reach'))
     middle = (box["x"] + box["width"] / 2, box["y"] + box["height"] / 2)
     drag(page, middle, (middle[0] + 3, middle[1]), steps=4)
     assert float(page.input_value('[aria-label="x in mm of tag 1"]')) > 402
@@ -691,7 +699,7 @@ def corrects_a_start(studio):
     expect(page.locator("#starts .start")).to_have_count(2, timeout=FIT_MS)
     expect(page.locator("#overlay .found")).to_have_count(0)
     page.screenshot(path=str(studio.shots / "films-starts.png"))
-    middle = lambda name: (lambda b: (b["x"] + b["width"] / 2, b["y"] + b["height"] / 2))(page.locator(f'[data-start="{name}"] .start-center').bounding_box())
+    middle = lambda name: (lambda b: (b["x"] + b["width"] / 2, b["y"] + b["height"] / 2))(box_of(page.locator(f'[data-start="{name}"] .start-center')))
     # `a` is dragged to where `c` is: their markers look alike.
     first = json_of(studio.folder / "tracks/pair_a_c_3.json")["tracks"]
     was = {track["object"]: (track["samples"][0]["x_m"], track["samples"][0]["y_m"]) for track in first}
@@ -818,8 +826,10 @@ def goes_from_films_to_a_comparison(studio):
     """With films and properties: a pile from a film's first frames, its plan, its simulation, the comparison with the film, and a model for another simulator."""
     page, folder = studio.page, studio.folder
     studio.go("pile")
-    expect(page.locator("#new-scene")).to_be_visible()
+    expect(page.locator("#new-scene")).to_be_visible(timeout=FIT_MS)
     page.keyboard.press("Escape")
+    expect(page.locator("#new-scene")).to_be_hidden()
+    page.locator("#play").focus()
     page.keyboard.press("f")
     expect(page.locator("#new-picture")).to_be_visible()
     page.select_option("#picture-file", "pair_a_c_3.mp4")
