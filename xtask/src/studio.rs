@@ -43,7 +43,7 @@ pub(crate) fn test() -> Result<(), String> {
     scripts(&program, &chromium, &python("studio", &PACKAGES)?, &[])
 }
 
-/// The way with the program that the tests have built, without bounds of latencies: what CI runs. It is reported as skipped where no browser is
+/// The way with the program that the tests have built, without bounds of latencies: what CI runs, at the end of the one check. It is reported as skipped where no browser is
 /// installed, or can be, and where the scripts' packages cannot be installed.
 ///
 /// # Errors
