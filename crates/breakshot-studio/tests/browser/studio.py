@@ -565,8 +565,8 @@ def compares_film_and_simulation(studio):
     page.locator("#compare-reasons button").first.click()
     frame = lambda: int(page.get_attribute("#compare-frame", "data-frame"))
     at = lambda: float(page.text_content("#compare-time").replace("\u2212", "-").split()[0])
-    wait_until(page, lambda: abs(at() - divergence["time_s"]) < 0.02)
-    page.wait_for_load_state("networkidle")
+    named = lambda: int(page.text_content("#compare-event").split("frame ")[1].split()[0]) - 1
+    wait_until(page, lambda: abs(at() - divergence["time_s"]) < 0.02 and frame() == named())
     # A step is a frame of the film, in both drawings.
     before, time = frame(), at()
     page.locator("#compare-play").blur()
