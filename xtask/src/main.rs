@@ -221,7 +221,8 @@ fn main() -> ExitCode {
 /// What CI runs: the Rust code first, then what is driven by other programs, and skipped where these cannot be had.
 fn test() -> Result<(), String> {
     check::test()?;
-    python::quick()
+    python::quick()?;
+    studio::walk()
 }
 
 /// `validate contact LAB [CELLS]`.

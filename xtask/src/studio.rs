@@ -6,7 +6,7 @@ use crate::process::children_cpu_s;
 use crate::venv::python;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
-use std::time::Instant;
+use std::time::{Instant, SystemTime};
 
 /// What drives the browser, and what checks that the page is accessible.
 const PACKAGES: [&str; 2] = ["playwright==1.65.2", "axe-playwright-python==0.1.8"];
@@ -22,9 +22,9 @@ const NO_BROWSER: &str = "no Chromium is installed, or can be";
 /// The package that holds the first of them.
 const PACKAGE: &str = "chromium";
 
-/// Crates that are in the program for the studio alone, and the crate that is linked anew with them.
+/// Crates that are in the program for the studio alone, and a file of the crate that is compiled and linked anew with them.
 const CRATES: [&str; 2] = ["breakshot-studio", "httparse"];
-const LINKED: &str = "breakshot-cli";
+const PROGRAM: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../crates/breakshot-cli/src/main.rs");
 /// Most CPU time that they may add to a fresh build (s).
 const MOST_BUILD_S: f64 = 25.0;
 
@@ -43,7 +43,7 @@ pub(crate) fn test() -> Result<(), String> {
     scripts(&program, &chromium, &python("studio", &PACKAGES)?, &[])
 }
 
-/// The way with the program that the tests have built, without bounds of latencies: what CI runs. It is reported as skipped where no browser is
+/// The way with the program that the tests have built, without bounds of latencies: what CI runs, at the end of the one check. It is reported as skipped where no browser is
 /// installed, or can be, and where the scripts' packages cannot be installed.
 ///
 /// # Errors
@@ -124,15 +124,18 @@ fn install() -> bool {
 /// Prints the CPU time that the studio adds to a fresh release build, which must have been made: that of its crates and the program less
 /// that of the program alone.
 fn build_time() -> Result<(), String> {
-    let rebuilt_s = |crates: &[&str]| -> Result<f64, String> {
-        let packages: Vec<&str> = crates.iter().flat_map(|name| ["--package", name]).collect();
-        cargo(&[&["clean", "--release"][..], &packages].concat(), &[])?;
+    let build_s = || -> Result<f64, String> {
         let before_s = children_cpu_s()?;
         cargo(&["build", "--release"], &[])?;
         Ok(children_cpu_s()? - before_s)
     };
-    let with_s = rebuilt_s(&[&CRATES[..], &[LINKED]].concat())?;
-    let added_s = with_s - rebuilt_s(&[LINKED])?;
+    let packages: Vec<&str> = CRATES.iter().flat_map(|name| ["--package", name]).collect();
+    cargo(&[&["clean", "--release"][..], &packages].concat(), &[])?;
+    let with_s = build_s()?;
+    // Cargo would also clean the library with the program, whose names are alike.
+    let touched = std::fs::File::options().append(true).open(PROGRAM);
+    touched.and_then(|file| file.set_modified(SystemTime::now())).map_err(|e| format!("{PROGRAM}: {e}"))?;
+    let added_s = with_s - build_s()?;
     println!("the studio in a fresh release build: {added_s:.1} s of CPU time, at most {MOST_BUILD_S} s");
     if added_s <= MOST_BUILD_S { Ok(()) } else { Err("the studio takes too long to build".into()) }
 }

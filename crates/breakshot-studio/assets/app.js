@@ -3,7 +3,7 @@
 import { CellView } from "/cell/view.js";
 import { watch } from "/changes.js";
 import { Compare } from "/compare/view.js";
-import { byId, html } from "/elements.js";
+import { byId, html, prose } from "/elements.js";
 import { Films } from "/films/view.js";
 import { addKeys, startKeys } from "/keys.js";
 import { Learned } from "/learned.js";
@@ -31,7 +31,7 @@ const message = {
   tell(text) {
     clearTimeout(hiding);
     if (text) hiding = setTimeout(() => message.tell(""), MESSAGE_MS);
-    byId("message").textContent = text;
+    byId("message").replaceChildren(...prose(text));
     byId("message").hidden = !text;
     byId("message").classList.remove("error");
   },

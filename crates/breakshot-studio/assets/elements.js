@@ -27,6 +27,9 @@ export const html = (tag, attributes = {}, ...children) => filled(document.creat
 export const svg = (tag, attributes = {}, ...children) =>
   filled(document.createElementNS("http://www.w3.org/2000/svg", tag), attributes, children);
 
+/** A sentence whose names between backticks are set as code. */
+export const prose = (text) => text.split("`").map((part, k) => (k % 2 ? html("code", {}, part) : part));
+
 /** A number with so many decimals, and a true minus sign. */
 export function fixed(value, decimals = 0) {
   const text = value.toFixed(decimals);

@@ -25,7 +25,7 @@ const isShown = ({ view }) => view === null || document.body.dataset.view === vi
 /** The key that this event asks for; keys of what has the focus come first. */
 function wanted(event) {
   const name = nameOf(event);
-  const fits = ({ isFor }) => (isFor ? isFor(event.target) : !isWriting(event.target) || name.startsWith("Ctrl+"));
+  const fits = ({ isFor }) => (isFor ? isFor(event.target) : !isWriting(event.target) || /^(Ctrl|Alt)\+/.test(name));
   const here = groups.filter(isShown);
   const ordered = [...here.filter((group) => group.isFor), ...here.filter((group) => !group.isFor)];
   for (const group of ordered.filter(fits)) {

@@ -1,8 +1,8 @@
 /** What the films have taught: every property with its interval, and one mark for each clip. */
 
-import { byId, fillSelect, fixed, html, showNothing, svg } from "/elements.js";
+import { byId, fillSelect, fixed, html, prose, showNothing, svg } from "/elements.js";
 import { addKeys } from "/keys.js";
-import { ask, follow, read } from "/server.js";
+import { ask, askForJob, follow, read } from "/server.js";
 import { kindOf } from "/table.js";
 
 /** Key of the property, key of its clips' values, title, unit. */
@@ -30,12 +30,12 @@ function ticks(low, high) {
 
 /** The warnings of each cause under its summary; those of files without causes as one list. */
 function warningsByCause({ warnings, causes = [] }) {
-  const list = (lines) => html("ul", { class: "warnings" }, ...lines.map((line) => html("li", {}, line)));
+  const list = (lines) => html("ul", { class: "warnings" }, ...lines.map((line) => html("li", {}, ...prose(line))));
   if (!causes.length) return warnings.length ? [list(warnings)] : [];
   let first = 0;
   return causes.map((group) => {
     const lines = warnings.slice(first, (first += group.warnings));
-    return html("section", {}, html("h3", {}, group.summary), list(lines));
+    return html("section", {}, html("h3", {}, ...prose(group.summary)), list(lines));
   });
 }
 
@@ -95,8 +95,8 @@ export class Learned {
   async advise() {
     const question = { campaign: byId("learned-campaign").value, properties: byId("learned-file").value };
     if (!question.campaign || !question.properties || byId("advise").disabled) return;
-    const job = await ask("/api/advise", question).catch(this.#message.error);
-    if (job == null) return;
+    const job = await askForJob("/api/advise", question, this.#message);
+    if (job === null) return;
     byId("advise").disabled = true;
     follow(job, (event) => {
       if (event.state === "running") return;
@@ -114,8 +114,8 @@ export class Learned {
   async estimate() {
     if (this.#job !== null || byId("learn").disabled) return;
     const question = { campaign: byId("learned-campaign").value, output: byId("learned-output").value };
-    const job = await ask("/api/estimate", question).catch(this.#message.error);
-    if (job == null) return;
+    const job = await askForJob("/api/estimate", question, this.#message);
+    if (job === null) return;
     this.#job = job;
     this.#running(0);
     follow(job, (event) => this.#hear(event).catch(this.#message.error));

@@ -90,6 +90,18 @@ export class Newest {
   }
 }
 
+/** Starts a job and returns its number; null, with a message that says why, for one that was not started. */
+export async function askForJob(path, question, message) {
+  try {
+    const job = await ask(path, question);
+    if (job === null) message.error(new Error("Two jobs are running already: wait for one of them, or cancel it."));
+    return job;
+  } catch (error) {
+    message.error(error);
+    return null;
+  }
+}
+
 /** Follows a job until its end; `tell` gets each event. */
 export function follow(number, tell) {
   const events = new EventSource(`/api/jobs/${number}/events`);

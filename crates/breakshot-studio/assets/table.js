@@ -7,6 +7,8 @@ import { outline, placed } from "/outlines.js";
 const MARGIN = 0.035;
 /** Room below the table for the scale (px). */
 const FOOT_PX = 26;
+/** Room for the name of an object (px). */
+const NAME_PX = 24;
 const SCALES_M = [0.001, 0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1, 2];
 /** Groups of the drawing below, which changes seldom or is large and is painted by itself, and of the one above it. */
 const BELOW = ["ground", "picture", "cloud"];
@@ -134,7 +136,18 @@ export class Table {
     this.#layers.paths.replaceChildren(...drawnPaths);
     const outlines = Object.entries(final).map(([name, one]) =>
       svg("path", { class: `expected ${this.colour(name)}`, d: this.outline(this.shape(name)), transform: this.placed(one) }));
-    this.#layers.expected.replaceChildren(...outlines);
+    const names = Object.entries(final).filter(([name, [x, y]]) => this.#hasMoved(paths[name], [x, y])).map(([name, [x, y]]) => {
+      const [u, v] = this.px([x, y]);
+      return svg("text", { class: "name halo", x: u, y: v + 5, "text-anchor": "middle" }, name);
+    });
+    this.#layers.expected.replaceChildren(...outlines, ...names);
+  }
+
+  /** Whether the end of a path is so far from its start that two names do not lie on each other. */
+  #hasMoved(points, end) {
+    if (!points?.length) return false;
+    const [[u, v], [x, y]] = [this.px(points[0]), this.px(end)];
+    return Math.hypot(x - u, y - v) > NAME_PX;
   }
 
   #drawGround(scene, width, height) {

@@ -16,7 +16,7 @@ use crate::jobs::Jobs;
 use crate::pile::forecast::{self, Clouds};
 use crate::pile::planning::{self, MapRequest, PlanRequest};
 use crate::pile::request::Cache;
-use crate::pile::{picture, save, settle};
+use crate::pile::{export, picture, save, settle};
 use crate::project::Project;
 use crate::robot::command;
 use crate::templates::{self, Templates};
@@ -120,6 +120,7 @@ impl Studio {
             "settle" => asked(request, |r| settle::settled(project, cache, r)),
             "save" => asked(request, |r| save::save(project, cache, r)),
             "strike" => asked(request, |r| save::save_strike(project, r)),
+            "export" => asked(request, |r| export::exported(project, cache, r)),
             "plan" => asked(request, |r: &PlanRequest| Ok(self.start_plan(r))),
             "map" => asked(request, |r: &MapRequest| Ok(self.start_map(r))),
             "new" => asked(request, |r| save::new_scene(project, r)),

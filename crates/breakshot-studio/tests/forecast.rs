@@ -66,6 +66,27 @@ fn a_motion_is_the_trajectory_of_the_command() {
 }
 
 #[test]
+fn an_exported_model_is_that_of_the_command_and_replaces_no_other_kind_of_file() {
+    let server = TestServer::start();
+    let session = server.session();
+    let mut request = question(&server::strike());
+    request["output"] = json!("pile.xml");
+    let (status, answer) = session.post("/api/export", &request);
+    assert_eq!(status, 200, "{answer}");
+    let scene = files::load_scene(server.folder().join("pile.scene.toml")).unwrap().value;
+    let properties = files::load_properties(server.folder().join("properties.json")).unwrap();
+    let properties = properties.completed_for(&scene).unwrap().into_owned();
+    let strike: breakshot::scene::Strike = serde_json::from_value(server::strike()).unwrap();
+    let model = physics::mjcf(&scene, &properties, &strike, &physics::Options::default()).unwrap();
+    assert_eq!(std::fs::read_to_string(server.folder().join("pile.xml")).unwrap(), model.text);
+    assert_eq!(value(&answer), json!({ "file": "pile.xml", "notes": model.notes }));
+    for output in ["pile.scene.toml", "../pile.xml", "pile.xml.json", ""] {
+        request["output"] = json!(output);
+        assert_eq!(session.post("/api/export", &request).0, 422, "{output}");
+    }
+}
+
+#[test]
 fn a_new_scene_replaces_no_file_and_names_files_of_the_project() {
     let server = TestServer::start();
     let session = server.session();

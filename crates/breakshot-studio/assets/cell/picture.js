@@ -73,6 +73,7 @@ export class Picture {
       ...(byId("cell-lines").checked ? this.#lines() : []),
       ...objects.flatMap((object) => this.#object(object)),
       ...this.#fit.tags.map((tag) => this.#tag(tag)),
+      ...objects.flatMap((object) => this.#height(object)),
       ...marks.flatMap(([read, predicted]) => [read && this.#cross(read, 6), predicted && svg("circle", { class: "predicted", cx: predicted[0], cy: predicted[1], r: 6 })].filter(Boolean)),
     );
     // A fit that comes while a tag is moved on is older than the position on the page.
@@ -100,13 +101,19 @@ export class Picture {
   }
 
   /** An object from the table to its height. */
-  #object({ name, height_m: height, base_px: base, top_px: top, center_px: center }) {
-    const low = center[0];
+  #object({ base_px: base, top_px: top, center_px: center }) {
     return [
       svg("path", { class: "halo-line", d: closed(top) }), svg("path", { class: "object-base", d: closed(base) }), svg("path", { class: "object-top", d: closed(top) }),
       svg("path", { class: "height", d: open(center) }),
-      ...(low ? [svg("text", { class: "mark-name", x: low[0], y: Math.max(...base.map((p) => p[1])), dy: "1.15em", "text-anchor": "middle" }, `${name}: ${(height * 1e3).toFixed(0)} mm high`)] : []),
     ];
+  }
+
+  /** The name of an object and its height, beside it: those of objects that touch do not lie on each other. */
+  #height({ name, height_m: height, top_px: top }) {
+    if (!top.length) return [];
+    const right = Math.max(...top.map((p) => p[0]));
+    const middle = top.reduce((sum, p) => sum + p[1], 0) / top.length;
+    return [svg("text", { class: "mark-name", x: right, y: middle, dx: "0.5em", dy: "0.35em" }, `${name}: ${(height * 1e3).toFixed(0)} mm high`)];
   }
 
   #cross([x, y], arm) {

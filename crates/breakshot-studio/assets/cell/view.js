@@ -1,6 +1,6 @@
 /** The camera of a cell: where it sees the tags, where the file gives them, and by how much they differ. */
 
-import { byId, fillSelect, fixed, html, mm, showNothing } from "/elements.js";
+import { byId, fillSelect, fixed, html, mm, prose, showNothing } from "/elements.js";
 import { Picture } from "/cell/picture.js";
 import { TagList } from "/cell/tags.js";
 import { addKeys } from "/keys.js";
@@ -172,7 +172,7 @@ export class CellView {
     } else rows.push(["lens", "unknown: a homography of the table"]);
     if (!knowsHeights) rows.push(["heights", "unknown without a lens"]);
     byId("cell-camera").replaceChildren(...rows.flatMap(([name, value]) => [html("dt", {}, name), html("dd", {}, value)]));
-    const warnings = camera.warnings.map((text) => html("li", {}, text));
+    const warnings = camera.warnings.map((text) => html("li", {}, html("span", {}, ...prose(text))));
     byId("cell-warnings").replaceChildren(...(warnings.length ? warnings : [html("li", { class: "quiet" }, "none")]));
   }
 

@@ -22,7 +22,7 @@ export class FilmPane {
     this.#shown = shown;
     this.#colour = colour;
     if (!shown.film) return;
-    this.#frames.open({ film: shown.film.name });
+    this.#frames.open({ film: shown.film.name }, shown.frames_s.length);
     const [width, height] = shown.film.size_px;
     byId("compare-overlay").setAttribute("viewBox", `-0.5 -0.5 ${width} ${height}`);
     byId("compare-overlay").replaceChildren();

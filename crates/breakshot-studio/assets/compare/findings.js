@@ -1,6 +1,6 @@
 /** What a comparison found: goal, distances of all pairs, and what the difference may come from. */
 
-import { byId, distance, fixed, html, mm } from "/elements.js";
+import { byId, distance, fixed, html, mm, prose } from "/elements.js";
 import { pose } from "/motion.js";
 
 const signed = (metres) => (metres >= 0 ? "+" : "") + mm(metres);
@@ -31,7 +31,7 @@ export class Findings {
     this.#pairs(report);
     this.#objects(report, colour);
     this.#reasons(shown);
-    const warnings = report.warnings.map((text) => html("li", {}, text));
+    const warnings = report.warnings.map((text) => html("li", {}, html("span", {}, ...prose(text))));
     byId("compare-warnings").replaceChildren(...(warnings.length ? warnings : [html("li", { class: "quiet" }, "none")]));
   }
 

@@ -1,7 +1,7 @@
 /** A new comparison: film, scene, strike and properties are chosen, and a job writes what `breakshot verify` writes. */
 
 import { byId, fillSelect } from "/elements.js";
-import { ask, follow } from "/server.js";
+import { ask, askForJob, follow } from "/server.js";
 
 export class NewComparison {
   #message;
@@ -48,9 +48,8 @@ export class NewComparison {
   async start() {
     if (this.#job !== null || byId("compare-start").disabled) return;
     const [film, scene, strike, properties, output] = ["compare-film-file", "compare-scene", "compare-strike", "compare-properties", "compare-output"].map((id) => byId(id).value);
-    const job = await ask("/api/compare", { film, scene, strike, properties, output }).catch(this.#message.error);
-    if (job === null) this.#message.error(new Error("Two jobs are running already: wait for one of them."));
-    if (job == null) return;
+    const job = await askForJob("/api/compare", { film, scene, strike, properties, output }, this.#message);
+    if (job === null) return;
     this.#job = job;
     this.#running(0);
     follow(job, (event) => this.#hear(event).catch(this.#message.error));

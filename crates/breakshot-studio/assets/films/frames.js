@@ -7,10 +7,11 @@ const MOST_KEPT = 80;
 export class Frames {
   #clip = null;
   #kept = new Map();
+  #count = 1;
 
-  /** Opens a clip: `{ campaign, clip }`. */
-  open(clip) {
-    this.#clip = clip;
+  /** Opens a clip, `{ campaign, clip }`, or a film, `{ film }`; of its `count` frames some are fetched ahead. */
+  open(clip, count = 1) {
+    [this.#clip, this.#count] = [clip, count];
     for (const promise of this.#kept.values()) promise.then((frame) => frame?.bitmap.close(), () => {});
     this.#kept.clear();
   }
@@ -19,8 +20,15 @@ export class Frames {
   async frame(number, direction = 1) {
     const found = this.#fetch(number);
     const frame = await found;
-    if (frame) for (let k = 1; k <= AHEAD; k += 1) if (number + k * direction >= 0) this.#fetch(number + k * direction).catch(() => {});
+    if (frame) this.#fetchAhead(number, direction);
     return frame;
+  }
+
+  #fetchAhead(number, direction) {
+    for (let k = 1; k <= AHEAD; k += 1) {
+      const next = number + k * direction;
+      if (next >= 0 && next < this.#count) this.#fetch(next).catch(() => {});
+    }
   }
 
   #fetch(number) {

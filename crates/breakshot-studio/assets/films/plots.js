@@ -5,6 +5,8 @@ import { byId, fixed, svg } from "/elements.js";
 const MARGIN = { left: 52, right: 14, top: 8, bottom: 24 };
 const PANEL_PX = 92;
 const GAP_PX = 16;
+/** Room for the name of an object. */
+const NAME_PX = 22;
 const PANELS = [
   { label: "distance (mm)", of: (sample) => sample.distance_m * 1e3 },
   { label: "speed (m/s)", of: (sample) => sample.speed_m_s },
@@ -98,11 +100,22 @@ export class Plots {
       const points = samples.filter((sample) => of(sample) != null).map((sample) => `${this.#x(sample.time_s).toFixed(2)} ${y(of(sample)).toFixed(2)}`);
       return svg("path", { class: `curve ${this.#colour(name)}`, d: points.length ? `M${points.join("L")}` : "" });
     });
-    const names = this.#motion.objects.map(({ name, samples }) => {
-      const last = samples.findLast((sample) => of(sample) != null);
-      return last && svg("text", { class: "name halo", x: this.#x(last.time_s) - 4, y: y(of(last)) - 5, "text-anchor": "end" }, name);
-    });
     const title = svg("text", { class: "small", transform: `translate(12 ${top + PANEL_PX / 2}) rotate(-90)`, "text-anchor": "middle" }, label);
-    return [...lines, ...curves, ...(label.startsWith("distance") ? names.filter(Boolean) : []), title];
+    return [...lines, ...curves, ...this.#names(of, top, y), title];
+  }
+
+  /** The name of every object at the peak of its curve; names that would lie on each other are set side by side. */
+  #names(of, top, y) {
+    const taken = [];
+    return this.#motion.objects.flatMap(({ name, samples }) => {
+      const measured = samples.filter((sample) => of(sample) != null);
+      if (!measured.length) return [];
+      const peak = measured.reduce((a, b) => (of(b) > of(a) ? b : a));
+      const up = Math.max(y(of(peak)) - 4, top + 11);
+      let x = Math.min(this.#x(peak.time_s) + 4, MARGIN.left + this.#span - NAME_PX * (taken.length + 1));
+      while (taken.some(([u, v]) => Math.abs(u - x) < NAME_PX && Math.abs(v - up) < NAME_PX)) x += NAME_PX;
+      taken.push([x, up]);
+      return [svg("text", { class: "name halo", x, y: up }, name)];
+    });
   }
 }

@@ -1,12 +1,12 @@
 /** The films of a campaign: frames as the detector saw them, what was found in them, and when. */
 
-import { byId, fillSelect, fixed, html, showNothing, svg } from "/elements.js";
+import { byId, fillSelect, fixed, html, prose, showNothing, svg } from "/elements.js";
 import { ClipEdit } from "/films/edit.js";
 import { Frames } from "/films/frames.js";
 import { Plots } from "/films/plots.js";
 import { Starts } from "/films/starts.js";
 import { addKeys } from "/keys.js";
-import { Newest, ask, follow, read } from "/server.js";
+import { Newest, ask, askForJob, follow, read } from "/server.js";
 import { kindOf } from "/table.js";
 
 /** Two times of one frame differ by less (s). */
@@ -22,6 +22,7 @@ export class Films {
   #opened = 0;
   #motion = null;
   #count = 0;
+  /** The frame that a person is at; its picture may still be on its way. */
   #number = 0;
   #time = 0;
   #step = 1 / 60;
@@ -43,7 +44,7 @@ export class Films {
     byId("outlines").addEventListener("change", () => this.#drawOverlay());
     byId("track").addEventListener("click", () => this.track());
     this.starts = new Starts(message, this);
-    document.addEventListener("learned", () => this.#started && this.#openCampaign(this.campaign, this.clip?.name).catch(message.error));
+    document.addEventListener("learned", () => this.#started && this.reopen(this.clip?.name).catch(message.error));
     this.#addKeys();
     this.edit = new ClipEdit(message, this);
   }
@@ -101,13 +102,11 @@ export class Films {
 
   /** Reads the campaign again; the clip of this name stays open, at its frame unless it is `isNew`. */
   async reopen(name, isNew = false) {
-    const number = this.#number;
     if (!this.#contents.campaigns.length) {
       this.#contents.campaigns.push(this.campaign);
       fillSelect(byId("campaign"), [[this.campaign, this.campaign]]);
     }
-    await this.#openCampaign(this.campaign, name);
-    if (!isNew && this.clip?.name === name) this.#pausedAt(number);
+    await this.#openCampaign(this.campaign, name, !isNew);
   }
 
   /** Opens the first campaign of the project. */
@@ -139,17 +138,30 @@ export class Films {
     else showNothing("films", "This folder holds no campaign. ", html("code", {}, "breakshot campaign"), " drafts one from a folder of films.");
   }
 
-  async #openCampaign(campaign, chosen = null) {
+  async #openCampaign(campaign, chosen = null, stays = false) {
     this.#clips = await read("/api/clips", { campaign });
+    this.#list();
+    const k = this.#clips.findIndex(({ name }) => name === chosen);
+    if (this.#clips.length) await this.open(Math.max(k, 0), stays && k >= 0);
+  }
+
+  #list() {
     const item = ({ name, objects, is_film: isFilm, is_tracked: isTracked, is_excluded: isExcluded, excluded_s: stretches }, k) => {
       const found = isFilm ? (isTracked ? "tracked" : "not tracked") : "tracks only";
       const marks = isExcluded ? "left out" : stretches.length ? `${found} \u00b7 in part left out` : found;
       return html("li", {}, html("button", { type: "button", onclick: () => this.open(k).catch(this.#message.error) },
         html("b", {}, name), html("small", {}, `${objects.join(", ")} \u00b7 ${marks}`)));
     };
+    const buttons = () => [...byId("clips").querySelectorAll("button")];
+    const focused = buttons().indexOf(document.activeElement);
     byId("clips").replaceChildren(...this.#clips.map(item));
-    const k = this.#clips.findIndex(({ name }) => name === chosen);
-    if (this.#clips.length) await this.open(Math.max(k, 0));
+    buttons()[focused]?.focus({ preventScroll: true });
+    this.#mark();
+  }
+
+  /** Marks the clip that is open. */
+  #mark() {
+    [...byId("clips").querySelectorAll("button")].forEach((button, i) => (i === this.#clip ? button.setAttribute("aria-current", "true") : button.removeAttribute("aria-current")));
   }
 
   /** Opens a clip of this name where `where` says: `{ a, b }` for an impact. */
@@ -165,25 +177,26 @@ export class Films {
     if (impact) this.goTo(impact.time_s);
   }
 
-  /** Opens clip number `k`. */
-  async open(k) {
+  /** Opens clip number `k` at its first frame; if it `stays` open, at the frame where a person is when it has been read. */
+  async open(k, stays = false) {
     this.pause();
     this.showing.drop();
     const opened = ++this.#opened;
     const isLate = () => opened !== this.#opened;
     const at = { campaign: byId("campaign").value, clip: k };
-    [this.#clip, this.#number, this.#motion] = [k, 0, null];
-    [...byId("clips").querySelectorAll("button")].forEach((button, i) => (i === k ? button.setAttribute("aria-current", "true") : button.removeAttribute("aria-current")));
+    [this.#clip, this.#motion] = [k, null];
+    if (!stays) this.#number = 0;
+    this.#mark();
     const film = await read("/api/film", at);
     if (isLate()) return;
-    this.#frames.open(at);
     this.#count = film?.frame_count ?? 1;
+    this.#frames.open(at, this.#count);
     byId("film-position").max = this.#count - 1;
     if (film) {
       const [first, second] = await Promise.all([this.#frames.frame(0), this.#frames.frame(1)]);
       if (isLate()) return;
       this.#step = second ? second.time - first.time : 1 / 60;
-      this.#draw(first, 0);
+      this.go(this.#number);
     }
     const motion = await read("/api/clip", at);
     if (isLate()) return;
@@ -208,15 +221,17 @@ export class Films {
     const warnings = motion?.warnings ?? [];
     const doubtful = (motion?.objects ?? []).map(({ name, samples }) => [name, samples.filter((s) => s.is_doubtful).length]).filter(([, n]) => n);
     const words = [...warnings, ...doubtful.map(([name, n]) => `${name}: ${n} doubtful ${n === 1 ? "position" : "positions"}, drawn with dashes`)];
-    byId("clip-warnings").replaceChildren(...(words.length ? words : ["nothing"]).map((text) => html("li", { class: words.length ? "" : "quiet" }, text)));
+    byId("clip-warnings").replaceChildren(...(words.length ? words : ["nothing"]).map((text) => html("li", { class: words.length ? "" : "quiet" }, html("span", {}, ...prose(text)))));
     this.#drawOverlay();
   }
 
   #draw(frame, number) {
     if (!frame) {
-      // The film ended before.
+      // The film has ended before.
+      if (number > 0) this.#pausedAt(number - 1, -1);
       this.#count = Math.max(1, Math.min(this.#count, number));
-      return this.pause();
+      byId("film-position").max = this.#count - 1;
+      return null;
     }
     const canvas = byId("frame");
     const { width, height } = frame.bitmap;
@@ -225,7 +240,7 @@ export class Films {
       for (const id of ["overlay", "starts"]) byId(id).setAttribute("viewBox", `-0.5 -0.5 ${width} ${height}`);
     }
     canvas.getContext("2d", { alpha: false }).drawImage(frame.bitmap, 0, 0);
-    [this.#number, this.#time] = [number, frame.time];
+    this.#time = frame.time;
     canvas.dataset.frame = number;
     byId("film-position").value = number;
     byId("film-position").setAttribute("aria-valuetext", `frame ${number}, ${fixed(frame.time, 3)} seconds`);
@@ -315,8 +330,8 @@ export class Films {
   async track() {
     if (this.#tracking !== null) return void (await ask(`/api/jobs/${this.#tracking}/cancel`, {}).catch(this.#message.error));
     const [clip, campaign] = [this.#clip, byId("campaign").value];
-    const job = await ask("/api/track", { campaign, clip: String(clip) }).catch(this.#message.error);
-    if (job == null) return;
+    const job = await askForJob("/api/track", { campaign, clip: String(clip) }, this.#message);
+    if (job === null) return;
     const before = this.#number;
     this.#tracking = job;
     this.starts.off();
@@ -329,7 +344,10 @@ export class Films {
       if (clip === this.#clip && !this.#timer) this.go(before);
       if (event.state !== "done") return this.#message.error(new Error(event.error ?? "The tracking was cancelled."));
       this.#message.tell(`Wrote ${event.result.file}.`);
-      byId("clips").querySelectorAll("small")[clip].textContent = `${this.#clips[clip].objects.join(", ")} \u00b7 tracked`;
+      if (campaign === this.campaign && this.#clips[clip]) {
+        this.#clips[clip].is_tracked = true;
+        this.#list();
+      }
       if (clip === this.#clip) this.#show(await read("/api/clip", { campaign, clip }));
     });
   }

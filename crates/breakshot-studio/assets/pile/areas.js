@@ -76,6 +76,7 @@ export class Areas {
 
   /** The next drag on the table draws one of this kind; Enter puts one in the middle. */
   #arm(kind) {
+    if (!this.#pile.scene) return;
     this.#drawing = this.#drawing?.kind === kind ? null : { kind };
     this.#showArmed();
   }

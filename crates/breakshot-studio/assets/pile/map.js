@@ -2,7 +2,7 @@
 
 import { along, byId, degrees, fixed, svg } from "/elements.js";
 import { addKeys } from "/keys.js";
-import { ask, follow } from "/server.js";
+import { askForJob, follow } from "/server.js";
 
 const CLASSES = 5;
 /** Length of a line, least and most (m). */
@@ -45,9 +45,9 @@ export class StrikeMap {
   async toggle() {
     if (this.#strikes.length) return this.clear();
     const properties = byId("properties").value;
-    if (this.#isRunning || !properties) return null;
-    const job = await ask("/api/map", { pile: this.#pile.request(), properties }).catch(this.#message.error);
-    if (job == null) return null;
+    if (this.#isRunning || !properties || !this.#pile.scene) return null;
+    const job = await askForJob("/api/map", { pile: this.#pile.request(), properties }, this.#message);
+    if (job === null) return null;
     this.#isRunning = true;
     byId("map").textContent = "Computing the map";
     const asked = JSON.stringify(this.#pile.request());

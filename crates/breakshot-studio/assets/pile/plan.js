@@ -2,7 +2,7 @@
 
 import { byId, degrees, fixed, html } from "/elements.js";
 import { addKeys } from "/keys.js";
-import { ask, follow } from "/server.js";
+import { ask, askForJob, follow } from "/server.js";
 
 const OUTCOMES = { found: "\u2713 Found", best_effort: "Best effort", unreachable: "\u2717 Unreachable" };
 const WORDS = { poses: "the poses of the objects", strike: "the strike\u2019s speed and heading", friction: "friction on the table", restitution: "restitution", masses: "mass ratios", contacts: "contact friction and simultaneous impacts" };
@@ -38,15 +38,11 @@ export class Planner {
   }
 
   async start() {
-    if (this.#job !== null) return;
+    if (this.#job !== null || !this.#pile.scene) return;
     const properties = byId("properties").value;
     if (!properties) return this.#message.error(new Error("Choose properties first."));
-    try {
-      this.#job = await ask("/api/plan", { pile: this.#pile.request(), properties, output: byId("plan-file").value });
-    } catch (error) {
-      return this.#message.error(error);
-    }
-    if (this.#job === null) return this.#message.error(new Error("Other plans are still running."));
+    this.#job = await askForJob("/api/plan", { pile: this.#pile.request(), properties, output: byId("plan-file").value }, this.#message);
+    if (this.#job === null) return null;
     this.#running(0);
     return follow(this.#job, (event) => this.#hear(event));
   }

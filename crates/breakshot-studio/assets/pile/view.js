@@ -35,6 +35,7 @@ export class Pile {
   #outlook = null;
   #isDirty = false;
   #isStarted = false;
+  #hasAsked = false;
   /** The scene as it is in its file, as text. */
   #written = "";
   #rest = 0;
@@ -72,6 +73,7 @@ export class Pile {
     byId("strike-source").addEventListener("change", (event) => this.#openStrike(event.target.value).catch(this.#message.error));
     byId("save").addEventListener("click", () => this.save());
     byId("save-strike").addEventListener("click", () => this.saveStrike());
+    byId("export").addEventListener("click", () => this.export());
     document.addEventListener("learned", () => this.contents && this.#showProperties());
     for (const id of ["heading", "speed", "travel", "start-x", "start-y"]) {
       byId(id).addEventListener("input", (event) => this.#fieldsChanged(event.target));
@@ -81,6 +83,7 @@ export class Pile {
     addKeys({ title: "The pile", view: "pile" }, [
       [["Ctrl+s"], "save the scene", () => this.save()],
       [["Ctrl+S"], "save the strike", () => this.saveStrike()],
+      [["x"], "export the pile and the strike as a model of MuJoCo", () => this.export()],
       [["n"], "add an object", () => this.list.add()],
     ]);
   }
@@ -94,8 +97,15 @@ export class Pile {
     this.#isStarted = true;
     this.#showProperties();
     if (contents.scenes.length) await this.open(contents.scenes[0]);
-    else if (contents.cells.length && contents.objects.length) askForNew(contents);
+    else if (contents.cells.length && contents.objects.length) this.#askOnce();
     else showNothing("pile", "This folder holds no scene, and no cell and objects to make one of. ", html("code", {}, "breakshot init"), " writes templates, ", html("code", {}, "breakshot look"), " takes a scene from a picture.");
+  }
+
+  /** Asks for a first pile; not again with every file that is written. */
+  #askOnce() {
+    byId("pile").classList.remove("empty");
+    if (!this.#hasAsked) askForNew(this.contents);
+    this.#hasAsked = true;
   }
 
   /** The files of properties; what was chosen stays so. */
@@ -107,6 +117,7 @@ export class Pile {
   /** Files were changed: lists and properties are shown anew, and the scene if it is another one and nothing on the table is unsaved. */
   async refresh() {
     if (!this.scene) return this.start(this.contents);
+    if (!this.contents.scenes.includes(this.file)) return this.#removed();
     this.#showScenes(this.file);
     this.picture.show();
     this.#showStrikes(byId("strike-source").value);
@@ -117,6 +128,20 @@ export class Pile {
     if (this.#isDirty) return this.#message.error(new Error(`${this.file} was changed by another program; saving replaces that.`));
     await this.open(this.file);
     return this.#message.tell(`${this.file} was changed by another program and is shown anew.`);
+  }
+
+  /** The file of the scene was removed by another program: another scene is shown, or none. */
+  async #removed() {
+    const gone = this.file;
+    Object.assign(this, { placed: [], strike: null, selected: null });
+    Object.assign(this.scene, { walls: [], keep_out: [] });
+    this.#drawAll();
+    this.motion.drop();
+    this.changed();
+    this.list.showKinds([]);
+    this.scene = this.table.scene = this.file = null;
+    await this.start(this.contents);
+    this.#message.error(new Error(`${gone} was removed by another program.`));
   }
 
   #showScenes(chosen) {
@@ -321,6 +346,7 @@ export class Pile {
   }
 
   #fieldsChanged(field) {
+    if (!this.strike) return;
     field.dataset.edited = "true";
     const value = (id, scale) => Number(byId(id).value) * scale;
     const strike = {
@@ -398,6 +424,7 @@ export class Pile {
   }
 
   async save() {
+    if (!this.scene) return;
     try {
       const file = await ask("/api/save", { pile: this.request() });
       this.#isDirty = false;
@@ -410,10 +437,23 @@ export class Pile {
     }
   }
 
+  /** The name of a file that belongs to the scene. */
+  #besides(ending) {
+    return this.file.replace(/(\.scene)?\.toml$/, ending);
+  }
+
   async saveStrike() {
-    const output = `${this.file.replace(/(\.scene)?\.toml$/, "")}.strike.json`;
-    const file = await ask("/api/strike", { strike: this.strike, output }).catch(this.#message.error);
+    if (!this.strike) return;
+    const file = await ask("/api/strike", { strike: this.strike, output: this.#besides(".strike.json") }).catch(this.#message.error);
     if (file) this.#message.tell(`Wrote ${file}.`);
+  }
+
+  /** Writes the pile and the strike for another simulator. */
+  async export() {
+    if (!this.strike) return;
+    const question = { pile: this.request(), properties: byId("properties").value, strike: this.strike, output: this.#besides(".xml") };
+    const written = await ask("/api/export", question).catch(this.#message.error);
+    if (written) this.#message.tell([`Wrote ${written.file}.`, ...written.notes].join(" "));
   }
 
   /** A name for another object of a kind, and a free place for it. */

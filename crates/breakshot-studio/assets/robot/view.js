@@ -1,6 +1,6 @@
 /** The joint path of a strike: the arm from above and from the side, its joints' speeds, and how near it comes to its limits. */
 
-import { byId, fillSelect, fixed, html, mm, showNothing } from "/elements.js";
+import { byId, fillSelect, fixed, html, mm, prose, showNothing } from "/elements.js";
 import { addKeys } from "/keys.js";
 import { Playback, changePace, playbackKeys } from "/playback.js";
 import { Arm } from "/robot/arm.js";
@@ -92,7 +92,7 @@ export class RobotView {
   #without(reason, isError = false) {
     this.#path = null;
     for (const id of ["robot-shown", "robot-results"]) byId(id).hidden = true;
-    byId("robot-reason").textContent = reason;
+    byId("robot-reason").replaceChildren(...prose(reason));
     byId("robot-reason").classList.toggle("no", isError);
     byId("robot-reason").hidden = false;
   }
@@ -127,8 +127,8 @@ export class RobotView {
     const go = (time) => () => this.playback.stopAt(time);
     byId("robot-phases").replaceChildren(...phases.map(({ label, span_s: [from, to] }) =>
       html("li", {}, html("button", { type: "button", onclick: go(from) }, html("b", {}, label), html("small", {}, `${fixed(from, 2)} to ${fixed(to, 2)} s`)))));
-    byId("robot-checks").replaceChildren(...checks.map(({ sentence, time_s: time }) => html("li", {}, html("button", { type: "button", title: "shows this instant", onclick: go(time) }, sentence))));
-    byId("robot-notes").replaceChildren(...[...warnings, ...notes].map((text) => html("li", {}, text)));
+    byId("robot-checks").replaceChildren(...checks.map(({ sentence, time_s: time }) => html("li", {}, html("button", { type: "button", title: "shows this instant", onclick: go(time) }, ...prose(sentence)))));
+    byId("robot-notes").replaceChildren(...[...warnings, ...notes].map((text) => html("li", {}, html("span", {}, ...prose(text)))));
   }
 
   #update() {

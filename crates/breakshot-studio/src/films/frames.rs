@@ -32,26 +32,25 @@ struct Open {
     count: Option<usize>,
 }
 
-/// What is known of a film before it is decoded.
+/// What is known of a film before its frames are shown.
 #[derive(serde::Serialize)]
 pub(crate) struct Film {
-    /// The number of frames, if its file holds it.
-    frame_count: Option<usize>,
+    frame_count: usize,
     size_px: [usize; 2],
     warnings: Vec<String>,
 }
 
-/// What the head of a film's file holds.
+/// What the head of a film's file holds; frames that it does not count are decoded and counted.
 ///
 /// # Errors
 /// A film that cannot be opened.
 pub(crate) fn film(path: &Path) -> Result<Film> {
-    let footage = Footage::open(path)?;
-    Ok(Film {
-        frame_count: footage.frame_count(),
-        size_px: footage.size_px(),
-        warnings: footage.warnings().to_vec(),
-    })
+    let mut footage = Footage::open(path)?;
+    let (size_px, warnings) = (footage.size_px(), footage.warnings().to_vec());
+    // Frames behind damage cannot be shown; the tracking of the clip ends with the damage as its error.
+    let count = |footage: &mut Footage| footage.take_while(Result::is_ok).count();
+    let frame_count = footage.frame_count().unwrap_or_else(|| count(&mut footage));
+    Ok(Film { frame_count, size_px, warnings })
 }
 
 impl Films {
