@@ -5,7 +5,6 @@
 
 pub(crate) mod added_parameters;
 pub(crate) mod consistency;
-pub(crate) mod contact_gap;
 pub(crate) mod exposure;
 pub(crate) mod fit;
 pub(crate) mod impact_windows;

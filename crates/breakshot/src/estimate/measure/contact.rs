@@ -1,6 +1,6 @@
 //! The geometry of each impact of a fitted clip: partners, contact normal and contact point.
 
-use crate::estimate::clip::contact_gap::MAX_GAP_M;
+use crate::estimate::clip::consistency::MAX_GAP_M;
 use crate::estimate::clip::fit::MotionFit;
 use crate::estimate::clip::motion_model::{BodyPath, Cause, Event};
 use crate::estimate::clip::sliding::MotionState;
