@@ -61,8 +61,8 @@ const CERTAIN: f64 = 0.5;
 /// Heights that are tried for a silhouette (m).
 const HEIGHTS_M: [f64; 4] = [0.015, 0.03, 0.045, 0.06];
 /// Outlines of the same form are equally near to their edges up to this factor, or within this distance (px), and equally visible up to this fraction.
-pub(super) const RMS_FACTOR: f64 = 2.0;
-pub(super) const LEAST_RMS_PX: f64 = 0.1;
+const RMS_FACTOR: f64 = 2.0;
+const LEAST_RMS_PX: f64 = 0.1;
 const LESS_VISIBLE: f64 = 0.06;
 /// An outline with fewer corners is taken as long as at most this fraction less of it is visible.
 const SIMPLER_VISIBLE: f64 = 0.1;
@@ -91,35 +91,28 @@ pub(super) fn tops(search: &TopSearch) -> Tops {
     large.sort_by_key(|found| found.region.area_px);
     let mut chosen = Chosen { view: search.view(0, search.height_m), tops: Vec::new() };
     let strongest = markers.first().map_or(0.0, |marker| marker.region.strength);
-    let is_certain = |marker: &&PlaneRegion| marker.region.strength >= CERTAIN * strongest;
-    let (certain, others): (Vec<&PlaneRegion>, Vec<&PlaneRegion>) = markers.into_iter().partition(is_certain);
     let mut fits_left = MOST_FITS.map(Some);
-    for marker in certain.iter().take(MOST_OBJECTS) {
-        let candidates = around(marker, &large, |region| chosen.is_free(region, false));
-        chosen.tops.extend(search.top(&candidates, Kind::Marked, &mut fits_left[0]));
+    for marker in markers.iter().take(MOST_OBJECTS) {
+        let apart = marker.region.strength < CERTAIN * strongest;
+        let around = large
+            .iter()
+            .copied()
+            .filter(|found| can_carry(&found.region, &marker.region) && chosen.is_free(&found.region, apart));
+        let around: Vec<&PlaneRegion> = around.take(MOST_REGIONS).collect();
+        chosen.tops.extend(search.top(&around, Kind::Marked, &mut fits_left[0]));
     }
-    // Weaker markers and what has none, the strongest edges first: they are apart from what is known.
-    let weak: Vec<&PlaneRegion> =
-        others.into_iter().filter(|found| search.stands_out_of_pattern(found)).collect();
-    let is_bare = |found: &&PlaneRegion| {
-        let carries = |marker: &&PlaneRegion| can_carry(&found.region, &marker.region);
-        !found.of_either_sign
-            && !certain.iter().chain(&weak).any(carries)
-            && search.stands_out_of_pattern(found)
+    // Without a marker the strongest edges first
+    let is_bare = |found: &&&PlaneRegion| {
+        !found.of_either_sign && !markers.iter().any(|marker| can_carry(&found.region, &marker.region))
     };
-    let bare = large.iter().copied().filter(is_bare).map(|found| (found, Kind::Bare));
-    let mut rest: Vec<(&PlaneRegion, Kind)> = bare.collect();
-    rest.extend(weak.iter().map(|marker| (*marker, Kind::Marked)));
-    rest.sort_by(|(a, _), (b, _)| b.region.strength.total_cmp(&a.region.strength));
-    for (found, kind) in rest.into_iter().take(2 * MOST_OBJECTS) {
-        if kind == Kind::Marked {
-            let candidates = around(found, &large, |region| chosen.is_free(region, true));
-            chosen.tops.extend(search.top(&candidates, kind, &mut fits_left[0]));
-        } else if chosen.is_free(&found.region, true) {
+    let mut bare: Vec<&PlaneRegion> = large.iter().filter(is_bare).copied().collect();
+    bare.sort_by(|a, b| b.region.strength.total_cmp(&a.region.strength));
+    for found in bare.into_iter().take(MOST_OBJECTS) {
+        if chosen.is_free(&found.region, true) {
             let same = |other: &&&PlaneRegion| is_same_object(&other.region, &found.region);
             let around: Vec<&PlaneRegion> = large.iter().filter(same).copied().take(MOST_REGIONS).collect();
             let visible = |top: &Candidate| top.outline.visible_fraction >= BARE_VISIBLE;
-            chosen.tops.extend(search.top(&around, kind, &mut fits_left[1]).filter(visible));
+            chosen.tops.extend(search.top(&around, Kind::Bare, &mut fits_left[1]).filter(visible));
         }
     }
     Tops { found: chosen.tops, is_complete: fits_left.iter().all(Option::is_some) }
@@ -151,8 +144,6 @@ pub(super) struct TopSearch<'a> {
     height_m: f64,
     /// The side of a pixel in the middle of the workspace (m).
     pixel_m: f64,
-    /// The steps of the table's own pattern in each plane (grey levels).
-    pattern: Vec<f64>,
 }
 
 impl<'a> TopSearch<'a> {
@@ -165,12 +156,8 @@ impl<'a> TopSearch<'a> {
     ) -> Option<Self> {
         let middle = cell.workspace.min_m + (cell.workspace.max_m - cell.workspace.min_m) * 0.5;
         let pixel_m = camera.scale_m_per_px(camera.pixel_from_table(middle, height_m), height_m);
-        let search = || {
-            let search_planes = SearchPlanes::new(planes);
-            let is_on_table = |pixel: Pixel| cell.workspace.contains(camera.table_from_pixel(pixel, 0.0));
-            let pattern = search_planes.pattern(is_on_table);
-            Self { planes, search_planes, camera, cell, height_m, pixel_m, pattern }
-        };
+        let search =
+            || Self { planes, search_planes: SearchPlanes::new(planes), camera, cell, height_m, pixel_m };
         (pixel_m.is_finite() && pixel_m > 0.0).then(search)
     }
 
@@ -214,11 +201,6 @@ impl<'a> TopSearch<'a> {
     fn may_be_ink(&self, PlaneRegion { region, of_either_sign, .. }: &PlaneRegion) -> bool {
         let area_m2 = region.area_px as f64 * self.pixel_m * self.pixel_m;
         !of_either_sign && area_m2 <= MOST_MARKER_M2 && region.strength >= MARKER_STRENGTH
-    }
-
-    /// Whether the edge around a region is stronger than those of the table's own pattern.
-    fn stands_out_of_pattern(&self, PlaneRegion { region, plane, .. }: &PlaneRegion) -> bool {
-        region.strength > self.pattern[*plane]
     }
 
     /// Whether a region has the outline of a marker.
@@ -269,9 +251,14 @@ impl<'a> TopSearch<'a> {
             let view = self.view(candidate.plane, candidate.height_m);
             Candidate { outline: view.simplified(candidate.outline.clone(), self.pixel_m), ..candidate }
         };
-        let all: Vec<Candidate> = self.round_or_not(apart).into_iter().map(simplified).collect();
-        let is_strong = |top: &&Candidate| self.strength(top) >= LEAST_STRENGTH;
-        let mut strong: Vec<Candidate> = all.iter().filter(is_strong).cloned().collect();
+        let is_strong = |candidate: &Candidate| self.strength(candidate) >= LEAST_STRENGTH;
+        // No outline is simpler than a disc.
+        let is_disc = |candidate: &Candidate| matches!(candidate.outline.shape, Shape::Disc { .. });
+        if apart.iter().any(|candidate| is_disc(candidate) && is_strong(candidate)) {
+            apart.retain(is_disc);
+        }
+        let all: Vec<Candidate> = apart.into_iter().map(simplified).collect();
+        let mut strong: Vec<Candidate> = all.iter().filter(|top| is_strong(top)).cloned().collect();
         // A marker is on some top, however weak its edges are.
         if strong.is_empty() && kind == Kind::Marked {
             strong = all;
@@ -294,23 +281,6 @@ impl<'a> TopSearch<'a> {
         let area_m2 = |candidate: &Candidate| candidate.outline.shape.area_m2();
         strong.retain(is_equal);
         strong.into_iter().min_by(|a, b| area_m2(a).total_cmp(&area_m2(b)))
-    }
-
-    /// The discs alone where one of them is strong: no outline is simpler. A regular polygon is nearly a disc, but its edges are off it.
-    fn round_or_not(&self, all: Vec<Candidate>) -> Vec<Candidate> {
-        let is_disc = |candidate: &Candidate| matches!(candidate.outline.shape, Shape::Disc { .. });
-        let is_round = |disc: &Candidate| {
-            let same =
-                all.iter().filter(|other| !is_disc(other) && has_same_size(&other.outline, &disc.outline));
-            let least_rms_m = same.map(|other| other.outline.rms_m).fold(f64::INFINITY, f64::min);
-            disc.outline.rms_m <= (RMS_FACTOR * least_rms_m).max(LEAST_RMS_PX * self.pixel_m)
-        };
-        let possible = all.iter().filter(|candidate| !is_disc(candidate) || is_round(candidate));
-        let (discs, others): (Vec<&Candidate>, Vec<&Candidate>) =
-            possible.partition(|candidate| is_disc(candidate));
-        let some_disc = discs.iter().any(|disc| self.strength(disc) >= LEAST_STRENGTH);
-        let chosen = if some_disc { discs } else { [discs, others].concat() };
-        chosen.into_iter().cloned().collect()
     }
 
     /// A candidate at the height of its top.
@@ -337,18 +307,14 @@ impl<'a> TopSearch<'a> {
         const READ_AT_PX: f64 = 2.5;
         let pixel =
             |point: Point| self.camera.pixel_from_table(outline.pose.table_from_body(point), *height_m);
-        let step = |plane: &GreyImage, at: Point, outward: Vec2| {
+        let step = |at: Point, outward: Vec2| {
             let [inside, outside] =
                 [-READ_AT_PX, READ_AT_PX].map(|px| pixel(at + outward * (px * self.pixel_m)));
-            Some(plane.grey_at(outside)? - plane.grey_at(inside)?)
+            let step = |plane: &GreyImage| Some((plane.grey_at(outside)? - plane.grey_at(inside)?).abs());
+            self.planes.iter().filter_map(step).fold(0.0, f64::max)
         };
-        // With its sign: the largest of the absolute steps in several planes would be their noise.
-        let of_side = |side: Vec<(Point, Vec2)>| {
-            let in_plane =
-                |plane: &GreyImage| median(side.iter().filter_map(|&(at, outward)| step(plane, at, outward)));
-            let steps = self.search_planes.smooth().iter().filter_map(in_plane);
-            steps.map(f64::abs).reduce(f64::max)
-        };
+        let of_side =
+            |side: Vec<(Point, Vec2)>| median(side.into_iter().map(|(at, outward)| step(at, outward)));
         sides(&outline.shape).into_iter().filter_map(of_side).fold(f64::INFINITY, f64::min)
     }
 }
@@ -366,17 +332,6 @@ impl Chosen<'_> {
             |top: &Candidate| top.region.overlaps(region) || apart && touches(&self.view, top, region);
         !self.tops.iter().any(is_hit)
     }
-}
-
-/// The regions that may be the top around a marker.
-fn around<'r>(
-    marker: &PlaneRegion,
-    large: &[&'r PlaneRegion],
-    is_free: impl Fn(&Region) -> bool,
-) -> Vec<&'r PlaneRegion> {
-    let is_around =
-        |found: &&&PlaneRegion| can_carry(&found.region, &marker.region) && is_free(&found.region);
-    large.iter().filter(is_around).take(MOST_REGIONS).copied().collect()
 }
 
 fn distinct(all: impl Iterator<Item = PlaneRegion>) -> Vec<PlaneRegion> {
@@ -408,7 +363,7 @@ fn can_carry(top: &Region, marker: &Region) -> bool {
 }
 
 /// Whether two regions can be top and silhouette of one object.
-pub(super) fn is_same_object(a: &Region, b: &Region) -> bool {
+fn is_same_object(a: &Region, b: &Region) -> bool {
     const LEAST_RATIO: f64 = 0.5;
     let (small, large) = if a.area_px < b.area_px { (a, b) } else { (b, a) };
     small.area_px as f64 >= LEAST_RATIO * large.area_px as f64 && large.covers(small, 0.0)
@@ -443,13 +398,6 @@ fn has_same_outline(a: &Fitted, b: &Fitted, pixel_m: f64) -> bool {
     let near_m = NEAR_PX * pixel_m;
     let is_near = a.pose.position.distance(b.pose.position) < near_m && (size(a) - size(b)).abs() < near_m;
     is_near && a.complexity() == b.complexity()
-}
-
-/// Whether the areas and the centres of two outlines agree.
-fn has_same_size(a: &Fitted, b: &Fitted) -> bool {
-    let [area_m2, other_m2] = [a, b].map(|fit| fit.shape.area_m2());
-    let off_m = a.pose.position.distance(b.pose.position);
-    (area_m2 - other_m2).abs() < SAME_BORDER * area_m2 && off_m < 0.5 * SAME_BORDER * area_m2.sqrt()
 }
 
 /// Whether a region lies in the workspace and is no tag.

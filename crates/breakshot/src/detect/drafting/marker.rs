@@ -1,8 +1,6 @@
 //! Which marker is on an object's top?
 
-use super::candidates::{
-    Candidate, LEAST_RMS_PX, LEAST_STRENGTH, MARKER_FRACTIONS, RMS_FACTOR, TopSearch, is_same_object,
-};
+use super::candidates::{Candidate, LEAST_STRENGTH, MARKER_FRACTIONS, TopSearch};
 use super::edges::TopView;
 use super::is_concave;
 use super::regions::{PLAIN_PLANES, Region};
@@ -21,8 +19,6 @@ pub(super) struct Marked {
 
 /// Least number of pixels of a marker: fewer have no shape.
 const LEAST_PX: u64 = 20;
-/// So many regions are measured for one spot, the strongest first.
-const MOST_OF_SPOT: usize = 16;
 /// A second shape belongs to the marker if its edge is at least this fraction as strong.
 const SECOND_STRENGTH: f64 = 0.6;
 /// A marker nearer to the centre of a disc is centred, within the error of its measurement (px).
@@ -61,14 +57,7 @@ pub(super) fn marked(search: &TopSearch, top: &Candidate, name: &str, warnings: 
         let fit = ink.outline(region).filter(|fit| fit.fits && !is_concave(&fit.shape) && is_on_top(fit))?;
         Some((region.clone(), fit))
     };
-    // Where other ink is near, single regions have a wrong outline.
-    let pixel_m = search.camera.scale_m_per_px(object.centroid, *height_m);
-    let spot = |found: &(TopView, Region)| {
-        let (region, _) = measured(found)?;
-        let same = by_strength.iter().filter(|(_, other)| is_same_object(other, &region)).take(MOST_OF_SPOT);
-        Some((region.clone(), plainest(same.filter_map(measured).map(|(_, fit)| fit).collect(), pixel_m)?))
-    };
-    let Some((first, shape)) = by_strength.iter().find_map(spot) else {
+    let Some((first, shape)) = by_strength.iter().find_map(measured) else {
         warnings.push(format!("`{name}` has a marker whose shape cannot be measured: it is left out"));
         return Marked { outline: own, marker: None, light: None };
     };
@@ -77,7 +66,7 @@ pub(super) fn marked(search: &TopSearch, top: &Candidate, name: &str, warnings: 
             && region.strength >= SECOND_STRENGTH * first.strength
             && !region.overlaps(&first)
     };
-    let second = by_strength.iter().filter(belongs).find_map(spot).map(|(_, shape)| shape);
+    let second = by_strength.iter().filter(belongs).find_map(measured).map(|(_, shape)| shape);
     let mut shapes: Vec<Fitted> = std::iter::once(shape).chain(second).collect();
     shapes.sort_by(|a, b| b.shape.area_m2().total_cmp(&a.shape.area_m2()));
     let Some(main) = shapes.first().cloned() else {
@@ -85,19 +74,11 @@ pub(super) fn marked(search: &TopSearch, top: &Candidate, name: &str, warnings: 
     };
     let (outline, mut marker) = composed(own, &main, shapes.get(1), name, warnings);
     let offset_m = marker.at_m.to_vec().length();
-    let centred_m = CENTRED_PX * pixel_m;
+    let centred_m = CENTRED_PX * search.camera.scale_m_per_px(object.centroid, *height_m);
     if matches!(outline.shape, Shape::Disc { .. }) && marker.dot.is_none() && offset_m < centred_m {
         marker.at_m = Point::ORIGIN;
     }
     Marked { outline, marker: Some(marker), light: Some(first.is_light) }
-}
-
-/// The outline of fewest numbers among those that are about as near to their edges as the nearest one.
-fn plainest(fits: Vec<Fitted>, pixel_m: f64) -> Option<Fitted> {
-    let least_m = fits.iter().map(|fit| fit.rms_m).fold(f64::INFINITY, f64::min);
-    let most_m = (RMS_FACTOR * least_m).max(LEAST_RMS_PX * pixel_m);
-    let near = fits.into_iter().filter(|fit| fit.rms_m <= most_m);
-    near.min_by(|a, b| a.complexity().cmp(&b.complexity()).then(a.rms_m.total_cmp(&b.rms_m)))
 }
 
 /// The object's frame and the marker in it.

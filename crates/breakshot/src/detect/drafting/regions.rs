@@ -53,12 +53,6 @@ const DIRECTION_POINTS: usize = 4;
 /// A border of fewer points has no direction.
 const LEAST_BORDER: usize = 4 * DIRECTION_POINTS;
 
-/// Every so many rows and columns the table's own steps are read, over twice as many pixels as across a border on each side.
-const STRIDE_PX: usize = 4;
-const READ_PX: usize = READ_AT_PX as usize;
-/// This fraction of the table's own steps are weaker than its pattern: objects, tags and shadows have edges on a few per cent of it.
-const PATTERN_FRACTION: f64 = 0.95;
-
 /// Number of planes that are luma and colours: the others are combinations of them, with more noise.
 pub(super) const PLAIN_PLANES: usize = 4;
 
@@ -77,32 +71,6 @@ impl SearchPlanes {
         let smooth: Vec<GreyImage> = planes.iter().enumerate().map(smooth_for_search).collect();
         let steep = smooth.iter().map(gradient).collect();
         Self { smooth, steep }
-    }
-
-    /// The planes without most of their noise.
-    pub(super) fn smooth(&self) -> &[GreyImage] {
-        &self.smooth
-    }
-
-    /// The steps of the table's own pattern, plane by plane: an edge of an outline is compared with them.
-    ///
-    /// A closed line of edges that are no stronger is found in the grain of wood or among the lines of a mat.
-    pub(super) fn pattern(&self, is_on_table: impl Fn(Pixel) -> bool) -> Vec<f64> {
-        let of_plane = |image: &GreyImage| {
-            let columns =
-                |y| (READ_PX..image.width.saturating_sub(READ_PX)).step_by(STRIDE_PX).map(move |x| (x, y));
-            let rows = (READ_PX..image.height.saturating_sub(READ_PX)).step_by(STRIDE_PX);
-            let on_table = |&(x, y): &(usize, usize)| is_on_table(Pixel::new(x as f64, y as f64));
-            let level = |x: usize, y: usize| f64::from(image.pixels[y * image.width + x]);
-            let step = |(x, y): (usize, usize)| {
-                let across = (level(x + READ_PX, y) - level(x - READ_PX, y)).abs();
-                across.max((level(x, y + READ_PX) - level(x, y - READ_PX)).abs())
-            };
-            let mut steps: Vec<f64> = rows.flat_map(columns).filter(on_table).map(step).collect();
-            steps.sort_unstable_by(f64::total_cmp);
-            steps.get((PATTERN_FRACTION * steps.len() as f64) as usize).copied().unwrap_or(0.0)
-        };
-        self.smooth.iter().map(of_plane).collect()
     }
 
     /// All regions of a plane in a window whose number of pixels lies in a range.
