@@ -141,7 +141,7 @@ fn main() -> ExitCode {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     let words: Vec<&str> = arguments.iter().map(String::as_str).collect();
     let done = match words.as_slice() {
-        ["test"] => test(),
+        ["test"] => check::test(),
         ["test", "--studio"] => studio::test(),
         ["test", "--studio", "--debug"] => studio::walk(),
         ["proto"] => check::proto(check::Proto::Write),
@@ -216,13 +216,6 @@ fn main() -> ExitCode {
             ExitCode::FAILURE
         }
     }
-}
-
-/// What CI runs: the Rust code first, then what is driven by other programs, and skipped where these cannot be had.
-fn test() -> Result<(), String> {
-    check::test()?;
-    python::quick()?;
-    studio::walk()
 }
 
 /// `validate contact LAB [CELLS]`.
