@@ -1,7 +1,7 @@
 //! The checks every change must pass.
 
+use crate::process::timed;
 use std::process::Command;
-use std::time::Instant;
 
 /// Formatting, lints, docs, generated code, the default features, tests, documented examples, and dependencies where
 /// `cargo deny` is installed; prints the time that they take.
@@ -9,11 +9,7 @@ use std::time::Instant;
 /// The tests of [`NEEDS_FFMPEG`] run where the program `ffmpeg` is installed; elsewhere the last lines list them as
 /// skipped.
 pub(crate) fn test() -> Result<(), String> {
-    let begun = Instant::now();
-    let tested = all();
-    let (wall_s, cpu_s) = (begun.elapsed().as_secs_f64(), crate::process::children_cpu_s());
-    println!("xtask: {:.1} minutes, {:.1} of CPU time", wall_s / 60.0, cpu_s.unwrap_or(f64::NAN) / 60.0);
-    tested
+    timed("", all)
 }
 
 fn all() -> Result<(), String> {

@@ -26,7 +26,7 @@ use validate::{Effort, LabCell};
 const USAGE: &str = "\
 usage: cargo xtask TASK
 
-  test             formatting, lints, docs and all tests, also the quick ones of the Python package: what CI runs
+  test             formatting, lints, docs and all tests: what CI runs
   test --studio    a person's way through `breakshot studio` and `report.html` in headless Chromium with a release build: pictures of every
                    view, bounds of the latencies, and the CPU time that the studio adds to a fresh build
   validate LAB [--details]

@@ -53,6 +53,16 @@ pub(crate) fn children_cpu_s() -> Result<f64, String> {
     Ok(ticks / TICKS_PER_S)
 }
 
+/// Does some work and prints how long it took and the CPU time of the programs that it ran.
+pub(crate) fn timed(what: &str, work: impl FnOnce() -> Result<(), String>) -> Result<(), String> {
+    let (begun, before_s) = (Instant::now(), children_cpu_s());
+    let done = work();
+    let cpu_s = children_cpu_s().unwrap_or(f64::NAN) - before_s.unwrap_or(f64::NAN);
+    let minutes = begun.elapsed().as_secs_f64() / 60.0;
+    println!("xtask: {what}{minutes:.1} minutes, {:.1} of CPU time", cpu_s / 60.0);
+    done
+}
+
 fn read_from_start(mut file: std::fs::File) -> std::io::Result<String> {
     use std::io::{Read, Seek, SeekFrom};
     let mut text = String::new();

@@ -6,12 +6,11 @@
 
 use crate::check::cargo;
 use crate::example::target;
-use crate::process::children_cpu_s;
+use crate::process::timed;
 use crate::validate::row::{self, Row, median};
 use crate::venv;
 use std::path::{Path, PathBuf};
 use std::process::Command;
-use std::time::Instant;
 
 const PACKAGE: &str = "crates/breakshot-py";
 const MOST_MEGABYTES: f64 = 8.0;
@@ -101,7 +100,10 @@ fn checked(interpreter: &str, wheel: &Path) -> Result<Row, String> {
 ///
 /// Prints that it is skipped where there is no Python, or where the packages of the tests can neither be found nor installed.
 pub(crate) fn quick() -> Result<(), String> {
-    let (begun, before_s) = (Instant::now(), children_cpu_s());
+    timed("the Python package: ", quickly)
+}
+
+fn quickly() -> Result<(), String> {
     let python = match venv::python("breakshot-checks", &CHECKERS) {
         Ok(python) => python,
         Err(reason) => {
@@ -116,11 +118,7 @@ pub(crate) fn quick() -> Result<(), String> {
     let program = target().join("debug/breakshot");
     let suite = Suite { python, program, package: Some(package), settings: vec![QUICK] };
     suite.run(&QUICK_TESTS)?;
-    types(&suite.python, suite.package.as_deref())?;
-    let cpu_s = children_cpu_s().unwrap_or(f64::NAN) - before_s.unwrap_or(f64::NAN);
-    let minutes = begun.elapsed().as_secs_f64() / 60.0;
-    println!("xtask: the Python package: {minutes:.1} minutes, {:.1} of CPU time", cpu_s / 60.0);
-    Ok(())
+    types(&suite.python, suite.package.as_deref())
 }
 
 /// A folder that holds the package with the module of the debug build, for Python's path.

@@ -2,11 +2,11 @@
 
 use crate::check::cargo;
 use crate::example::target;
-use crate::process::children_cpu_s;
+use crate::process::{children_cpu_s, timed};
 use crate::venv::python;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
-use std::time::{Instant, SystemTime};
+use std::time::SystemTime;
 
 /// What drives the browser, and what checks that the page is accessible.
 const PACKAGES: [&str; 2] = ["playwright==1.65.2", "axe-playwright-python==0.1.8"];
@@ -43,13 +43,16 @@ pub(crate) fn test() -> Result<(), String> {
     scripts(&program, &chromium, &python("studio", &PACKAGES)?, &[])
 }
 
-/// The way with the program that the tests have built, without bounds of latencies: what CI runs, at the end of the one check. It is reported as skipped where no browser is
-/// installed, or can be, and where the scripts' packages cannot be installed.
+/// The way with the program that the tests have built, without bounds of latencies. It is reported as skipped where no browser is installed, or
+/// can be, and where the scripts' packages cannot be installed.
 ///
 /// # Errors
 /// A step that does not show what it should.
 pub(crate) fn walk() -> Result<(), String> {
-    let (begun, before_s) = (Instant::now(), children_cpu_s());
+    timed("the studio in a browser: ", walked)
+}
+
+fn walked() -> Result<(), String> {
     let program = target().join("debug/breakshot");
     if !program.is_file() {
         skipped("the tests have built no program");
@@ -66,11 +69,7 @@ pub(crate) fn walk() -> Result<(), String> {
             return Ok(());
         }
     };
-    scripts(&program, &chromium, &python, &["--no-bounds"])?;
-    let cpu_s = children_cpu_s().unwrap_or(f64::NAN) - before_s.unwrap_or(f64::NAN);
-    let minutes = begun.elapsed().as_secs_f64() / 60.0;
-    println!("xtask: the studio in a browser: {minutes:.1} minutes, {:.1} of CPU time", cpu_s / 60.0);
-    Ok(())
+    scripts(&program, &chromium, &python, &["--no-bounds"])
 }
 
 fn skipped(reason: &str) {

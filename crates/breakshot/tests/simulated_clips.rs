@@ -87,16 +87,17 @@ fn holds(estimate: &Estimate, truth: f64, slack: f64) -> bool {
     (low - slack * truth..=high + slack * truth).contains(&truth)
 }
 
+/// A rectangle with these half sides, as a polygon.
+fn block(x: f64, y: f64) -> Shape {
+    let corners = [(-x, -y), (x, -y), (x, y), (-x, y)];
+    Shape::Polygon { points_m: corners.map(|(x, y)| Point::new(x, y)).to_vec() }
+}
+
 /// A heavy hexagon that slides far follows a light block that does not, and hits it again and again.
 fn follower() -> Pair {
     let hexagon = regular(6, 0.0285);
-    let block = Shape::Polygon {
-        points_m: [(-0.034, -0.017), (0.034, -0.017), (0.034, 0.017), (-0.034, 0.017)]
-            .map(|(x, y)| Point::new(x, y))
-            .to_vec(),
-    };
     Pair {
-        shapes: [hexagon, block],
+        shapes: [hexagon, block(0.034, 0.017)],
         materials: [(1.64, 0.15, 0.85), (1.0, 0.35, 0.6)],
         poses: [Pose::new(-0.1, 0.0, 0.1), Pose::new(-0.01, 0.004, 1.3)],
         contact_friction: 0.3,
@@ -106,6 +107,7 @@ fn follower() -> Pair {
 #[test]
 fn impacts_that_follow_each_other_fast_give_no_wrong_friction() {
     let (pile, found) = follower().learned();
+    assert!(!found.friction.is_empty(), "no friction was found");
     for (name, friction) in &found.friction {
         let truth = pile.properties.friction[name].mean;
         assert!(holds(friction, truth, 0.03), "friction of {name}: {friction:?}, not {truth}");
@@ -118,9 +120,6 @@ fn impacts_that_follow_each_other_fast_give_no_wrong_friction() {
 
 /// A block that meets the nearly parallel face of another one with a corner, off its centre and with much contact friction.
 fn oblique() -> Pair {
-    let block = |x: f64, y: f64| Shape::Polygon {
-        points_m: [(-x, -y), (x, -y), (x, y), (-x, y)].map(|(x, y)| Point::new(x, y)).to_vec(),
-    };
     Pair {
         shapes: [block(0.03, 0.024), block(0.028, 0.03)],
         materials: [(1.0, 0.25, 0.8), (0.7, 0.3, 0.7)],

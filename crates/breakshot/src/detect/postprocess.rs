@@ -8,7 +8,7 @@ use super::marker::blob::ImagePose;
 use super::marker::target::Target;
 use super::motion_blur::{LEAST_FAST, velocity_px_s, without_blur};
 use super::track::LEAST_VISIBLE;
-use super::track_state::{Source, TrackPoint, TrackState};
+use super::track_state::{DISTURBED_LEVELS, Source, TrackPoint, TrackState};
 use super::tracks::{Sample, Track};
 use super::why::reason::Doubt;
 use crate::capture::Camera;
@@ -37,9 +37,7 @@ const APART_STDS: f64 = 3.0;
 const SHARP_STD_PX: f64 = 0.15;
 /// If it is further off than this, and the outline is not sharp, the position is doubtful.
 const FAR_APART_STDS: f64 = 5.0;
-/// The background of a marker is uneven if its residual is larger than usual by this much (grey levels), and a displacement that this
-/// may cause is reported from this on (px).
-const UNEVEN_LEVELS: f64 = 3.0;
+/// A displacement by light that changes across a marker is reported from this on (px).
 const UNEVEN_PX: f64 = 0.3;
 /// Standard deviation of the distance of a marker's centre from where the object's outline has it (m): markers are placed by hand.
 const OUTLINE_STD_M: f64 = 0.5e-3;
@@ -204,7 +202,7 @@ impl Measured {
 /// usual: pixels in the shade have less weight than others, and the centre moves by a quarter of the marker's length times their part.
 fn uneven_light_px(point: &TrackPoint, usual_rms: f64) -> f64 {
     let blob = &point.blob;
-    if point.source != Source::Marker || blob.background_rms < usual_rms + UNEVEN_LEVELS {
+    if point.source != Source::Marker || blob.background_rms < usual_rms + DISTURBED_LEVELS {
         return 0.0;
     }
     let uneven = (blob.background_rms.powi(2) - usual_rms.powi(2)).sqrt();

@@ -94,8 +94,8 @@ pub(super) const COMPLETE: f64 = 0.1;
 const NEWEST_WEIGHT: f64 = 0.2;
 /// Range of thresholds that separate a marker cleanly, as fractions of the contrast above the marker's grey level.
 const SEPARATING_FRACTIONS: [f64; 2] = [0.35, 0.65];
-/// An increase of the background's residual by this much (grey levels) is an object beside the marker.
-const DISTURBED_LEVELS: f64 = 3.0;
+/// An increase of the background's residual by this much (grey levels) is an object beside the marker, or a change of the light.
+pub(super) const DISTURBED_LEVELS: f64 = 3.0;
 /// More motion blur than this (px) reduces a marker's contrast.
 const SHARP_PX: f64 = 2.0;
 

@@ -96,7 +96,7 @@ pub(crate) fn advised_films(program: &Program, lab: &Path) -> Result<bool, Strin
         std::fs::remove_dir_all(&folder).map_err(|e| e.to_string())?;
     }
     std::fs::write(&clips, wanted).map_err(|e| e.to_string())?;
-    let specification = lab.join("campaign_spec.json");
+    let specification = LabCell::own(lab).specification;
     let request =
         Request { specification: &specification, clips: &clips, folder: &folder, films: Films::Made };
     request.carry_out(&python, lab)?;

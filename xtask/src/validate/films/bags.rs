@@ -3,12 +3,13 @@
 //! Other programs repack the decoded frames (`peers/ros_bags.py`: the packages `rosbags`, `mcap`, OpenCV, and ffmpeg for H.264); the
 //! tracks of each bag are compared with those of the film; those of a bag with `CameraInfo` are tracked in a cell without a lens.
 
+use super::Differences;
 use crate::example::target;
 use crate::validate::row::{Row, print_all, require};
 use crate::{process, venv};
 
 use breakshot::campaign::{Campaign, Clip, Source};
-use breakshot::capture::{Decoder, Footage};
+use breakshot::capture::Footage;
 use breakshot::cell::{CameraSpec, Cell};
 use breakshot::detect::Tracks;
 use breakshot::files;
@@ -129,38 +130,5 @@ fn bags_in(folder: &Path) -> Result<Vec<PathBuf>, String> {
 
 fn tracks(campaign: &Campaign, clip: &Clip, film: &Path) -> Result<Tracks, String> {
     let clip = Clip { source: Source::Film(film.into()), ..clip.clone() };
-    breakshot::clip_tracks(campaign, &clip, Decoder::Builtin)
-        .map(|clip| clip.tracks)
-        .map_err(|e| e.to_string())
-}
-
-/// Distances between samples of the same frames.
-#[derive(Default)]
-struct Differences {
-    /// Infinite if tracks or samples differ in number.
-    largest_mm: f64,
-    squares_mm2: f64,
-    count: usize,
-}
-
-impl Differences {
-    fn add(&mut self, found: &Tracks, wanted: &Tracks) {
-        let is_same_count = found.tracks.len() == wanted.tracks.len();
-        self.largest_mm = if is_same_count { self.largest_mm } else { f64::INFINITY };
-        for (found, wanted) in found.tracks.iter().zip(&wanted.tracks) {
-            if found.object != wanted.object || found.samples.len() != wanted.samples.len() {
-                self.largest_mm = f64::INFINITY;
-            }
-            for (a, b) in found.samples.iter().zip(&wanted.samples) {
-                let distance_mm = 1e3 * (a.x_m - b.x_m).hypot(a.y_m - b.y_m);
-                self.largest_mm = self.largest_mm.max(distance_mm);
-                self.squares_mm2 += distance_mm.powi(2);
-                self.count += 1;
-            }
-        }
-    }
-
-    fn rms_mm(&self) -> f64 {
-        (self.squares_mm2 / self.count as f64).sqrt()
-    }
+    super::tracks(campaign, &clip)
 }

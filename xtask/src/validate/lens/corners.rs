@@ -4,11 +4,12 @@
 //! a film of the campaign is tracked again, and the corners of pictures of the cell's tags are mapped onto the table; the cell's own lens is the truth.
 
 use crate::example::target;
-use crate::validate::row::{Row, print_all};
+use crate::validate::films::{self, Differences};
+use crate::validate::row::{Row, print_all, rms};
 use crate::venv;
 use breakshot::campaign::Campaign;
-use breakshot::capture::{Camera, Capture, Decoder, Footage, Frame, Lens, lens_calibration};
-use breakshot::cell::{CameraSpec, Cell, Distortion, DistortionModel, Transform};
+use breakshot::capture::{Camera, Capture, Footage, Frame, Lens, lens_calibration};
+use breakshot::cell::{CameraSpec, Cell, DistortionModel, Transform};
 use breakshot::detect::Tracks;
 use breakshot::files;
 use breakshot::geometry::{Pixel, Point};
@@ -128,7 +129,9 @@ impl<'a> Reference<'a> {
 
     fn cost(&self, found: &Lens) -> Result<Cost, String> {
         let campaign = with_lens(self.campaign, found);
-        let mut cost = Cost { tracks_mm: largest_mm(&self.tracks, &tracks(&campaign)?), ..Cost::default() };
+        let mut differences = Differences::default();
+        differences.add(&tracks(&campaign)?, &self.tracks);
+        let mut cost = Cost { tracks_mm: differences.largest_mm, ..Cost::default() };
         let apart = |a: [f64; 2], b: [f64; 2]| (a[0] - b[0]).abs().max((a[1] - b[1]).abs());
         cost.focal_px = apart(found.focal_px(), self.lens.focal_px());
         cost.center_px = apart(found.center_px(), self.lens.center_px());
@@ -146,7 +149,7 @@ impl<'a> Reference<'a> {
             cost.corners_mm[k] = corners.into_iter().fold(0.0, f64::max);
             let all: Vec<f64> =
                 (0..COMPARED * COMPARED).map(|k| off_mm(pixel(k % COMPARED, k / COMPARED))).collect();
-            cost.picture_mm[k] = crate::validate::row::rms(&all);
+            cost.picture_mm[k] = rms(&all);
         }
         Ok(cost)
     }
@@ -163,35 +166,15 @@ fn with_lens(campaign: &Campaign, lens: &Lens) -> Campaign {
     let camera = CameraSpec {
         focal_px: Some(lens.focal_px()),
         center_px: Some(lens.center_px()),
-        distortion: Some(coefficients(lens)),
-        distortion_model: Some(DistortionModel::PlumbBob),
+        distortion: Some(lens.distortion().coefficients().to_vec()),
+        distortion_model: Some(lens.distortion().model()),
         ..campaign.cell.camera.clone()
     };
     Campaign { cell: Cell { camera, ..campaign.cell.clone() }, ..campaign.clone() }
 }
 
-fn coefficients(lens: &Lens) -> Vec<f64> {
-    match lens.distortion() {
-        Distortion::PlumbBob(k) => k.to_vec(),
-        Distortion::RationalPolynomial(k) => k.to_vec(),
-        Distortion::Equidistant(k) => k.to_vec(),
-    }
-}
-
 /// The tracks of the campaign's first film.
 fn tracks(campaign: &Campaign) -> Result<Tracks, String> {
     let clip = campaign.clips.first().ok_or("the lab's campaign has no clips")?;
-    breakshot::clip_tracks(campaign, clip, Decoder::Builtin)
-        .map(|clip| clip.tracks)
-        .map_err(|e| e.to_string())
-}
-
-/// The largest distance of samples of the same frames (mm); infinite if their numbers differ.
-fn largest_mm(a: &Tracks, b: &Tracks) -> f64 {
-    let samples = |tracks: &Tracks| tracks.tracks.iter().map(|track| track.samples.len()).collect::<Vec<_>>();
-    if samples(a) != samples(b) {
-        return f64::INFINITY;
-    }
-    let pairs = a.tracks.iter().zip(&b.tracks).flat_map(|(a, b)| a.samples.iter().zip(&b.samples));
-    pairs.map(|(a, b)| 1e3 * (a.x_m - b.x_m).hypot(a.y_m - b.y_m)).fold(0.0, f64::max)
+    films::tracks(campaign, clip)
 }

@@ -357,16 +357,17 @@ fn tagged_cell() -> Cell {
     Cell { camera, tags: places.map(tag).collect(), scale_px_per_m: None, ..from_above }
 }
 
+/// The tags of a cell and an object in the middle of the table.
+fn beside_tags(cell: &Cell, object: &Object) -> Vec<Thing> {
+    cell.tags.iter().map(Thing::tag).chain(Thing::object(object, Pose::default())).collect()
+}
+
 #[test]
 fn the_motion_of_a_camera_during_the_clip_is_removed_and_reported() {
     let view = view();
     let cell = tagged_cell();
     let objects = [object("a", disc(0.03), disc(0.011))];
-    let things = |_: f64| {
-        let mut things: Vec<Thing> = cell.tags.iter().map(Thing::tag).collect();
-        things.extend(Thing::object(&objects[0], Pose::default()));
-        things
-    };
+    let things = |_: f64| beside_tags(&cell, &objects[0]);
     let found = |shift_m: f64| {
         let mut shifted = view.clone();
         let position = Transform { position_m: [0.01 + shift_m, -0.1, 0.7], rpy_rad: [0.15, 0.02, 0.05] };

@@ -175,11 +175,7 @@ fn after_a_camera_moved_regions_are_recorded_where_its_frames_show_them() {
     let view = view();
     let cell = tagged_cell();
     let objects = [object("a", disc(0.03), disc(0.011))];
-    let things = |_: f64| {
-        let mut things: Vec<Thing> = cell.tags.iter().map(Thing::tag).collect();
-        things.extend(Thing::object(&objects[0], Pose::default()));
-        things
-    };
+    let things = |_: f64| beside_tags(&cell, &objects[0]);
     let mut shifted = view.clone();
     let position = Transform { position_m: [0.03, -0.1, 0.7], rpy_rad: [0.15, 0.02, 0.05] };
     shifted.camera = Camera::new([640, 400], Lens::pinhole([640, 400], 700.0), position);

@@ -5,8 +5,8 @@
 
 use super::fit::MotionFit;
 use super::initial_guess::{frame_s, noise_m, observed_pose};
-use super::motion_model::{Body, Cause, Event, EventIndices, Observation};
-use crate::estimate::closest_points::{PlacedShape, closest_points};
+use super::motion_model::{Body, Cause, Event, Observation};
+use crate::estimate::closest_points::closest_points;
 use crate::geometry::outline::Outline;
 use crate::geometry::{Point, Vec2};
 
@@ -44,22 +44,17 @@ fn motion_without_cause(fitted: &MotionFit, with_strike: bool) -> Option<String>
         return None;
     }
     let within_s = FRAMES_BEFORE * frame_s(&fitted.model.bodies);
-    let events = || fitted.model.events.iter().zip(&fitted.layout.events);
-    let time_s = |indices: &EventIndices| fitted.minimum.parameters[indices.time];
-    events().filter(|(event, _)| event.cause == Cause::Unknown && event.members.len() == 1).find_map(
-        |(event, indices)| {
-            let (k, at_s) = (event.members[0], time_s(indices));
-            let at_rest = fitted.paths[k].motion_before(at_s).velocity == Vec2::ZERO;
-            let explained = events().any(|(other, indices)| {
-                other.cause != Cause::Unknown
-                    && other.members.contains(&k)
-                    && time_s(indices) < at_s - within_s
-            });
-            let object = &fitted.model.bodies[k].object;
-            (at_rest || !explained)
-                .then(|| format!("`{object}` is set in motion at {at_s:.3} s with nothing near it"))
-        },
-    )
+    let unknown = |(event, _): &(&Event, f64)| event.cause == Cause::Unknown && event.members.len() == 1;
+    fitted.timed_events().filter(unknown).find_map(|(event, at_s)| {
+        let k = event.members[0];
+        let at_rest = fitted.paths[k].motion_before(at_s).velocity == Vec2::ZERO;
+        let explained = fitted.timed_events().any(|(other, time_s)| {
+            other.cause != Cause::Unknown && other.members.contains(&k) && time_s < at_s - within_s
+        });
+        let object = &fitted.model.bodies[k].object;
+        (at_rest || !explained)
+            .then(|| format!("`{object}` is set in motion at {at_s:.3} s with nothing near it"))
+    })
 }
 
 /// Two moving bodies that change their motion while they are apart: the sequence of their impacts is not the one that was found, and
@@ -78,10 +73,7 @@ fn impact_without_contact(fitted: &MotionFit) -> Option<String> {
 impl MotionFit {
     /// The gap between the outlines of two bodies at a time (m); 0 if they overlap.
     fn gap_m(&self, [a, b]: [usize; 2], time_s: f64) -> f64 {
-        let placed = |k: usize| PlacedShape {
-            shape: &self.model.bodies[k].shape,
-            pose: self.paths[k].motion_before(time_s).pose,
-        };
+        let placed = |k: usize| self.placed(k, self.paths[k].motion_before(time_s).pose);
         closest_points(placed(a), placed(b)).map_or(0.0, |closest| closest.gap_m)
     }
 
@@ -93,15 +85,10 @@ impl MotionFit {
         if event.cause != Cause::Contact || gap_m < MAX_GAP_M {
             return None;
         }
-        let times = self
-            .model
-            .events
-            .iter()
-            .zip(&self.layout.events)
-            .filter(|(other, _)| other.members.contains(&a) || other.members.contains(&b));
-        let times: Vec<f64> = times.map(|(_, indices)| self.minimum.parameters[indices.time]).collect();
-        let after_s = times.iter().copied().filter(|&t| t < time_s).fold(f64::NEG_INFINITY, f64::max);
-        let before_s = times.iter().copied().filter(|&t| t > time_s).fold(f64::INFINITY, f64::min);
+        let of_pair = |other: &Event| other.members.contains(&a) || other.members.contains(&b);
+        let times = || self.timed_events().filter(|(other, _)| of_pair(other)).map(|(_, at_s)| at_s);
+        let after_s = times().filter(|&t| t < time_s).fold(f64::NEG_INFINITY, f64::max);
+        let before_s = times().filter(|&t| t > time_s).fold(f64::INFINITY, f64::min);
         let stop_s = self.paths[a].stop_s().max(self.paths[b].stop_s()).min(before_s);
         let observed = self.model.bodies[b].observations.iter().map(|o| o.time_s);
         let gaps = observed.filter(|t| (after_s..stop_s).contains(t)).map(|t| (self.gap_m([a, b], t), t));
@@ -112,9 +99,8 @@ impl MotionFit {
 
     /// Two bodies that are fitted to hit each other, again, with their outlines apart: their indices, the time (s) and the gap (m).
     pub(super) fn hit_without_contact(&self) -> Option<([usize; 2], f64, f64)> {
-        let later = self.model.events.iter().zip(&self.layout.events).filter_map(|(event, indices)| {
+        let later = self.timed_events().filter_map(|(event, time_s)| {
             let &[a, b] = &event.members[..] else { return None };
-            let time_s = self.minimum.parameters[indices.time];
             let both_move = [a, b].iter().all(|&k| self.paths[k].onset_s() < time_s);
             (event.cause == Cause::Contact && both_move).then_some(([a, b], time_s))
         });

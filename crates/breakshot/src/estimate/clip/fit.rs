@@ -7,7 +7,7 @@ use super::motion_model::{
 };
 use super::striker_path::StrikerPath;
 use crate::estimate::closest_points::{PlacedShape, closest_points};
-use crate::geometry::Vec2;
+use crate::geometry::{Pose, Vec2};
 use nalgebra::DMatrix;
 use serde::{Deserialize, Serialize};
 
@@ -241,9 +241,7 @@ impl MotionFit {
     fn repeats_a_contact(&self, event: &Event, time_s: f64) -> bool {
         let frame_s = frame_s(&self.model.bodies);
         let same = |other: &Event| event.members.iter().all(|m| other.members.contains(m));
-        let near = (self.model.events.iter().zip(&self.layout.events))
-            .filter(|(other, _)| same(other))
-            .filter(|(_, indices)| (self.minimum.parameters[indices.time] - time_s).abs() < frame_s);
+        let near = self.timed_events().filter(|(other, at_s)| same(other) && (at_s - time_s).abs() < frame_s);
         // One of them is the event itself.
         event.cause == Cause::Contact && near.count() > 1
     }
@@ -294,11 +292,21 @@ impl MotionFit {
     }
 
     fn next_event_s(&self, k: usize, after_s: f64) -> f64 {
-        (self.model.events.iter().zip(&self.layout.events))
-            .filter(|(event, _)| event.members.contains(&k))
-            .map(|(_, indices)| self.minimum.parameters[indices.time])
-            .filter(|t| *t > after_s)
+        self.timed_events()
+            .filter(|(event, time_s)| event.members.contains(&k) && *time_s > after_s)
+            .map(|(_, time_s)| time_s)
             .fold(f64::INFINITY, f64::min)
+    }
+
+    /// Its events, each with its fitted time (s).
+    pub(super) fn timed_events(&self) -> impl Iterator<Item = (&Event, f64)> {
+        let times_s = self.layout.events.iter().map(|indices| self.minimum.parameters[indices.time]);
+        self.model.events.iter().zip(times_s)
+    }
+
+    /// The outline of a body at a pose.
+    pub(crate) fn placed(&self, body: usize, pose: Pose) -> PlacedShape<'_> {
+        PlacedShape { shape: &self.model.bodies[body].shape, pose }
     }
 
     /// Model and parameters with an event added at a time, at which `body` jumps by `jump`.
@@ -367,11 +375,10 @@ impl MotionFit {
         }
         let struck = event.members[0];
         let impact_s = self.minimum.parameters[indices.time];
-        let placed = |k: usize, pose| PlacedShape { shape: &self.model.bodies[k].shape, pose };
-        let at_impact = placed(struck, self.paths[struck].motion_before(impact_s).pose);
+        let at_impact = self.placed(struck, self.paths[struck].motion_before(impact_s).pose);
         let impact_m = striker.distance_to_contact_m(at_impact)?;
         let outline = striker.outline_at(striker.distance_at_m(impact_m, time_s - impact_s));
-        let other = placed(body, self.paths[body].motion(time_s).pose);
+        let other = self.placed(body, self.paths[body].motion(time_s).pose);
         Some(closest_points(outline, other).map_or(0.0, |c| c.gap_m))
     }
 

@@ -347,13 +347,14 @@ fn partner(bodies: &[Body], k: usize, time_s: f64, moving: &[(f64, usize)]) -> O
     let own = PlacedShape { shape: &bodies[k].shape, pose: pose_k };
     let is_near =
         |shape, pose| closest_points(own, PlacedShape { shape, pose }).is_none_or(|c| c.gap_m < NEAR_M);
+    // Without missing frames the slack covers the motion until the next one.
+    let steps = if until_s - time_s > MISSED_FRAMES * frame_s(bodies) { MISSED_STEPS } else { 0 };
     nearest(bodies, k, pose_k, &candidates, |j| {
-        let poses = (0..=MISSED_STEPS).map(|step| {
-            let part = f64::from(step) / f64::from(MISSED_STEPS);
-            observed_pose(&bodies[j], time_s + part * (until_s - time_s))
-        });
-        let missed = until_s - time_s > MISSED_FRAMES * frame_s(bodies);
-        let reached = poses.into_iter().filter(|_| missed).find(|&pose| is_near(&bodies[j].shape, pose));
+        let meanwhile = (1..=steps).map(|step| f64::from(step) / f64::from(MISSED_STEPS));
+        let mut poses = std::iter::once(0.0)
+            .chain(meanwhile)
+            .map(|part| observed_pose(&bodies[j], time_s + part * (until_s - time_s)));
+        let reached = poses.find(|&pose| is_near(&bodies[j].shape, pose));
         (reached.unwrap_or_else(|| observed_pose(&bodies[j], time_s)), slack_m(j))
     })
 }

@@ -187,14 +187,13 @@ fn prior_degrees_of_freedom(groups: &[Group], relative: f64) -> f64 {
     let squares: Vec<(f64, f64)> = (groups.iter().filter(|g| g.values.len() > 1))
         .map(|g| (g.moments(relative).1 / g.degrees_of_freedom(), g.degrees_of_freedom()))
         .collect();
-    if squares.len() < 3 {
+    if squares.len() < 2 {
+        return 0.0;
+    }
+    if squares.len() == 2 {
         // Too few to compare: the pooled variance is as uncertain as its repeats make it, and the groups' own variances differ.
         let repeats: f64 = squares.iter().map(|(_, f)| f).sum();
-        return if squares.len() < 2 {
-            0.0
-        } else {
-            1.0 / (1.0 / repeats + 1.0 / ASSUMED_DEGREES_OF_FREEDOM)
-        };
+        return 1.0 / (1.0 / repeats + 1.0 / ASSUMED_DEGREES_OF_FREEDOM);
     }
     let mut excesses: Vec<f64> = squares.iter().map(|(s, f)| (s - 1.0).powi(2) - 2.0 / f).collect();
     excesses.sort_unstable_by(f64::total_cmp);

@@ -5,8 +5,8 @@ use crate::estimate::clip::fit::MotionFit;
 use crate::estimate::clip::motion_model::{BodyPath, Cause, Event};
 use crate::estimate::clip::sliding::MotionState;
 use crate::estimate::clip::striker_path::StrikerPath;
-use crate::estimate::closest_points::{ClosestPoints, PlacedShape, separated_closest_points};
-use crate::geometry::{Pose, Vec2};
+use crate::estimate::closest_points::{ClosestPoints, separated_closest_points};
+use crate::geometry::Vec2;
 use crate::object::Shape;
 
 /// A partner of an impact.
@@ -113,10 +113,6 @@ fn contact(
     }
 }
 
-fn placed(fitted: &MotionFit, k: usize, pose: Pose) -> PlacedShape<'_> {
-    PlacedShape { shape: &fitted.model.bodies[k].shape, pose }
-}
-
 /// Whether the yaw of a body is observed, or its outline does not depend on it.
 fn orientation_known(fitted: &MotionFit, k: usize) -> bool {
     let body = &fitted.model.bodies[k];
@@ -131,10 +127,10 @@ fn with_striker(fitted: &MotionFit, striker: &StrikerPath, b: usize, time_index:
     let time_s = fitted.minimum.parameters[time_index];
     let pose = fitted.paths[b].motion_before(time_s).pose;
     let away = velocity_change(&fitted.paths, b, time_s).direction()?;
-    let distance_m = striker.distance_to_contact_m(placed(fitted, b, pose));
+    let distance_m = striker.distance_to_contact_m(fitted.placed(b, pose));
     let from_outlines = match distance_m {
         Some(distance_m) if orientation_known(fitted, b) => {
-            separated_closest_points(striker.outline_at(distance_m), placed(fitted, b, pose), away)
+            separated_closest_points(striker.outline_at(distance_m), fitted.placed(b, pose), away)
         }
         _ => None,
     };
@@ -177,7 +173,7 @@ fn between_objects(fitted: &MotionFit, [a, b]: [usize; 2], time_index: usize) ->
     let between = pose(b).position - pose(a).position;
     let away = between.direction().unwrap_or(impulse_direction);
     let known = orientation_known(fitted, a) && orientation_known(fitted, b);
-    let [shape_a, shape_b] = [a, b].map(|k| placed(fitted, k, pose(k)));
+    let [shape_a, shape_b] = [a, b].map(|k| fitted.placed(k, pose(k)));
     let from_outlines = if known { separated_closest_points(shape_a, shape_b, away) } else { None };
     let middle = pose(a).position + between / 2.0;
     let assumed =

@@ -30,16 +30,21 @@ fn body(shape: &Shape, support: Option<&Support>, surface: Surface) -> Body {
     }
 }
 
+/// The final pose of a launched body, by pieces of motion.
+fn stop_by_pieces(body: &Body, launch: &State) -> Pose {
+    let (mut time_s, mut state) = (0.0, *launch);
+    loop {
+        let motion = Motion::slide(&state, time_s, body, Spin::Coupled);
+        let SpeedLaw::Piece { next_velocity } = motion.law else { return motion.end };
+        time_s = motion.stop_s;
+        state = State { velocity: next_velocity, ..motion.state(time_s, body) };
+    }
+}
+
 /// The final poses of a launched body: by pieces of motion, and by friction summed over the points in steps of 50 us.
 fn stops(shape: &Shape, support: Option<&Support>, surface: Surface, launch: &State) -> (Pose, Pose) {
     let body = body(shape, support, surface);
-    let (mut time_s, mut state) = (0.0, *launch);
-    let by_pieces = loop {
-        let motion = Motion::slide(&state, time_s, &body, Spin::Coupled);
-        let SpeedLaw::Piece { next_velocity } = motion.law else { break motion.end };
-        time_s = motion.stop_s;
-        state = State { velocity: next_velocity, ..motion.state(time_s, &body) };
-    };
+    let by_pieces = stop_by_pieces(&body, launch);
     let points = pressure_points(shape, support);
     let (step_s, mut now) = (5e-5, *launch);
     while length(now.velocity) + now.yaw_rate_rad_s.abs() * body.patch_radius_m > 2e-3 {
@@ -112,13 +117,7 @@ fn a_square_needs_no_limit_surface() {
 fn stops_on_a_slope(slope: Vec2, launch: &State) -> (Pose, Pose) {
     let mut body = body(&Shape::Disc { radius_m: 0.04 }, None, Surface::default());
     body.tilt_m_s2 = slope * 9.81;
-    let (mut time_s, mut state) = (0.0, *launch);
-    let by_pieces = loop {
-        let motion = Motion::slide(&state, time_s, &body, Spin::Coupled);
-        let SpeedLaw::Piece { next_velocity } = motion.law else { break motion.end };
-        time_s = motion.stop_s;
-        state = State { velocity: next_velocity, ..motion.state(time_s, &body) };
-    };
+    let by_pieces = stop_by_pieces(&body, launch);
     let (step_s, mut now, radius_m) = (2e-5, *launch, body.patch_radius_m);
     let kappa = 1.0 / (body.inverse_inertia / body.inverse_mass * radius_m * radius_m);
     while length(now.velocity) + now.yaw_rate_rad_s.abs() * radius_m > 1e-3 {
