@@ -26,7 +26,7 @@ use validate::{Effort, LabCell};
 const USAGE: &str = "\
 usage: cargo xtask TASK
 
-  test             formatting, lints, docs and all tests: what CI runs
+  test             formatting, lints, docs and all tests, with the quick ones of the Python package and a way through the studio: what CI runs
   test --studio    a person's way through `breakshot studio` and `report.html` in headless Chromium with a release build: pictures of every
                    view, bounds of the latencies, and the CPU time that the studio adds to a fresh build
   validate LAB [--details]
@@ -141,7 +141,7 @@ fn main() -> ExitCode {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     let words: Vec<&str> = arguments.iter().map(String::as_str).collect();
     let done = match words.as_slice() {
-        ["test"] => check::test(),
+        ["test"] => test(),
         ["test", "--studio"] => studio::test(),
         ["test", "--studio", "--debug"] => studio::walk(),
         ["proto"] => check::proto(check::Proto::Write),
@@ -216,6 +216,13 @@ fn main() -> ExitCode {
             ExitCode::FAILURE
         }
     }
+}
+
+/// What CI runs: the Rust code first, then what other programs drive, which is skipped where these cannot be had.
+fn test() -> Result<(), String> {
+    check::test()?;
+    python::quick()?;
+    studio::walk()
 }
 
 /// `validate contact LAB [CELLS]`.
