@@ -62,11 +62,12 @@ impl Truth {
         means(scales)
     }
 
-    /// Restitution of every pair, `a/b` or `a/striker`: the mean over all single impacts.
+    /// Restitution of every pair, `a/b` or `a/striker`: the mean over all single impacts; bodies that still approach each other after
+    /// one have not separated.
     pub(crate) fn mean_restitution(&self) -> BTreeMap<String, f64> {
         let mut values: BTreeMap<String, Vec<f64>> = BTreeMap::new();
         for impact in self.clips.values().flat_map(|clip| &clip.measured.impacts) {
-            if let (true, Some(restitution)) = (impact.single, impact.restitution) {
+            if let (true, Some(restitution @ 0.0..)) = (impact.single, impact.restitution) {
                 let mut kinds = [kind(&impact.pair[0]), kind(&impact.pair[1])];
                 // The striker is named last whatever the alphabet says.
                 kinds.sort_by_key(|k| (*k == "striker", *k));

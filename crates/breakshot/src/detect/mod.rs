@@ -163,7 +163,7 @@ pub fn placed(
     let clip = Clip { name, camera: &camera, targets, given: None, is_recorded: false };
     let frames = first_frames(&clip.name, &mut footage)?;
     let layout = Layout::Unknown;
-    let opening = Opening { starts: clip.starts(&frames, &layout, options), frames, skipped: 0 };
+    let opening = Opening { starts: clip.starts(&frames, &layout, options), frames, earlier: 0 };
     let (starts, warnings) = match clip.resized(objects, &opening, &layout, options) {
         None => opening.starts?,
         Some(Resized { objects, warnings: sizes }) => {
@@ -193,8 +193,10 @@ fn targets<'a>(objects: &'a [Object], names: &'a [String]) -> Result<Vec<Target<
 const WHOLLY_VISIBLE: f64 = 0.7;
 /// ... and without any.
 const ALL_AROUND_VISIBLE: f64 = 0.95;
-/// Number of frames within which all markers must become visible.
-const LATEST_START: usize = 30;
+/// Number of frames, and of their pixels, within which all markers must become visible: a second of a film of 120 frames per second in
+/// 1080p.
+const LATEST_START: usize = 120;
+const MOST_PIXELS: usize = 1 << 28;
 /// Assumed interval between frames until there are two (s).
 const USUAL_INTERVAL_S: f64 = 1.0 / 60.0;
 
@@ -213,8 +215,8 @@ struct Clip<'a> {
 struct Opening {
     /// The frames that were read.
     frames: Vec<Frame>,
-    /// The number of frames before the first one that is tracked.
-    skipped: usize,
+    /// The number of frames before those in which all targets are visible.
+    earlier: usize,
     /// The marker and the pose of every target in the frames after these, and warnings.
     starts: Result<(Vec<Start>, Vec<String>)>,
 }
@@ -257,7 +259,7 @@ impl Clip<'_> {
         Ok(found)
     }
 
-    /// Reads frames until all targets are visible, but no more than [`LATEST_START`]; a marker may be covered at first.
+    /// Reads frames until all targets are visible, but no more than [`LATEST_START`]; a marker may be covered or in a shadow at first.
     fn opening(
         &self,
         frames: &mut dyn Iterator<Item = Result<Frame>>,
@@ -265,66 +267,84 @@ impl Clip<'_> {
         options: &Options,
     ) -> Result<Opening> {
         let mut read = first_frames(&self.name, frames)?;
-        let mut skipped = 0;
+        let most = LATEST_START.min(MOST_PIXELS / read[0].image.pixels.len().max(1));
+        let mut earlier = 0;
         loop {
-            let starts = self.starts(&read[skipped..], layout, options);
-            let next = if starts.is_err() && skipped < LATEST_START { frames.next() } else { None };
-            let Some(frame) = next else { return Ok(Opening { frames: read, skipped, starts }) };
-            skipped = read.len();
+            let starts = self.starts(&read[earlier..], layout, options);
+            let next = if starts.is_err() && earlier < most { frames.next() } else { None };
+            let Some(frame) = next else { return Ok(Opening { frames: read, earlier, starts }) };
+            earlier = read.len();
             read.push(frame?);
         }
     }
 
-    /// The tracks from the opening on, frame by frame.
+    /// The tracks, frame by frame: from the opening on, and backward in time from it through the earlier frames.
     fn followed(
         &self,
         opening: Opening,
         frames: &mut dyn Iterator<Item = Result<Frame>>,
         options: &Options,
     ) -> Result<Explained> {
-        let Opening { frames: mut read, skipped, starts } = opening;
+        let Opening { frames: mut read, earlier, starts } = opening;
         let (starts, mut warnings) = starts?;
-        let opening = read.split_off(skipped);
-        drop(read);
-        if skipped > 0 {
-            let from_s = opening[0].time_s;
-            warnings
-                .push(format!("not all markers are visible before {from_s:.3} s: the tracks begin there"));
-        }
-        let interval_s = opening.get(1).map_or(USUAL_INTERVAL_S, |second| second.time_s - opening[0].time_s);
-        let starts = self.targets.iter().cloned().zip(starts).collect();
-        let mut tracker = Tracker::new(self.camera, starts, options.threshold, interval_s);
+        let interval_s = read.get(1).map_or(USUAL_INTERVAL_S, |second| second.time_s - read[0].time_s);
+        let opening = read.split_off(earlier);
+        let starts: Vec<_> = self.targets.iter().cloned().zip(starts).collect();
+        let tracker = || Tracker::new(self.camera, starts.clone(), options.threshold, interval_s);
         let mut motion = CameraMotion::new(self.camera);
         let mut follower = self.given.and_then(|given| Follower::new(self.camera, given, interval_s));
         let mut recorder = self.is_recorded.then(|| Recorder::new(self.camera, self.targets.len()));
-        let mut done = skipped;
-        for frame in opening.into_iter().map(Ok).chain(frames) {
-            let frame = frame?;
-            let camera = motion.follow(&frame);
-            match &mut recorder {
-                Some(recorder) => recorder.track(&mut tracker, &frame, camera),
-                None => tracker.track(&frame, camera),
-            }
-            if let Some(follower) = &mut follower {
-                follower.add(&frame, camera);
-            }
+        let mut done = 0;
+        let mut is_done = || {
             done += 1;
             if let Some(on_frame) = options.on_frame {
                 on_frame(done);
             }
+        };
+
+        // Earlier frames
+        let mut cameras = Vec::with_capacity(earlier);
+        for frame in &read {
+            let camera = motion.follow(frame).clone();
+            if let Some(follower) = &mut follower {
+                follower.add(frame, &camera);
+            }
+            cameras.push(camera);
+            is_done();
         }
+        let mut mirrored = tracker();
+        for (frame, camera) in read.into_iter().zip(&cameras).rev() {
+            let frame = Frame { time_s: -frame.time_s, ..frame };
+            let camera = if camera == self.camera { self.camera } else { camera };
+            track(&mut mirrored, recorder.as_mut(), &frame, camera);
+        }
+        if let Some(recorder) = &mut recorder {
+            recorder.mirror();
+        }
+
+        // Later frames
+        let mut tracker = tracker();
+        for frame in opening.into_iter().map(Ok).chain(frames) {
+            let frame = frame?;
+            let camera = motion.follow(&frame);
+            track(&mut tracker, recorder.as_mut(), &frame, camera);
+            if let Some(follower) = &mut follower {
+                follower.add(&frame, camera);
+            }
+            is_done();
+        }
+        tracker.precede(mirrored);
         warnings.extend(motion.warning());
-        let mut found = self.postprocessed(&tracker, recorder, skipped, warnings);
-        found.tracks.striker = follower.and_then(|follower| follower.track(&found.tracks.tracks));
+        let mut found = self.postprocessed(&tracker, recorder, warnings);
+        found.tracks.striker = follower.and_then(|follower| follower.track(&self.targets, &found.tracks.tracks));
         Ok(found)
     }
 
-    /// The tracks and the record, if one was kept; `skipped` frames were not tracked.
+    /// The tracks and the record, if one was kept.
     fn postprocessed(
         &self,
         tracker: &Tracker,
         recorder: Option<Recorder>,
-        skipped: usize,
         mut warnings: Vec<String>,
     ) -> Explained {
         let camera = self.camera;
@@ -344,7 +364,7 @@ impl Clip<'_> {
             let name = target.name;
             format!("doubtful: the marker of `{name}` is off its centroid and does not determine its yaw: if it rotates, its positions are wrong")
         }));
-        let finished = |recorder: Recorder| recorder.finished(&tracker.states, &tracks, &doubts, skipped);
+        let finished = |recorder: Recorder| recorder.finished(&tracker.states, &tracks, &doubts);
         let (cameras, searches) = recorder.map(finished).unwrap_or_default();
         let tracks = Tracks {
             version: 1,
@@ -416,7 +436,7 @@ impl Clip<'_> {
         if !self.targets.iter().any(Target::is_markerless) {
             return true;
         }
-        let image = mean_image(&opening.frames[opening.skipped..]);
+        let image = mean_image(&opening.frames[opening.earlier..]);
         let starts: Vec<Option<Start>> = starts.iter().copied().map(Some).collect();
         let least = self.outline_fit(&image, &starts, None);
         least.is_some_and(|fit| fit.visible_fraction >= WHOLLY_VISIBLE)
@@ -524,5 +544,13 @@ impl Clip<'_> {
                 self.targets.iter().map(|t| t.name).collect::<Vec<_>>().join(", ")
             ),
         }
+    }
+}
+
+/// Tracks the next frame, and records how if a record is kept.
+fn track(tracker: &mut Tracker, recorder: Option<&mut Recorder>, frame: &Frame, camera: &Camera) {
+    match recorder {
+        Some(recorder) => recorder.track(tracker, frame, camera),
+        None => tracker.track(frame, camera),
     }
 }

@@ -290,6 +290,12 @@ pub(super) fn gap_warnings(camera: &Camera, state: &TrackState, times_s: &[f64])
     let name = state.target.name;
     let mut warnings = Vec::new();
     let Some(last) = state.points.last() else { return vec![format!("`{name}` was not found in any frame")] };
+    if let Some(first) = state.points.first().filter(|first| first.frame > 0) {
+        warnings.push(format!(
+            "`{name}` was not found before {:.3} s; its first {} frames are missing",
+            first.time_s, first.frame
+        ));
+    }
     for pair in state.points.windows(2) {
         let missed = pair[1].frame - pair[0].frame - 1;
         if missed > 0 {

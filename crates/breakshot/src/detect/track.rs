@@ -15,7 +15,7 @@ use super::marker::target::{BLUR_VARIANCE_PX2, Target};
 use super::markerless;
 use super::motion_blur::FrameView;
 use super::threshold::{Level, search_thresholds};
-use super::track_state::{COMPLETE, Observation, Source, TrackState};
+use super::track_state::{COMPLETE, Observation, Source, TrackPoint, TrackState};
 use super::why::reason::Rejection;
 use crate::capture::{Camera, Frame, GreyImage};
 use crate::geometry::moments::{compactness, principal_axes};
@@ -111,6 +111,22 @@ impl<'a> Tracker<'a> {
     /// Times of the frames so far (s).
     pub(super) fn times_s(&self) -> &[f64] {
         &self.times_s
+    }
+
+    /// Puts the frames of another tracker before these: it was given them in reverse order, with negative times.
+    pub(super) fn precede(&mut self, mirrored: Self) {
+        let earlier = mirrored.times_s.len();
+        self.times_s.splice(0..0, mirrored.times_s.iter().rev().map(|time_s| -time_s));
+        for (state, before) in self.states.iter_mut().zip(mirrored.states) {
+            let mirrored = |point: TrackPoint| TrackPoint {
+                frame: earlier - 1 - point.frame,
+                time_s: -point.time_s,
+                ..point
+            };
+            let shifted = |point: &TrackPoint| TrackPoint { frame: earlier + point.frame, ..*point };
+            let before = before.points.into_iter().rev().map(mirrored);
+            state.points = before.chain(state.points.iter().map(shifted)).collect();
+        }
     }
 
     /// A frame after those so far, or the last one of them.

@@ -14,6 +14,7 @@ mod track;
 
 pub use track::{StrikerSample, StrikerTrack};
 
+use super::marker::target::Target;
 use super::tracks::{Sample, Track};
 use crate::capture::{Camera, Frame};
 use crate::cell::Striker;
@@ -22,7 +23,7 @@ use crate::scene::Strike;
 use crops::Crops;
 use edge::{Edge, SeenOutline, Steps};
 use grid::{Greys, Grid};
-use search::{Candidate, Peak, Searched, UniformMotion};
+use search::{Candidate, Peak, Searched, Struck, UniformMotion};
 
 /// How far around the given path the striker is searched: behind the start and beyond the end, and aside (m), and aside as a part of the travel.
 const ALONG_M: f64 = 0.03;
@@ -115,10 +116,11 @@ impl<'a> Follower<'a> {
         }
     }
 
-    /// The striker's motion, if the film shows it; `tracks` are those of the objects.
-    pub(super) fn track(&self, tracks: &[Track]) -> Option<StrikerTrack> {
+    /// The striker's motion, if the film shows it; `tracks` are those of the objects `targets`.
+    pub(super) fn track(&self, targets: &[Target], tracks: &[Track]) -> Option<StrikerTrack> {
         let (first, still_s) = (self.crops.first()?, self.crops.still_s()?);
-        let impact_s = impact_s(tracks);
+        let struck = self.struck(targets, tracks);
+        let impact_s = struck.map(|struck| struck.time_s);
         let chosen = self.crops.chosen(impact_s);
         let times_s: Vec<f64> = chosen.iter().map(|crop| crop.time_s).collect();
         let greys: Vec<Greys> =
@@ -135,6 +137,7 @@ impl<'a> Follower<'a> {
             peaks: &peaks,
             times_s: &times_s,
             before_impact,
+            struck,
             still_s,
             strike: self.given.strike,
             below_camera,
@@ -151,6 +154,19 @@ impl<'a> Follower<'a> {
             return None;
         }
         self.fitted(&positions, rest)
+    }
+
+    /// The first object that is displaced.
+    fn struck(&self, targets: &[Target], tracks: &[Track]) -> Option<Struck> {
+        let displaced = |(target, track): (&Target, &Track)| {
+            let from = track.samples.first()?.position();
+            let least_m = |sample: &Sample| if sample.doubtful { SURELY_STRUCK_M } else { STRUCK_M };
+            let moved = track.samples.iter().find(|s| s.position().distance(from) > least_m(s))?;
+            let reach_m = target.object.shape.outer_radius_m() + self.given.striker.shape.outer_radius_m();
+            Some(Struck { time_s: moved.time_s, at: self.grid.strike.body_from_table(from), reach_m })
+        };
+        let displaced = targets.iter().zip(tracks).filter_map(displaced);
+        displaced.min_by(|a, b| a.time_s.total_cmp(&b.time_s))
     }
 
     /// The points of a frame at which the outline has changed most, the strongest first.
@@ -232,17 +248,6 @@ fn without_outliers(mut positions: Vec<(f64, Point)>, least_m: f64) -> Vec<(f64,
         }
     }
     positions
-}
-
-/// When the first object is displaced (s).
-fn impact_s(tracks: &[Track]) -> Option<f64> {
-    let struck = |track: &Track| {
-        let from = track.samples.first()?.position();
-        let least_m = |sample: &Sample| if sample.doubtful { SURELY_STRUCK_M } else { STRUCK_M };
-        let moved = track.samples.iter().find(|s| s.position().distance(from) > least_m(s))?;
-        Some(moved.time_s)
-    };
-    tracks.iter().filter_map(struck).min_by(f64::total_cmp)
 }
 
 /// The changes of the chosen frames.

@@ -33,12 +33,24 @@ pub(super) struct Candidate {
     score: f64,
 }
 
+/// The first object that is displaced, in the strike frame.
+#[derive(Clone, Copy)]
+pub(super) struct Struck {
+    /// The time at which its displacement is seen (s).
+    pub time_s: f64,
+    /// Where its centroid was before.
+    pub at: Point,
+    /// The largest distance of its centroid from the striker's while the two touch (m).
+    pub reach_m: f64,
+}
+
 /// What is searched, and where.
 pub(super) struct Searched<'a> {
     pub peaks: &'a [Peak],
     pub times_s: &'a [f64],
     /// Frames before the impact: only the striker moves in them.
     pub before_impact: usize,
+    pub struck: Option<Struck>,
     /// The last time at which nothing had moved (s).
     pub still_s: f64,
     pub strike: &'a Strike,
@@ -57,10 +69,13 @@ const ALONG_M: f64 = 0.012;
 const TURN_RAD: f64 = 0.15;
 /// The weight of a motion whose rest position is not seen.
 const WITHOUT_REST: f64 = 0.4;
-/// A part above the striker's foot is seen so far from it (m), away from the camera; the displacement along one axis shows it if the
-/// axis has this part of that direction.
+/// A part above the striker's foot is seen so far from it (m), away from the camera within this deviation (1); the displacement along
+/// one axis shows it if the axis has this part of that direction.
 const ELEVATED_M: f64 = 0.005;
-const ELEVATED_PART: f64 = 0.4;
+const OUTWARD_DEVIATION: f64 = 0.4;
+const OUTWARD_PART: f64 = 0.25;
+/// A striker further than this from the struck object (m) when this is seen to move is not its foot.
+const APART_M: f64 = 0.01;
 /// The part of the difference in speed from which it is one: its outline differs from the foot's.
 const ELEVATED_SPEED: f64 = 0.3;
 /// A speed within this fraction of the given one is as given, and a motion of this part of another one's strength about as strong.
@@ -178,7 +193,7 @@ impl Searched<'_> {
             let excess = displaced_m / foot.distance(below);
             let faster = ratio(&part.motion) / ratio(motion) - 1.0;
             displaced_m > ELEVATED_M
-                && (at - foot).cross(outward).abs() < ELEVATED_PART * displaced_m
+                && (at - foot).cross(outward).abs() < OUTWARD_DEVIATION * displaced_m
                 && faster > ELEVATED_SPEED * excess
                 && faster < excess / ELEVATED_SPEED
                 && (ratio(motion) - 1.0).abs() < AS_GIVEN
@@ -195,8 +210,14 @@ impl Searched<'_> {
     }
 
     /// Whether this is probably not the striker's foot but a part above it. The camera sees such a part displaced away from the point
-    /// below the camera, and faster by the same factor.
+    /// below the camera, and faster by the same factor. It may be far from the struck object when the foot touches this.
     pub(super) fn is_elevated(&self, motion: &UniformMotion, rest: Option<Point>) -> bool {
+        let is_apart = |struck: Struck| {
+            motion.at(struck.time_s).distance(struck.at) > struck.reach_m + APART_M
+        };
+        if self.struck.is_some_and(is_apart) {
+            return true;
+        }
         let Some(below) = self.below_camera else { return false };
         let outward = rest.unwrap_or(motion.at) - below;
         let distance_m = outward.length();
@@ -207,7 +228,7 @@ impl Searched<'_> {
             let outward_m = displaced_m / part;
             let factor = 1.0 + outward_m / distance_m;
             let is_faster = ratio - 1.0 > ELEVATED_SPEED * (factor - 1.0);
-            part.abs() > ELEVATED_PART && outward_m > ELEVATED_M && is_faster
+            part.abs() > OUTWARD_PART && outward_m > ELEVATED_M && is_faster
         })
     }
 

@@ -90,13 +90,22 @@ impl Recorder {
         }
     }
 
-    /// The searches with what the finished tracks say about each; `skipped` frames were not tracked.
+    /// Reverses the order of the frames so far, whose times are negative.
+    pub(in crate::detect) fn mirror(&mut self) {
+        for records in &mut self.records {
+            records.reverse();
+            for record in records {
+                record.time_s = -record.time_s;
+            }
+        }
+    }
+
+    /// The searches with what the finished tracks say about each.
     pub(in crate::detect) fn finished(
         self,
         states: &[TrackState],
         tracks: &[Track],
         doubts: &[Vec<Vec<Doubt>>],
-        skipped: usize,
     ) -> (Vec<Camera>, Vec<ObjectSearches>) {
         let Self { cameras, records, .. } = self;
         let mut searches = Vec::new();
@@ -117,7 +126,7 @@ impl Recorder {
                     }
                 };
                 let Record { time_s, camera, predicted, radius_m, .. } = record;
-                frames.push(Search { frame: skipped + number, time_s, camera, predicted, radius_m, outcome });
+                frames.push(Search { frame: number, time_s, camera, predicted, radius_m, outcome });
             }
             searches.push(ObjectSearches { object: state.target.name.to_owned(), height_m, frames });
         }

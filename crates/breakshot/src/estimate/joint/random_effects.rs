@@ -44,8 +44,8 @@ pub(crate) struct Mean {
 
 /// Largest prior degrees of freedom, because the variances of real groups are never all equal.
 const MAX_DEGREES_OF_FREEDOM: f64 = 12.0;
-/// Prior degrees of freedom where too few groups repeat to compare their variances: the standard deviations of two groups
-/// differ by about a factor of 1.5.
+/// Prior degrees of freedom of a variance that is known but for what distinguishes groups, where too few groups repeat to compare
+/// their variances: the standard deviations of two groups differ by about a factor of 1.5.
 const ASSUMED_DEGREES_OF_FREEDOM: f64 = 6.0;
 /// Upper end of the search for the relative standard deviation.
 const MAX_RELATIVE_STD: f64 = 1.0;
@@ -157,7 +157,7 @@ pub(crate) fn between_clip_std(groups: &[Group]) -> BetweenClipStd {
         let middle = f64::midpoint(low, high);
         if excess(middle) > 0.0 { low = middle } else { high = middle }
     }
-    BetweenClipStd { relative: high, degrees_of_freedom: prior_degrees_of_freedom(groups, high) }
+    BetweenClipStd { relative: high, degrees_of_freedom: prior_degrees_of_freedom(groups, high, repeats) }
 }
 
 /// The typical variation from clip to clip with a prior that has the weight of one repeat, so that a campaign without
@@ -168,7 +168,13 @@ pub(crate) fn between_clip_std_with_prior(groups: &[Group]) -> BetweenClipStd {
     let found = between_clip_std(groups);
     let repeats: f64 = groups.iter().map(Group::degrees_of_freedom).sum();
     let variance = (repeats * found.relative.powi(2) + PRIOR_STD.powi(2)) / (repeats + 1.0);
-    BetweenClipStd { relative: variance.sqrt(), ..found }
+    let relative = variance.sqrt();
+    let degrees_of_freedom = if is_comparable(groups) {
+        found.degrees_of_freedom
+    } else {
+        prior_degrees_of_freedom(groups, relative, repeats + 1.0)
+    };
+    BetweenClipStd { relative, degrees_of_freedom }
 }
 
 impl Group {
@@ -178,22 +184,35 @@ impl Group {
     }
 }
 
-/// Prior degrees of freedom of the typical variance: many if the groups' variances differ no more than by chance.
+/// Whether enough groups repeat to compare their variances.
+fn is_comparable(groups: &[Group]) -> bool {
+    groups.iter().filter(|g| g.values.len() > 1).count() > 2
+}
+
+/// Prior degrees of freedom of the typical variance, whose part from clip to clip comes from so many repeats: many if the groups'
+/// variances differ no more than by chance.
 ///
 /// The mean square of a group over its expectation is chi-square distributed over its degrees of freedom f, with variance
 /// 2 / f.  If the true variances of the groups differ, that variance is larger by 2 / d, and d is the result.  Of many
 /// groups the most deviating one is left out; its own dispersion widens its interval.
-fn prior_degrees_of_freedom(groups: &[Group], relative: f64) -> f64 {
+///
+/// One or two groups are too few for that.  Then the variance from clip to clip is as uncertain as its repeats make it, in so far as it
+/// contributes to the variance of a value (Satterthwaite 1946), and the groups' own variances differ.
+fn prior_degrees_of_freedom(groups: &[Group], relative: f64, repeats: f64) -> f64 {
     let squares: Vec<(f64, f64)> = (groups.iter().filter(|g| g.values.len() > 1))
         .map(|g| (g.moments(relative).1 / g.degrees_of_freedom(), g.degrees_of_freedom()))
         .collect();
-    if squares.len() < 2 {
+    if squares.is_empty() {
         return 0.0;
     }
-    if squares.len() == 2 {
-        // Too few to compare: the pooled variance is as uncertain as its repeats make it, and the groups' own variances differ.
-        let repeats: f64 = squares.iter().map(|(_, f)| f).sum();
-        return 1.0 / (1.0 / repeats + 1.0 / ASSUMED_DEGREES_OF_FREEDOM);
+    if !is_comparable(groups) {
+        let part = |group: &Group| {
+            let between = (relative * group.scale).powi(2);
+            let noise = median(group.values.iter().map(|m| m.std * m.std)).unwrap_or(0.0);
+            between / (between + noise).max(f64::MIN_POSITIVE)
+        };
+        let part = median(groups.iter().filter(|g| g.values.len() > 1).map(part)).unwrap_or(1.0);
+        return 1.0 / (part.powi(2) / repeats + 1.0 / ASSUMED_DEGREES_OF_FREEDOM);
     }
     let mut excesses: Vec<f64> = squares.iter().map(|(s, f)| (s - 1.0).powi(2) - 2.0 / f).collect();
     excesses.sort_unstable_by(f64::total_cmp);
@@ -253,6 +272,17 @@ mod tests {
         let with_prior = between_clip_std_with_prior(&groups);
         let half = groups[0].mean(with_prior).expect("a value").half_width();
         assert!((0.05..0.2).contains(&half), "{half} of 1");
+    }
+
+    #[test]
+    fn two_noisy_clips_are_more_certain_than_one() {
+        let width = |groups: &[Group]| {
+            let with_prior = between_clip_std_with_prior(groups);
+            groups[0].mean(with_prior).expect("a value").half_width()
+        };
+        let one = width(&[group(&[(0.43, 0.035)]), group(&[(0.66, 0.035)])]);
+        let two = width(&[group(&[(0.42, 0.035), (0.46, 0.035)]), group(&[(0.66, 0.035)])]);
+        assert!(two < one, "{two} from two, {one} from one");
     }
 
     #[test]
