@@ -8,6 +8,7 @@ use super::assignment::assignment;
 use super::candidates::{Candidate, OUTLINE_TOLERANCE};
 use super::marker::blob::Blob;
 use super::marker::dot::{DiscAndDot, DotPrediction};
+use super::marker::outline::{Appearance, MarkerView};
 use super::marker::target::Target;
 use super::markerless;
 use super::markerless::edge_fit::{OutlineFit, SearchRange};
@@ -111,8 +112,10 @@ const OTHERS_LATERAL_STD_M: f64 = 0.2;
 const OUTLINE_SEARCH: SearchRange = SearchRange { radius_m: 0.015, angle_rad: 0.3 };
 /// Step of the search for a yaw around one that a person has seen (rad): a third of a pixel at a corner 30 px from the centre.
 const START_YAW_STEP_RAD: f64 = 0.01;
-/// An outline of which a smaller fraction is visible is not there.
+/// An outline of which a smaller fraction is visible is not there, ...
 const LEAST_VISIBLE: f64 = 0.5;
+/// ... nor is that of a marker across which the light changes.
+const LEAST_VISIBLE_MARKER: f64 = 0.5;
 
 /// The assignment of candidates to targets of least cost, with `None` for a target without candidate, and warnings.
 pub(super) fn starts(
@@ -246,7 +249,7 @@ fn matched(
 
     // The dot beside the marker
     let known_yaw_rad = known_yaw_rad(layout, target);
-    let prediction = DotPrediction { yaw_rad: known_yaw_rad, blur_px: [0.0, 0.0] };
+    let prediction = DotPrediction { level: candidate.level, yaw_rad: known_yaw_rad, blur_px: [0.0, 0.0] };
     let pair = target.disc_and_dot(image, camera, blob, prediction);
     if target.feature.dot.is_some() && pair.is_none() {
         return None;
@@ -279,6 +282,17 @@ fn matched(
     } else {
         let (yaw_rad, visibility) = view.best_yaw(pose, &yaws_rad);
         (pose(yaw_rad), visibility, f64::INFINITY)
+    };
+    let pose = if candidate.is_unevenly_lit {
+        let appearance =
+            Appearance { dark: blob.contrast > 0.0, contrast: blob.contrast.abs(), blur_px: [0.0, 0.0] };
+        let fit = MarkerView { image, camera, target, appearance }.fitted(pose)?;
+        if fit.visible_fraction < LEAST_VISIBLE_MARKER {
+            return None;
+        }
+        fit.pose
+    } else {
+        pose
     };
     let cost = half_squared(mismatch.largest() / LENGTH_STD) + INVISIBLE_OUTLINE_COST * (1.0 - visibility);
     Some(Match { pose, cost, blob: disc, other_dot, yaw_margin })
@@ -342,7 +356,11 @@ pub(super) fn placed_candidates(camera: &Camera, targets: &[Target], layout: &La
     let known = targets.iter().filter(|t| t.is_markerless()).filter_map(|t| Some((t, placed(layout, t)?)));
     let candidate = |(target, pose): (&Target, Pose)| {
         let fit = OutlineFit { pose, visible_fraction: 1.0, std_px: 1.0, enlargement_px: 0.0 };
-        Candidate { blob: markerless::silhouette(target, camera, &fit), level: Level::Below(1) }
+        Candidate {
+            blob: markerless::silhouette(target, camera, &fit),
+            level: Level::Below(1),
+            is_unevenly_lit: false,
+        }
     };
     known.map(candidate).collect()
 }

@@ -14,11 +14,13 @@ use crate::statistics::sorted_by_value;
 use std::borrow::Cow;
 use std::ops::RangeInclusive;
 
-/// A blob that may be a marker, and the level at which it was found.
+/// A blob that may be a marker, and the level at which it is separate from its background.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Candidate {
     pub blob: Blob,
     pub level: Level,
+    /// Whether the light changes across it: its component has a marker's shape, its grey levels have another one.
+    pub is_unevenly_lit: bool,
 }
 
 /// A component of less than half or more than twice the expected area is not a marker (or is partly covered).
@@ -66,15 +68,21 @@ pub(super) fn candidates(
             let RegionAtLevel { level, component, .. } = &region.levels[region.levels.len() / 2];
             let component = search.in_full_resolution(component, *level, labeller)?;
             let blob = blob::measured(image, &component, *level, [0.0, 0.0])?;
-            Some(Candidate { blob, level: blob.level() })
+            let is_marker = |blob: &Blob| targets.iter().any(|t| t.mismatch(camera, blob).is_tolerable());
+            if is_marker(&blob) {
+                return Some(Candidate { blob, level: blob.level(), is_unevenly_lit: false });
+            }
+            let blob = blob.with_shape_of(&component);
+            is_marker(&blob).then_some(Candidate { blob, level: *level, is_unevenly_lit: true })
         })
-        .filter(|c| targets.iter().any(|t| t.mismatch(camera, &c.blob).is_tolerable()))
         .filter(|c| !is_on_tag(camera, c.blob.centroid))
         .collect();
 
-    // Of several at the same position the one with the highest contrast
+    // Of several at the same position the one with the highest contrast, in even light if there is one
+    let (uneven, even): (Vec<Candidate>, Vec<Candidate>) =
+        sorted_by_value(candidates, |c| -c.blob.contrast.abs()).into_iter().partition(|c| c.is_unevenly_lit);
     let mut kept: Vec<Candidate> = Vec::new();
-    for c in sorted_by_value(candidates, |c| -c.blob.contrast.abs()) {
+    for c in even.into_iter().chain(uneven) {
         if kept.iter().all(|k| !is_same_position(k.blob.centroid, c.blob.centroid, c.blob.area_px2)) {
             kept.push(c);
         }
@@ -101,7 +109,7 @@ pub(super) fn silhouettes(
                 let known =
                     found.iter().any(|f| is_same_position(f.blob.centroid, blob.centroid, blob.area_px2));
                 if !known && targets.iter().any(matches) && !is_on_tag(camera, blob.centroid) {
-                    found.push(Candidate { blob, level });
+                    found.push(Candidate { blob, level, is_unevenly_lit: false });
                 }
             }
         }

@@ -411,7 +411,7 @@ impl Prediction<'_, '_> {
         let (image, camera, target) = (&view.frame.image, view.camera, &self.state.target);
         let predicted = self.pose;
         let blob: Blob = blob::measured(image, &detection.component, detection.level, blur_px)?;
-        let prediction = DotPrediction { yaw_rad: Some(predicted.yaw_rad), blur_px };
+        let prediction = DotPrediction { level: blob.level(), yaw_rad: Some(predicted.yaw_rad), blur_px };
         let pair = target.disc_and_dot(image, camera, &blob, prediction);
         if pair.is_none() && target.may_be_dot(camera, &blob, predicted) {
             return None;

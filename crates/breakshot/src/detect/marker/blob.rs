@@ -61,6 +61,12 @@ impl Blob {
         }
     }
 
+    /// The blob with the position and the shape of its component.
+    pub(in crate::detect) fn with_shape_of(self, component: &Component) -> Self {
+        let Self { background, contrast, background_rms, at_border, .. } = self;
+        Self { background, background_rms, at_border, ..Self::from_component(component, contrast) }
+    }
+
     /// The level halfway between the marker and its background.
     pub(in crate::detect) fn level(&self) -> Level {
         let middle = (self.background - self.contrast / 2.0).round().clamp(1.0, 254.0) as u8;

@@ -5,6 +5,7 @@
 //! predicted yaw decides which is which.
 
 use super::super::label::{Labeller, Window};
+use super::super::threshold::Level;
 use super::blob::{self, Blob};
 use super::target::Target;
 use crate::capture::{Camera, GreyImage};
@@ -33,6 +34,8 @@ pub(in crate::detect) struct DiscAndDot {
 /// What is known about an object before its dot is searched.
 #[derive(Clone, Copy, Debug)]
 pub(in crate::detect) struct DotPrediction {
+    /// The level at which marker and dot are separate from their background.
+    pub level: Level,
     /// The predicted yaw (rad), if there is one.
     pub yaw_rad: Option<f64>,
     /// Motion of the marker in the image during the exposure (px).
@@ -51,7 +54,7 @@ impl Target<'_> {
         prediction: DotPrediction,
     ) -> Option<DiscAndDot> {
         let dot = self.feature.dot?;
-        let DotPrediction { yaw_rad: predicted_rad, blur_px } = prediction;
+        let DotPrediction { level, yaw_rad: predicted_rad, blur_px } = prediction;
         let equal = self.feature.has_equal_dots();
         let arm = dot.at_m - self.feature.at_m;
         let height_m = self.height_m();
@@ -79,7 +82,6 @@ impl Target<'_> {
         };
         let areas_px = (AREA_RATIOS.start() * area_px2).ceil() as u64..=(AREA_RATIOS.end() * area_px2) as u64;
         let window = Window::around(disc.centroid, reach_px, image);
-        let level = disc.level();
         let mut labeller = Labeller::default();
         let found = labeller.components(image, window, level, &areas_px);
         let costs = found.iter().filter_map(|c| Some((cost(table(c.centroid()), c.area_px)?, c)));

@@ -44,8 +44,8 @@ pub(crate) struct Mean {
 
 /// Largest prior degrees of freedom, because the variances of real groups are never all equal.
 const MAX_DEGREES_OF_FREEDOM: f64 = 12.0;
-/// Prior degrees of freedom of a variance that is known but for what distinguishes groups, where too few groups repeat to compare
-/// their variances: the standard deviations of two groups differ by about a factor of 1.5.
+/// Prior degrees of freedom where too few groups repeat to compare their variances: the standard deviations of two groups
+/// differ by about a factor of 1.5.
 const ASSUMED_DEGREES_OF_FREEDOM: f64 = 6.0;
 /// Upper end of the search for the relative standard deviation.
 const MAX_RELATIVE_STD: f64 = 1.0;
@@ -157,7 +157,7 @@ pub(crate) fn between_clip_std(groups: &[Group]) -> BetweenClipStd {
         let middle = f64::midpoint(low, high);
         if excess(middle) > 0.0 { low = middle } else { high = middle }
     }
-    BetweenClipStd { relative: high, degrees_of_freedom: prior_degrees_of_freedom(groups, high, repeats) }
+    BetweenClipStd { relative: high, degrees_of_freedom: prior_degrees_of_freedom(groups, high) }
 }
 
 /// The typical variation from clip to clip with a prior that has the weight of one repeat, so that a campaign without
@@ -169,11 +169,10 @@ pub(crate) fn between_clip_std_with_prior(groups: &[Group]) -> BetweenClipStd {
     let repeats: f64 = groups.iter().map(Group::degrees_of_freedom).sum();
     let variance = (repeats * found.relative.powi(2) + PRIOR_STD.powi(2)) / (repeats + 1.0);
     let relative = variance.sqrt();
-    let degrees_of_freedom = if is_comparable(groups) {
-        found.degrees_of_freedom
-    } else {
-        prior_degrees_of_freedom(groups, relative, repeats + 1.0)
-    };
+    // The prior tells that one or two groups are not much more variable than their repeats show.
+    let is_told_by_prior = repeats > 0.0 && !is_comparable(groups);
+    let degrees_of_freedom =
+        if is_told_by_prior { ASSUMED_DEGREES_OF_FREEDOM } else { found.degrees_of_freedom };
     BetweenClipStd { relative, degrees_of_freedom }
 }
 
@@ -189,8 +188,7 @@ fn is_comparable(groups: &[Group]) -> bool {
     groups.iter().filter(|g| g.values.len() > 1).count() > 2
 }
 
-/// Prior degrees of freedom of the typical variance, whose part from clip to clip comes from so many repeats: many if the groups'
-/// variances differ no more than by chance.
+/// Prior degrees of freedom of the typical variance: many if the groups' variances differ no more than by chance.
 ///
 /// The mean square of a group over its expectation is chi-square distributed over its degrees of freedom f, with variance
 /// 2 / f.  If the true variances of the groups differ, that variance is larger by 2 / d, and d is the result.  Of many
@@ -198,7 +196,7 @@ fn is_comparable(groups: &[Group]) -> bool {
 ///
 /// One or two groups are too few for that.  Then the variance from clip to clip is as uncertain as its repeats make it, in so far as it
 /// contributes to the variance of a value (Satterthwaite 1946), and the groups' own variances differ.
-fn prior_degrees_of_freedom(groups: &[Group], relative: f64, repeats: f64) -> f64 {
+fn prior_degrees_of_freedom(groups: &[Group], relative: f64) -> f64 {
     let squares: Vec<(f64, f64)> = (groups.iter().filter(|g| g.values.len() > 1))
         .map(|g| (g.moments(relative).1 / g.degrees_of_freedom(), g.degrees_of_freedom()))
         .collect();
@@ -212,6 +210,7 @@ fn prior_degrees_of_freedom(groups: &[Group], relative: f64, repeats: f64) -> f6
             between / (between + noise).max(f64::MIN_POSITIVE)
         };
         let part = median(groups.iter().filter(|g| g.values.len() > 1).map(part)).unwrap_or(1.0);
+        let repeats: f64 = squares.iter().map(|(_, f)| f).sum();
         return 1.0 / (part.powi(2) / repeats + 1.0 / ASSUMED_DEGREES_OF_FREEDOM);
     }
     let mut excesses: Vec<f64> = squares.iter().map(|(s, f)| (s - 1.0).powi(2) - 2.0 / f).collect();
