@@ -81,6 +81,8 @@ const EVENT_STDS: f64 = 5.0;
 const EVENT_JUMP: f64 = 0.04;
 /// A body nearer to the striker than this may be hit by it again (m).
 const STRUCK_AGAIN_M: f64 = 0.003;
+/// A body nearer than this to the striker that has approached it until it retracts may have been pushed (m).
+const NEARLY_CAUGHT_M: f64 = 1.5e-3;
 /// The initial friction of a body that starts to move by an added impact.
 const USUAL_FRICTION: f64 = 0.2;
 /// The gain that is required where no partner is near.
@@ -367,16 +369,23 @@ impl MotionFit {
         ))
     }
 
+    /// The time of the striker's impact (s) and its distance from the start of the strike then (m), if the first impact is the striker's.
+    fn striker_impact(&self, striker: &StrikerPath) -> Option<(f64, f64)> {
+        let (event, impact_s) = self.timed_events().next().filter(|(event, _)| event.cause == Cause::Striker)?;
+        let struck = event.members[0];
+        let at_impact = self.placed(struck, self.paths[struck].motion_before(impact_s).pose);
+        Some((impact_s, striker.distance_to_contact_m(at_impact)?))
+    }
+
+    /// When the striker begins to retract (s).
+    fn striker_turns_s(&self, striker: &StrikerPath) -> Option<f64> {
+        let (impact_s, impact_m) = self.striker_impact(striker)?;
+        Some(impact_s + striker.turns_after_s(impact_m))
+    }
+
     /// The gap between the striker and a body at a time (m), if the first impact is the striker's; 0 if they overlap.
     pub(crate) fn striker_gap_m(&self, striker: &StrikerPath, body: usize, time_s: f64) -> Option<f64> {
-        let (event, indices) = (self.model.events.iter().zip(&self.layout.events)).next()?;
-        if event.cause != Cause::Striker {
-            return None;
-        }
-        let struck = event.members[0];
-        let impact_s = self.minimum.parameters[indices.time];
-        let at_impact = self.placed(struck, self.paths[struck].motion_before(impact_s).pose);
-        let impact_m = striker.distance_to_contact_m(at_impact)?;
+        let (impact_s, impact_m) = self.striker_impact(striker)?;
         let outline = striker.outline_at(striker.distance_at_m(impact_m, time_s - impact_s));
         let other = self.placed(body, self.paths[body].motion(time_s).pose);
         Some(closest_points(outline, other).map_or(0.0, |c| c.gap_m))
@@ -384,7 +393,7 @@ impl MotionFit {
 
     /// The fit without the struck body's observations after the striker catches up with it and pushes it.
     fn until_pushed(self, striker: &StrikerPath) -> Self {
-        // A oblique_impact pass is no push: the outlines would have to overlap for this long.
+        // In an oblique impact the striker passes the body: the outlines would have to overlap for this long.
         const PUSH_FRAMES: f64 = 1.0;
         let Some((event, indices)) = self.model.events.iter().zip(&self.layout.events).next() else {
             return self;
@@ -394,16 +403,22 @@ impl MotionFit {
         }
         let (struck, impact_s) = (event.members[0], self.minimum.parameters[indices.time]);
         let frame_s = frame_s(&self.model.bodies);
-        let touches = |t: f64| self.striker_gap_m(striker, struck, t).is_some_and(|gap_m| gap_m <= 0.0);
+        let gap_m = |t: f64| self.striker_gap_m(striker, struck, t).unwrap_or(f64::INFINITY);
+        let touches = |t: f64| gap_m(t) <= 0.0;
+        // A fit to the motion before and after a short push keeps the body just ahead of the striker.
+        let turns_s = self.striker_turns_s(striker).filter(|turns_s| {
+            *turns_s > impact_s + frame_s
+                && gap_m(*turns_s) < NEARLY_CAUGHT_M
+                && gap_m(*turns_s) < gap_m(turns_s - frame_s)
+        });
 
         // The instant at which the push begins
         let push = (self.model.bodies[struck].observations.iter())
             .map(|s| s.time_s)
             .filter(|t| *t > impact_s + frame_s)
             .find(|t| touches(*t) && touches(*t + PUSH_FRAMES * frame_s));
-        let Some(push_s) = push else { return self };
+        let Some(push_s) = push.map(|t| t - frame_s).or(turns_s) else { return self };
         let non_coulomb = self.non_coulomb;
-        let push_s = push_s - frame_s;
         let mut model = self.model.clone();
         for observation in model.bodies[struck].observations.iter_mut().filter(|s| s.time_s > push_s) {
             observation.excluded = true;

@@ -57,9 +57,14 @@ impl StrikerPath {
         advance(0.0, STEPS, look).unwrap_or_else(Some)
     }
 
+    /// The time from `distance_m` to the end of its travel (s).
+    pub(crate) fn turns_after_s(&self, distance_m: f64) -> f64 {
+        (self.strike.travel_m - distance_m) / self.strike.speed_m_s
+    }
+
     /// Its distance from the start, `since_s` after it passed `distance_m` before retracting (m).
     pub(crate) fn distance_at_m(&self, distance_m: f64, since_s: f64) -> f64 {
-        let turning_s = (self.strike.travel_m - distance_m) / self.strike.speed_m_s;
+        let turning_s = self.turns_after_s(distance_m);
         if since_s <= turning_s {
             (distance_m + self.strike.speed_m_s * since_s).max(0.0)
         } else {
