@@ -39,6 +39,8 @@ const SHARP_STD_PX: f64 = 0.15;
 const FAR_APART_STDS: f64 = 5.0;
 /// A displacement by light that changes across a marker is reported from this on (px).
 const UNEVEN_PX: f64 = 0.3;
+/// A displacement by a part of a marker that is not seen is reported from this on (px).
+const LOST_PX: f64 = 0.5;
 /// Standard deviation of the distance of a marker's centre from where the object's outline has it (m): markers are placed by hand.
 const OUTLINE_STD_M: f64 = 0.5e-3;
 /// An object that reaches the border within this time (s) at its velocity has left the image when it is lost.
@@ -74,8 +76,9 @@ pub(super) fn track(camera: &Camera, state: &TrackState, exposure_s: f64) -> Dou
     let samples = points.map(|((point, appearance), deviation_px)| {
         let scale_m_per_px = camera.scale_m_per_px(point.blob.centroid, target.height_m());
         let uneven_px = uneven_light_px(point, usual_rms);
+        let lost_px = lost_px(camera, state, point);
         let appearance = appearance.as_ref();
-        let seen = Seen { camera, target, point, appearance, deviation_px, uneven_px, scale_m_per_px };
+        let seen = Seen { camera, target, point, appearance, deviation_px, uneven_px, lost_px, scale_m_per_px };
         let mut measured = seen.measured(always_by_outline, yaw_near_rad);
         yaw_near_rad = measured.pose.yaw_rad;
         // A rolling shutter exposes lower rows later.
@@ -102,6 +105,8 @@ struct Seen<'a> {
     deviation_px: Option<f64>,
     /// Possible displacement of its marker by light that changes across it (px).
     uneven_px: f64,
+    /// Possible displacement of its marker because a part of it is not seen (px).
+    lost_px: f64,
     scale_m_per_px: f64,
 }
 
@@ -162,11 +167,12 @@ impl Seen<'_> {
             is_covered.then_some(Doubt::MarkerCovered),
             (yaw_std_rad > DOUBTFUL_YAW_STD_RAD).then_some(Doubt::UncertainYaw { std_rad: yaw_std_rad }),
             (self.uneven_px > UNEVEN_PX).then_some(Doubt::UnevenLight { shift_px: self.uneven_px }),
+            (self.lost_px > LOST_PX).then_some(Doubt::PartOfMarker { std_px: self.lost_px }),
         ];
         // An occlusion that shortens a marker displaces its centroid by about as much. An object whose marker is off its centroid is
         // displaced by an error of the yaw.
         let size_px = point.blob.std_px + self.deviation_px.unwrap_or(0.0);
-        let by_size_m = self.scale_m_per_px * size_px.hypot(self.uneven_px);
+        let by_size_m = self.scale_m_per_px * size_px.hypot(self.uneven_px).hypot(self.lost_px);
         let by_yaw_m = yaw_std_rad * target.feature.at_m.to_vec().length();
         let by_outline_m = if is_covered { OUTLINE_STD_M } else { 0.0 };
         let std_m = by_size_m.hypot(by_yaw_m).hypot(by_outline_m);
@@ -208,6 +214,16 @@ fn uneven_light_px(point: &TrackPoint, usual_rms: f64) -> f64 {
     let uneven = (blob.background_rms.powi(2) - usual_rms.powi(2)).sqrt();
     let (long_px2, ..) = principal_axes(blob.covariance_px2);
     long_px2.sqrt() * uneven / blob.contrast.abs()
+}
+
+/// How far the centre of a marker may be displaced because a part of it is not seen (px): by that part of half of its length.
+fn lost_px(camera: &Camera, state: &TrackState, point: &TrackPoint) -> f64 {
+    if point.source != Source::Marker || point.complete || state.target.is_markerless() {
+        return 0.0;
+    }
+    let seen = state.signal_change(camera, point.pose, &point.blob).exp().min(1.0);
+    let (long_px2, ..) = principal_axes(state.target.projection(camera, point.pose).covariance);
+    (1.0 - seen) * 2.0 * long_px2.sqrt()
 }
 
 /// Whether a marker usually seems to be elsewhere than its outline, because something beside it is as dark: its own dot, the shade of an edge.

@@ -126,9 +126,10 @@ impl<'a> TrackState<'a> {
         Pose { position: last.pose.position + path, yaw_rad: self.predicted_yaw_rad(time_s) }
     }
 
-    /// The yaw extrapolated from the last two points with a complete marker and a measured yaw.
+    /// The yaw extrapolated from the last two points with a measured yaw, by a complete marker or by the outline of one.
     fn predicted_yaw_rad(&self, time_s: f64) -> f64 {
-        let mut measured = self.points.iter().rev().filter(|p| p.complete && p.yaw_known);
+        let is_measured = |p: &&TrackPoint| p.yaw_known && (p.complete || p.source == Source::MarkerOutline);
+        let mut measured = self.points.iter().rev().filter(is_measured);
         let Some(last) = measured.next() else { return self.start.yaw_rad };
         let Some(before) = measured.next() else { return last.pose.yaw_rad };
         let interval_s = last.time_s - before.time_s;

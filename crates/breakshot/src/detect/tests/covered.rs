@@ -1,6 +1,7 @@
 //! Markers under shadows and behind the arm.
 
 use super::*;
+use crate::object::Dot;
 
 /// Grey levels of a red brick and of the black ink on it, in luma, and of the table.
 const BRICK_GREY: f64 = 79.0;
@@ -29,6 +30,18 @@ fn doubtful_samples(samples: &[Sample], motion: impl Fn(f64) -> Pose) -> usize {
     samples.iter().filter(|s| s.doubtful).count()
 }
 
+/// Shades the points at a height that are in the shadow at the time of each frame.
+fn shade(view: &View, frames: &mut [Frame], height_m: f64, is_in_shadow: impl Fn(Point, f64) -> bool) {
+    for frame in frames {
+        for (k, grey) in frame.image.pixels.iter_mut().enumerate() {
+            let pixel = crate::geometry::Pixel::new((k % 640) as f64, (k / 640) as f64);
+            if is_in_shadow(view.camera.table_from_pixel(pixel, height_m), frame.time_s) {
+                *grey = (f64::from(*grey) * SHADE).round() as u8;
+            }
+        }
+    }
+}
+
 #[test]
 fn the_bar_on_a_red_brick_is_followed_while_the_strikers_shadow_crosses_it() {
     let mut view = View { table_grey: TABLE_GREY, ..view() };
@@ -44,15 +57,9 @@ fn the_bar_on_a_red_brick_is_followed_while_the_strikers_shadow_crosses_it() {
     });
     // The shadow is ahead of the striker, which stops behind the brick.
     let tip_m = |t: f64| start.position.x + 0.02 + 0.5 * (t.min(0.2) - 0.1);
-    for frame in &mut frames {
-        for (k, grey) in frame.image.pixels.iter_mut().enumerate() {
-            let pixel = crate::geometry::Pixel::new((k % 640) as f64, (k / 640) as f64);
-            let at = view.camera.table_from_pixel(pixel, brick.height_m);
-            if at.x < tip_m(frame.time_s) && (at.y - 0.004).abs() < SHADOW_HALF_WIDTH_M {
-                *grey = (f64::from(*grey) * SHADE).round() as u8;
-            }
-        }
-    }
+    shade(&view, &mut frames, brick.height_m, |at, t| {
+        at.x < tip_m(t) && (at.y - 0.004).abs() < SHADOW_HALF_WIDTH_M
+    });
     let tracks = found(&view, frames, &[brick], &Layout::Unknown).expect("tracks");
     let samples = &tracks.tracks[0].samples;
     assert_eq!(samples.len(), 32, "{:?}", tracks.warnings);
@@ -84,4 +91,50 @@ fn a_light_bar_is_followed_while_an_arm_as_light_covers_one_end_of_it() {
     doubtful_samples(samples, |t| motion(t).0);
     let last = samples.last().expect("a sample");
     assert!(!last.doubtful && error_mm(last, motion(last.time_s).0) < 0.1, "{last:?}");
+}
+
+#[test]
+fn a_light_disc_and_its_dot_are_found_although_a_shadow_lies_across_them_in_all_frames() {
+    let mut view = View { table_grey: TABLE_GREY, ..view() };
+    view.camera.exposure_s = Some(0.004);
+    let dot = Some(Dot { radius_m: 0.006, at_m: Point::new(0.017, 0.012) });
+    let marker = Some(Marker { dot, ..Marker::centred(disc(0.0125)) });
+    let puck = Object { marker, ..object("puck", disc(0.038), disc(0.01)) };
+    let start = Pose::new(-0.05, 0.0, 0.8);
+    let motion = |t: f64| slid(start, Vec2::new(0.5, 0.0), 3.0, t);
+    let mut frames = film(&view, &times_s(32), |t| {
+        let (pose, velocity, rate) = motion(t);
+        let [mut body, mut marker] = Thing::object(&puck, pose);
+        let mut dot = Thing::dot(&puck, pose).expect("a dot");
+        (body.grey, marker.grey, dot.grey) = (75.0, 240.0, 240.0);
+        [body, marker, dot].map(|thing| thing.moving(velocity, rate)).to_vec()
+    });
+    shade(&view, &mut frames, puck.height_m, |at, _| (0.0..0.018).contains(&at.y));
+    let tracks = found(&view, frames, &[puck], &Layout::Unknown).expect("tracks");
+    let samples = &tracks.tracks[0].samples;
+    assert_eq!(samples.len(), 32, "{:?}", tracks.warnings);
+    doubtful_samples(samples, |t| motion(t).0);
+}
+
+#[test]
+fn a_bar_that_an_arm_covers_partly_at_first_is_tracked_from_the_first_frame_on() {
+    let view = View { table_grey: 110.0, ..view() };
+    let objects = [object("a", bar(0.07, 0.05), bar(0.024, 0.01))];
+    let motion = |t: f64| slid(Pose::new(-0.03, 0.0, 0.3), Vec2::new(0.35, 0.0), 2.0, t);
+    let frames = film(&view, &times_s(30), |t| {
+        let (pose, velocity, rate) = motion(t);
+        let [mut body, mut marker] = Thing::object(&objects[0], pose);
+        (body.grey, marker.grey) = (80.0, 180.0);
+        let mut things = [body, marker].map(|thing| thing.moving(velocity, rate)).to_vec();
+        if t < 0.1 {
+            let end = pose.table_from_body(Point::new(-0.032, 0.0));
+            let arm = Thing::flat(disc(0.026), Pose { position: end, yaw_rad: 0.0 }, 0.031, 180.0);
+            things.push(arm.moving(velocity, 0.0));
+        }
+        things
+    });
+    let tracks = found(&view, frames, &objects, &Layout::Unknown).expect("tracks");
+    let samples = &tracks.tracks[0].samples;
+    assert_eq!(samples.len(), 30, "{:?}", tracks.warnings);
+    doubtful_samples(samples, |t| motion(t).0);
 }
