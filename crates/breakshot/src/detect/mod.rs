@@ -351,9 +351,12 @@ impl Clip<'_> {
         let exposure_s =
             motion_blur::exposure_s(camera, &tracker.states).or(camera.exposure_s).unwrap_or(0.0);
         let doubted = tracker.states.iter().map(|state| postprocess::track(camera, state, exposure_s));
-        let (mut tracks, doubts): (Vec<Track>, Vec<_>) =
+        let (mut tracks, mut doubts): (Vec<Track>, Vec<_>) =
             doubted.map(|DoubtedTrack { track, doubts }| (track, doubts)).unzip();
         postprocess::scale_noise(&mut tracks);
+        for ((state, track), doubts) in tracker.states.iter().zip(&mut tracks).zip(&mut doubts) {
+            postprocess::doubt_noise(camera, state, track, doubts);
+        }
         for track in &mut tracks {
             derivatives::fill(&mut track.samples);
         }

@@ -39,6 +39,8 @@ const SHARP_STD_PX: f64 = 0.15;
 const FAR_APART_STDS: f64 = 5.0;
 /// A displacement by light that changes across a marker is reported from this on (px).
 const UNEVEN_PX: f64 = 0.3;
+/// A standard deviation above this (px) is that of something else than a marker or an outline.
+const NOISY_PX: f64 = 1.5;
 /// A displacement by a part of a marker that is not seen is reported from this on (px).
 const LOST_PX: f64 = 0.5;
 /// Standard deviation of the distance of a marker's centre from where the object's outline has it (m): markers are placed by hand.
@@ -298,6 +300,23 @@ pub(super) fn scale_noise(tracks: &mut [Track]) {
     let factor = upper_median(residuals).unwrap_or(1.0).max(1.0);
     for sample in tracks.iter_mut().flat_map(|track| &mut track.samples) {
         sample.std_m *= factor;
+    }
+}
+
+/// Marks the samples as doubtful whose standard deviation is that of no marker or outline.
+pub(super) fn doubt_noise(
+    camera: &Camera,
+    state: &TrackState,
+    track: &mut Track,
+    doubts: &mut [Vec<Doubt>],
+) {
+    for ((sample, point), doubts) in track.samples.iter_mut().zip(&state.points).zip(doubts) {
+        let scale_m_per_px = camera.scale_m_per_px(point.blob.centroid, state.target.height_m());
+        let std_px = sample.std_m / scale_m_per_px;
+        if std_px > NOISY_PX {
+            sample.doubtful = true;
+            doubts.push(Doubt::Noise { std_px });
+        }
     }
 }
 

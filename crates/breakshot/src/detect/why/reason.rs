@@ -24,6 +24,11 @@ pub enum Doubt {
         /// Standard deviation of the position (px).
         std_px: f64,
     },
+    /// The positions scatter about smooth motion.
+    Noise {
+        /// Standard deviation of the position (px).
+        std_px: f64,
+    },
     /// The marker is covered, and the position is that of the object's own outline.
     MarkerCovered,
     /// The yaw by the marker is uncertain.
@@ -102,6 +107,9 @@ impl Display for Doubt {
                 f,
                 "only a part of its marker's outline is sharp: the position is known to {std_px:.2} px by it"
             ),
+            Self::Noise { std_px } => {
+                write!(f, "the positions scatter by {std_px:.1} px about smooth motion")
+            }
             Self::MarkerCovered => {
                 write!(f, "its marker is covered: the position is that of the object's own outline")
             }
