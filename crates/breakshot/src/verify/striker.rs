@@ -20,6 +20,8 @@ const LEAST_SPEED_ERROR: f64 = 0.03;
 const LEAST_OFFSET_M: f64 = 0.004;
 /// A frame rate within this fraction of a usual one is probably that.
 const USUAL_RATE: f64 = 0.015;
+/// Centres of tags are not wrong by more than this part.
+const LENGTH_ERROR: f64 = 0.15;
 /// A factor of the lengths on the table explains one of the speeds within this.
 const SAME_FACTOR: f64 = 0.02;
 /// A common difference is from zero by this many standard deviations of one clip.
@@ -149,7 +151,16 @@ fn rate_or_speed(n: usize, factor: f64, rate_hz: f64) -> String {
              {said_hz}: then write frame_rate_hz = {true_hz}"
         )
     };
-    format!("in {n} clips the striker is seen to move {factor:.2} times as fast as given (median): {causes}")
+    let lengths = if (factor - 1.0).abs() < LENGTH_ERROR {
+        let size = if factor < 1.0 { "small" } else { "large" };
+        format!(
+            "; or lengths on the table are {:.0} % too {size}: check the centres of the tags",
+            100.0 * (factor - 1.0).abs()
+        )
+    } else {
+        String::new()
+    };
+    format!("in {n} clips the striker is seen to move {factor:.2} times as fast as given (median): {causes}{lengths}")
 }
 
 /// A displacement for people.
