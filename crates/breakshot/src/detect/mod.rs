@@ -336,7 +336,8 @@ impl Clip<'_> {
         tracker.precede(mirrored);
         warnings.extend(motion.warning());
         let mut found = self.postprocessed(&tracker, recorder, warnings);
-        found.tracks.striker = follower.and_then(|follower| follower.track(&self.targets, &found.tracks.tracks));
+        found.tracks.striker =
+            follower.and_then(|follower| follower.track(&self.targets, &found.tracks.tracks));
         Ok(found)
     }
 

@@ -80,7 +80,8 @@ pub(super) fn track(camera: &Camera, state: &TrackState, exposure_s: f64) -> Dou
         let uneven_px = uneven_light_px(point, usual_rms);
         let lost_px = lost_px(camera, state, point);
         let appearance = appearance.as_ref();
-        let seen = Seen { camera, target, point, appearance, deviation_px, uneven_px, lost_px, scale_m_per_px };
+        let seen =
+            Seen { camera, target, point, appearance, deviation_px, uneven_px, lost_px, scale_m_per_px };
         let mut measured = seen.measured(always_by_outline, yaw_near_rad);
         yaw_near_rad = measured.pose.yaw_rad;
         // A rolling shutter exposes lower rows later.
@@ -304,12 +305,7 @@ pub(super) fn scale_noise(tracks: &mut [Track]) {
 }
 
 /// Marks the samples as doubtful whose standard deviation is that of no marker or outline.
-pub(super) fn doubt_noise(
-    camera: &Camera,
-    state: &TrackState,
-    track: &mut Track,
-    doubts: &mut [Vec<Doubt>],
-) {
+pub(super) fn doubt_noise(camera: &Camera, state: &TrackState, track: &mut Track, doubts: &mut [Vec<Doubt>]) {
     for ((sample, point), doubts) in track.samples.iter_mut().zip(&state.points).zip(doubts) {
         let scale_m_per_px = camera.scale_m_per_px(point.blob.centroid, state.target.height_m());
         let std_px = sample.std_m / scale_m_per_px;

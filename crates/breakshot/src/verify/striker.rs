@@ -160,7 +160,9 @@ fn rate_or_speed(n: usize, factor: f64, rate_hz: f64) -> String {
     } else {
         String::new()
     };
-    format!("in {n} clips the striker is seen to move {factor:.2} times as fast as given (median): {causes}{lengths}")
+    format!(
+        "in {n} clips the striker is seen to move {factor:.2} times as fast as given (median): {causes}{lengths}"
+    )
 }
 
 /// A displacement for people.

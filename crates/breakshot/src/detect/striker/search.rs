@@ -212,9 +212,8 @@ impl Searched<'_> {
     /// Whether this is probably not the striker's foot but a part above it. The camera sees such a part displaced away from the point
     /// below the camera, and faster by the same factor. It may be far from the struck object when the foot touches this.
     pub(super) fn is_elevated(&self, motion: &UniformMotion, rest: Option<Point>) -> bool {
-        let is_apart = |struck: Struck| {
-            motion.at(struck.time_s).distance(struck.at) > struck.reach_m + APART_M
-        };
+        let is_apart =
+            |struck: Struck| motion.at(struck.time_s).distance(struck.at) > struck.reach_m + APART_M;
         if self.struck.is_some_and(is_apart) {
             return true;
         }

@@ -371,7 +371,8 @@ impl MotionFit {
 
     /// The time of the striker's impact (s) and its distance from the start of the strike then (m), if the first impact is the striker's.
     fn striker_impact(&self, striker: &StrikerPath) -> Option<(f64, f64)> {
-        let (event, impact_s) = self.timed_events().next().filter(|(event, _)| event.cause == Cause::Striker)?;
+        let (event, impact_s) =
+            self.timed_events().next().filter(|(event, _)| event.cause == Cause::Striker)?;
         let struck = event.members[0];
         let at_impact = self.placed(struck, self.paths[struck].motion_before(impact_s).pose);
         Some((impact_s, striker.distance_to_contact_m(at_impact)?))
