@@ -304,12 +304,12 @@ pub(super) fn scale_noise(tracks: &mut [Track]) {
     }
 }
 
-/// Marks the samples as doubtful whose standard deviation is that of no marker or outline.
+/// Marks the samples as doubtful whose standard deviation is that of no marker or outline, where no other reason says so.
 pub(super) fn doubt_noise(camera: &Camera, state: &TrackState, track: &mut Track, doubts: &mut [Vec<Doubt>]) {
     for ((sample, point), doubts) in track.samples.iter_mut().zip(&state.points).zip(doubts) {
         let scale_m_per_px = camera.scale_m_per_px(point.blob.centroid, state.target.height_m());
         let std_px = sample.std_m / scale_m_per_px;
-        if std_px > NOISY_PX {
+        if std_px > NOISY_PX && doubts.is_empty() {
             sample.doubtful = true;
             doubts.push(Doubt::Noise { std_px });
         }
