@@ -112,10 +112,8 @@ const OTHERS_LATERAL_STD_M: f64 = 0.2;
 const OUTLINE_SEARCH: SearchRange = SearchRange { radius_m: 0.015, angle_rad: 0.3 };
 /// Step of the search for a yaw around one that a person has seen (rad): a third of a pixel at a corner 30 px from the centre.
 const START_YAW_STEP_RAD: f64 = 0.01;
-/// An outline of which a smaller fraction is visible is not there, ...
+/// An outline, of an object or of a marker across which the light changes, of which a smaller fraction is visible is not there.
 const LEAST_VISIBLE: f64 = 0.5;
-/// ... nor is that of a marker across which the light changes.
-const LEAST_VISIBLE_MARKER: f64 = 0.5;
 
 /// The assignment of candidates to targets of least cost, with `None` for a target without candidate, and warnings.
 pub(super) fn starts(
@@ -287,7 +285,7 @@ fn matched(
         let appearance =
             Appearance { dark: blob.contrast > 0.0, contrast: blob.contrast.abs(), blur_px: [0.0, 0.0] };
         let fit = MarkerView { image, camera, target, appearance }.fitted(pose)?;
-        if fit.visible_fraction < LEAST_VISIBLE_MARKER {
+        if fit.visible_fraction < LEAST_VISIBLE {
             return None;
         }
         fit.pose

@@ -378,12 +378,6 @@ impl MotionFit {
         Some((impact_s, striker.distance_to_contact_m(at_impact)?))
     }
 
-    /// When the striker begins to retract (s).
-    fn striker_turns_s(&self, striker: &StrikerPath) -> Option<f64> {
-        let (impact_s, impact_m) = self.striker_impact(striker)?;
-        Some(impact_s + striker.turns_after_s(impact_m))
-    }
-
     /// The gap between the striker and a body at a time (m), if the first impact is the striker's; 0 if they overlap.
     pub(crate) fn striker_gap_m(&self, striker: &StrikerPath, body: usize, time_s: f64) -> Option<f64> {
         let (impact_s, impact_m) = self.striker_impact(striker)?;
@@ -396,29 +390,24 @@ impl MotionFit {
     fn until_pushed(self, striker: &StrikerPath) -> Self {
         // In an oblique impact the striker passes the body: the outlines would have to overlap for this long.
         const PUSH_FRAMES: f64 = 1.0;
-        let Some((event, indices)) = self.model.events.iter().zip(&self.layout.events).next() else {
-            return self;
-        };
-        if event.cause != Cause::Striker {
-            return self;
-        }
-        let (struck, impact_s) = (event.members[0], self.minimum.parameters[indices.time]);
+        let Some((impact_s, impact_m)) = self.striker_impact(striker) else { return self };
+        let struck = self.model.events[0].members[0];
         let frame_s = frame_s(&self.model.bodies);
         let gap_m = |t: f64| self.striker_gap_m(striker, struck, t).unwrap_or(f64::INFINITY);
         let touches = |t: f64| gap_m(t) <= 0.0;
         // A fit to the motion before and after a short push keeps the body just ahead of the striker.
-        let turns_s = self.striker_turns_s(striker).filter(|turns_s| {
-            *turns_s > impact_s + frame_s
-                && gap_m(*turns_s) < NEARLY_CAUGHT_M
-                && gap_m(*turns_s) < gap_m(turns_s - frame_s)
-        });
+        let turns_s = impact_s + striker.turns_after_s(impact_m);
+        let is_nearly_caught = turns_s > impact_s + frame_s
+            && gap_m(turns_s) < NEARLY_CAUGHT_M
+            && gap_m(turns_s) < gap_m(turns_s - frame_s);
 
         // The instant at which the push begins
         let push = (self.model.bodies[struck].observations.iter())
             .map(|s| s.time_s)
             .filter(|t| *t > impact_s + frame_s)
             .find(|t| touches(*t) && touches(*t + PUSH_FRAMES * frame_s));
-        let Some(push_s) = push.map(|t| t - frame_s).or(turns_s) else { return self };
+        let nearly_caught_s = is_nearly_caught.then_some(turns_s);
+        let Some(push_s) = push.map(|t| t - frame_s).or(nearly_caught_s) else { return self };
         let non_coulomb = self.non_coulomb;
         let mut model = self.model.clone();
         for observation in model.bodies[struck].observations.iter_mut().filter(|s| s.time_s > push_s) {

@@ -169,10 +169,10 @@ pub(crate) fn between_clip_std_with_prior(groups: &[Group]) -> BetweenClipStd {
     let repeats: f64 = groups.iter().map(Group::degrees_of_freedom).sum();
     let variance = (repeats * found.relative.powi(2) + PRIOR_STD.powi(2)) / (repeats + 1.0);
     let relative = variance.sqrt();
-    // The prior tells that one or two groups are not much more variable than their repeats show.
-    let is_told_by_prior = repeats > 0.0 && !is_comparable(groups);
+    // By the prior one or two groups are not much more variable than their repeats show.
+    let is_from_prior = repeats > 0.0 && !is_comparable(groups);
     let degrees_of_freedom =
-        if is_told_by_prior { ASSUMED_DEGREES_OF_FREEDOM } else { found.degrees_of_freedom };
+        if is_from_prior { ASSUMED_DEGREES_OF_FREEDOM } else { found.degrees_of_freedom };
     BetweenClipStd { relative, degrees_of_freedom }
 }
 
