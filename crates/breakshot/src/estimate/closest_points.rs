@@ -30,6 +30,8 @@ pub(crate) struct FacingSides {
     pub(crate) far_point: Point,
     /// The gap there minus that at the closest points (m).
     pub(crate) wedge_m: f64,
+    /// The normals of contacts at the near end alone and at the far end alone: a corner of one side meets the other side there.
+    pub(crate) end_normals_ab: [Vec2; 2],
 }
 
 /// Sides face each other up to this angle (rad): beyond it the far ends do not meet within an impact.
@@ -134,10 +136,17 @@ fn facing(a: &[Point], b: &[Point], closest: &ClosestPoints) -> Option<(Vec2, Fa
             if high - low < MIN_OVERLAP * (high_a - low_a).min(high_b - low_b) {
                 return None;
             }
-            let far = if high.abs() > low.abs() { high } else { low };
-            let far_point = closest.point + along * far;
-            let wedge_m = along_a.cross(along_b).abs() * far.abs();
-            Some((-along.perpendicular(), FacingSides { far_point, wedge_m }))
+            // The side that ends has its corner there, and the other one the normal
+            let of_low = if low_a > low_b { along_b } else { along_a };
+            let of_high = if high_a < high_b { along_b } else { along_a };
+            let (far, near_along, far_along) =
+                if high.abs() > low.abs() { (high, of_low, of_high) } else { (low, of_high, of_low) };
+            let sides = FacingSides {
+                far_point: closest.point + along * far,
+                wedge_m: along_a.cross(along_b).abs() * far.abs(),
+                end_normals_ab: [near_along, far_along].map(|along| -along.perpendicular()),
+            };
+            Some((-along.perpendicular(), sides))
         })
     })
 }

@@ -73,6 +73,9 @@ pub(crate) fn check_facing_sides(fitted: &MotionFit, contact: &mut Contact) {
         // The end's own position is more accurate than that of the impulse.
         let acted = if at_one_end { fraction.clamp(0.0, 1.0).round() } else { fraction };
         contact.closest.point += along * (acted * length);
+        if at_one_end {
+            contact.closest.normal_ab = sides.end_normals_ab[usize::from(acted > 0.5)];
+        }
     }
     let simultaneous = (0.0..SIMULTANEOUS_S).contains(&delay_s);
     if !fraction.is_finite() || !(at_one_end || simultaneous) {
