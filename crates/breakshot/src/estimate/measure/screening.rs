@@ -14,6 +14,11 @@ const STRIKER_CONTACT_M: f64 = 5e-4;
 const NEIGHBOUR_M: f64 = 0.0015;
 /// Two impacts of one body need at least this number of frames between them, which show its motion.
 const FRAMES_BETWEEN: f64 = 1.5;
+/// The speed at which two bodies part follows from at least this number of frames before they hit each other again.
+const FRAMES_UNTIL_REPEATED: f64 = 3.0;
+/// Repeated impacts of a pair follow each other like those of a bouncing ball: each interval is the restitution times the one
+/// before it. It is taken as this part, since the restitution is not known yet.
+const REPEATED_INTERVAL: f64 = 0.5;
 
 /// Excludes from the measurements the contacts that fail a check, and adds the reason to their remarks.
 pub(crate) fn screen(fitted: &MotionFit, striker: Option<&StrikerPath>, contacts: &mut [Contact]) {
@@ -28,7 +33,34 @@ pub(crate) fn screen(fitted: &MotionFit, striker: Option<&StrikerPath>, contacts
             }
         }
     }
+    exclude_repeated(fitted, contacts);
     exclude_crowded(fitted, contacts);
+}
+
+/// Excludes the restitution of an impact of two bodies that hit each other again before enough frames show how they part.
+///
+/// The impacts that follow the last one found are closer to each other still, and no frame shows them.
+fn exclude_repeated(fitted: &MotionFit, contacts: &mut [Contact]) {
+    let frame_s = frame_s(&fitted.model.bodies);
+    let impacts: Vec<(Partner, usize, f64)> =
+        contacts.iter().map(|c| (c.a, c.b, fitted.minimum.parameters[c.time_index])).collect();
+    for (contact, &(a, b, time_s)) in contacts.iter_mut().zip(&impacts) {
+        if !contact.restitution || !matches!(a, Partner::Body(_)) {
+            continue;
+        }
+        let others = impacts.iter().filter(|other| (other.0, other.1) == (a, b)).map(|other| other.2 - time_s);
+        let (before, after): (Vec<f64>, Vec<f64>) = others.filter(|apart_s| *apart_s != 0.0).partition(|t| *t < 0.0);
+        let shortest = |times: Vec<f64>| times.into_iter().map(f64::abs).fold(f64::INFINITY, f64::min);
+        let next_s = shortest(after).min(REPEATED_INTERVAL * shortest(before));
+        if next_s < FRAMES_UNTIL_REPEATED * frame_s {
+            contact.restitution = false;
+            contact.remarks.push(format!(
+                "the bodies that meet at {time_s:.3} s hit each other again within {:.1} frames: fewer than {FRAMES_UNTIL_REPEATED} show \
+                 how they part, so the impact gives no restitution",
+                next_s / frame_s
+            ));
+        }
+    }
 }
 
 /// Excludes an impact during which the striker touches a partner: the striker's impulse is part of the momentum balance.
