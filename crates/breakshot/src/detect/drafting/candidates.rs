@@ -13,7 +13,7 @@ use crate::geometry::outline::Outline;
 use crate::geometry::{Pixel, Point, Vec2};
 use crate::object::Shape;
 use crate::statistics::median;
-use std::f64::consts::{FRAC_PI_2, TAU};
+use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use std::rc::Rc;
 
 /// A region and the outline that fits it.
@@ -60,6 +60,13 @@ const MARKER_STRENGTH: f64 = 12.0;
 const CERTAIN: f64 = 0.5;
 /// Heights that are tried for a silhouette (m).
 const HEIGHTS_M: [f64; 4] = [0.015, 0.03, 0.045, 0.06];
+/// A polygon of the same area within this fraction is nearer to the edges than a disc is if its points are at most this factor as far off, and the
+/// disc's at least this far (px).
+const POLYGON_AREA: f64 = 0.1;
+const POLYGON_FACTOR: f64 = 0.5;
+const POLYGON_RMS_PX: f64 = 0.2;
+/// Their centres are then within this distance (px).
+const CENTRED_PX: f64 = 2.0;
 /// Outlines of the same form are equally near to their edges up to this factor, or within this distance (px), and equally visible up to this fraction.
 const RMS_FACTOR: f64 = 2.0;
 const LEAST_RMS_PX: f64 = 0.1;
@@ -68,6 +75,9 @@ const LESS_VISIBLE: f64 = 0.06;
 const SIMPLER_VISIBLE: f64 = 0.1;
 /// So much of the outline of an object without a marker is visible.
 const BARE_VISIBLE: f64 = 0.9;
+/// It is at least this wide (m), and at most this many times as long: strips between shadows, lines and grain of the table are narrower.
+const BARE_WIDTH_M: f64 = 0.012;
+const BARE_LENGTH: f64 = 6.0;
 /// Regions nearer than this touch (px).
 const TOUCHING_PX: f64 = 3.0;
 
@@ -111,8 +121,10 @@ pub(super) fn tops(search: &TopSearch) -> Tops {
         if chosen.is_free(&found.region, true) {
             let same = |other: &&&PlaneRegion| is_same_object(&other.region, &found.region);
             let around: Vec<&PlaneRegion> = large.iter().filter(same).copied().take(MOST_REGIONS).collect();
-            let visible = |top: &Candidate| top.outline.visible_fraction >= BARE_VISIBLE;
-            chosen.tops.extend(search.top(&around, Kind::Bare, &mut fits_left[1]).filter(visible));
+            let is_object = |top: &Candidate| {
+                top.outline.visible_fraction >= BARE_VISIBLE && is_wide(&top.outline.shape)
+            };
+            chosen.tops.extend(search.top(&around, Kind::Bare, &mut fits_left[1]).filter(is_object));
         }
     }
     Tops { found: chosen.tops, is_complete: fits_left.iter().all(Option::is_some) }
@@ -252,8 +264,12 @@ impl<'a> TopSearch<'a> {
             Candidate { outline: view.simplified(candidate.outline.clone(), self.pixel_m), ..candidate }
         };
         let is_strong = |candidate: &Candidate| self.strength(candidate) >= LEAST_STRENGTH;
-        // No outline is simpler than a disc.
+        // No outline is simpler than a disc, but polygons of many equal sides are no discs.
         let is_disc = |candidate: &Candidate| matches!(candidate.outline.shape, Shape::Disc { .. });
+        let polygons: Vec<Fitted> =
+            apart.iter().filter(|fit| !is_disc(fit)).map(|fit| fit.outline.clone()).collect();
+        let is_polygon = |disc: &Fitted| polygons.iter().any(|polygon| is_nearer(polygon, disc, self.pixel_m));
+        apart.retain(|candidate| !is_disc(candidate) || !is_polygon(&candidate.outline));
         if apart.iter().any(|candidate| is_disc(candidate) && is_strong(candidate)) {
             apart.retain(is_disc);
         }
@@ -427,6 +443,33 @@ fn differs(view: &TopView, region: &Region, pixel_m: f64) -> bool {
         at.into_iter().filter(|&at| !region.contains(at)).filter_map(|at| view.image.grey_at(at))
     });
     median(inside).zip(median(outside)).is_some_and(|(top, table)| (top - table).abs() >= LEAST_STRENGTH)
+}
+
+/// Whether a shape is as wide as an object without a marker is.
+fn is_wide(shape: &Shape) -> bool {
+    const DIRECTIONS: usize = 36;
+    let points = shape.outline_points();
+    let extent_m = |k: usize| {
+        let along = Vec2::from_heading(PI * k as f64 / DIRECTIONS as f64);
+        let (least, most) = points.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(least, most), point| {
+            let at = point.to_vec().dot(along);
+            (least.min(at), most.max(at))
+        });
+        most - least
+    };
+    let extents_m = || (0..DIRECTIONS).map(extent_m);
+    let width_m = extents_m().fold(f64::INFINITY, f64::min);
+    width_m >= BARE_WIDTH_M && extents_m().fold(0.0, f64::max) <= BARE_LENGTH * width_m
+}
+
+/// Whether a polygon is nearer to the edges of its object than a disc that nearly fits them.
+fn is_nearer(polygon: &Fitted, disc: &Fitted, pixel_m: f64) -> bool {
+    let is_same = (polygon.shape.area_m2() / disc.shape.area_m2() - 1.0).abs() < POLYGON_AREA
+        && polygon.pose.position.distance(disc.pose.position) < pixel_m * CENTRED_PX;
+    is_same
+        && disc.rms_m > POLYGON_RMS_PX * pixel_m
+        && polygon.rms_m < POLYGON_FACTOR * disc.rms_m
+        && polygon.visible_fraction >= disc.visible_fraction - LESS_VISIBLE
 }
 
 /// Whether a region touches the silhouette of an object, whose height is not known yet.

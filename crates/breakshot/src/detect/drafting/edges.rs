@@ -58,7 +58,7 @@ impl TopView<'_> {
 
     /// The simplest of the outlines that fit; without one that fits, the nearest.
     pub(super) fn outline(&self, region: &Region) -> Option<Fitted> {
-        simplest(self.outlines(region))
+        simplest(self.outlines(region), self.pixel_m(region.centroid))
     }
 
     /// The simplest outline that fits the edges near a region's border.
@@ -74,7 +74,7 @@ impl TopView<'_> {
             fit.rms_m < BORDER_RMS_PX * pixel_m && (1.0 / SAME_AREA..SAME_AREA).contains(&ratio)
         };
         let refined = |fit: Fitted| self.refined(fit, &REACHES_PX, pixel_m, is_near);
-        simplest(fitted(&border, pixel_m).into_iter().filter(is_near).filter_map(refined).collect())
+        simplest(fitted(&border, pixel_m).into_iter().filter(is_near).filter_map(refined).collect(), pixel_m)
     }
 
     /// An outline corrected until it lies on the edges near it.

@@ -140,10 +140,12 @@ impl Fitted {
     }
 }
 
-/// The outline that is nearest to its points for its number of corners: a polygon of many corners fits every disc.
-pub(super) fn simplest(fits: Vec<Fitted>) -> Option<Fitted> {
+/// The outline that is nearest to its points for its number of corners: a polygon of many corners fits every disc. Within the scatter
+/// of the points (`pixel_m` is the side of a pixel) outlines are equally near.
+pub(super) fn simplest(fits: Vec<Fitted>, pixel_m: f64) -> Option<Fitted> {
     const PER_CORNER: f64 = 0.1;
-    let cost = |fit: &Fitted| fit.rms_m * (1.0 + PER_CORNER * fit.complexity() as f64);
+    let least_m = LEAST_SCATTER_PX * pixel_m;
+    let cost = |fit: &Fitted| fit.rms_m.max(least_m) * (1.0 + PER_CORNER * fit.complexity() as f64);
     fits.into_iter().min_by(|a, b| b.fits.cmp(&a.fits).then(cost(a).total_cmp(&cost(b))))
 }
 
