@@ -121,9 +121,8 @@ pub(super) fn tops(search: &TopSearch) -> Tops {
         if chosen.is_free(&found.region, true) {
             let same = |other: &&&PlaneRegion| is_same_object(&other.region, &found.region);
             let around: Vec<&PlaneRegion> = large.iter().filter(same).copied().take(MOST_REGIONS).collect();
-            let is_object = |top: &Candidate| {
-                top.outline.visible_fraction >= BARE_VISIBLE && is_wide(&top.outline.shape)
-            };
+            let is_object =
+                |top: &Candidate| top.outline.visible_fraction >= BARE_VISIBLE && is_wide(&top.outline.shape);
             chosen.tops.extend(search.top(&around, Kind::Bare, &mut fits_left[1]).filter(is_object));
         }
     }
@@ -268,7 +267,8 @@ impl<'a> TopSearch<'a> {
         let is_disc = |candidate: &Candidate| matches!(candidate.outline.shape, Shape::Disc { .. });
         let polygons: Vec<Fitted> =
             apart.iter().filter(|fit| !is_disc(fit)).map(|fit| fit.outline.clone()).collect();
-        let is_polygon = |disc: &Fitted| polygons.iter().any(|polygon| is_nearer(polygon, disc, self.pixel_m));
+        let is_polygon =
+            |disc: &Fitted| polygons.iter().any(|polygon| is_nearer(polygon, disc, self.pixel_m));
         apart.retain(|candidate| !is_disc(candidate) || !is_polygon(&candidate.outline));
         if apart.iter().any(|candidate| is_disc(candidate) && is_strong(candidate)) {
             apart.retain(is_disc);

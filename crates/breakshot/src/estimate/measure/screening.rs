@@ -48,8 +48,10 @@ fn exclude_repeated(fitted: &MotionFit, contacts: &mut [Contact]) {
         if !contact.restitution || !matches!(a, Partner::Body(_)) {
             continue;
         }
-        let others = impacts.iter().filter(|other| (other.0, other.1) == (a, b)).map(|other| other.2 - time_s);
-        let (before, after): (Vec<f64>, Vec<f64>) = others.filter(|apart_s| *apart_s != 0.0).partition(|t| *t < 0.0);
+        let others =
+            impacts.iter().filter(|other| (other.0, other.1) == (a, b)).map(|other| other.2 - time_s);
+        let (before, after): (Vec<f64>, Vec<f64>) =
+            others.filter(|apart_s| *apart_s != 0.0).partition(|t| *t < 0.0);
         let shortest = |times: Vec<f64>| times.into_iter().map(f64::abs).fold(f64::INFINITY, f64::min);
         let next_s = shortest(after).min(REPEATED_INTERVAL * shortest(before));
         if next_s < FRAMES_UNTIL_REPEATED * frame_s {

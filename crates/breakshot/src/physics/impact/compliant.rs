@@ -116,17 +116,16 @@ struct Spring {
     greatest_compression: f64,
     /// Whether the last step was on the loading branch (virgin loading).
     virgin: bool,
-    /// Approach speed, its change, slip and impulse of the last step.
+    /// Approach speed, its change, slip, slip at the first touch, and impulse of the last step.
     approach: f64,
     approach_change: f64,
     slip: f64,
+    first_slip: f64,
     step_impulse: Impulse,
     impulse: Impulse,
-    /// Contact friction, coupling of normal impulse and slip, slip per tangential impulse, and tangential impulse per slip that it may stop
-    /// in one step.
+    /// Contact friction, coupling of normal impulse and slip, and tangential impulse per slip that it may stop in one step.
     friction: f64,
     k_nt: f64,
-    k_tt: f64,
     inverse_k_tt: f64,
     tangential_restitution: f64,
     /// Restitution, and the work of loading and of friction (J).
@@ -167,7 +166,6 @@ impl Spring {
             compression: contact.penetration_m.min(0.0),
             friction: contact.coefficients.friction,
             k_nt: impact.k_nt,
-            k_tt: impact.k_tt,
             tangential_restitution: contact.coefficients.tangential_restitution,
             inverse_k_tt: 1.0 / (impact.k_tt * f64::from(sharing_contacts)),
             ..Self::default()
@@ -261,15 +259,17 @@ impl Springs {
                 continue;
             }
             is_loaded = true;
+            if spring.impulse.normal == 0.0 {
+                spring.first_slip = spring.slip;
+            }
             spring.step_impulse.normal = normal;
             spring.impulse.normal += normal;
             add(&mut changes[a], &spring.normal_response[0], normal);
             add(&mut changes[b], &spring.normal_response[1], normal);
             if spring.friction > 0.0 {
                 let limit = spring.friction * normal;
-                // The slip without the friction of this contact, of which the given part springs back
-                let free_slip = spring.slip + spring.k_tt * spring.impulse.tangent;
-                let excess = spring.slip + spring.tangential_restitution * free_slip;
+                // The given part of the slip at the first touch springs back.
+                let excess = spring.slip + spring.tangential_restitution * spring.first_slip;
                 let sticking = (excess - spring.k_nt * normal) * spring.inverse_k_tt;
                 spring.step_impulse.tangent = sticking.min(limit).max(-limit);
                 spring.impulse.tangent += spring.step_impulse.tangent;

@@ -73,9 +73,6 @@ pub(crate) struct ContactPoint {
     pub(crate) normal_ab: Vec2,
 }
 
-/// Contact points that slide more slowly than this after an impact have stuck (m/s).
-const STICKING_M_S: f64 = 1e-9;
-
 /// Relative velocity of two bodies at a contact, and its change by an impulse.
 ///
 /// Relative means a minus b.  The impulse acts on b: p along the normal, q along the tangent, which is the normal rotated by
@@ -157,26 +154,31 @@ impl Impact {
             return Impulse { normal: (1.0 + restitution) * self.approach / self.k_nn, tangent: 0.0 };
         }
         let rigid = self.routh(restitution, friction, law);
-        if tangential_restitution == 0.0 {
-            rigid
-        } else {
-            self.sprung(rigid, friction, tangential_restitution)
-        }
+        if tangential_restitution == 0.0 { rigid } else { self.sprung(rigid, coefficients) }
     }
 
-    /// The impulse with tangential restitution: one plus it times the impulse that ends the slip, within the cone of friction
-    /// (Walton and Braun 1986).
+    /// The impulse with tangential restitution: the slip after the impact is minus it times the slip before (Walton and Braun 1986), as the
+    /// separation speed is e times the approach speed, within the cone of friction.
     ///
-    /// The rigid impulse is returned where its slip reverses, and where the bodies would gain energy or still approach.
-    fn sprung(&self, rigid: Impulse, friction: f64, tangential_restitution: f64) -> Impulse {
-        let limit = friction * rigid.normal;
-        let sticking = (self.slip - self.k_nt * rigid.normal) / self.k_tt;
-        let tangent = ((1.0 + tangential_restitution) * sticking).clamp(-limit, limit);
-        let sprung = Impulse { tangent, ..rigid };
-        let slip_after = self.slip - self.k_nt * rigid.normal - self.k_tt * rigid.tangent;
-        let reverses = slip_after.abs() > STICKING_M_S && slip_after * self.slip < 0.0;
-        let approach_after = self.approach - self.k_nn * sprung.normal - self.k_nt * tangent;
-        if reverses || approach_after > 0.0 || self.work(sprung) > 0.0 { rigid } else { sprung }
+    /// Both impulses grow in proportion, so that the laws of restitution agree. With slip s, approach speed v and
+    /// `g = (1 + e_t) s / ((1 + e) v)` their ratio is `(g k_nn - k_nt) / (k_tt - g k_nt)`. The rigid impulse is returned where the bodies would gain
+    /// energy or still approach.
+    fn sprung(&self, rigid: Impulse, coefficients: &Coefficients) -> Impulse {
+        let &Coefficients { restitution, friction, tangential_restitution } = coefficients;
+        let slip_per_approach =
+            (1.0 + tangential_restitution) * self.slip / ((1.0 + restitution) * self.approach);
+        let sticking =
+            (slip_per_approach * self.k_nn - self.k_nt) / (self.k_tt - slip_per_approach * self.k_nt);
+        let ratio = sticking.clamp(-friction, friction);
+        let normal = (1.0 + restitution) * self.approach / (self.k_nn + self.k_nt * ratio);
+        let sprung = Impulse { normal, tangent: ratio * normal };
+        // A slip that friction cannot stop goes on.
+        let is_opposed = ratio == sticking || ratio * self.slip >= 0.0;
+        if is_opposed && normal > 0.0 && normal.is_finite() && self.work(sprung) <= 0.0 {
+            sprung
+        } else {
+            rigid
+        }
     }
 
     /// The energy that an impulse adds to both bodies (J).
