@@ -1,7 +1,7 @@
 //! The coefficient of contact friction that explains the impacts of all clips (Bayes, on a grid).
 //!
 //! Each impact shows a ratio of tangential to normal impulse: the coefficient if its contact points slid to the end, else
-//! the ratio that ended the slip, plus the tangential restitution of the pair times the part of it that is due to the slip before.  An impact that sticks bounds the
+//! the ratio that ended the slip, times one plus the tangential restitution of the pair.  An impact that sticks bounds the
 //! coefficient from below.  The tangential restitutions of the pairs and the scatter from impact to impact are unknown as
 //! well, and are averaged out.
 
@@ -192,9 +192,10 @@ fn quantile(probabilities: &[f64], part: f64) -> f64 {
 
 /// The probability of one impact's measured ratios as a function of the coefficient, for one rebound and scatter.
 ///
-/// The true ratio that the rebound needs is unknown, with a uniform prior, and is integrated out: above the coefficient the contact slides to
-/// the end, below it sticks.
+/// The true ratio that ends the slip is unknown, with a uniform prior, and is integrated out: above the coefficient over
+/// `reach = 1 + rebound` the contact slides to the end, below it sticks.
 struct Likelihood {
+    reach: f64,
     /// The measured ratio, and its standard deviation.
     ratio: Normal,
     /// The sticking ratio if the contact slides: its mean at the measured ratio, the change of that mean per friction, its
@@ -225,24 +226,24 @@ impl Normal {
 
 impl Likelihood {
     fn new(impact: &ObliqueImpact, scatter: f64, rebound: f64) -> Self {
-        let slip_ratio = impact.slip_ratio.unwrap_or(impact.sticking_ratio);
-        let needed = impact.sticking_ratio + rebound * slip_ratio;
-        // Ratios are positive against the slip that remains.
-        let sign = if needed < 0.0 { -1.0 } else { 1.0 };
-        let (r, s) = (sign * impact.impulse_ratio.value, sign * needed);
-        let ratio = Normal { mean: r, std: impact.impulse_ratio.std.hypot(scatter).max(SMALLEST_STD) };
+        let reach = 1.0 + rebound;
+        let (r, s) = (impact.impulse_ratio, impact.sticking_ratio);
+        let ratio = Normal { mean: r.value, std: r.std.hypot(scatter).max(SMALLEST_STD) };
         let (variance, sticking_variance) = (ratio.std.powi(2), impact.sticking_std.powi(2));
         let conditional_std = |variance: f64| variance.max(0.0).sqrt().max(SMALLEST_STD);
 
         let slope = impact.covariance / variance;
         let sliding = Normal { mean: s, std: conditional_std(sticking_variance - slope * impact.covariance) };
 
-        // If the contact sticks, the measured ratio and the needed one differ by noise only.
-        let difference = r - s;
-        let difference_std = conditional_std(variance - 2.0 * impact.covariance + sticking_variance);
-        let covariance = impact.covariance - sticking_variance;
+        // If the contact sticks, the measured ratio and `reach` times the sticking one differ by noise only.
+        let difference = r.value - reach * s;
+        let difference_variance =
+            variance - 2.0 * reach * impact.covariance + reach * reach * sticking_variance;
+        let difference_std = conditional_std(difference_variance);
+        let covariance = impact.covariance - reach * sticking_variance;
         let gain = covariance / difference_std.powi(2);
         Self {
+            reach,
             ratio,
             sliding,
             sliding_slope: slope,
@@ -255,9 +256,10 @@ impl Likelihood {
     }
 
     fn of(&self, friction: f64) -> f64 {
+        let limit = friction / self.reach;
         let mean = self.sliding.mean - self.sliding_slope * (self.ratio.mean - friction);
-        let slides = self.ratio.density(friction) * (1.0 - Normal { mean, ..self.sliding }.below(friction));
-        let sticks = self.density_sticking * self.sticking.below(friction);
+        let slides = self.ratio.density(friction) * (1.0 - Normal { mean, ..self.sliding }.below(limit));
+        let sticks = self.density_sticking * self.sticking.below(limit);
         (1.0 - OUTLIERS) * (slides + sticks) + OUTLIERS * OUTLIER_DENSITY
     }
 }
@@ -274,7 +276,6 @@ mod tests {
             pair: "a/b".into(),
             impulse_ratio: Measured { value, std: 0.012 },
             sticking_ratio,
-            slip_ratio: Some(sticking_ratio),
             sticking_std: 0.01,
             covariance: 0.0,
         };
@@ -310,21 +311,6 @@ mod tests {
         let oblique: Vec<(f64, f64)> = (1..10).map(|k| 0.03 * f64::from(k)).map(|s| (s, s)).collect();
         let found = contact_law(&impacts(&oblique)).friction.expect("friction is bounded from both sides");
         assert!(found.interval_95[0] > 0.2, "{found:?}");
-    }
-
-    #[test]
-    fn the_rebound_is_a_part_of_the_slip_before_the_impact() {
-        // A third of the slip remains: the ratios are smaller by a third of the part that is due to the slip.
-        let creeping = (1..30).map(|k| {
-            let (of_slip, of_normal) = (0.01 * f64::from(k), 0.03 * f64::from(k % 3));
-            ObliqueImpact {
-                slip_ratio: Some(of_slip),
-                ..impacts(&[(2.0 / 3.0 * of_slip - of_normal, of_slip - of_normal)]).remove(0)
-            }
-        });
-        let found =
-            contact_law(&creeping.collect::<Vec<_>>()).tangential_restitution.expect("thirty impacts agree");
-        assert!((found.mean + 1.0 / 3.0).abs() < 0.05, "{found:?}");
     }
 
     #[test]

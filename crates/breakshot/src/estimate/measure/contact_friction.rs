@@ -26,9 +26,6 @@ pub(crate) struct ObliqueImpact {
     /// The ratio that would have ended the slip.
     #[serde(rename = "to_stick")]
     pub(crate) sticking_ratio: f64,
-    /// The part of that ratio that is due to the slip before the impact; the rest is due to the normal impulse. Absent in older files: all of it.
-    #[serde(rename = "of_slip", default, skip_serializing_if = "Option::is_none")]
-    pub(crate) slip_ratio: Option<f64>,
     /// The standard deviation of that ratio.
     #[serde(rename = "to_stick_std", default)]
     pub(crate) sticking_std: f64,
@@ -76,13 +73,12 @@ pub(crate) fn oblique_impact(fitted: &MotionFit, contact: &Contact) -> Option<Ob
         pair,
         impulse_ratio,
         sticking_ratio: sign * ratios.values[1],
-        slip_ratio: Some(sign * ratios.slip_ratio),
         sticking_std: std(1),
         covariance: ratios.covariance[(0, 1)],
     };
     let numbers =
         [impulse_ratio.value, impulse_ratio.std, found.sticking_ratio, found.sticking_std, found.covariance];
-    numbers.iter().chain(&found.slip_ratio).all(|x| x.is_finite()).then_some(found)
+    numbers.iter().all(|x| x.is_finite()).then_some(found)
 }
 
 /// How an impulse at the contact moves both bodies.
@@ -116,8 +112,6 @@ struct Impulse {
 /// Tangential over normal impulse, as measured and as it would end the slip, with their covariance.
 struct Ratios {
     values: [f64; 2],
-    /// The part of the ratio that would end the slip that is due to the slip before the impact.
-    slip_ratio: f64,
     covariance: DMatrix<f64>,
 }
 
@@ -226,16 +220,15 @@ impl ImpactGeometry {
         let mut of_changes = DMatrix::zeros(unknowns + 1, rows + 1);
         of_changes.view_mut((0, 0), (unknowns, rows)).copy_from(&gain);
         of_changes[(unknowns, rows)] = 1.0;
-        let (values, slip_ratio, slopes) = self.ratios_of(impulse, changes[rows]);
+        let (values, slopes) = self.ratios_of(impulse, changes[rows]);
         let map = slopes * of_changes;
-        Some(Ratios { values, slip_ratio, covariance: &map * covariance * map.transpose() * excess })
+        Some(Ratios { values, covariance: &map * covariance * map.transpose() * excess })
     }
 
-    /// The ratios of an impulse and a slip, the part of the second one that is due to the slip, and the derivatives of both by the unknowns and
-    /// the slip.
+    /// The ratios of an impulse and a slip, with their derivatives by the unknowns and the slip.
     ///
     /// A tangential impulse of `slip - coupling x normal` over `tangential` ends the slip (Routh).
-    fn ratios_of(&self, impulse: Impulse, slip: f64) -> ([f64; 2], f64, DMatrix<f64>) {
+    fn ratios_of(&self, impulse: Impulse, slip: f64) -> ([f64; 2], DMatrix<f64>) {
         let per_mass = |side: &Side| {
             let [by_normal, by_tangential] = side.levers_m;
             let squared = side.squared_gyration_m2;
@@ -259,6 +252,6 @@ impl ImpactGeometry {
             slopes[(1, 2)] = -(of_coupling + sticking * of_tangential) / tangential;
         }
         slopes[(1, unknowns)] = 1.0 / (impulse.normal * tangential);
-        ([measured, sticking], slip / (impulse.normal * tangential), slopes)
+        ([measured, sticking], slopes)
     }
 }

@@ -19,8 +19,8 @@ pub(crate) fn log_ratio(contact: &Contact, motions: &MotionsAtImpact) -> f64 {
     (-b / a).ln()
 }
 
-/// Excludes the contact of bodies `a` and b unless the impulses on them are opposite.
-pub(crate) fn check_momentum(fitted: &MotionFit, contact: &mut Contact, a: usize) {
+/// Excludes the contact of bodies `a` and b unless the impulses on them are opposite; whether they are.
+pub(crate) fn check_momentum(fitted: &MotionFit, contact: &mut Contact, a: usize) -> bool {
     let along = contact.impulse_direction;
     let motions = contact.motions(fitted, &fitted.minimum.parameters);
     if motions.velocity_change(0).dot(along) >= 0.0 || motions.velocity_change(1).dot(along) <= 0.0 {
@@ -28,7 +28,7 @@ pub(crate) fn check_momentum(fitted: &MotionFit, contact: &mut Contact, a: usize
         contact.exclude(format!(
             "momentum is not conserved: the impulses on `{a}` and `{b}` have the same direction"
         ));
-        return;
+        return false;
     }
     let (angles, covariance) = fitted.propagated(|parameters| {
         let motions = contact.motions(fitted, parameters);
@@ -39,12 +39,14 @@ pub(crate) fn check_momentum(fitted: &MotionFit, contact: &mut Contact, a: usize
         vec![slope(1) - slope(0)]
     });
     let (angle_rad, std_rad) = (angles[0].atan().abs(), covariance[(0, 0)].sqrt());
-    if angle_rad > OPPOSITE_RAD && angle_rad > OPPOSITE_STDS * std_rad {
+    let are_opposite = angle_rad <= OPPOSITE_RAD || angle_rad <= OPPOSITE_STDS * std_rad;
+    if !are_opposite {
         contact.exclude(format!(
             "momentum is not conserved: the impulses are {:.0} degrees from opposite",
             angle_rad.to_degrees()
         ));
     }
+    are_opposite
 }
 
 /// The fraction of contact friction that is expected to act along the vertical in an impact of bodies `a` and b.

@@ -16,25 +16,50 @@ const NEIGHBOUR_M: f64 = 0.0015;
 const FRAMES_BETWEEN: f64 = 1.5;
 /// The speed at which two bodies part follows from at least this number of frames before they hit each other again.
 const FRAMES_UNTIL_REPEATED: f64 = 3.0;
+/// A motion of fewer frames between two impacts is fitted wrongly at both ends if it is at one.
+const FRAMES_OF_MOTION: f64 = 8.0;
 /// Repeated impacts of a pair follow each other like those of a bouncing ball: each interval is the restitution times the one
 /// before it. It is taken as this part, since the restitution is not known yet.
 const REPEATED_INTERVAL: f64 = 0.5;
 
 /// Excludes from the measurements the contacts that fail a check, and adds the reason to their remarks.
 pub(crate) fn screen(fitted: &MotionFit, striker: Option<&StrikerPath>, contacts: &mut [Contact]) {
+    let mut wrong: Vec<(Vec<usize>, f64)> = Vec::new();
     for contact in contacts.iter_mut() {
         if contact.normal_from_outlines && contact.restitution {
             restitution::check_facing_sides(fitted, contact);
         }
         if let Partner::Body(a) = contact.a {
-            impulse_ratio::check_momentum(fitted, contact, a);
+            if !impulse_ratio::check_momentum(fitted, contact, a) {
+                wrong.push((partners(contact), fitted.minimum.parameters[contact.time_index]));
+            }
             if let Some(striker) = striker {
                 exclude_squeezed(fitted, striker, contact);
             }
         }
     }
+    exclude_wrong(fitted, contacts, &wrong);
     exclude_repeated(fitted, contacts);
     exclude_crowded(fitted, contacts);
+}
+
+/// Excludes the restitutions of impacts that share a short motion with one that does not conserve momentum (its bodies and its time): that motion
+/// is fitted wrongly.
+fn exclude_wrong(fitted: &MotionFit, contacts: &mut [Contact], wrong: &[(Vec<usize>, f64)]) {
+    let frame_s = frame_s(&fitted.model.bodies);
+    for contact in contacts.iter_mut().filter(|contact| contact.restitution) {
+        let (bodies, time_s) = (partners(contact), fitted.minimum.parameters[contact.time_index]);
+        let shares = |(others, other_s): &&(Vec<usize>, f64)| {
+            bodies.iter().any(|k| others.contains(k)) && (other_s - time_s).abs() < FRAMES_OF_MOTION * frame_s
+        };
+        if let Some((_, other_s)) = wrong.iter().find(shares) {
+            contact.restitution = false;
+            contact.remarks.push(format!(
+                "the impact at {time_s:.3} s gives no restitution: that at {other_s:.3} s follows or precedes it within {FRAMES_OF_MOTION} frames and \
+                 does not conserve momentum"
+            ));
+        }
+    }
 }
 
 /// Excludes the restitution of an impact of two bodies that hit each other again before enough frames show how they part.
