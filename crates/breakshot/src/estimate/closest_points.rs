@@ -227,6 +227,10 @@ mod tests {
         let length_m = sides.far_point.distance(found.point);
         assert!((length_m - 0.035).abs() < 5e-4, "{length_m} m");
         assert!((sides.wedge_m - 0.02 * length_m).abs() < 1e-5, "{} m", sides.wedge_m);
+        // A corner of the first square is at the near end, one of the second at the far end.
+        let [near, far] = sides.end_normals_ab;
+        assert!((near - Vec2::from_heading(0.02)).length() < 1e-9, "{near:?}");
+        assert!((far - Vec2::new(1.0, 0.0)).length() < 1e-9, "{far:?}");
     }
 
     #[test]

@@ -446,7 +446,7 @@ fn differs(view: &TopView, region: &Region, pixel_m: f64) -> bool {
 }
 
 /// Whether a shape is as wide as an object without a marker is.
-fn is_wide(shape: &Shape) -> bool {
+pub(super) fn is_wide(shape: &Shape) -> bool {
     const DIRECTIONS: usize = 36;
     let points = shape.outline_points();
     let extent_m = |k: usize| {

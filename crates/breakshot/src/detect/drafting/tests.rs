@@ -114,3 +114,10 @@ fn an_empty_table_and_a_height_of_nothing_are_errors_that_name_what_is_needed() 
     let error = drafted(&drawn(), &named).expect_err("no such object").to_string();
     assert!(error.contains("object_7") && error.contains("object_3"), "{error}");
 }
+
+#[test]
+fn strips_are_no_objects_without_markers() {
+    let is_wide = |x_m, y_m| super::candidates::is_wide(&Shape::Rectangle { size_m: [x_m, y_m] });
+    assert!(is_wide(0.03, 0.013) && is_wide(0.07, 0.02));
+    assert!(!is_wide(0.03, 0.01) && !is_wide(0.13, 0.014));
+}

@@ -73,12 +73,8 @@ fn exclude_repeated(fitted: &MotionFit, contacts: &mut [Contact]) {
         if !contact.restitution || !matches!(a, Partner::Body(_)) {
             continue;
         }
-        let others =
-            impacts.iter().filter(|other| (other.0, other.1) == (a, b)).map(|other| other.2 - time_s);
-        let (before, after): (Vec<f64>, Vec<f64>) =
-            others.filter(|apart_s| *apart_s != 0.0).partition(|t| *t < 0.0);
-        let shortest = |times: Vec<f64>| times.into_iter().map(f64::abs).fold(f64::INFINITY, f64::min);
-        let next_s = shortest(after).min(REPEATED_INTERVAL * shortest(before));
+        let of_pair = impacts.iter().filter(|other| (other.0, other.1) == (a, b)).map(|other| other.2);
+        let next_s = until_repeated_s(of_pair, time_s);
         if next_s < FRAMES_UNTIL_REPEATED * frame_s {
             contact.restitution = false;
             contact.remarks.push(format!(
@@ -88,6 +84,12 @@ fn exclude_repeated(fitted: &MotionFit, contacts: &mut [Contact]) {
             ));
         }
     }
+}
+
+/// The time from an impact of a pair to the next one (s), found or expected from the time since the one before; infinite for a single impact.
+fn until_repeated_s(of_pair: impl Iterator<Item = f64>, time_s: f64) -> f64 {
+    let apart_s = of_pair.map(|other_s| other_s - time_s).filter(|apart_s| *apart_s != 0.0);
+    apart_s.map(|t| if t > 0.0 { t } else { -t * REPEATED_INTERVAL }).fold(f64::INFINITY, f64::min)
 }
 
 /// Excludes an impact during which the striker touches a partner: the striker's impulse is part of the momentum balance.
@@ -156,5 +158,18 @@ fn partners(contact: &Contact) -> Vec<usize> {
     match contact.a {
         Partner::Body(a) => vec![a, contact.b],
         _ => vec![contact.b],
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn repeated_impacts_follow_each_other_like_those_of_a_bouncing_ball() {
+        let until_s = |time_s| until_repeated_s([0.1, 0.15].into_iter(), time_s);
+        assert!((until_s(0.1) - 0.05).abs() < 1e-12, "{} s", until_s(0.1));
+        assert!((until_s(0.15) - 0.025).abs() < 1e-12, "{} s", until_s(0.15));
+        assert_eq!(until_repeated_s(std::iter::once(0.1), 0.1), f64::INFINITY);
     }
 }

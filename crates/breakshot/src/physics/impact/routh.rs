@@ -298,3 +298,32 @@ pub(crate) fn state_after_impulse(body: &Body, state: &State, point: Point, impu
         ..*state
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn both_restitutions_are_ratios_of_velocities_where_the_normal_impulse_causes_slip() {
+        let impact = Impact { approach: 1.0, slip: 0.3, k_nn: 2.0, k_nt: 0.5, k_tt: 3.0 };
+        for law in [ImpactLaw::Stronge, ImpactLaw::Poisson, ImpactLaw::Newton] {
+            let coefficients = Coefficients { restitution: 0.6, friction: 2.0, tangential_restitution: -0.4 };
+            let Impulse { normal, tangent } = impact.impulse(&coefficients, law);
+            let approach = impact.approach - impact.k_nn * normal - impact.k_nt * tangent;
+            let slip = impact.slip - impact.k_nt * normal - impact.k_tt * tangent;
+            assert!(
+                (approach + 0.6).abs() < 1e-12 && (slip - 0.4 * 0.3).abs() < 1e-12,
+                "{approach}, {slip} m/s"
+            );
+        }
+    }
+
+    #[test]
+    fn friction_bounds_the_impulse_of_contacts_that_spring_back() {
+        let impact = Impact { approach: 1.0, slip: 0.9, k_nn: 2.0, k_nt: -0.4, k_tt: 3.0 };
+        let coefficients = Coefficients { restitution: 0.6, friction: 0.1, tangential_restitution: 0.3 };
+        let Impulse { normal, tangent } = impact.impulse(&coefficients, ImpactLaw::Stronge);
+        assert!((tangent - 0.1 * normal).abs() < 1e-12, "{tangent} and {normal} N s");
+        assert!(impact.work(Impulse { normal, tangent }) <= 0.0);
+    }
+}
