@@ -448,14 +448,9 @@ fn differs(view: &TopView, region: &Region, pixel_m: f64) -> bool {
 /// Whether a shape is as wide as an object without a marker is.
 pub(super) fn is_wide(shape: &Shape) -> bool {
     const DIRECTIONS: usize = 36;
-    let points = shape.outline_points();
     let extent_m = |k: usize| {
         let along = Vec2::from_heading(PI * k as f64 / DIRECTIONS as f64);
-        let (least, most) = points.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(least, most), point| {
-            let at = point.to_vec().dot(along);
-            (least.min(at), most.max(at))
-        });
-        most - least
+        shape.reach_m(along) + shape.reach_m(-along)
     };
     let extents_m = || (0..DIRECTIONS).map(extent_m);
     let width_m = extents_m().fold(f64::INFINITY, f64::min);
