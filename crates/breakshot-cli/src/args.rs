@@ -2,7 +2,7 @@
 
 use crate::campaign_args::CampaignArgs;
 use crate::check_args::CheckArgs;
-use crate::commands::FilmReportArgs;
+use crate::commands::report::FilmReportArgs;
 use crate::decoder_args::{DecoderArgs, RateArgs};
 use crate::detect_args::DetectArgs;
 use crate::laws::{Assumptions, LawArgs};

@@ -191,10 +191,9 @@ fn no_folder_holds_more_than_twelve_source_files() {
             *files_in.entry(shown(path.parent().unwrap())).or_default() += 1;
         }
     }
-    let is_verbs = |folder: &str| folder.ends_with("src/commands");
     let violations: Vec<_> = files_in
         .iter()
-        .filter(|(folder, count)| **count > MOST_FILES_IN_A_FOLDER && !is_verbs(folder))
+        .filter(|(_, count)| **count > MOST_FILES_IN_A_FOLDER)
         .map(|(folder, count)| format!("{folder}: {count} files"))
         .collect();
     assert_none(&violations, "folders of more than twelve source files");

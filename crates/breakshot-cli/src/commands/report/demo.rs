@@ -1,8 +1,10 @@
 //! `breakshot demo`: all stages on films that are embedded in the program.
 
+use super::verify as verify_command;
 use super::verify::TrackedStrike;
-use super::{estimate as estimate_command, plan as plan_command, verify as verify_command};
 use crate::args::DemoArgs;
+use crate::commands::estimation::estimate as estimate_command;
+use crate::commands::planning::plan as plan_command;
 use crate::{Outcome, console};
 use breakshot::campaign::Campaign;
 use breakshot::capture::Decoder;
@@ -20,7 +22,7 @@ const SHOWN_CLIP: &str = "pair_a_c_3.mp4";
 
 macro_rules! example {
     ($($file:literal),* $(,)?) => {
-        [$(($file, include_bytes!(concat!("../../example/", $file)).as_slice())),*]
+        [$(($file, include_bytes!(concat!("../../../example/", $file)).as_slice())),*]
     };
 }
 

@@ -1,7 +1,7 @@
 //! `breakshot campaign`: a draft of the clip list from a folder of films.
 
-use super::look::from_folder_of;
 use crate::campaign_args::CampaignArgs;
+use crate::commands::detection::look::from_folder_of;
 use crate::{Outcome, console};
 use breakshot::campaign::{FILM_EXTENSIONS, named_objects};
 use breakshot::{Error, Result, files};

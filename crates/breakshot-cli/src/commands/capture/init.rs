@@ -6,11 +6,11 @@ use breakshot::{Error, Result, files};
 
 /// The file names and the texts of the templates.
 pub(crate) const TEMPLATES: &[(&str, &str)] = &[
-    ("cell.toml", include_str!("../../templates/cell.toml")),
-    ("objects.toml", include_str!("../../templates/objects.toml")),
-    ("campaign.toml", include_str!("../../templates/campaign.toml")),
-    ("scene.toml", include_str!("../../templates/scene.toml")),
-    ("FILMING.md", include_str!("../../templates/FILMING.md")),
+    ("cell.toml", include_str!("../../../templates/cell.toml")),
+    ("objects.toml", include_str!("../../../templates/objects.toml")),
+    ("campaign.toml", include_str!("../../../templates/campaign.toml")),
+    ("scene.toml", include_str!("../../../templates/scene.toml")),
+    ("FILMING.md", include_str!("../../../templates/FILMING.md")),
 ];
 
 /// Writes the templates; if one of the files already exists, this is an error and nothing is written.

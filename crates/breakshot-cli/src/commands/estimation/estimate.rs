@@ -1,7 +1,7 @@
 //! `breakshot estimate`: the properties of all objects from the clips of a campaign.
 
-use super::track_folder::TrackFolder;
 use crate::args::EstimateArgs;
+use crate::commands::detection::track_folder::TrackFolder;
 use crate::{Outcome, console};
 use breakshot::campaign::{Campaign, Clip};
 use breakshot::capture::Decoder;

@@ -5,8 +5,8 @@
 
 use super::plan;
 use super::simulate::{self, SimulationInputs};
-use super::verify;
 use crate::args::RunArgs;
+use crate::commands::report::verify;
 use crate::{Outcome, console};
 use breakshot::plan::{self as planning, Plan, Sequence};
 use breakshot::properties::Properties;

@@ -2,9 +2,9 @@
 
 use super::encoder::{Encoder, write_error};
 use super::film_report_args::FilmReportArgs;
-use super::simulate::{self, SimulationInputs};
-use super::track_folder::TrackFolder;
 use super::verify;
+use crate::commands::detection::track_folder::TrackFolder;
+use crate::commands::planning::simulate::{self, SimulationInputs};
 use crate::{Outcome, console};
 use breakshot::campaign::{Campaign, Clip, Source};
 use breakshot::capture::{Camera, Capture, Footage, Frame};

@@ -2,7 +2,7 @@
 
 use super::detect_campaign;
 use super::frames::{FRAME_MEMORY_BYTES, FrameBuffer};
-use super::overlay_film;
+use crate::commands::report::overlay_film;
 use crate::detect_args::DetectArgs;
 use crate::{Outcome, console};
 use breakshot::capture::{Capture, Footage, Frame};

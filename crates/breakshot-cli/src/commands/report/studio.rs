@@ -1,6 +1,7 @@
 //! `breakshot studio`: the page for the browser of this machine.
 
 use crate::Outcome;
+use crate::commands::capture::init::TEMPLATES;
 use crate::studio_args::StudioArgs;
 use breakshot::{Error, Result};
 use breakshot_studio::Server;
@@ -10,7 +11,7 @@ use std::time::Duration;
 
 /// Serves the page until the program is ended.
 pub(crate) fn run(args: &StudioArgs) -> Result<Outcome> {
-    let server = Server::bind(&args.folder, args.port, super::init::TEMPLATES)?;
+    let server = Server::bind(&args.folder, args.port, TEMPLATES)?;
     println!(
         "Open this link in a browser on this machine; it works once. End with Ctrl+C.\n{}",
         server.link()

@@ -1,8 +1,8 @@
 //! `breakshot verify`: compares a filmed strike with its simulation.
 
-use super::frames::EndFrames;
-use super::simulate::{self, SimulationInputs};
 use crate::args::VerifyArgs;
+use crate::commands::detection::frames::EndFrames;
+use crate::commands::planning::simulate::{self, SimulationInputs};
 use crate::decoder_args::{DecoderArgs, RateArgs};
 use crate::{Outcome, console};
 use breakshot::capture::{Capture, GreyImage};
