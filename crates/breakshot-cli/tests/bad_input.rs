@@ -125,6 +125,35 @@ fn the_error_for_an_unknown_key_names_the_nearest_known_key() {
 }
 
 #[test]
+fn the_error_for_a_file_that_is_no_toml_names_its_line_and_the_kind_of_file_that_is_needed() {
+    let folder = workbench();
+    fs::write(folder.path().join("README.md"), "# A table\n\nThe opening strike scatters the rack.\n")
+        .unwrap();
+    let simulate =
+        ["simulate", "README.md", "--properties", "p.json", "--strike", "s.json", "-o", "out.json"];
+    let cases: [(&[&str], &str); 5] = [
+        (&["estimate", "README.md", "-o", "out.json"], "needed: a campaign file in TOML"),
+        (&["calibrate", "README.md", "single_a_3.mp4"], "needed: a cell file in TOML"),
+        (
+            &["detect", "cell.toml", "README.md", "single_a_3.mp4", "--objects", "a", "-o", "out.csv"],
+            "needed: an objects file in TOML",
+        ),
+        (&simulate, "needed: a scene file in TOML"),
+        (
+            &["lens", "single_a_3.mp4", "--board", "README.md", "-o", "out.yaml"],
+            "needed: a board file in TOML",
+        ),
+    ];
+    for (args, needed) in cases {
+        assert_refused(
+            folder.path(),
+            args,
+            &["README.md: key with no value, expected `=` (line 3); ", needed],
+        );
+    }
+}
+
+#[test]
 fn invalid_outlines_and_sizes_are_refused_with_the_name_of_the_object() {
     let crossed = "{ polygon = { points_m = [[0, 0], [0.05, 0.05], [0.05, 0], [0, 0.05]] } }";
     assert_file_refused(

@@ -88,15 +88,19 @@ pub fn tracks_text(path: &Path) -> Result<String> {
 /// # Errors
 /// Unreadable, not TOML, unknown keys, values of the wrong kind.
 pub fn read_toml<T: DeserializeOwned>(path: &Path) -> Result<T> {
-    parsed_toml(path, &text(path)?)
+    parsed_toml(path, &text(path)?, "a file")
 }
 
-/// The text of a TOML file as `T`.
-fn parsed_toml<T: DeserializeOwned>(path: &Path, text: &str) -> Result<T> {
-    toml::from_str(text).map_err(|e| {
-        let line = e.span().map(|span| 1 + text[..span.start.min(text.len())].matches('\n').count());
-        syntax_error(path, e.message(), line)
-    })
+/// The text of a TOML file as `T`; `kind` says what file is needed, as `a cell file`.
+fn parsed_toml<T: DeserializeOwned>(path: &Path, text: &str, kind: &str) -> Result<T> {
+    let line = |e: &toml::de::Error| {
+        e.span().map(|span| 1 + text[..span.start.min(text.len())].matches('\n').count())
+    };
+    let document = toml::Deserializer::parse(text).map_err(|e| {
+        let problem = format!("{}{}; needed: {kind} in TOML", e.message(), at_line(line(&e)));
+        Error::Syntax { path: path.into(), problem }
+    })?;
+    T::deserialize(document).map_err(|e| syntax_error(path, e.message(), line(&e)))
 }
 
 /// A JSON file as `T`.
@@ -119,9 +123,14 @@ pub fn json_of<T: DeserializeOwned>(path: &Path, text: &str) -> Result<T> {
     })
 }
 
+/// A line as it follows what was found in it; empty if it is not known.
+fn at_line(line: Option<usize>) -> String {
+    line.map_or(String::new(), |line| format!(" (line {line})"))
+}
+
 /// Converts a parser's message into an [`Error`]: an unknown key becomes [`Error::UnknownKey`] with the nearest known one.
 fn syntax_error(path: &Path, message: &str, line: Option<usize>) -> Error {
-    let at = line.map_or(String::new(), |line| format!(" (line {line})"));
+    let at = at_line(line);
     let first = message.lines().next().unwrap_or_default();
     let quoted: Vec<&str> = first.split('`').skip(1).step_by(2).collect();
     let unknown = first.starts_with("unknown field") || first.starts_with("unknown variant");
@@ -204,7 +213,7 @@ pub fn cell_of(path: impl AsRef<Path>, text: String) -> Result<Cell> {
 /// The cell of a text; it may have no striker.
 fn any_cell_of(path: impl AsRef<Path>, text: &str) -> Result<Cell> {
     let path = path.as_ref();
-    let mut cell: Cell = parsed_toml(path, text)?;
+    let mut cell: Cell = parsed_toml(path, text, "a cell file")?;
     check_version(path, cell.version)?;
     cell.check(&label(path))?;
     let given_size_px = cell.camera.image_size_px;
@@ -265,7 +274,7 @@ struct ObjectsFile {
 /// See [`read_toml`] and [`Object::check`]; also a name given twice.
 pub fn load_objects(path: impl AsRef<Path>) -> Result<Loaded<Vec<Object>>> {
     let path = path.as_ref();
-    let file: ObjectsFile = read_toml(path)?;
+    let file: ObjectsFile = parsed_toml(path, &text(path)?, "an objects file")?;
     check_version(path, file.version)?;
     let mut objects = file.objects;
     if objects.is_empty() {
@@ -356,7 +365,7 @@ impl SceneFile {
 /// See [`read_toml`], [`Scene::check`] and the loaders of the named files.
 pub fn load_scene(path: impl AsRef<Path>) -> Result<Loaded<Scene>> {
     let path = path.as_ref();
-    let file: SceneFile = read_toml(path)?;
+    let file: SceneFile = parsed_toml(path, &text(path)?, "a scene file")?;
     check_version(path, file.version)?;
     let objects = load_objects(beside(path, &file.objects))?;
     let scene = Scene {

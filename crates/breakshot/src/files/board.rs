@@ -15,7 +15,7 @@ pub fn load_board(path: impl AsRef<Path>) -> Result<Board> {
     let mut board: Board = if content.trim_start().starts_with('{') {
         json_of(path, &content)?
     } else {
-        parsed_toml(path, &content)?
+        parsed_toml(path, &content, "a board file")?
     };
     check_version(path, board.version)?;
     board.check(&label(path))?;

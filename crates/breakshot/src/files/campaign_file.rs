@@ -65,7 +65,7 @@ pub fn load_campaign(path: impl AsRef<Path>) -> Result<Loaded<Campaign>> {
 /// See [`load_campaign`].
 pub fn campaign_of(path: impl AsRef<Path>, text: &str) -> Result<Loaded<Campaign>> {
     let path = path.as_ref();
-    let file: CampaignFile = parsed_toml(path, text)?;
+    let file: CampaignFile = parsed_toml(path, text, "a campaign file")?;
     check_version(path, file.version)?;
     let cell_path = beside(path, &file.cell);
     let cell = any_cell_of(&cell_path, &read_text(&cell_path)?)?;
