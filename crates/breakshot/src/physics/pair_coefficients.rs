@@ -2,6 +2,7 @@
 
 use crate::error::Result;
 use crate::object::kind;
+use crate::properties::tangential::TangentialLaw;
 use crate::properties::{ContactFriction, Properties};
 use crate::scene::Scene;
 use crate::uncertain::Estimate;
@@ -73,15 +74,17 @@ impl Kinds {
                 |e| e.mean,
             )
         };
-        let tangential = properties.tangential_restitution;
-        let coefficients = |friction: f64, tangential: Option<Estimate>| {
-            let tangential_restitution = tangential.map_or(0.0, |e| e.mean);
-            move |restitution: f64| Coefficients { restitution, friction, tangential_restitution }
+        let coefficients = |friction: f64, tangential: TangentialLaw| {
+            move |restitution: f64| Coefficients {
+                restitution,
+                friction,
+                tangential_restitution: tangential.mean_at(restitution),
+            }
         };
-        let objects = properties.contact_friction.objects;
-        let between_objects = coefficients(mean_or_assumed(objects, "between objects"), tangential.objects);
-        let striker = properties.contact_friction.striker;
-        let with_striker = coefficients(mean_or_assumed(striker, "with the striker"), tangential.striker);
+        let friction = mean_or_assumed(properties.contact_friction.objects, "between objects");
+        let between_objects = coefficients(friction, properties.tangential_law());
+        let friction = mean_or_assumed(properties.contact_friction.striker, "with the striker");
+        let with_striker = coefficients(friction, properties.tangential_law_of_striker());
         for (i, (one, has_copies)) in self.objects.iter().enumerate() {
             let apparent = properties.striker_restitution(one)?.mean;
             let restitution = match reference_per_striker_mass {

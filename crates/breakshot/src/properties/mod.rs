@@ -4,6 +4,7 @@ pub(crate) mod evidence;
 mod mixed_model;
 mod prior;
 pub(crate) mod support;
+pub(crate) mod tangential;
 mod tilt;
 
 use crate::error::{Error, Result};
@@ -16,6 +17,7 @@ pub use prior::{Assumption, PropertyGroup};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use support::SUPPORT;
+pub use tangential::{SlipDamping, TangentialDamping, TangentialRestitution};
 pub use tilt::Tilt;
 
 /// The physical properties of every object and pair that was filmed.
@@ -41,6 +43,9 @@ pub struct Properties {
     /// Tangential restitution at the contacts of impacts.
     #[serde(default, skip_serializing_if = "TangentialRestitution::is_unknown")]
     pub tangential_restitution: TangentialRestitution,
+    /// The damping of the slip at the contacts of impacts, where tangential restitution depends on the restitution.
+    #[serde(default, skip_serializing_if = "TangentialDamping::is_unknown")]
+    pub tangential_damping: TangentialDamping,
     /// Where the weight acts: the mean distance of an object's support from its centroid over that of a weight spread uniformly
     /// under its outline, by object; it scales the braking of the spin.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
@@ -75,30 +80,6 @@ pub struct ContactFriction {
     /// Between an object and the striker.
     #[serde(default)]
     pub striker: Option<Estimate>,
-}
-
-/// The part of the slip that springs back in an impact whose contact points stick (Walton and Braun 1986; Foerster et al.
-/// 1994): 0 if sticking only ends the slip, positive for elastic contacts, negative where contacts creep and some slip remains.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct TangentialRestitution {
-    /// Between objects.
-    #[serde(default)]
-    pub objects: Option<Estimate>,
-    /// Between an object and the striker.
-    #[serde(default)]
-    pub striker: Option<Estimate>,
-}
-
-impl TangentialRestitution {
-    /// A tangential restitution that was not measured is zero with this standard deviation.
-    pub const ASSUMED_STD: f64 = 0.3;
-    /// The values that are considered possible.
-    pub const RANGE: [f64; 2] = [-0.6, 0.5];
-
-    fn is_unknown(&self) -> bool {
-        self.objects.is_none() && self.striker.is_none()
-    }
 }
 
 impl ContactFriction {
@@ -255,6 +236,7 @@ impl Properties {
         for estimate in of_objects.chain(of_contacts.into_iter().flatten()) {
             *estimate = Estimate::exact(estimate.mean);
         }
+        self.tangential_damping = self.tangential_damping.exact();
         self.tilt = self.tilt.map(Tilt::exact);
         self
     }
@@ -277,6 +259,7 @@ impl Properties {
             pair_mass_ratio: BTreeMap::new(),
             contact_friction: self.contact_friction,
             tangential_restitution: self.tangential_restitution,
+            tangential_damping: self.tangential_damping,
             support: self.support.clone(),
             tilt: self.tilt,
             covariance: Covariance::default(),
@@ -379,6 +362,7 @@ impl Properties {
                 TANGENTIAL.check(&format!("{file}: tangential_restitution of {name}"), &estimate)?;
             }
         }
+        self.tangential_damping.check(file)?;
         SUPPORT.check_group(file, "support", &self.support)?;
         if let Some(tilt) = &self.tilt {
             tilt.check(file)?;

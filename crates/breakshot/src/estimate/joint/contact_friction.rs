@@ -1,12 +1,13 @@
-//! The coefficient of contact friction that explains the impacts of all clips (Bayes, on a grid).
+//! The law of contacts that explains the impacts of all clips (Bayes, on a grid): contact friction, and what is left of the slip.
 //!
-//! Each impact shows a ratio of tangential to normal impulse: the coefficient if its contact points slid to the end, else
-//! the ratio that ended the slip, times one plus the tangential restitution of the pair.  An impact that sticks bounds the
-//! coefficient from below.  The tangential restitutions of the pairs and the scatter from impact to impact are unknown as
-//! well, and are averaged out.
+//! Each impact shows a ratio of tangential to normal impulse: the coefficient of contact friction if its contact points slid to the
+//! end, else the ratio that the tangential restitution of the pair needs, which bounds the coefficient from below.  The tangential
+//! restitutions of the pairs follow one of two laws: they are about constant, or they depend on the restitution
+//! ([`crate::properties::SlipDamping`]).  The pairs' own values, the scatter from impact to impact, and the part of the slip due to
+//! the normal impulse that contacts do not stop, are unknown as well, and are averaged out.
 
 use crate::estimate::measure::contact_friction::ObliqueImpact;
-use crate::properties::{ContactFriction, TangentialRestitution};
+use crate::properties::{ContactFriction, SlipDamping, TangentialRestitution};
 use crate::statistics::normal_cdf;
 use crate::uncertain::{Estimate, Z_95};
 use std::collections::BTreeMap;
@@ -15,32 +16,46 @@ use std::f64::consts::PI;
 /// The grid of coefficients, from zero in steps.
 const STEP: f64 = 4e-3;
 const STEPS: usize = 251;
-/// The grid of tangential restitutions of a pair (`rebound`); their prior is normal about zero.
-const REBOUNDS: [f64; 12] = [-0.6, -0.5, -0.4, -0.3, -0.2, -0.1, 0.0, 0.1, 0.2, 0.3, 0.4, 0.5];
+/// The grid of tangential restitutions of a pair, from the least in steps.
+const LEAST_TANGENTIAL: f64 = -0.9;
+const TANGENTIAL_STEP: f64 = 0.1;
+const TANGENTIALS: usize = 15;
+/// The standard deviation of the tangential restitutions of pairs about their law.
+const PAIR_STD: f64 = 0.1;
+/// The grid of exponents of damped slip; their prior is normal in the logarithm.
+const EXPONENTS: [f64; 9] = [0.25, 0.5, 0.7, 1.0, 1.4, 2.0, 2.8, 4.0, 8.0];
+/// The restitution of a pair that no clip shows.
+const UNKNOWN_RESTITUTION: f64 = 0.5;
 /// The grid of standard deviations from impact to impact, and the scale of their prior (a half Cauchy distribution).
 const SCATTERS: [f64; 5] = [0.0, 0.01, 0.02, 0.04, 0.08];
 const SCATTER_SCALE: f64 = 0.02;
+/// The part of the slip due to the normal impulse that sticking contacts do not stop, and its prior.
+const CREEPS: [(f64, f64); 3] = [(0.0, 0.5), (0.1, 0.3), (0.2, 0.2)];
 /// The fraction of impacts whose ratio is wrong, and their density per unit of the ratio.
 const OUTLIERS: f64 = 0.05;
 const OUTLIER_DENSITY: f64 = 1.0;
 /// A coefficient is given if its interval holds at most this part of the prior probability.
 const MOST_LEFT: f64 = 0.5;
-/// A tangential restitution is given if its standard deviation is below this part of the assumed one's.
+/// A tangential restitution is given if its standard error is below this part of the assumed standard deviation.
 const LARGEST_STD: f64 = 0.5;
 /// Smallest standard deviation of a conditional distribution: it keeps divisions finite.
 const SMALLEST_STD: f64 = 1e-6;
+/// Deviations that are impossible, in standard deviations.
+const IMPOSSIBLE: f64 = 8.0;
 
 /// Contact friction and tangential restitution that explain all impacts.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct ContactLaw {
     /// `None` if the impacts exclude less than half of what was assumed before.
     pub(crate) friction: Option<Estimate>,
-    /// The mean over all pairs; `None` if the impacts leave more than half of the assumed standard deviation.
+    /// Tangential restitution if it is constant; `None` if the impacts leave more than half of the assumed standard deviation.
     pub(crate) tangential_restitution: Option<Estimate>,
+    /// `None` without impacts.
+    pub(crate) damping: Option<SlipDamping>,
 }
 
-/// The law of contact that explains all impacts.
-pub(crate) fn contact_law(impacts: &[ObliqueImpact]) -> ContactLaw {
+/// The law of contact that explains all impacts, with the mean restitution of each pair by [`ObliqueImpact::pair`].
+pub(crate) fn contact_law(impacts: &[ObliqueImpact], restitutions: &BTreeMap<String, f64>) -> ContactLaw {
     if impacts.is_empty() {
         return ContactLaw::default();
     }
@@ -48,39 +63,78 @@ pub(crate) fn contact_law(impacts: &[ObliqueImpact]) -> ContactLaw {
     for impact in impacts {
         by_pair.entry(&impact.pair).or_default().push(impact);
     }
-    let pairs: Vec<PairLikelihood> = by_pair.values().map(|of_pair| PairLikelihood::new(of_pair)).collect();
-    let posterior = Posterior::new(&pairs);
+    let laws = Hypothesis::all();
+    let pairs: Vec<PairLikelihood> = (by_pair.iter())
+        .map(|(pair, of_pair)| {
+            let restitution = restitutions.get(*pair).copied().unwrap_or(UNKNOWN_RESTITUTION);
+            PairLikelihood::new(of_pair, &laws, restitution)
+        })
+        .collect();
+    let posterior = Posterior::new(&pairs, &laws);
     ContactLaw {
         friction: friction(&posterior.frictions(), posterior.scatter(), impacts.len()),
-        tangential_restitution: tangential_restitution(&pairs, &posterior, impacts.len()),
+        tangential_restitution: posterior.constant(&laws, impacts.len()),
+        damping: Some(posterior.damping(&laws, impacts.len())),
     }
 }
 
-/// The mean over the pairs, each of which counts by the part of the prior variance that its impacts remove.
-fn tangential_restitution(pairs: &[PairLikelihood], posterior: &Posterior, n: usize) -> Option<Estimate> {
-    let prior_variance = TangentialRestitution::ASSUMED_STD.powi(2);
-    let of_pairs: Vec<(f64, f64, f64)> = pairs
-        .iter()
-        .map(|pair| {
-            let rebounds = posterior.rebounds(pair);
-            let mean: f64 = REBOUNDS.iter().zip(&rebounds).map(|(x, p)| p * x).sum();
-            let variance: f64 = REBOUNDS.iter().zip(&rebounds).map(|(x, p)| p * (x - mean).powi(2)).sum();
-            ((1.0 - variance / prior_variance).max(0.0), mean, variance)
-        })
-        .collect();
-    let total: f64 = of_pairs.iter().map(|(weight, ..)| weight).sum();
-    let mean = of_pairs.iter().map(|(weight, mean, _)| weight * mean).sum::<f64>() / total;
-    let between = of_pairs.iter().map(|(weight, m, _)| weight * (m - mean).powi(2)).sum::<f64>() / total;
-    let within = of_pairs.iter().map(|(weight, _, variance)| weight * variance).sum::<f64>() / total;
-    let standard_error = ((between + within) / total).sqrt();
-    let interval_95 = [mean - Z_95 * standard_error, mean + Z_95 * standard_error];
-    (standard_error < LARGEST_STD * TangentialRestitution::ASSUMED_STD).then(|| Estimate {
-        mean,
-        std: Some(between.sqrt()),
-        standard_error,
-        interval_95,
-        n,
-    })
+/// One value on the grid of laws of tangential restitution, with its prior probability.
+struct Hypothesis {
+    law: TangentialLaw,
+    prior: f64,
+}
+
+#[derive(Clone, Copy)]
+enum TangentialLaw {
+    /// About the same for all pairs.
+    Constant(f64),
+    /// [`SlipDamping`] with this exponent.
+    Damped(f64),
+}
+
+impl Hypothesis {
+    fn all() -> Vec<Self> {
+        let SlipDamping { probability, exponent } = SlipDamping::assumed();
+        let density = |deviation: f64| (-0.5 * deviation * deviation).exp();
+        let std = exponent.standard_error / exponent.mean;
+        let constant: Vec<(TangentialLaw, f64)> = (0..TANGENTIALS)
+            .map(tangential)
+            .map(|value| {
+                (TangentialLaw::Constant(value), density(value / TangentialRestitution::ASSUMED_STD))
+            })
+            .collect();
+        // The exponents are not evenly spaced: each stands for the interval up to half way to its neighbours.
+        let logarithm = |k: usize| EXPONENTS[k.min(EXPONENTS.len() - 1)].ln();
+        let damped: Vec<(TangentialLaw, f64)> = (0..EXPONENTS.len())
+            .map(|k| {
+                let width = 0.5 * (logarithm(k + 1) - logarithm(k.saturating_sub(1)));
+                let deviation = (logarithm(k) - exponent.mean.ln()) / std;
+                (TangentialLaw::Damped(EXPONENTS[k]), width * density(deviation))
+            })
+            .collect();
+        let normalized = |laws: Vec<(TangentialLaw, f64)>, share: f64| {
+            let total: f64 = laws.iter().map(|(_, weight)| weight).sum();
+            laws.into_iter().map(move |(law, weight)| Self { law, prior: share * weight / total })
+        };
+        normalized(constant, 1.0 - probability).chain(normalized(damped, probability)).collect()
+    }
+
+    /// The probability of each tangential restitution of a pair with this restitution.
+    fn of_pair(&self, restitution: f64) -> [f64; TANGENTIALS] {
+        let mean = match self.law {
+            TangentialLaw::Constant(value) => value,
+            TangentialLaw::Damped(exponent) => SlipDamping::restitution_at(exponent, restitution),
+        };
+        let weights: [f64; TANGENTIALS] =
+            std::array::from_fn(|k| (-0.5 * ((tangential(k) - mean) / PAIR_STD).powi(2)).exp());
+        let total: f64 = weights.iter().sum();
+        weights.map(|weight| weight / total)
+    }
+}
+
+/// The tangential restitution of this index.
+fn tangential(index: usize) -> f64 {
+    LEAST_TANGENTIAL + TANGENTIAL_STEP * index as f64
 }
 
 fn friction(frictions: &[f64], scatter: f64, n: usize) -> Option<Estimate> {
@@ -100,82 +154,130 @@ fn friction(frictions: &[f64], scatter: f64, n: usize) -> Option<Estimate> {
     })
 }
 
-/// The logarithm of the likelihood of one pair's impacts, by scatter, rebound and coefficient.
+/// The probability of one pair's impacts, averaged over its tangential restitution, as a logarithm: by scatter, creep, law and coefficient.
 struct PairLikelihood {
     logarithms: Vec<f64>,
 }
 
 impl PairLikelihood {
-    fn new(impacts: &[&ObliqueImpact]) -> Self {
-        let mut logarithms = Vec::with_capacity(SCATTERS.len() * REBOUNDS.len() * STEPS);
+    fn new(impacts: &[&ObliqueImpact], laws: &[Hypothesis], restitution: f64) -> Self {
+        let of_pair: Vec<[f64; TANGENTIALS]> = laws.iter().map(|law| law.of_pair(restitution)).collect();
+        let mut logarithms = Vec::with_capacity(NUISANCES * laws.len() * STEPS);
         for scatter in SCATTERS {
-            for rebound in REBOUNDS {
-                let impacts: Vec<Likelihood> =
-                    impacts.iter().map(|i| Likelihood::new(i, scatter, rebound)).collect();
-                logarithms.extend((0..STEPS).map(|k| {
-                    let friction = k as f64 * STEP;
-                    impacts.iter().map(|i| i.of(friction).ln()).sum::<f64>()
-                }));
+            for (creep, _) in CREEPS {
+                let by_tangential: [Vec<f64>; TANGENTIALS] = std::array::from_fn(|k| {
+                    let mut sum = vec![0.0; STEPS];
+                    for impact in impacts {
+                        Likelihood::new(impact, scatter, creep, tangential(k)).add_logarithms(&mut sum);
+                    }
+                    sum
+                });
+                let largest = by_tangential.iter().flatten().copied().fold(f64::NEG_INFINITY, f64::max);
+                let relative = by_tangential.map(|of| of.into_iter().map(|l| (l - largest).exp()).collect());
+                let relative: [Vec<f64>; TANGENTIALS] = relative;
+                for probabilities in &of_pair {
+                    logarithms.extend((0..STEPS).map(|friction| {
+                        let terms = probabilities.iter().zip(&relative).map(|(p, of)| p * of[friction]);
+                        terms.sum::<f64>().ln() + largest
+                    }));
+                }
             }
         }
         Self { logarithms }
     }
-
-    /// For one scatter and coefficient: the probability of each rebound times that of the impacts, over a common factor, and
-    /// the logarithm of that factor.
-    fn by_rebound(&self, scatter: usize, friction: usize) -> ([f64; REBOUNDS.len()], f64) {
-        let logarithms: [f64; REBOUNDS.len()] = std::array::from_fn(|r| {
-            let prior = -0.5 * (REBOUNDS[r] / TangentialRestitution::ASSUMED_STD).powi(2);
-            prior + self.logarithms[(scatter * REBOUNDS.len() + r) * STEPS + friction]
-        });
-        let largest = logarithms.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-        (logarithms.map(|l| (l - largest).exp()), largest)
-    }
 }
 
-/// The probability of each scatter and coefficient of the grid, the scatters one after the other.
-struct Posterior(Vec<f64>);
+/// The combinations of scatter and creep.
+const NUISANCES: usize = SCATTERS.len() * CREEPS.len();
+
+/// The probability of each scatter, creep, law and coefficient of the grid, the last one fastest.
+struct Posterior {
+    probabilities: Vec<f64>,
+    laws: usize,
+}
 
 impl Posterior {
-    fn new(pairs: &[PairLikelihood]) -> Self {
+    fn new(pairs: &[PairLikelihood], laws: &[Hypothesis]) -> Self {
         let logarithm = |index: usize| {
-            let (scatter, friction) = (index / STEPS, index % STEPS);
-            let of_pairs = pairs.iter().map(|pair| {
-                let (probabilities, factor) = pair.by_rebound(scatter, friction);
-                factor + probabilities.iter().sum::<f64>().ln()
-            });
-            of_pairs.sum::<f64>() + ContactFriction::prior_density(friction as f64 * STEP).ln()
-                - (1.0 + (SCATTERS[scatter] / SCATTER_SCALE).powi(2)).ln()
+            let (nuisance, law, friction) =
+                (index / (STEPS * laws.len()), index / STEPS % laws.len(), index % STEPS);
+            let (scatter, creep) = (SCATTERS[nuisance / CREEPS.len()], CREEPS[nuisance % CREEPS.len()].1);
+            let prior = ContactFriction::prior_density(friction as f64 * STEP) * laws[law].prior * creep
+                / (1.0 + (scatter / SCATTER_SCALE).powi(2));
+            prior.ln() + pairs.iter().map(|pair| pair.logarithms[index]).sum::<f64>()
         };
-        let logarithms: Vec<f64> = (0..SCATTERS.len() * STEPS).map(logarithm).collect();
+        let logarithms: Vec<f64> = (0..NUISANCES * laws.len() * STEPS).map(logarithm).collect();
         let largest = logarithms.iter().copied().fold(f64::NEG_INFINITY, f64::max);
         let weights: Vec<f64> = logarithms.into_iter().map(|l| (l - largest).exp()).collect();
         let total: f64 = weights.iter().sum();
-        Self(weights.into_iter().map(|weight| weight / total).collect())
+        Self { probabilities: weights.into_iter().map(|weight| weight / total).collect(), laws: laws.len() }
     }
 
     /// The probability of each coefficient.
     fn frictions(&self) -> Vec<f64> {
-        (0..STEPS).map(|k| self.0.iter().skip(k).step_by(STEPS).sum()).collect()
+        (0..STEPS).map(|k| self.probabilities.iter().skip(k).step_by(STEPS).sum()).collect()
     }
 
     /// The mean scatter from impact to impact.
     fn scatter(&self) -> f64 {
-        self.0.chunks(STEPS).zip(SCATTERS).map(|(of_scatter, s)| s * of_scatter.iter().sum::<f64>()).sum()
+        let of_scatters = self.probabilities.chunks(STEPS * self.laws * CREEPS.len());
+        of_scatters.zip(SCATTERS).map(|(of_scatter, s)| s * of_scatter.iter().sum::<f64>()).sum()
     }
 
-    /// The probability of each rebound of a pair.
-    fn rebounds(&self, pair: &PairLikelihood) -> [f64; REBOUNDS.len()] {
-        let mut rebounds = [0.0; REBOUNDS.len()];
-        for (index, weight) in self.0.iter().enumerate() {
-            let (probabilities, _) = pair.by_rebound(index / STEPS, index % STEPS);
-            let total: f64 = probabilities.iter().sum();
-            for (rebound, probability) in rebounds.iter_mut().zip(probabilities) {
-                *rebound += weight * probability / total;
-            }
-        }
-        rebounds
+    /// The laws' values on a scale, with their probabilities.
+    fn of_laws(&self, laws: &[Hypothesis], value: impl Fn(TangentialLaw) -> Option<f64>) -> Vec<(f64, f64)> {
+        let of_law =
+            |law: usize| self.probabilities.chunks(STEPS).skip(law).step_by(self.laws).flatten().sum();
+        (laws.iter().enumerate())
+            .filter_map(|(k, hypothesis)| Some((value(hypothesis.law)?, of_law(k))))
+            .collect()
     }
+
+    /// Tangential restitution if it is about the same for all pairs.
+    fn constant(&self, laws: &[Hypothesis], n: usize) -> Option<Estimate> {
+        let constants = self.of_laws(laws, |law| match law {
+            TangentialLaw::Constant(value) => Some(value),
+            TangentialLaw::Damped(_) => None,
+        });
+        let [_, mean, standard_error] = moments(&constants);
+        let interval_95 = [mean - Z_95 * standard_error, mean + Z_95 * standard_error];
+        (standard_error < LARGEST_STD * TangentialRestitution::ASSUMED_STD).then(|| Estimate {
+            mean,
+            std: Some(PAIR_STD),
+            standard_error,
+            interval_95,
+            n,
+        })
+    }
+
+    /// The probability of damped slip, and its exponent.
+    fn damping(&self, laws: &[Hypothesis], n: usize) -> SlipDamping {
+        let logarithms = self.of_laws(laws, |law| match law {
+            TangentialLaw::Constant(_) => None,
+            TangentialLaw::Damped(exponent) => Some(exponent.ln()),
+        });
+        let [probability, mean, std] = moments(&logarithms);
+        let at = |deviations: f64| (mean + deviations * std).exp();
+        let exponent = Estimate {
+            mean: at(0.0),
+            std: None,
+            standard_error: std * at(0.0),
+            interval_95: [at(-Z_95), at(Z_95)],
+            n,
+        };
+        SlipDamping { probability: probability.clamp(0.0, 1.0), exponent }
+    }
+}
+
+/// The total probability of weighted values, their mean and their standard deviation; the grid's own step is the least.
+fn moments(weighted: &[(f64, f64)]) -> [f64; 3] {
+    let total: f64 = weighted.iter().map(|(_, weight)| weight).sum();
+    let mean_of = |f: &dyn Fn(f64) -> f64| {
+        weighted.iter().map(|(value, weight)| weight * f(*value)).sum::<f64>() / total.max(f64::MIN_POSITIVE)
+    };
+    let mean = mean_of(&|value| value);
+    let variance = mean_of(&|value| (value - mean).powi(2));
+    [total, mean, (variance + TANGENTIAL_STEP.powi(2) / 12.0).sqrt()]
 }
 
 /// The position on the grid, in steps, below which this part of the probability lies; each point stands for one step about it.
@@ -190,19 +292,18 @@ fn quantile(probabilities: &[f64], part: f64) -> f64 {
     (probabilities.len() - 1) as f64
 }
 
-/// The probability of one impact's measured ratios as a function of the coefficient, for one rebound and scatter.
+/// The probability of one impact's measured ratios as a function of the coefficient.
 ///
-/// The true ratio that ends the slip is unknown, with a uniform prior, and is integrated out: above the coefficient over
-/// `reach = 1 + rebound` the contact slides to the end, below it sticks.
+/// The true ratio that the tangential restitution needs is unknown, with a uniform prior, and is integrated out: above the coefficient the
+/// contact slides to the end, below it sticks.
 struct Likelihood {
-    reach: f64,
     /// The measured ratio, and its standard deviation.
     ratio: Normal,
-    /// The sticking ratio if the contact slides: its mean at the measured ratio, the change of that mean per friction, its
+    /// The needed ratio if the contact slides: its mean at the measured ratio, the change of that mean per friction, its
     /// standard deviation.
     sliding: Normal,
     sliding_slope: f64,
-    /// The probability density of the measured ratios if the contact sticks, and the sticking ratio then.
+    /// The probability density of the measured ratios if the contact sticks, and the needed ratio then.
     density_sticking: f64,
     sticking: Normal,
 }
@@ -222,45 +323,61 @@ impl Normal {
     fn below(self, x: f64) -> f64 {
         normal_cdf((x - self.mean) / self.std)
     }
+
+    /// No value is above.
+    fn most(self) -> f64 {
+        self.mean + IMPOSSIBLE * self.std
+    }
 }
 
 impl Likelihood {
-    fn new(impact: &ObliqueImpact, scatter: f64, rebound: f64) -> Self {
-        let reach = 1.0 + rebound;
-        let (r, s) = (impact.impulse_ratio, impact.sticking_ratio);
-        let ratio = Normal { mean: r.value, std: r.std.hypot(scatter).max(SMALLEST_STD) };
-        let (variance, sticking_variance) = (ratio.std.powi(2), impact.sticking_std.powi(2));
+    fn new(impact: &ObliqueImpact, scatter: f64, creep: f64, tangential: f64) -> Self {
+        let all = impact.sticking_ratio;
+        let of_slip = impact.slip_ratio.unwrap_or(all);
+        let needed = (1.0 - creep) * (all - of_slip) + (1.0 + tangential) * of_slip;
+        // Ratios are positive against the slip that remains.
+        let sign = if needed < 0.0 { -1.0 } else { 1.0 };
+        let (r, s) = (sign * impact.impulse_ratio.value, sign * needed);
+        let ratio = Normal { mean: r, std: impact.impulse_ratio.std.hypot(scatter).max(SMALLEST_STD) };
+        let (variance, needed_variance) = (ratio.std.powi(2), impact.sticking_std.powi(2));
         let conditional_std = |variance: f64| variance.max(0.0).sqrt().max(SMALLEST_STD);
 
         let slope = impact.covariance / variance;
-        let sliding = Normal { mean: s, std: conditional_std(sticking_variance - slope * impact.covariance) };
+        let sliding = Normal { mean: s, std: conditional_std(needed_variance - slope * impact.covariance) };
 
-        // If the contact sticks, the measured ratio and `reach` times the sticking one differ by noise only.
-        let difference = r.value - reach * s;
-        let difference_variance =
-            variance - 2.0 * reach * impact.covariance + reach * reach * sticking_variance;
-        let difference_std = conditional_std(difference_variance);
-        let covariance = impact.covariance - reach * sticking_variance;
+        // If the contact sticks, the measured ratio and the needed one differ by noise only.
+        let difference = r - s;
+        let difference_std = conditional_std(variance - 2.0 * impact.covariance + needed_variance);
+        let covariance = impact.covariance - needed_variance;
         let gain = covariance / difference_std.powi(2);
         Self {
-            reach,
             ratio,
             sliding,
             sliding_slope: slope,
             density_sticking: Normal { mean: 0.0, std: difference_std }.density(difference),
             sticking: Normal {
                 mean: s - gain * difference,
-                std: conditional_std(sticking_variance - gain * covariance),
+                std: conditional_std(needed_variance - gain * covariance),
             },
         }
     }
 
     fn of(&self, friction: f64) -> f64 {
-        let limit = friction / self.reach;
         let mean = self.sliding.mean - self.sliding_slope * (self.ratio.mean - friction);
-        let slides = self.ratio.density(friction) * (1.0 - Normal { mean, ..self.sliding }.below(limit));
-        let sticks = self.density_sticking * self.sticking.below(limit);
+        let slides = self.ratio.density(friction) * (1.0 - Normal { mean, ..self.sliding }.below(friction));
+        let sticks = self.density_sticking * self.sticking.below(friction);
         (1.0 - OUTLIERS) * (slides + sticks) + OUTLIERS * OUTLIER_DENSITY
+    }
+
+    /// Adds the logarithm of the probability at each coefficient.
+    fn add_logarithms(&self, sums: &mut [f64]) {
+        // Above all possible ratios every coefficient is as probable as the next.
+        let most = self.ratio.most().max(self.sticking.most());
+        let distinct = ((most / STEP).ceil().max(0.0) as usize).min(sums.len() - 1);
+        let last = self.of(distinct as f64 * STEP).ln();
+        for (k, sum) in sums.iter_mut().enumerate() {
+            *sum += if k < distinct { self.of(k as f64 * STEP).ln() } else { last };
+        }
     }
 }
 
@@ -276,17 +393,21 @@ mod tests {
             pair: "a/b".into(),
             impulse_ratio: Measured { value, std: 0.012 },
             sticking_ratio,
+            slip_ratio: Some(sticking_ratio),
             sticking_std: 0.01,
             covariance: 0.0,
         };
         ratios.iter().map(impact).collect()
     }
 
+    fn law_of(impacts: &[ObliqueImpact]) -> ContactLaw {
+        contact_law(impacts, &BTreeMap::new())
+    }
+
     #[test]
     fn impacts_that_slide_to_the_end_give_the_coefficient() {
-        let found = contact_law(&impacts(&[(0.24, 0.6), (0.26, 0.5), (0.05, 0.05)]))
-            .friction
-            .expect("two impacts slide");
+        let found =
+            law_of(&impacts(&[(0.24, 0.6), (0.26, 0.5), (0.05, 0.05)])).friction.expect("two impacts slide");
         assert!((found.mean - 0.25).abs() < 0.02, "{found:?}");
         assert!(found.interval_95[0] < 0.24 && found.interval_95[1] > 0.26, "{found:?}");
         assert!(found.interval_95[1] - found.interval_95[0] < 0.15, "{found:?}");
@@ -296,7 +417,7 @@ mod tests {
     fn more_impacts_narrow_the_interval() {
         let width = |n: usize| {
             let [low, high] =
-                contact_law(&impacts(&vec![(0.15, 0.6); n])).friction.expect("they slide").interval_95;
+                law_of(&impacts(&vec![(0.15, 0.6); n])).friction.expect("they slide").interval_95;
             high - low
         };
         assert!(width(8) < 0.75 * width(2), "{} {}", width(8), width(2));
@@ -306,22 +427,60 @@ mod tests {
     fn impacts_that_stick_only_bound_it() {
         // Central impacts say nothing, even if contacts creep and all ratios are too small by the same factor.
         let central: Vec<(f64, f64)> = (1..40).map(|k| 2e-3 * f64::from(k)).map(|s| (0.8 * s, s)).collect();
-        assert_eq!(contact_law(&impacts(&central)).friction, None);
+        assert_eq!(law_of(&impacts(&central)).friction, None);
         // Contacts that stick at large ratios prove a large coefficient.
         let oblique: Vec<(f64, f64)> = (1..10).map(|k| 0.03 * f64::from(k)).map(|s| (s, s)).collect();
-        let found = contact_law(&impacts(&oblique)).friction.expect("friction is bounded from both sides");
+        let found = law_of(&impacts(&oblique)).friction.expect("friction is bounded from both sides");
         assert!(found.interval_95[0] > 0.2, "{found:?}");
     }
 
     #[test]
-    fn without_impacts_nothing_is_given() {
-        assert_eq!(contact_law(&[]), ContactLaw::default());
+    fn tangential_restitution_is_of_the_slip_before_the_impact() {
+        // A third of the slip remains: the ratios are smaller by a third of the part that is due to the slip.
+        let creeping = (1..60).map(|k| {
+            let (of_slip, of_normal) = (0.01 * f64::from(k % 30), 0.03 * f64::from(k % 3));
+            ObliqueImpact {
+                pair: format!("a/{}", k % 6),
+                slip_ratio: Some(of_slip),
+                ..impacts(&[(2.0 / 3.0 * of_slip - of_normal, of_slip - of_normal)]).remove(0)
+            }
+        });
+        let found = law_of(&creeping.collect::<Vec<_>>()).tangential_restitution.expect("the impacts agree");
+        assert!((found.mean + 1.0 / 3.0).abs() < 0.05, "{found:?}");
+    }
+
+    /// Impacts that stick, of pairs with these restitutions, of whose slip these parts remain.
+    fn damped(pairs: &[(f64, f64)]) -> ContactLaw {
+        let name = |k: usize| format!("a/{k}");
+        let restitutions: BTreeMap<String, f64> =
+            pairs.iter().enumerate().map(|(k, &(restitution, _))| (name(k), restitution)).collect();
+        let of_pair = |(k, &(_, left)): (usize, &(f64, f64))| {
+            let impact =
+                |s: f64| ObliqueImpact { pair: name(k), ..impacts(&[((1.0 - left) * s, s)]).remove(0) };
+            [0.1, 0.15, 0.2, 0.25].map(impact)
+        };
+        let impacts: Vec<ObliqueImpact> = pairs.iter().enumerate().flat_map(of_pair).collect();
+        contact_law(&impacts, &restitutions)
     }
 
     #[test]
-    fn one_wrong_impact_does_not_move_the_coefficient() {
-        let with_outlier = impacts(&[(0.15, 0.6), (0.16, 0.5), (0.14, 0.5), (0.15, 0.4), (-0.3, 0.5)]);
-        let found = contact_law(&with_outlier).friction.expect("four impacts agree");
-        assert!((found.mean - 0.15).abs() < 0.02, "{found:?}");
+    fn damped_slip_is_told_from_a_constant_restitution() {
+        let restitutions = [0.3, 0.5, 0.7, 0.85];
+        let found = damped(&restitutions.map(|e: f64| (e, e * e))).damping.expect("impacts");
+        assert!(found.probability > 0.8, "{found:?}");
+        assert!((found.exponent.mean - 2.0).abs() < 0.4, "{found:?}");
+        let constant = damped(&restitutions.map(|e| (e, 0.0)));
+        assert!(constant.damping.expect("impacts").probability < 0.2, "{constant:?}");
+        let mean = constant.tangential_restitution.expect("sixteen impacts").mean;
+        assert!(mean.abs() < 0.1, "{mean}");
+    }
+
+    #[test]
+    fn central_impacts_leave_the_prior_law() {
+        let found =
+            law_of(&impacts(&[(0.002, 0.003), (0.001, 0.0), (0.003, 0.004)])).damping.expect("impacts");
+        let assumed = SlipDamping::assumed();
+        assert!((found.probability - assumed.probability).abs() < 0.05, "{found:?}");
+        assert!((found.exponent.mean / assumed.exponent.mean).ln().abs() < 0.2, "{found:?}");
     }
 }

@@ -10,10 +10,13 @@ use crate::estimate::measure::ClipMeasurements;
 use crate::estimate::measure::measurements::{Measurements, without_replaceable_double_contacts};
 use crate::estimate::measure::quantity::Quantity;
 use crate::object::{Object, kind};
-use crate::properties::{ContactFriction, Properties, PropertyGroup, TangentialRestitution};
+use crate::ordered_map::map_of;
+use crate::properties::{
+    ContactFriction, Properties, PropertyGroup, TangentialDamping, TangentialRestitution,
+};
 use crate::uncertain::Estimate;
 use crate::warning::{Cause, Warning};
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// The properties of all objects from the measurements of all clips, without evidence.
 ///
@@ -48,10 +51,11 @@ pub(crate) fn properties(
 
     // Corrections that need the frictions of all clips
     let expected = friction::expected(&measurements);
+    let restitutions = mean_restitutions(&measurements);
     let [between_objects, of_striker] = [false, true].map(|with_striker| {
         let impacts: Vec<_> =
             oblique_impacts.iter().filter(|i| i.with_striker == with_striker).cloned().collect();
-        contact_friction::contact_law(&impacts)
+        contact_friction::contact_law(&impacts, &restitutions)
     });
     let contact = between_objects.friction.unwrap_or(ContactFriction::assumed());
     let contact = Measured { value: contact.mean, std: contact.standard_error };
@@ -69,6 +73,8 @@ pub(crate) fn properties(
         objects: between_objects.tangential_restitution,
         striker: of_striker.tangential_restitution,
     };
+    properties.tangential_damping =
+        TangentialDamping { objects: between_objects.damping, striker: of_striker.damping };
 
     properties.tilt = tilt.map(|(_, tilt)| tilt);
     properties.support = support::supports(kept.iter().map(|clip| clip.supports.as_slice()));
@@ -92,6 +98,21 @@ pub(crate) fn properties(
         warnings.extend(clip.remarks.iter().map(|r| Warning::of_clip(Cause::Motion, &clip.name, r)));
     }
     (properties, warnings)
+}
+
+/// The mean restitution of each pair and, by the object's name, with the striker.
+fn mean_restitutions(measurements: &[Measurements]) -> BTreeMap<String, f64> {
+    let mut sums: BTreeMap<String, (f64, f64)> = BTreeMap::new();
+    for (quantity, value) in measurements.iter().flat_map(|m| m.quantities.iter().zip(m.values.iter())) {
+        let name = match quantity {
+            Quantity::Restitution(a, b) => format!("{a}/{b}"),
+            Quantity::StrikerRestitution(object) => object.clone(),
+            Quantity::Friction(_) | Quantity::MassRatio(..) => continue,
+        };
+        let (sum, count) = sums.entry(name).or_default();
+        (*sum, *count) = (*sum + value, *count + 1.0);
+    }
+    map_of(sums.into_iter().map(|(name, (sum, count))| (name, sum / count)))
 }
 
 /// The least friction that any clip shows; 0 without any.

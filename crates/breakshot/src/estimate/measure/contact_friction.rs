@@ -26,6 +26,9 @@ pub(crate) struct ObliqueImpact {
     /// The ratio that would have ended the slip.
     #[serde(rename = "to_stick")]
     pub(crate) sticking_ratio: f64,
+    /// The part of that ratio that is due to the slip before the impact; the rest is due to the normal impulse. Absent in older files: all of it.
+    #[serde(rename = "of_slip", default, skip_serializing_if = "Option::is_none")]
+    pub(crate) slip_ratio: Option<f64>,
     /// The standard deviation of that ratio.
     #[serde(rename = "to_stick_std", default)]
     pub(crate) sticking_std: f64,
@@ -41,8 +44,13 @@ const MODEL_STD: f64 = 0.01;
 const LEVER_STD_M: f64 = 5e-4;
 /// The relative standard deviation of a squared radius of gyration: objects are not exactly homogeneous.
 const GYRATION_STD: f64 = 0.03;
-/// The surface speed due to a spin that the marker does not show, over the speed of the body: its standard deviation.
-const UNOBSERVED_SPIN: f64 = 0.1;
+/// A spin that the marker does not show, as the speed at the radius of gyration over the speed of the body: its standard deviation
+/// where no earlier impact explains the spin.
+const UNOBSERVED_SPIN: f64 = 0.07;
+/// The same where earlier impacts explain it, over their velocity changes: twice the error of the normal.
+const EXPLAINED_SPIN: f64 = 0.02;
+/// The relative standard deviation of an explained spin: the table brakes it.
+const BRAKED_SPIN: f64 = 0.2;
 /// The weight of a spin that is not observed is that of a standard deviation of this many times the normal impulse (m).
 const UNOBSERVED_LEVER_M: f64 = 10.0;
 /// Gauss-Newton steps: the problem is nearly linear.
@@ -51,11 +59,15 @@ const STEPS: usize = 3;
 /// The impulse ratio of an impact; `None` without a normal from the outlines or a single restitution.
 ///
 /// Masses enter through the ratio of the impact's own velocity changes.
-pub(crate) fn oblique_impact(fitted: &MotionFit, contact: &Contact) -> Option<ObliqueImpact> {
+pub(crate) fn oblique_impact(
+    fitted: &MotionFit,
+    contacts: &[Contact],
+    contact: &Contact,
+) -> Option<ObliqueImpact> {
     if !contact.normal_from_outlines || !contact.restitution || contact.both_ends {
         return None;
     }
-    let geometry = ImpactGeometry::new(fitted, contact);
+    let geometry = ImpactGeometry::new(fitted, contacts, contact);
     let (changes, noise) =
         fitted.propagated(|parameters| geometry.changes(contact, &contact.motions(fitted, parameters)));
     let ratios = geometry.ratios(&changes, noise)?;
@@ -73,12 +85,44 @@ pub(crate) fn oblique_impact(fitted: &MotionFit, contact: &Contact) -> Option<Ob
         pair,
         impulse_ratio,
         sticking_ratio: sign * ratios.values[1],
+        slip_ratio: Some(sign * ratios.slip_ratio),
         sticking_std: std(1),
         covariance: ratios.covariance[(0, 1)],
     };
     let numbers =
         [impulse_ratio.value, impulse_ratio.std, found.sticking_ratio, found.sticking_std, found.covariance];
-    numbers.iter().all(|x| x.is_finite()).then_some(found)
+    numbers.iter().chain(&found.slip_ratio).all(|x| x.is_finite()).then_some(found)
+}
+
+/// The spin of a body before a contact, times its radius of gyration (m/s), where its marker does not show it.
+///
+/// An impulse at a contact point changes the spin by the cross product of lever and velocity change over the squared radius of gyration.
+fn unobserved_surface_speed(
+    fitted: &MotionFit,
+    contacts: &[Contact],
+    until: &Contact,
+    body: usize,
+) -> Measured {
+    let parameters = &fitted.minimum.parameters;
+    let gyration_m = fitted.model.bodies[body].gyration_m;
+    let is_earlier = |c: &&Contact| {
+        (c.a == Partner::Body(body) || c.b == body) && parameters[c.time_index] < parameters[until.time_index]
+    };
+    let earlier: Vec<&Contact> = contacts.iter().filter(is_earlier).collect();
+    if earlier.is_empty() || !earlier.iter().all(|c| c.normal_from_outlines) {
+        let index = usize::from(until.b == body);
+        let speed_m_s = until.motions(fitted, parameters).before[index].velocity.length();
+        return Measured { value: 0.0, std: UNOBSERVED_SPIN * speed_m_s };
+    }
+    let (mut value, mut variance) = (0.0, 0.0);
+    for contact in earlier {
+        let (index, motions) = (usize::from(contact.b == body), contact.motions(fitted, parameters));
+        let change = motions.velocity_change(index);
+        let lever = contact.closest.point - motions.before[index].pose.position;
+        value += lever.cross(change) / gyration_m;
+        variance += (EXPLAINED_SPIN * change.length()).powi(2);
+    }
+    Measured { value, std: variance.sqrt().hypot(BRAKED_SPIN * value) }
 }
 
 /// How an impulse at the contact moves both bodies.
@@ -97,8 +141,8 @@ struct Side {
     levers_m: [f64; 2],
     squared_gyration_m2: f64,
     yaw_observed: bool,
-    /// The standard deviation of the slip due to a spin before the impact that is not observed (m/s).
-    unobserved_slip_m_s: f64,
+    /// The slip due to a spin before the impact that is not observed (m/s), and its standard deviation.
+    unobserved_slip: Measured,
 }
 
 /// Normal and tangential impulse over the mass of b (m/s), and the mass of b over that of a.
@@ -112,24 +156,33 @@ struct Impulse {
 /// Tangential over normal impulse, as measured and as it would end the slip, with their covariance.
 struct Ratios {
     values: [f64; 2],
+    /// The part of the ratio that would end the slip that is due to the slip before the impact.
+    slip_ratio: f64,
     covariance: DMatrix<f64>,
 }
 
 impl ImpactGeometry {
-    fn new(fitted: &MotionFit, contact: &Contact) -> Self {
+    fn new(fitted: &MotionFit, contacts: &[Contact], contact: &Contact) -> Self {
         let normal = contact.closest.normal_ab;
         let along = normal.perpendicular();
         let motions = contact.motions(fitted, &fitted.minimum.parameters);
         let side = |index: usize, k: usize| {
             let (before, body) = (motions.before[index], &fitted.model.bodies[k]);
             let lever = contact.closest.point - before.pose.position;
-            let unobserved = if body.yaw_observed { 0.0 } else { UNOBSERVED_SPIN };
+            let sign = if index == 0 { 1.0 } else { -1.0 };
+            let unobserved_slip = if body.yaw_observed {
+                Measured { value: 0.0, std: 0.0 }
+            } else {
+                let speed = unobserved_surface_speed(fitted, contacts, contact, k);
+                let lever_radii = lever.dot(normal) / body.gyration_m;
+                Measured { value: sign * lever_radii * speed.value, std: lever_radii.abs() * speed.std }
+            };
             Side {
                 index,
                 levers_m: [lever.cross(normal), lever.cross(along)],
                 squared_gyration_m2: body.gyration_m.powi(2),
                 yaw_observed: body.yaw_observed,
-                unobserved_slip_m_s: unobserved * before.velocity.length(),
+                unobserved_slip,
             }
         };
         let mut sides = vec![side(1, contact.b)];
@@ -154,7 +207,8 @@ impl ImpactGeometry {
             let spin = side.squared_gyration_m2 * (after.spin_rad_s - before.spin_rad_s);
             changes.extend([change.dot(self.normal), change.dot(self.along), spin]);
         }
-        changes.push(contact.relative_velocities(motions)[0].dot(self.along));
+        let unobserved: f64 = self.sides.iter().map(|side| side.unobserved_slip.value).sum();
+        changes.push(contact.relative_velocities(motions)[0].dot(self.along) + unobserved);
         changes
     }
 
@@ -184,7 +238,7 @@ impl ImpactGeometry {
             covariance[(row - 1, row - 1)] += (MODEL_STD * normal).powi(2);
             covariance[(row, row)] += (lever_m * normal).powi(2) + (GYRATION_STD * changes[row]).powi(2);
             let slip = self.rows();
-            covariance[(slip, slip)] += side.unobserved_slip_m_s.powi(2);
+            covariance[(slip, slip)] += side.unobserved_slip.std.powi(2);
         }
         covariance
     }
@@ -220,15 +274,16 @@ impl ImpactGeometry {
         let mut of_changes = DMatrix::zeros(unknowns + 1, rows + 1);
         of_changes.view_mut((0, 0), (unknowns, rows)).copy_from(&gain);
         of_changes[(unknowns, rows)] = 1.0;
-        let (values, slopes) = self.ratios_of(impulse, changes[rows]);
+        let (values, slip_ratio, slopes) = self.ratios_of(impulse, changes[rows]);
         let map = slopes * of_changes;
-        Some(Ratios { values, covariance: &map * covariance * map.transpose() * excess })
+        Some(Ratios { values, slip_ratio, covariance: &map * covariance * map.transpose() * excess })
     }
 
-    /// The ratios of an impulse and a slip, with their derivatives by the unknowns and the slip.
+    /// The ratios of an impulse and a slip, the part of the second one that is due to the slip, and the derivatives of both by the unknowns and
+    /// the slip.
     ///
     /// A tangential impulse of `slip - coupling x normal` over `tangential` ends the slip (Routh).
-    fn ratios_of(&self, impulse: Impulse, slip: f64) -> ([f64; 2], DMatrix<f64>) {
+    fn ratios_of(&self, impulse: Impulse, slip: f64) -> ([f64; 2], f64, DMatrix<f64>) {
         let per_mass = |side: &Side| {
             let [by_normal, by_tangential] = side.levers_m;
             let squared = side.squared_gyration_m2;
@@ -252,6 +307,6 @@ impl ImpactGeometry {
             slopes[(1, 2)] = -(of_coupling + sticking * of_tangential) / tangential;
         }
         slopes[(1, unknowns)] = 1.0 / (impulse.normal * tangential);
-        ([measured, sticking], slopes)
+        ([measured, sticking], slip / (impulse.normal * tangential), slopes)
     }
 }

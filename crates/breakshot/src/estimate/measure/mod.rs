@@ -140,7 +140,7 @@ pub(crate) fn measured(estimate: &ClipEstimate, clip: &ClipTracks) -> (ClipFit, 
     let remarks = inconsistency.iter().chain(&fit.remarks).chain(of_impacts).cloned().collect();
     let measurements: Vec<Measurements> = by_fit.iter().map(|m| m.measurements.clone()).collect();
     let oblique_impacts = fits.iter().zip(&by_fit).flat_map(|(fitted, of_fit)| {
-        of_fit.contacts.iter().filter_map(|c| contact_friction::oblique_impact(fitted, c))
+        of_fit.contacts.iter().filter_map(|c| contact_friction::oblique_impact(fitted, &of_fit.contacts, c))
     });
     let measured = ClipMeasurements {
         name: clip.name.clone(),

@@ -15,7 +15,7 @@ use crate::physics::{
 use crate::plan::options::ExecutionNoise;
 use crate::plan::result::Source;
 use crate::properties::support::possible as possible_support;
-use crate::properties::{ContactFriction, Properties, PropertyGroup, TangentialRestitution};
+use crate::properties::{ContactFriction, Properties, PropertyGroup, SlipDamping, TangentialRestitution};
 use crate::scene::{Placed, Scene, Strike};
 use crate::uncertain::Estimate;
 use nalgebra::DMatrix;
@@ -200,9 +200,9 @@ impl Sampler {
         let friction = &mut drawn.contact_friction;
         friction.objects = Some(self.contact_friction(friction.objects));
         friction.striker = Some(self.contact_friction(friction.striker));
-        let tangential = &mut drawn.tangential_restitution;
-        tangential.objects = Some(self.tangential_restitution(tangential.objects));
-        tangential.striker = Some(self.tangential_restitution(tangential.striker));
+        let (restitution, damping) = (&mut drawn.tangential_restitution, &mut drawn.tangential_damping);
+        self.tangential_law(&mut restitution.objects, &mut damping.objects);
+        self.tangential_law(&mut restitution.striker, &mut damping.striker);
         for ratio in drawn.support.values_mut() {
             ratio.mean = self.support(ratio);
         }
@@ -255,13 +255,25 @@ impl Sampler {
         })
     }
 
-    /// Tangential restitution, zero with its prior's standard deviation where it was not measured.
-    fn tangential_restitution(&mut self, measured: Option<Estimate>) -> Estimate {
-        let (mean, std) = measured.map_or((0.0, TangentialRestitution::ASSUMED_STD), |e| {
+    /// One of the two laws of tangential restitution with its parameter; the assumed ones where they were not measured.
+    fn tangential_law(&mut self, restitution: &mut Option<Estimate>, damping: &mut Option<SlipDamping>) {
+        let normals = [(); 2].map(|()| self.normal(Source::Contacts));
+        let uniform = self.uniform(Source::Contacts);
+        if self.fixed == Some(Source::Contacts) {
+            return;
+        }
+        let (mean, std) = restitution.map_or((0.0, TangentialRestitution::ASSUMED_STD), |e| {
             (e.mean, e.standard_error.hypot(e.std.unwrap_or(0.0)))
         });
         let [least, most] = TangentialRestitution::RANGE;
-        Estimate::exact((mean + std * self.normal(Source::Contacts)).clamp(least, most))
+        *restitution = Some(Estimate::exact((mean + std * normals[0]).clamp(least, most)));
+
+        let SlipDamping { probability, exponent } = damping.unwrap_or(SlipDamping::assumed());
+        let std = exponent.standard_error / exponent.mean;
+        *damping = Some(SlipDamping {
+            probability: if uniform < probability { 1.0 } else { 0.0 },
+            exponent: Estimate::exact(exponent.mean * (std * normals[1]).exp()),
+        });
     }
 
     /// A law of simultaneous impacts: linear or Hertzian, with equal stiffness or equal contact times.  It is not identified.
