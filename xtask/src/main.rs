@@ -21,7 +21,7 @@ mod venv;
 
 use std::path::PathBuf;
 use std::process::ExitCode;
-use validate::{Effort, LabCell};
+use validate::{Effort, Films, LabCell};
 
 const USAGE: &str = "\
 usage: cargo xtask TASK
@@ -73,10 +73,11 @@ usage: cargo xtask TASK
   bench estimate [LAB TRACKS]
                    time of estimation in drawn campaigns of growing size, or from the films' tracks (TRACKS is what
                    `breakshot estimate --tracks` wrote)
-  validate strikes LAB [PILES] [--repeat|--search] [--cell FOLDER]
+  validate strikes LAB [PILES] [--repeat|--search] [--advised] [--cell FOLDER]
                    plans for random piles, carried out in the lab (60 piles if not given); --repeat makes each planned
                    strike ten times more, poses, speed and heading being off; --search also looks in the lab
-                   itself for the piles that some strike singulates reliably (minutes a pile); FOLDER is that of a cell that
+                   itself for the piles that some strike singulates reliably (minutes a pile); --advised films ten advised
+                   clips and learns from them as well; FOLDER is that of a cell that
                    `validate cells` filmed (target/validate/cells/601-hard), in place of the lab's own
   validate missing LAB [PILES]
                    the same piles (20 if not given) with every property that concerns them removed in turn, and with every object
@@ -231,7 +232,7 @@ fn contact(lab: &str, rest: &[&str]) -> Result<(), String> {
     validate::contact(lab.as_ref(), cells)
 }
 
-/// `validate strikes LAB [PILES] [--repeat|--search] [--cell FOLDER]`.
+/// `validate strikes LAB [PILES] [--repeat|--search] [--advised] [--cell FOLDER]`.
 fn strikes(lab: &str, rest: &[&str]) -> Result<(), String> {
     let (cell, rest) = match rest {
         [rest @ .., "--cell", folder] => (Some(folder.as_ref()), rest),
@@ -239,6 +240,8 @@ fn strikes(lab: &str, rest: &[&str]) -> Result<(), String> {
     };
     let cell = LabCell::of(lab.as_ref(), cell)?;
     let (flags, counts): (Vec<&str>, Vec<&str>) = rest.iter().partition(|word| word.starts_with("--"));
+    let (advised, flags): (Vec<&str>, Vec<&str>) = flags.into_iter().partition(|flag| *flag == "--advised");
+    let films = if advised.is_empty() { Films::Own } else { Films::Advised };
     let effort = match &flags[..] {
         [] => Effort::Once,
         ["--repeat"] => Effort::Repeat,
@@ -246,7 +249,7 @@ fn strikes(lab: &str, rest: &[&str]) -> Result<(), String> {
         other => return Err(format!("unknown flags: {}", other.join(" "))),
     };
     let piles = counts.first().map_or(Ok(60), |count| count.parse());
-    validate::strikes(&cell, piles.map_err(|e| format!("number of piles: {e}"))?, effort)
+    validate::strikes(&cell, piles.map_err(|e| format!("number of piles: {e}"))?, films, effort)
 }
 
 fn campaigns(rest: &[&str]) -> Result<(), String> {

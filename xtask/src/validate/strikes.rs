@@ -13,6 +13,7 @@ mod solvable;
 mod table;
 
 use super::Program;
+use super::estimation::contact;
 use crate::splitmix::Draw;
 use breakshot::geometry::outline::Outline;
 use breakshot::geometry::{Point, Pose, Vec2};
@@ -39,6 +40,15 @@ pub(crate) enum Effort {
     Repeat,
     /// Where it is not reliable other strikes are tried.
     Search,
+}
+
+/// The films that the properties are learned from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Films {
+    /// Those of the cell.
+    Own,
+    /// Also ten that are advised.
+    Advised,
 }
 
 /// A cell of the lab: its folder of scripts, that of the campaign with the cell's files, and what the scripts read about it.
@@ -80,9 +90,9 @@ impl LabCell {
 }
 
 /// Plans and strikes `count` random piles of 2 to 6 objects, and looks for reliable strikes.
-pub(crate) fn run(cell: &LabCell, count: usize, effort: Effort) -> Result<(), String> {
+pub(crate) fn run(cell: &LabCell, count: usize, films: Films, effort: Effort) -> Result<(), String> {
     let program = Program::build()?;
-    let study = Study::new(&program, cell, effort)?;
+    let study = Study::new(&program, cell, films, effort)?;
     let piles = Lab::start(cell)?.piles(count, 1)?;
     let trials = on_all_cores(cell, &piles, |lab, pile, seed| {
         let trial = trial(lab, &study, pile, seed).map_err(|e| format!("{}: {e}", pile.name))?;
@@ -100,7 +110,7 @@ pub(crate) fn run(cell: &LabCell, count: usize, effort: Effort) -> Result<(), St
 /// Plans and strikes `count` random piles with all properties, and without each of them in turn.
 pub(crate) fn run_missing(cell: &LabCell, count: usize) -> Result<(), String> {
     let program = Program::build()?;
-    let study = Study::new(&program, cell, Effort::Once)?;
+    let study = Study::new(&program, cell, Films::Own, Effort::Once)?;
     let piles = Lab::start(cell)?.piles(count, 1)?;
     missing::run(cell, &study, &piles)
 }
@@ -108,7 +118,7 @@ pub(crate) fn run_missing(cell: &LabCell, count: usize) -> Result<(), String> {
 /// Plans and strikes `count` random piles without an arm and with one.
 pub(crate) fn run_arms(cell: &LabCell, count: usize) -> Result<(), String> {
     let program = Program::build()?;
-    let study = Study::new(&program, cell, Effort::Once)?;
+    let study = Study::new(&program, cell, Films::Own, Effort::Once)?;
     let piles = Lab::start(cell)?.piles(count, 1)?;
     arms::run(cell, &study, &piles)
 }
@@ -156,8 +166,14 @@ struct Study {
 }
 
 impl Study {
-    fn new(program: &Program, cell: &LabCell, effort: Effort) -> Result<Self, String> {
-        let properties = learned(program, cell)?;
+    fn new(program: &Program, cell: &LabCell, films: Films, effort: Effort) -> Result<Self, String> {
+        let properties = match films {
+            Films::Own => learned(program, cell)?,
+            Films::Advised => {
+                let [_, after] = contact::with_advised_films(program, cell)?;
+                files::load_properties(&after).map_err(|e| e.to_string())?
+            }
+        };
         let campaign = &cell.campaign;
         let scene = Scene {
             cell: files::load_cell(campaign.join("cell.toml")).map_err(|e| e.to_string())?,

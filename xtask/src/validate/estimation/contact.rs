@@ -78,28 +78,31 @@ struct Cell {
     mean_mm: [f64; 3],
 }
 
-/// Films ten advised clips of the lab's own cell, and predicts its filmed strikes on piles before and after; whether every target
-/// holds.
-pub(crate) fn advised_films(program: &Program, lab: &Path) -> Result<bool, String> {
+/// The properties that a cell's films give, and those after ten advised clips, which are filmed as well.
+pub(crate) fn with_advised_films(program: &Program, cell: &LabCell) -> Result<[PathBuf; 2], String> {
     let python = venv::python("lab", &venv::LAB)?;
+    let name = match cell.campaign.file_name() {
+        Some(folder) if folder != "campaign" => format!("-{}", folder.to_string_lossy()),
+        _ => String::new(),
+    };
     let [before, after] =
-        ["before", "after"].map(|name| program.output.join(format!("properties-{name}.json")));
-    let path = lab.join("campaign/campaign.toml");
+        ["before", "after"].map(|when| program.output.join(format!("properties-{when}{name}.json")));
+    let path = cell.campaign.join("campaign.toml");
     program.run(&["estimate", &path.to_string_lossy(), "-o", &before.to_string_lossy()])?;
     let campaign = files::load_campaign(&path).map_err(|e| e.to_string())?.value;
     let properties = files::load_properties(&before).map_err(|e| e.to_string())?;
 
     // The films are made again if other clips are advised
-    let (clips, folder) = (program.output.join("advised.json"), program.output.join("advised"));
+    let (clips, folder) =
+        (program.output.join(format!("advised{name}.json")), program.output.join(format!("advised{name}")));
     let wanted = advised(&campaign, &properties)?.to_string();
     if std::fs::read_to_string(&clips).is_ok_and(|made| made != wanted) && folder.exists() {
         std::fs::remove_dir_all(&folder).map_err(|e| e.to_string())?;
     }
     std::fs::write(&clips, wanted).map_err(|e| e.to_string())?;
-    let specification = LabCell::own(lab).specification;
     let request =
-        Request { specification: &specification, clips: &clips, folder: &folder, films: Films::Made };
-    request.carry_out(&python, lab)?;
+        Request { specification: &cell.specification, clips: &clips, folder: &folder, films: Films::Made };
+    request.carry_out(&python, &cell.lab)?;
     let update = folder.join("campaign.toml");
     program.run(&[
         "estimate",
@@ -109,6 +112,13 @@ pub(crate) fn advised_films(program: &Program, lab: &Path) -> Result<bool, Strin
         "-o",
         &after.to_string_lossy(),
     ])?;
+    Ok([before, after])
+}
+
+/// Films ten advised clips of the lab's own cell, and predicts its filmed strikes on piles before and after; whether every target
+/// holds.
+pub(crate) fn advised_films(program: &Program, lab: &Path) -> Result<bool, String> {
+    let [before, after] = with_advised_films(program, &LabCell::own(lab))?;
     for (when, path) in [("Before", &before), ("After", &after)] {
         let learned = files::load_properties(path).map_err(|e| e.to_string())?.contact_friction;
         println!(
