@@ -62,10 +62,12 @@ impl<'a> CellArm<'a> {
         self.mounted.reachable_speed_m_s(contact_m, heading_rad, wanted_m_s, fraction).min(FASTEST_M_S)
     }
 
-    /// The reason for which the arm cannot execute a strike; `None` if it can.
+    /// The reason for which the arm cannot execute a strike as it is; `None` if it can.
     pub(crate) fn refusal(&self, strike: &Strike) -> Option<String> {
         match self.mounted.command(&self.scene.cell, strike, Some(self.scene), &self.limits) {
-            Ok(Answer::Ready(_)) => None,
+            Ok(Answer::Ready(command)) => command
+                .overshoot_m()
+                .map(|beyond_m| format!("the arm stops {:.0} mm past the end of the strike", 1e3 * beyond_m)),
             Ok(Answer::Refused(refusal)) => Some(refusal.reason),
             Err(error) => Some(error.to_string()),
         }

@@ -6,7 +6,7 @@ use super::path::limits::LimitCheck;
 use super::phase::{Phase, PhaseName};
 use crate::cell::RobotSpec;
 use crate::error::Result;
-use crate::geometry::Point;
+use crate::geometry::{Point, Vec2};
 use crate::object::Shape;
 use crate::scene::{Scene, Strike};
 use serde::{Deserialize, Serialize};
@@ -93,7 +93,17 @@ pub struct Stroke {
     pub tool_yaw_rad: f64,
 }
 
+/// Largest distance by which the striker may overshoot the planned end (m).
+const OVERSHOOT_M: f64 = 0.001;
+
 impl Command {
+    /// The distance by which the arm stops past the strike's planned end (m); `None` within [`OVERSHOOT_M`].
+    pub(crate) fn overshoot_m(&self) -> Option<f64> {
+        let Strike { start_m, heading_rad, travel_m, .. } = self.strike;
+        let beyond_m = (self.stroke.end_m - start_m).dot(Vec2::from_heading(heading_rad)) - travel_m;
+        (beyond_m > OVERSHOOT_M).then_some(beyond_m)
+    }
+
     /// The phase of a name.
     pub fn phase(&self, name: PhaseName) -> Option<&Phase> {
         self.phases.iter().find(|phase| phase.name == name)

@@ -11,8 +11,6 @@ use crate::scene::{Scene, Strike};
 
 /// Largest relative difference between the tip's speed at the contact and the planned one without a warning.
 const SPEED_TOLERANCE: f64 = 0.01;
-/// Largest distance by which the striker overshoots the planned end without a warning (m).
-const OVERSHOOT_M: f64 = 0.001;
 
 /// The strike for which a path is searched.
 pub(crate) struct StrikeTask<'a> {
@@ -85,8 +83,7 @@ fn warnings(command: &Command, mounted: &MountedArm, striker_path: &StrikerPath)
     if off > SPEED_TOLERANCE {
         warnings.push(format!("the tip's speed at the contact is off by {:.1} %", 100.0 * off));
     }
-    let beyond_m = striker_path.end_m - command.strike.travel_m;
-    if beyond_m > OVERSHOOT_M {
+    if let Some(beyond_m) = command.overshoot_m() {
         warnings.push(format!(
             "the striker stops {:.0} mm past the planned end: it cannot stop earlier after the contact",
             1e3 * beyond_m
