@@ -241,7 +241,7 @@ impl Posterior {
         });
         let [_, mean, standard_error] = moments(&constants);
         let interval_95 = [mean - Z_95 * standard_error, mean + Z_95 * standard_error];
-        (standard_error < LARGEST_STD * TangentialRestitution::ASSUMED_STD).then(|| Estimate {
+        (standard_error < LARGEST_STD * TangentialRestitution::ASSUMED_STD).then_some(Estimate {
             mean,
             std: Some(PAIR_STD),
             standard_error,

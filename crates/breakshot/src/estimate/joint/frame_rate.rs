@@ -1,7 +1,7 @@
 //! Do the files of the films say the rate at which these were taken?
 //!
-//! The striker does not yield: after its impact an object of restitution e is 1 + e times as fast as the striker was told to
-//! be, along the normal. Where objects come out slower or faster than any restitution allows, and a plain factor between the
+//! The striker does not yield: after its impact an object of restitution e is 1 + e times as fast as the given speed of the
+//! striker, along the normal. Where objects come out slower or faster than any restitution allows, and a plain factor between the
 //! rates explains all of them, the films were probably taken at that rate.
 
 use crate::estimate::clip_tracks::ClipTracks;
@@ -88,7 +88,7 @@ fn warning(RateGroup { rate_hz, objects, clips }: &RateGroup) -> Option<String> 
     let (least, most) = all.fold((f64::INFINITY, 0.0_f64), |(low, high), r| (low.min(*r), high.max(*r)));
     let (count, first) = (clips.len(), clips[0]);
     Some(format!(
-        "in {count} clips (`{first}` ..) struck objects are {least:.2} to {most:.2} times as fast as the striker was told to be, \
+        "in {count} clips (`{first}` ..) struck objects are {least:.2} to {most:.2} times as fast as the given speed of the striker, \
          possible are 1 to 2 times: as if the films were taken at {likely_hz} frames/s where their files say {}; \
          if so, write frame_rate_hz = {likely_hz} (frictions are wrong by the square of the factor), otherwise correct strike.speed_m_s",
         usual_hz(*rate_hz)

@@ -77,7 +77,7 @@ fn of_strike(
 ) -> Made {
     let named_by = match clip {
         Some(name) => words(&[name]),
-        None => words(&["strike.", "striker was told"]),
+        None => words(&["strike.", "given speed of the striker"]),
     };
     let clip = clip.map(str::to_owned);
     let make = move |_: &mut Campaign, clips: &mut Vec<ClipTracks>| {
