@@ -21,7 +21,7 @@ mod venv;
 
 use std::path::PathBuf;
 use std::process::ExitCode;
-use validate::{Effort, Films, LabCell};
+use validate::{Effort, LabCell, LearnedFrom};
 
 const USAGE: &str = "\
 usage: cargo xtask TASK
@@ -241,7 +241,7 @@ fn strikes(lab: &str, rest: &[&str]) -> Result<(), String> {
     let cell = LabCell::of(lab.as_ref(), cell)?;
     let (flags, counts): (Vec<&str>, Vec<&str>) = rest.iter().partition(|word| word.starts_with("--"));
     let (advised, flags): (Vec<&str>, Vec<&str>) = flags.into_iter().partition(|flag| *flag == "--advised");
-    let films = if advised.is_empty() { Films::Own } else { Films::Advised };
+    let learned_from = if advised.is_empty() { LearnedFrom::OwnFilms } else { LearnedFrom::AdvisedFilms };
     let effort = match &flags[..] {
         [] => Effort::Once,
         ["--repeat"] => Effort::Repeat,
@@ -249,7 +249,7 @@ fn strikes(lab: &str, rest: &[&str]) -> Result<(), String> {
         other => return Err(format!("unknown flags: {}", other.join(" "))),
     };
     let piles = counts.first().map_or(Ok(60), |count| count.parse());
-    validate::strikes(&cell, piles.map_err(|e| format!("number of piles: {e}"))?, films, effort)
+    validate::strikes(&cell, piles.map_err(|e| format!("number of piles: {e}"))?, learned_from, effort)
 }
 
 fn campaigns(rest: &[&str]) -> Result<(), String> {

@@ -44,11 +44,11 @@ pub(crate) enum Effort {
 
 /// The films that the properties are learned from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Films {
+pub(crate) enum LearnedFrom {
     /// Those of the cell.
-    Own,
+    OwnFilms,
     /// Also ten that are advised.
-    Advised,
+    AdvisedFilms,
 }
 
 /// A cell of the lab: its folder of scripts, that of the campaign with the cell's files, and what the scripts read about it.
@@ -90,9 +90,14 @@ impl LabCell {
 }
 
 /// Plans and strikes `count` random piles of 2 to 6 objects, and looks for reliable strikes.
-pub(crate) fn run(cell: &LabCell, count: usize, films: Films, effort: Effort) -> Result<(), String> {
+pub(crate) fn run(
+    cell: &LabCell,
+    count: usize,
+    learned_from: LearnedFrom,
+    effort: Effort,
+) -> Result<(), String> {
     let program = Program::build()?;
-    let study = Study::new(&program, cell, films, effort)?;
+    let study = Study::new(&program, cell, learned_from, effort)?;
     let piles = Lab::start(cell)?.piles(count, 1)?;
     let trials = on_all_cores(cell, &piles, |lab, pile, seed| {
         let trial = trial(lab, &study, pile, seed).map_err(|e| format!("{}: {e}", pile.name))?;
@@ -110,7 +115,7 @@ pub(crate) fn run(cell: &LabCell, count: usize, films: Films, effort: Effort) ->
 /// Plans and strikes `count` random piles with all properties, and without each of them in turn.
 pub(crate) fn run_missing(cell: &LabCell, count: usize) -> Result<(), String> {
     let program = Program::build()?;
-    let study = Study::new(&program, cell, Films::Own, Effort::Once)?;
+    let study = Study::new(&program, cell, LearnedFrom::OwnFilms, Effort::Once)?;
     let piles = Lab::start(cell)?.piles(count, 1)?;
     missing::run(cell, &study, &piles)
 }
@@ -118,7 +123,7 @@ pub(crate) fn run_missing(cell: &LabCell, count: usize) -> Result<(), String> {
 /// Plans and strikes `count` random piles without an arm and with one.
 pub(crate) fn run_arms(cell: &LabCell, count: usize) -> Result<(), String> {
     let program = Program::build()?;
-    let study = Study::new(&program, cell, Films::Own, Effort::Once)?;
+    let study = Study::new(&program, cell, LearnedFrom::OwnFilms, Effort::Once)?;
     let piles = Lab::start(cell)?.piles(count, 1)?;
     arms::run(cell, &study, &piles)
 }
@@ -166,10 +171,15 @@ struct Study {
 }
 
 impl Study {
-    fn new(program: &Program, cell: &LabCell, films: Films, effort: Effort) -> Result<Self, String> {
-        let properties = match films {
-            Films::Own => learned(program, cell)?,
-            Films::Advised => {
+    fn new(
+        program: &Program,
+        cell: &LabCell,
+        learned_from: LearnedFrom,
+        effort: Effort,
+    ) -> Result<Self, String> {
+        let properties = match learned_from {
+            LearnedFrom::OwnFilms => learned(program, cell)?,
+            LearnedFrom::AdvisedFilms => {
                 let [_, after] = contact::with_advised_films(program, cell)?;
                 files::load_properties(&after).map_err(|e| e.to_string())?
             }

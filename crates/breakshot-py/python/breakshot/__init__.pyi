@@ -71,6 +71,16 @@ class _Contacts(Record):
     striker: _Estimate | None
 
 @type_check_only
+class _SlipDamping(Record):
+    probability: float
+    exponent: _Estimate
+
+@type_check_only
+class _TangentialDamping(Record):
+    objects: _SlipDamping | None
+    striker: _SlipDamping | None
+
+@type_check_only
 class _Tilt(Record):
     x: _Estimate
     y: _Estimate
@@ -189,6 +199,10 @@ class _PropertiesFields(_Value):
     def pair_mass_ratio(self) -> Mapping[str, _Estimate]: ...
     @property
     def contact_friction(self) -> _Contacts: ...
+    @property
+    def tangential_restitution(self) -> _Contacts: ...
+    @property
+    def tangential_damping(self) -> _TangentialDamping: ...
     @property
     def support(self) -> Mapping[str, _Estimate]: ...
     @property

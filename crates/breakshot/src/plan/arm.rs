@@ -62,16 +62,34 @@ impl<'a> CellArm<'a> {
         self.mounted.reachable_speed_m_s(contact_m, heading_rad, wanted_m_s, fraction).min(FASTEST_M_S)
     }
 
-    /// The reason for which the arm cannot execute a strike as it is; `None` if it can.
-    pub(crate) fn refusal(&self, strike: &Strike) -> Option<String> {
+    /// How the arm executes a strike.
+    pub(crate) fn execution(&self, strike: &Strike) -> Execution {
         match self.mounted.command(&self.scene.cell, strike, Some(self.scene), &self.limits) {
-            Ok(Answer::Ready(command)) => command
-                .overshoot_m()
-                .map(|beyond_m| format!("the arm stops {:.0} mm past the end of the strike", 1e3 * beyond_m)),
-            Ok(Answer::Refused(refusal)) => Some(refusal.reason),
-            Err(error) => Some(error.to_string()),
+            Ok(Answer::Ready(command)) if command.overshoot_m().is_none() => Execution::AsPlanned,
+            Ok(Answer::Ready(_)) => Execution::Overshoot,
+            Ok(Answer::Refused(refusal)) => Execution::Refused(refusal.reason),
+            Err(error) => Execution::Refused(error.to_string()),
         }
     }
+
+    /// The reason for which the arm cannot execute a strike; `None` if it can.
+    pub(crate) fn refusal(&self, strike: &Strike) -> Option<String> {
+        match self.execution(strike) {
+            Execution::Refused(reason) => Some(reason),
+            Execution::AsPlanned | Execution::Overshoot => None,
+        }
+    }
+}
+
+/// How an arm executes a planned strike.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) enum Execution {
+    /// It ends where the strike was planned to end.
+    AsPlanned,
+    /// It needs a softer stop and ends past the planned end.
+    Overshoot,
+    /// It cannot, for this reason.
+    Refused(String),
 }
 
 /// The laws of a plan's simulations: with the arm's effective mass, or with a striker that impacts do not slow.

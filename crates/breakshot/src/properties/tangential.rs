@@ -157,6 +157,22 @@ mod tests {
     }
 
     #[test]
+    fn copies_and_files_keep_the_damping() {
+        let exponent = Estimate { standard_error: 0.4, ..Estimate::exact(1.5) };
+        let damping = SlipDamping { probability: 0.7, exponent };
+        let properties = Properties {
+            version: 1,
+            tangential_damping: TangentialDamping { objects: Some(damping), striker: None },
+            ..Properties::default()
+        };
+        assert_eq!(properties.values().tangential_damping, properties.tangential_damping);
+        let text = serde_json::to_string(&properties).expect("numbers");
+        assert_eq!(serde_json::from_str::<Properties>(&text).expect("a file"), properties);
+        let exact = properties.exact().tangential_damping.objects.expect("kept");
+        assert_eq!((exact.probability, exact.exponent), (0.7, Estimate::exact(1.5)));
+    }
+
+    #[test]
     fn impossible_damping_is_refused() {
         let damping = |probability, exponent| TangentialDamping {
             objects: Some(SlipDamping { probability, exponent: Estimate::exact(exponent) }),

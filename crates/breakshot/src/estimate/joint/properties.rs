@@ -74,7 +74,7 @@ pub(crate) fn properties(
         striker: of_striker.tangential_restitution,
     };
     properties.tangential_damping =
-        TangentialDamping { objects: between_objects.damping, striker: of_striker.damping };
+        TangentialDamping { objects: Some(between_objects.damping), striker: Some(of_striker.damping) };
 
     properties.tilt = tilt.map(|(_, tilt)| tilt);
     properties.support = support::supports(kept.iter().map(|clip| clip.supports.as_slice()));

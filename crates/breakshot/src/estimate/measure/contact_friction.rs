@@ -4,7 +4,7 @@
 //! friction times the normal one; if they stick, it is the impulse that ended the slip, and the coefficient is larger.
 //! The impulse follows from all velocity changes that the film shows: of both centroids, and of both spins.
 
-use super::contact::{Contact, MotionsAtImpact, Partner};
+use super::contact::{Contact, Partner};
 use crate::estimate::clip::fit::MotionFit;
 use crate::estimate::clip::result::Measured;
 use crate::geometry::Vec2;
@@ -68,8 +68,7 @@ pub(crate) fn oblique_impact(
         return None;
     }
     let geometry = ImpactGeometry::new(fitted, contacts, contact);
-    let (changes, noise) =
-        fitted.propagated(|parameters| geometry.changes(contact, &contact.motions(fitted, parameters)));
+    let (changes, noise) = fitted.propagated(|parameters| geometry.changes(fitted, contact, parameters));
     let ratios = geometry.ratios(&changes, noise)?;
 
     let sign = ratios.values[1].signum();
@@ -94,55 +93,87 @@ pub(crate) fn oblique_impact(
     numbers.iter().chain(&found.slip_ratio).all(|x| x.is_finite()).then_some(found)
 }
 
-/// The spin of a body before a contact, times its radius of gyration (m/s), where its marker does not show it.
+/// The spin before an impact of a body whose marker does not show it, from the impacts before.
 ///
 /// An impulse at a contact point changes the spin by the cross product of lever and velocity change over the squared radius of gyration.
-fn unobserved_surface_speed(
-    fitted: &MotionFit,
-    contacts: &[Contact],
-    until: &Contact,
+struct UnobservedSpin<'a> {
     body: usize,
-) -> Measured {
-    let parameters = &fitted.minimum.parameters;
-    let gyration_m = fitted.model.bodies[body].gyration_m;
-    let is_earlier = |c: &&Contact| {
-        (c.a == Partner::Body(body) || c.b == body) && parameters[c.time_index] < parameters[until.time_index]
-    };
-    let earlier: Vec<&Contact> = contacts.iter().filter(is_earlier).collect();
-    if earlier.is_empty() || !earlier.iter().all(|c| c.normal_from_outlines) {
-        let index = usize::from(until.b == body);
-        let speed_m_s = until.motions(fitted, parameters).before[index].velocity.length();
-        return Measured { value: 0.0, std: UNOBSERVED_SPIN * speed_m_s };
+    /// The impacts before; none if one of them does not show its impulse.
+    earlier: Vec<&'a Contact>,
+    /// The slip per spin times radius of gyration.
+    slip_per_speed: f64,
+    /// The standard deviation of the slip that the noise of the tracks does not explain (m/s).
+    slip_std_m_s: f64,
+}
+
+impl<'a> UnobservedSpin<'a> {
+    fn new(
+        fitted: &MotionFit,
+        contacts: &'a [Contact],
+        until: &Contact,
+        body: usize,
+        slip_per_speed: f64,
+    ) -> Self {
+        let parameters = &fitted.minimum.parameters;
+        let events = fitted.model.events.iter().zip(&fitted.layout.events).filter(|(event, indices)| {
+            event.members.contains(&body) && parameters[indices.time] < parameters[until.time_index]
+        });
+        let shown = |time: usize| {
+            contacts.iter().find(|c| c.time_index == time && c.normal_from_outlines && c.restitution)
+        };
+        let earlier: Option<Vec<&Contact>> = events.map(|(_, indices)| shown(indices.time)).collect();
+        let mut spin = Self { body, earlier: earlier.unwrap_or_default(), slip_per_speed, slip_std_m_s: 0.0 };
+        let std_m_s = if spin.earlier.is_empty() {
+            let index = usize::from(until.b == body);
+            UNOBSERVED_SPIN * until.motions(fitted, parameters).before[index].velocity.length()
+        } else {
+            let changes = spin.earlier.iter().map(|c| spin.velocity_change(fitted, parameters, c).1.length());
+            let of_normals = changes.map(|change| (EXPLAINED_SPIN * change).powi(2)).sum::<f64>().sqrt();
+            of_normals.hypot(BRAKED_SPIN * spin.speed_m_s(fitted, parameters))
+        };
+        spin.slip_std_m_s = slip_per_speed.abs() * std_m_s;
+        spin
     }
-    let (mut value, mut variance) = (0.0, 0.0);
-    for contact in earlier {
-        let (index, motions) = (usize::from(contact.b == body), contact.motions(fitted, parameters));
-        let change = motions.velocity_change(index);
-        let lever = contact.closest.point - motions.before[index].pose.position;
-        value += lever.cross(change) / gyration_m;
-        variance += (EXPLAINED_SPIN * change.length()).powi(2);
+
+    /// The lever of an earlier impact about the centroid (m), and the change of the centroid's velocity (m/s).
+    fn velocity_change(&self, fitted: &MotionFit, parameters: &[f64], contact: &Contact) -> (Vec2, Vec2) {
+        let (index, motions) = (usize::from(contact.b == self.body), contact.motions(fitted, parameters));
+        (contact.closest.point - motions.before[index].pose.position, motions.velocity_change(index))
     }
-    Measured { value, std: variance.sqrt().hypot(BRAKED_SPIN * value) }
+
+    /// The spin times the radius of gyration; zero where nothing explains it.
+    fn speed_m_s(&self, fitted: &MotionFit, parameters: &[f64]) -> f64 {
+        let of_contact = |contact: &&Contact| {
+            let (lever, change) = self.velocity_change(fitted, parameters, contact);
+            lever.cross(change)
+        };
+        self.earlier.iter().map(of_contact).sum::<f64>() / fitted.model.bodies[self.body].gyration_m
+    }
+
+    /// The slip that it adds (m/s).
+    fn slip_m_s(&self, fitted: &MotionFit, parameters: &[f64]) -> f64 {
+        self.slip_per_speed * self.speed_m_s(fitted, parameters)
+    }
 }
 
 /// How an impulse at the contact moves both bodies.
-struct ImpactGeometry {
+struct ImpactGeometry<'a> {
     normal: Vec2,
     along: Vec2,
     /// Body b and, unless the striker is the partner, body a.
-    sides: Vec<Side>,
+    sides: Vec<Side<'a>>,
 }
 
 /// One body of an impact.
-struct Side {
+struct Side<'a> {
     /// 0 for a, 1 for b.
     index: usize,
     /// The torque about the centroid per normal and per tangential impulse (m).
     levers_m: [f64; 2],
     squared_gyration_m2: f64,
     yaw_observed: bool,
-    /// The slip due to a spin before the impact that is not observed (m/s), and its standard deviation.
-    unobserved_slip: Measured,
+    /// `None` if the marker shows the spin.
+    unobserved_spin: Option<UnobservedSpin<'a>>,
 }
 
 /// Normal and tangential impulse over the mass of b (m/s), and the mass of b over that of a.
@@ -161,8 +192,8 @@ struct Ratios {
     covariance: DMatrix<f64>,
 }
 
-impl ImpactGeometry {
-    fn new(fitted: &MotionFit, contacts: &[Contact], contact: &Contact) -> Self {
+impl<'a> ImpactGeometry<'a> {
+    fn new(fitted: &MotionFit, contacts: &'a [Contact], contact: &Contact) -> Self {
         let normal = contact.closest.normal_ab;
         let along = normal.perpendicular();
         let motions = contact.motions(fitted, &fitted.minimum.parameters);
@@ -170,19 +201,15 @@ impl ImpactGeometry {
             let (before, body) = (motions.before[index], &fitted.model.bodies[k]);
             let lever = contact.closest.point - before.pose.position;
             let sign = if index == 0 { 1.0 } else { -1.0 };
-            let unobserved_slip = if body.yaw_observed {
-                Measured { value: 0.0, std: 0.0 }
-            } else {
-                let speed = unobserved_surface_speed(fitted, contacts, contact, k);
-                let lever_radii = lever.dot(normal) / body.gyration_m;
-                Measured { value: sign * lever_radii * speed.value, std: lever_radii.abs() * speed.std }
-            };
+            let slip_per_speed = sign * lever.dot(normal) / body.gyration_m;
+            let unobserved_spin = (!body.yaw_observed)
+                .then(|| UnobservedSpin::new(fitted, contacts, contact, k, slip_per_speed));
             Side {
                 index,
                 levers_m: [lever.cross(normal), lever.cross(along)],
                 squared_gyration_m2: body.gyration_m.powi(2),
                 yaw_observed: body.yaw_observed,
-                unobserved_slip,
+                unobserved_spin,
             }
         };
         let mut sides = vec![side(1, contact.b)];
@@ -199,7 +226,8 @@ impl ImpactGeometry {
 
     /// For each side the change of the centroid's velocity along normal and tangent (m/s), and that of the spin times the
     /// squared radius of gyration (m2/s); last the slip: the tangential velocity of a's contact point relative to b's (m/s).
-    fn changes(&self, contact: &Contact, motions: &MotionsAtImpact) -> Vec<f64> {
+    fn changes(&self, fitted: &MotionFit, contact: &Contact, parameters: &[f64]) -> Vec<f64> {
+        let motions = &contact.motions(fitted, parameters);
         let mut changes = Vec::with_capacity(self.rows() + 1);
         for side in &self.sides {
             let [before, after] = [motions.before[side.index], motions.after[side.index]];
@@ -207,7 +235,8 @@ impl ImpactGeometry {
             let spin = side.squared_gyration_m2 * (after.spin_rad_s - before.spin_rad_s);
             changes.extend([change.dot(self.normal), change.dot(self.along), spin]);
         }
-        let unobserved: f64 = self.sides.iter().map(|side| side.unobserved_slip.value).sum();
+        let unobserved_spins = self.sides.iter().filter_map(|side| side.unobserved_spin.as_ref());
+        let unobserved: f64 = unobserved_spins.map(|spin| spin.slip_m_s(fitted, parameters)).sum();
         changes.push(contact.relative_velocities(motions)[0].dot(self.along) + unobserved);
         changes
     }
@@ -238,7 +267,8 @@ impl ImpactGeometry {
             covariance[(row - 1, row - 1)] += (MODEL_STD * normal).powi(2);
             covariance[(row, row)] += (lever_m * normal).powi(2) + (GYRATION_STD * changes[row]).powi(2);
             let slip = self.rows();
-            covariance[(slip, slip)] += side.unobserved_slip.std.powi(2);
+            covariance[(slip, slip)] +=
+                side.unobserved_spin.as_ref().map_or(0.0, |spin| spin.slip_std_m_s.powi(2));
         }
         covariance
     }
@@ -284,7 +314,7 @@ impl ImpactGeometry {
     ///
     /// A tangential impulse of `slip - coupling x normal` over `tangential` ends the slip (Routh).
     fn ratios_of(&self, impulse: Impulse, slip: f64) -> ([f64; 2], f64, DMatrix<f64>) {
-        let per_mass = |side: &Side| {
+        let per_mass = |side: &Side<'_>| {
             let [by_normal, by_tangential] = side.levers_m;
             let squared = side.squared_gyration_m2;
             [1.0 + by_tangential * by_tangential / squared, by_normal * by_tangential / squared]

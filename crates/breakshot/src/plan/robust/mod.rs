@@ -10,7 +10,7 @@ pub(crate) mod explain;
 pub(crate) mod scenarios;
 pub(crate) mod strike_grid;
 
-use super::arm::{CellArm, laws_with};
+use super::arm::{CellArm, Execution, laws_with};
 use super::options::{Aim, Options};
 use super::result::{Contact, Iteration, Outcome, Plan, Prediction, Robustness, RunnerUp};
 use crate::error::{Error, Result};
@@ -232,7 +232,7 @@ impl Search<'_> {
     }
 
     /// The best strikes that the arm can execute, without variants of better ones; eliminated strikes only if the arm can execute none
-    /// of the last round.
+    /// of the last round, and those that the arm ends past their planned end if it executes none as planned.
     ///
     /// # Errors
     /// The arm's refusal of the best strike, if it can execute none.
@@ -242,16 +242,17 @@ impl Search<'_> {
     ) -> std::result::Result<Vec<StrikeCandidate>, String> {
         let most = self.budget.finalists;
         let Some(arm) = self.arm else { return Ok(distinct(last_round, most)) };
-        let mut refusals = Vec::new();
+        let (mut refusals, mut overshooting) = (Vec::new(), Vec::new());
         for strikes in [last_round, eliminated] {
             let mut found: Vec<StrikeCandidate> = Vec::new();
             for some in strikes.chunks(most) {
                 let new: Vec<_> = some.iter().filter(|c| !found.iter().any(|f| f.is_alike(c))).collect();
-                let answers: Vec<_> = new.par_iter().map(|c| arm.refusal(&c.strike)).collect();
-                for (candidate, refusal) in new.into_iter().zip(answers) {
-                    match refusal {
-                        Some(reason) => refusals.push(reason),
-                        None => found.push(candidate.clone()),
+                let answers: Vec<_> = new.par_iter().map(|c| arm.execution(&c.strike)).collect();
+                for (candidate, execution) in new.into_iter().zip(answers) {
+                    match execution {
+                        Execution::Refused(reason) => refusals.push(reason),
+                        Execution::Overshoot => overshooting.push(candidate.clone()),
+                        Execution::AsPlanned => found.push(candidate.clone()),
                     }
                 }
                 found = distinct(found, most);
@@ -263,7 +264,10 @@ impl Search<'_> {
                 return Ok(found);
             }
         }
-        Err(refusals.into_iter().next().unwrap_or_default())
+        if overshooting.is_empty() {
+            return Err(refusals.into_iter().next().unwrap_or_default());
+        }
+        Ok(distinct(overshooting, most))
     }
 
     /// Varies each strike, every generation by less, and keeps the best variant that the arm can execute.
@@ -304,10 +308,10 @@ impl Search<'_> {
         lines.into_par_iter().filter_map(|line| self.latest_executable(line)).collect()
     }
 
-    /// The latest variant that the arm can execute; the first strike of the line is one.
+    /// The latest variant that the arm executes as planned, else the first strike of the line, which it can execute.
     fn latest_executable(&self, mut line: Vec<StrikeCandidate>) -> Option<StrikeCandidate> {
         while line.len() > 1
-            && self.arm.is_some_and(|arm| arm.refusal(&line[line.len() - 1].strike).is_some())
+            && self.arm.is_some_and(|arm| arm.execution(&line[line.len() - 1].strike) != Execution::AsPlanned)
         {
             line.pop();
         }

@@ -124,6 +124,9 @@ const LEAST_FRICTION_FACTOR: f64 = 0.2;
 /// Relative step of drawn support ratios, small against their errors: worlds of equal ratios share their slide curves.
 const SUPPORT_STEP: f64 = 0.04;
 
+/// Largest standard deviation of the logarithm of an exponent of damped slip.
+const MOST_EXPONENT_STD: f64 = 2.0;
+
 /// Largest drawn slope of the table over the least friction: beyond it objects would not stop where they could have been placed.
 const MOST_SLOPE_PER_FRICTION: f64 = 0.9;
 
@@ -259,7 +262,9 @@ impl Sampler {
     fn tangential_law(&mut self, restitution: &mut Option<Estimate>, damping: &mut Option<SlipDamping>) {
         let normals = [(); 2].map(|()| self.normal(Source::Contacts));
         let uniform = self.uniform(Source::Contacts);
+        let SlipDamping { probability, exponent } = damping.unwrap_or(SlipDamping::assumed());
         if self.fixed == Some(Source::Contacts) {
+            *damping = Some(SlipDamping { probability, exponent });
             return;
         }
         let (mean, std) = restitution.map_or((0.0, TangentialRestitution::ASSUMED_STD), |e| {
@@ -268,8 +273,7 @@ impl Sampler {
         let [least, most] = TangentialRestitution::RANGE;
         *restitution = Some(Estimate::exact((mean + std * normals[0]).clamp(least, most)));
 
-        let SlipDamping { probability, exponent } = damping.unwrap_or(SlipDamping::assumed());
-        let std = exponent.standard_error / exponent.mean;
+        let std = (exponent.standard_error / exponent.mean).min(MOST_EXPONENT_STD);
         *damping = Some(SlipDamping {
             probability: if uniform < probability { 1.0 } else { 0.0 },
             exponent: Estimate::exact(exponent.mean * (std * normals[1]).exp()),

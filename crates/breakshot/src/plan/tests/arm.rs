@@ -4,7 +4,7 @@ use super::{properties, scene};
 use crate::cell::{RobotSpec, Transform};
 use crate::geometry::Point;
 use crate::physics;
-use crate::plan::arm::{CellArm, laws};
+use crate::plan::arm::{CellArm, Execution, laws};
 use crate::plan::paper::{CentralStrike, central_strikes};
 use crate::plan::*;
 use crate::robot::{self, Answer};
@@ -101,6 +101,21 @@ fn the_striker_goes_on_at_least_until_the_arm_can_stop() {
     let least_m = robot::least_follow_through_m(strike.speed_m_s);
     let planned_m = strike.travel_m - contact_m;
     assert!(planned_m > least_m - 1e-3, "{planned_m} m past the contact, {least_m} m needed");
+}
+
+#[test]
+fn a_strike_that_the_arm_ends_past_its_end_overshoots() {
+    let scene = with_indy7(0.5);
+    let planned = plan(&scene, &properties(), &Options::default()).expect("a plan");
+    let strike = planned.strike.as_ref().expect("a strike");
+    let arm = CellArm::of(&scene, &Options::default()).expect("readable").expect("an arm");
+    assert_eq!(arm.execution(strike), Execution::AsPlanned);
+    let least_m = robot::least_follow_through_m(strike.speed_m_s);
+    let short = Strike { travel_m: strike.travel_m - least_m, ..strike.clone() };
+    assert_eq!(arm.execution(&short), Execution::Overshoot);
+    assert_eq!(arm.refusal(&short), None);
+    let distant = Strike { start_m: Point::new(3.0, 0.0), ..strike.clone() };
+    assert!(matches!(arm.execution(&distant), Execution::Refused(_)), "{:?}", arm.execution(&distant));
 }
 
 #[test]

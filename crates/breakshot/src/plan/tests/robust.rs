@@ -5,9 +5,10 @@ use crate::error::Error;
 use crate::geometry::Point;
 use crate::physics::{self, Simulator, World};
 use crate::plan::robust::evaluate::{Evaluation, success_probability};
-use crate::plan::robust::scenarios::{Draws, Nominal, Scenario};
+use crate::plan::robust::scenarios::{Distribution, Draws, Nominal, Sampler, Scenario};
 use crate::plan::robust::{Budget, Refinement, Round, robust};
 use crate::plan::*;
+use crate::properties::{SlipDamping, TangentialDamping};
 use crate::scene::goal_margin::GoalEvaluator;
 use crate::scene::gripper::Gripper;
 use crate::scene::{Goal, Strike};
@@ -148,6 +149,29 @@ fn without_uncertainty_all_scenarios_are_equal() {
     let strike = planned(&scene, &exact, &options).strike.expect("a strike");
     let margins = evaluation.margins(&strike, &scenarios);
     assert!(margins.windows(2).all(|w| w[0] == w[1]), "{margins:?}");
+}
+
+#[test]
+fn the_laws_of_tangential_restitution_are_drawn_by_their_probability() {
+    let drawn = |damping: Option<SlipDamping>, fixed: Option<Source>| {
+        let mut properties = properties();
+        properties.tangential_damping = TangentialDamping { objects: damping, striker: damping };
+        let distribution = Distribution::of(&properties);
+        let draw = |k: u64| Sampler::new(3, k, fixed).properties(&distribution).tangential_damping;
+        let of_objects = (0..400).map(|k| draw(k).objects.expect("one law is drawn"));
+        of_objects.collect::<Vec<SlipDamping>>()
+    };
+    let exponent = Estimate { standard_error: 0.3, ..Estimate::exact(1.5) };
+    let likely = drawn(Some(SlipDamping { probability: 0.8, exponent }), None);
+    assert!(likely.iter().all(|d| d.probability == 0.0 || d.probability == 1.0));
+    let damped = likely.iter().filter(|d| d.probability == 1.0).count();
+    assert!((280..=360).contains(&damped), "{damped} of 400");
+    let mean = likely.iter().map(|d| d.exponent.mean.ln()).sum::<f64>() / 400.0;
+    assert!((mean - 1.5_f64.ln()).abs() < 0.04, "{mean}");
+    // What was never filmed is drawn from what is assumed, and means keep both laws.
+    let unknown = drawn(None, None).iter().filter(|d| d.probability == 1.0).count();
+    assert!((150..=250).contains(&unknown), "{unknown} of 400");
+    assert!(drawn(None, Some(Source::Contacts)).iter().all(|d| *d == SlipDamping::assumed()));
 }
 
 #[test]

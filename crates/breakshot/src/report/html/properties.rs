@@ -222,7 +222,10 @@ fn contact_friction(properties: &Properties) -> Option<String> {
     };
     let sentences = [
         sentence("Contact friction in impacts", [friction.objects, friction.striker]),
-        sentence("Tangential restitution in impacts", [tangential.objects, tangential.striker]),
+        sentence(
+            "Tangential restitution in impacts, if it is constant",
+            [tangential.objects, tangential.striker],
+        ),
         damped_slip(&properties.tangential_damping),
     ];
     let sentences: Vec<String> = sentences.into_iter().flatten().collect();
