@@ -27,9 +27,8 @@ pub(crate) use kills::{KILLS, run as kills};
 use row::{Row, require};
 use std::path::{Path, PathBuf};
 use std::process::Command;
-pub(crate) use strikes::{
-    Effort, LabCell, LearnedFrom, run as strikes, run_arms as arms, run_missing as missing,
-};
+pub(crate) use strikes::lab::LabCell;
+pub(crate) use strikes::{Effort, LearnedFrom, run as strikes, run_arms as arms, run_missing as missing};
 use truth::Truth;
 
 /// The program under test, built in release mode.

@@ -13,7 +13,7 @@ mod solvable;
 mod table;
 
 use super::Program;
-use super::estimation::contact;
+use super::estimation::advised_films;
 use crate::splitmix::Draw;
 use breakshot::geometry::outline::Outline;
 use breakshot::geometry::{Point, Pose, Vec2};
@@ -22,8 +22,7 @@ use breakshot::properties::Properties;
 use breakshot::scene::singulation::Singulation;
 use breakshot::scene::{Goal, Placed, Scene, Strike};
 use breakshot::{Result as Planned, files};
-use lab::{Lab, Pile, Rest, Variation};
-use std::path::{Path, PathBuf};
+use lab::{Lab, LabCell, Pile, Rest, Variation};
 use table::Trial;
 
 /// Strikes after which a pile has to be singulated.
@@ -49,44 +48,6 @@ pub(crate) enum LearnedFrom {
     OwnFilms,
     /// Also ten that are advised.
     AdvisedFilms,
-}
-
-/// A cell of the lab: its folder of scripts, that of the campaign with the cell's files, and what the scripts read about it.
-pub(crate) struct LabCell {
-    pub(crate) lab: PathBuf,
-    pub(crate) campaign: PathBuf,
-    pub(crate) specification: PathBuf,
-}
-
-impl LabCell {
-    /// The lab's own cell.
-    pub(crate) fn own(lab: &Path) -> Self {
-        let (campaign, specification) = (lab.join("campaign"), lab.join("campaign_spec.json"));
-        Self { lab: lab.into(), campaign, specification }
-    }
-
-    /// A cell that `validate cells` drew and filmed into a folder.
-    pub(crate) fn drawn(lab: &Path, folder: &Path) -> Result<Self, String> {
-        let files = std::fs::read_dir(folder).map_err(|e| format!("{}: {e}", folder.display()))?;
-        let mut paths: Vec<PathBuf> = files.filter_map(|file| Some(file.ok()?.path())).collect();
-        paths.sort();
-        let is_specification = |path: &PathBuf| {
-            let stem = path.file_stem().and_then(|stem| stem.to_str()).unwrap_or_default();
-            stem.starts_with("campaign_") && path.extension().is_some_and(|extension| extension == "json")
-        };
-        let specification = paths.into_iter().find(is_specification);
-        let missing = || format!("{}: no campaign_SEED.json of a drawn cell", folder.display());
-        Ok(Self {
-            lab: lab.into(),
-            campaign: folder.into(),
-            specification: specification.ok_or_else(missing)?,
-        })
-    }
-
-    /// The cell of the lab in `folder`, else the lab's own.
-    pub(crate) fn of(lab: &Path, folder: Option<&Path>) -> Result<Self, String> {
-        folder.map_or_else(|| Ok(Self::own(lab)), |folder| Self::drawn(lab, folder))
-    }
 }
 
 /// Plans and strikes `count` random piles of 2 to 6 objects, and looks for reliable strikes.
@@ -180,7 +141,7 @@ impl Study {
         let properties = match learned_from {
             LearnedFrom::OwnFilms => learned(program, cell)?,
             LearnedFrom::AdvisedFilms => {
-                let [_, after] = contact::with_advised_films(program, cell)?;
+                let [_, after] = advised_films::learned(program, cell)?;
                 files::load_properties(&after).map_err(|e| e.to_string())?
             }
         };

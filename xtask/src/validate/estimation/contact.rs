@@ -5,17 +5,17 @@
 //! Ten clips are advised and carried out in the lab, and planned strikes on random piles are simulated with the properties from
 //! before and after, and with every contact friction in steps, of which the best is printed beside the lab's own.
 
+use super::advised_films::{self, Films, Request, advised};
 use super::altered::learned;
 use super::saved::Saved;
 use crate::validate::row::{self, Row, mean_and_worst, median};
-use crate::validate::strikes::lab::{Lab, Variation};
-use crate::validate::strikes::{LabCell, placed, planned};
+use crate::validate::strikes::lab::{Lab, LabCell, Variation};
+use crate::validate::strikes::{placed, planned};
 use crate::validate::truth::Truth;
 use crate::validate::{Program, scatter};
 use crate::venv;
-use breakshot::campaign::Campaign;
 use breakshot::detect::{Sample, Track, Tracks};
-use breakshot::estimate::{self, AdviceOptions, ClipTracks, Setup};
+use breakshot::estimate::ClipTracks;
 use breakshot::files;
 use breakshot::geometry::{Point, Pose};
 use breakshot::object::kind;
@@ -28,7 +28,6 @@ use rand::{RngExt, SeedableRng};
 use rand_distr::StandardNormal;
 use rand_pcg::Pcg64Mcg;
 use serde::Deserialize;
-use serde_json::json;
 use std::collections::BTreeMap;
 use std::f64::consts::{PI, TAU};
 use std::path::{Path, PathBuf};
@@ -36,9 +35,8 @@ use std::process::Command;
 
 /// Default number of cells.
 pub(crate) const CELLS: u64 = 12;
-/// Clips of each cell's campaign, advised clips, and piles that are struck.
+/// Clips of each cell's campaign, and piles that are struck.
 const CLIPS: &str = "30";
-const ADVISED: usize = 10;
 const PILES: usize = 8;
 /// The noise of the tracks: about that of the lab's films (m, rad).
 const NOISE_M: f64 = 1e-4;
@@ -78,47 +76,10 @@ struct Cell {
     mean_mm: [f64; 3],
 }
 
-/// The properties that a cell's films give, and those after ten advised clips, which are filmed as well.
-pub(crate) fn with_advised_films(program: &Program, cell: &LabCell) -> Result<[PathBuf; 2], String> {
-    let python = venv::python("lab", &venv::LAB)?;
-    let name = match cell.campaign.file_name() {
-        Some(folder) if folder != "campaign" => format!("-{}", folder.to_string_lossy()),
-        _ => String::new(),
-    };
-    let [before, after] =
-        ["before", "after"].map(|when| program.output.join(format!("properties-{when}{name}.json")));
-    let path = cell.campaign.join("campaign.toml");
-    program.run(&["estimate", &path.to_string_lossy(), "-o", &before.to_string_lossy()])?;
-    let campaign = files::load_campaign(&path).map_err(|e| e.to_string())?.value;
-    let properties = files::load_properties(&before).map_err(|e| e.to_string())?;
-
-    // The films are made again if other clips are advised
-    let (clips, folder) =
-        (program.output.join(format!("advised{name}.json")), program.output.join(format!("advised{name}")));
-    let wanted = advised(&campaign, &properties)?.to_string();
-    if std::fs::read_to_string(&clips).is_ok_and(|made| made != wanted) && folder.exists() {
-        std::fs::remove_dir_all(&folder).map_err(|e| e.to_string())?;
-    }
-    std::fs::write(&clips, wanted).map_err(|e| e.to_string())?;
-    let request =
-        Request { specification: &cell.specification, clips: &clips, folder: &folder, films: Films::Made };
-    request.carry_out(&python, &cell.lab)?;
-    let update = folder.join("campaign.toml");
-    program.run(&[
-        "estimate",
-        &update.to_string_lossy(),
-        "--update",
-        &before.to_string_lossy(),
-        "-o",
-        &after.to_string_lossy(),
-    ])?;
-    Ok([before, after])
-}
-
 /// Films ten advised clips of the lab's own cell, and predicts its filmed strikes on piles before and after; whether every target
 /// holds.
 pub(crate) fn advised_films(program: &Program, lab: &Path) -> Result<bool, String> {
-    let [before, after] = with_advised_films(program, &LabCell::own(lab))?;
+    let [before, after] = advised_films::learned(program, &LabCell::own(lab))?;
     for (when, path) in [("Before", &before), ("After", &after)] {
         let learned = files::load_properties(path).map_err(|e| e.to_string())?.contact_friction;
         println!(
@@ -225,27 +186,6 @@ fn cell(python: &Path, lab: &Path, seed: u64) -> Result<Cell, String> {
     Ok(Cell { learned, nominal, effective: best.0, mean_mm })
 }
 
-/// The advised clips as the lab's scripts describe them.
-fn advised(campaign: &Campaign, properties: &Properties) -> Result<serde_json::Value, String> {
-    let Campaign { cell, objects, .. } = campaign;
-    let options = AdviceOptions { clips: ADVISED, scene: None, seed: 1 };
-    let advice = estimate::advice(properties, cell, objects, &options).map_err(|e| e.to_string())?;
-    let clip = |(k, clip): (usize, &estimate::AdvisedClip)| {
-        let (scene, strike) = clip.experiment.layout(Setup { cell, objects }).map_err(|e| e.to_string())?;
-        // In order: a campaign lists the object that is struck first.
-        let placed: Vec<(&str, Pose)> = scene.placed.iter().map(|p| (p.object.as_str(), p.pose())).collect();
-        Ok(json!({
-            "name": format!("advised_{:02}", k + 1),
-            "placed": placed,
-            "striker_start": strike.start_m,
-            "heading": strike.heading_rad,
-            "speed": strike.speed_m_s,
-            "travel": strike.travel_m,
-        }))
-    };
-    advice.clips.iter().enumerate().map(clip).collect::<Result<Vec<_>, String>>().map(Into::into)
-}
-
 impl Outcomes {
     /// Plans robust strikes on random piles with these properties and carries them out.
     fn new(cell: &LabCell, saved: &Saved, properties: &Properties) -> Result<Self, String> {
@@ -301,32 +241,6 @@ fn motions(python: &Path, lab: &Path, seed: u64) -> Result<PathBuf, String> {
     ]);
     venv::succeed(&mut command)?;
     Ok(folder)
-}
-
-/// Whether clips that are carried out are filmed.
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum Films {
-    Made,
-    Empty,
-}
-
-/// Clips of a cell of the lab, as `lab_clips.py` reads them, and the folder for what it writes.
-struct Request<'a> {
-    specification: &'a Path,
-    clips: &'a Path,
-    folder: &'a Path,
-    films: Films,
-}
-
-impl Request<'_> {
-    fn carry_out(&self, python: &Path, lab: &Path) -> Result<(), String> {
-        let mut command = Command::new(python);
-        command.arg("xtask/peers/lab_clips.py").args([lab, self.specification, self.clips, self.folder]);
-        if self.films == Films::Made {
-            command.arg("--film").env("MUJOCO_GL", "osmesa");
-        }
-        venv::succeed(&mut command)
-    }
 }
 
 /// The campaign with the true motions as tracks, with noise.

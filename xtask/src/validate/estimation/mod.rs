@@ -2,6 +2,7 @@
 //! motions of drawn cells, and of synthetic campaigns.
 
 pub(crate) mod advise;
+pub(crate) mod advised_films;
 pub(crate) mod altered;
 pub(crate) mod bound;
 pub(crate) mod campaigns;

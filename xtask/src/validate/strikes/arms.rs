@@ -3,8 +3,8 @@
 //! Each pile is planned without an arm and with an Indy 7 at two places beside the table.  `robot::command` has to accept the plans
 //! as they are, and the lab carries out every strike.
 
-use super::lab::{Lab, Pile, Variation};
-use super::{LabCell, Study, friction_scale, on_all_cores, placed, planned, works};
+use super::lab::{Lab, LabCell, Pile, Variation};
+use super::{Study, friction_scale, on_all_cores, placed, planned, works};
 use crate::validate::robot::indy7;
 use crate::validate::row::{self, Row};
 use breakshot::plan::Method;

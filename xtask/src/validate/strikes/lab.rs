@@ -1,6 +1,5 @@
 //! The lab as a running program: `xtask/peers/lab_strikes.py`.
 
-use super::LabCell;
 use crate::venv;
 use breakshot::geometry::Pose;
 use breakshot::scene::{Placed, Strike};
@@ -8,7 +7,46 @@ use serde::Deserialize;
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
 use std::io::{BufRead, BufReader, Write};
+use std::path::{Path, PathBuf};
 use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
+
+/// A cell of the lab: its folder of scripts, that of the campaign with the cell's files, and what the scripts read about it.
+pub(crate) struct LabCell {
+    pub(crate) lab: PathBuf,
+    pub(crate) campaign: PathBuf,
+    pub(crate) specification: PathBuf,
+}
+
+impl LabCell {
+    /// The lab's own cell.
+    pub(crate) fn own(lab: &Path) -> Self {
+        let (campaign, specification) = (lab.join("campaign"), lab.join("campaign_spec.json"));
+        Self { lab: lab.into(), campaign, specification }
+    }
+
+    /// A cell that `validate cells` drew and filmed into a folder.
+    pub(crate) fn drawn(lab: &Path, folder: &Path) -> Result<Self, String> {
+        let files = std::fs::read_dir(folder).map_err(|e| format!("{}: {e}", folder.display()))?;
+        let mut paths: Vec<PathBuf> = files.filter_map(|file| Some(file.ok()?.path())).collect();
+        paths.sort();
+        let is_specification = |path: &PathBuf| {
+            let stem = path.file_stem().and_then(|stem| stem.to_str()).unwrap_or_default();
+            stem.starts_with("campaign_") && path.extension().is_some_and(|extension| extension == "json")
+        };
+        let specification = paths.into_iter().find(is_specification);
+        let missing = || format!("{}: no campaign_SEED.json of a drawn cell", folder.display());
+        Ok(Self {
+            lab: lab.into(),
+            campaign: folder.into(),
+            specification: specification.ok_or_else(missing)?,
+        })
+    }
+
+    /// The cell of the lab in `folder`, else the lab's own.
+    pub(crate) fn of(lab: &Path, folder: Option<&Path>) -> Result<Self, String> {
+        folder.map_or_else(|| Ok(Self::own(lab)), |folder| Self::drawn(lab, folder))
+    }
+}
 
 /// A lab that waits for requests.
 pub(crate) struct Lab {

@@ -4,8 +4,8 @@
 //! object as if it had never been filmed.  The planner has to answer each time; how often its first strike works is compared with
 //! how often it works with all properties.
 
-use super::lab::{Lab, Pile, Variation};
-use super::{LabCell, Study, friction_scale, on_all_cores, placed, planned, works};
+use super::lab::{Lab, LabCell, Pile, Variation};
+use super::{Study, friction_scale, on_all_cores, placed, planned, works};
 use crate::validate::row::{self, Row};
 use breakshot::object::kind;
 use breakshot::plan::Method;
