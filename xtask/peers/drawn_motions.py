@@ -16,7 +16,9 @@ if not os.path.exists(os.path.join(folder, "camera.json")):
     with open(spec_path) as file:
         spec = json.load(file)
     for clip in spec["clips"]:
-        open(os.path.join(folder, clip["file"]), "a").close()
+        # No film, but each with a content of its own: a campaign refuses a film that is given twice.
+        with open(os.path.join(folder, clip["file"]), "w") as film:
+            film.write(clip["file"])
     subprocess.run([sys.executable, os.path.join(lab, "lab.py"), "export", spec_path, folder], check=True, stdout=sys.stderr)
 
     def shows_yaw(thing):

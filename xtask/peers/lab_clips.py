@@ -25,5 +25,7 @@ if "--film" in sys.argv:
     subprocess.run([sys.executable, os.path.join(lab, "lab.py"), "film", path, folder], check=True, stdout=sys.stderr)
 else:
     for clip in clips:
-        open(os.path.join(folder, clip["file"]), "a").close()
+        # No film, but each with a content of its own: a campaign refuses a film that is given twice.
+        with open(os.path.join(folder, clip["file"]), "w") as film:
+            film.write(clip["file"])
 subprocess.run([sys.executable, os.path.join(lab, "lab.py"), "export", path, folder], check=True, stdout=sys.stderr)

@@ -5,7 +5,7 @@ import { addKeys } from "/keys.js";
 import { ask, askForJob, follow } from "/server.js";
 
 const OUTCOMES = { found: "\u2713 Found", best_effort: "Best effort", unreachable: "\u2717 Unreachable" };
-const WORDS = { poses: "the poses of the objects", strike: "the strike\u2019s speed and heading", friction: "friction on the table", restitution: "restitution", masses: "mass ratios", contacts: "contact friction and simultaneous impacts" };
+const WORDS = { poses: "the poses of the objects", strike: "the strike\u2019s speed and heading", friction: "friction on the table", restitution: "restitution", masses: "mass ratios", contacts: "contact friction, tangential restitution and simultaneous impacts" };
 
 const percent = (part) => `${fixed(part * 100)} %`;
 

@@ -65,8 +65,9 @@ impl<'a> CellArm<'a> {
     /// How the arm executes a strike.
     pub(crate) fn execution(&self, strike: &Strike) -> Execution {
         match self.mounted.command(&self.scene.cell, strike, Some(self.scene), &self.limits) {
-            Ok(Answer::Ready(command)) if command.overshoot_m().is_none() => Execution::AsPlanned,
-            Ok(Answer::Ready(_)) => Execution::Overshoot,
+            Ok(Answer::Ready(command)) => {
+                command.overshoot_m().map_or(Execution::AsPlanned, Execution::Overshoot)
+            }
             Ok(Answer::Refused(refusal)) => Execution::Refused(refusal.reason),
             Err(error) => Execution::Refused(error.to_string()),
         }
@@ -76,18 +77,18 @@ impl<'a> CellArm<'a> {
     pub(crate) fn refusal(&self, strike: &Strike) -> Option<String> {
         match self.execution(strike) {
             Execution::Refused(reason) => Some(reason),
-            Execution::AsPlanned | Execution::Overshoot => None,
+            Execution::AsPlanned | Execution::Overshoot(_) => None,
         }
     }
 }
 
 /// How an arm executes a planned strike.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Execution {
     /// It ends where the strike was planned to end.
     AsPlanned,
-    /// It needs a softer stop and ends past the planned end.
-    Overshoot,
+    /// It needs a softer stop and ends this far past the planned end (m).
+    Overshoot(f64),
     /// It cannot, for this reason.
     Refused(String),
 }

@@ -209,7 +209,7 @@ pub enum Source {
     Restitution,
     /// Mass ratios.
     Masses,
-    /// Contact friction, and the law of simultaneous impacts.
+    /// Contact friction, tangential restitution, and the law of simultaneous impacts.
     Contacts,
 }
 
@@ -225,7 +225,7 @@ impl Source {
             Self::Friction => "friction on the table",
             Self::Restitution => "restitution",
             Self::Masses => "mass ratios",
-            Self::Contacts => "contact friction and the law of simultaneous impacts",
+            Self::Contacts => "contact friction, tangential restitution and the law of simultaneous impacts",
         }
     }
 }

@@ -232,7 +232,7 @@ impl Search<'_> {
     }
 
     /// The best strikes that the arm can execute, without variants of better ones; eliminated strikes only if the arm can execute none
-    /// of the last round, and those that the arm ends past their planned end if it executes none as planned.
+    /// of the last round.
     ///
     /// # Errors
     /// The arm's refusal of the best strike, if it can execute none.
@@ -242,17 +242,16 @@ impl Search<'_> {
     ) -> std::result::Result<Vec<StrikeCandidate>, String> {
         let most = self.budget.finalists;
         let Some(arm) = self.arm else { return Ok(distinct(last_round, most)) };
-        let (mut refusals, mut overshooting) = (Vec::new(), Vec::new());
+        let mut refusals = Vec::new();
         for strikes in [last_round, eliminated] {
             let mut found: Vec<StrikeCandidate> = Vec::new();
             for some in strikes.chunks(most) {
                 let new: Vec<_> = some.iter().filter(|c| !found.iter().any(|f| f.is_alike(c))).collect();
-                let answers: Vec<_> = new.par_iter().map(|c| arm.execution(&c.strike)).collect();
-                for (candidate, execution) in new.into_iter().zip(answers) {
-                    match execution {
-                        Execution::Refused(reason) => refusals.push(reason),
-                        Execution::Overshoot => overshooting.push(candidate.clone()),
-                        Execution::AsPlanned => found.push(candidate.clone()),
+                let answers: Vec<_> = new.par_iter().map(|c| arm.refusal(&c.strike)).collect();
+                for (candidate, refusal) in new.into_iter().zip(answers) {
+                    match refusal {
+                        Some(reason) => refusals.push(reason),
+                        None => found.push(candidate.clone()),
                     }
                 }
                 found = distinct(found, most);
@@ -264,10 +263,7 @@ impl Search<'_> {
                 return Ok(found);
             }
         }
-        if overshooting.is_empty() {
-            return Err(refusals.into_iter().next().unwrap_or_default());
-        }
-        Ok(distinct(overshooting, most))
+        Err(refusals.into_iter().next().unwrap_or_default())
     }
 
     /// Varies each strike, every generation by less, and keeps the best variant that the arm can execute.
@@ -308,14 +304,27 @@ impl Search<'_> {
         lines.into_par_iter().filter_map(|line| self.latest_executable(line)).collect()
     }
 
-    /// The latest variant that the arm executes as planned, else the first strike of the line, which it can execute.
+    /// The latest variant that the arm can execute, with the travel after which the arm stops; the first strike of the line is one.
     fn latest_executable(&self, mut line: Vec<StrikeCandidate>) -> Option<StrikeCandidate> {
-        while line.len() > 1
-            && self.arm.is_some_and(|arm| arm.execution(&line[line.len() - 1].strike) != Execution::AsPlanned)
-        {
-            line.pop();
+        let Some(arm) = self.arm else { return line.pop() };
+        while let Some(candidate) = line.pop() {
+            match arm.execution(&candidate.strike) {
+                Execution::Refused(_) if !line.is_empty() => {}
+                Execution::Overshoot(beyond_m) => return Some(self.lengthened(candidate, beyond_m)),
+                Execution::Refused(_) | Execution::AsPlanned => return Some(candidate),
+            }
         }
-        line.pop()
+        None
+    }
+
+    /// The strike with a longer travel, if the arm ends that one as planned.
+    fn lengthened(&self, candidate: StrikeCandidate, by_m: f64) -> StrikeCandidate {
+        let follow_through_m = candidate.aim.follow_through_m + by_m;
+        let longer = self.grid.candidate(Aim { follow_through_m, ..candidate.aim.clone() }).ok();
+        let is_as_planned = |longer: &StrikeCandidate| {
+            self.arm.is_some_and(|arm| arm.execution(&longer.strike) == Execution::AsPlanned)
+        };
+        longer.filter(is_as_planned).unwrap_or(candidate)
     }
 
     /// A normally distributed variation of an aim; `width` scales all standard deviations.
