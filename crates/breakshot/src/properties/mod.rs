@@ -41,10 +41,10 @@ pub struct Properties {
     /// Friction coefficients of contacts between objects and with the striker.
     pub contact_friction: ContactFriction,
     /// Tangential restitution at the contacts of impacts.
-    #[serde(default, skip_serializing_if = "TangentialRestitution::is_unknown")]
+    #[serde(default, skip_serializing_if = "tangential::is_unknown")]
     pub tangential_restitution: TangentialRestitution,
     /// The damping of the slip at the contacts of impacts, where tangential restitution depends on the restitution.
-    #[serde(default, skip_serializing_if = "TangentialDamping::is_unknown")]
+    #[serde(default, skip_serializing_if = "tangential::is_unknown")]
     pub tangential_damping: TangentialDamping,
     /// Where the weight acts: the mean distance of an object's support from its centroid over that of a weight spread uniformly
     /// under its outline, by object; it scales the braking of the spin.
@@ -356,12 +356,7 @@ impl Properties {
                 CONTACT_FRICTION.check(&format!("{file}: contact_friction of {name}"), &estimate)?;
             }
         }
-        let TangentialRestitution { objects, striker } = self.tangential_restitution;
-        for (name, estimate) in [("objects", objects), ("striker", striker)] {
-            if let Some(estimate) = estimate {
-                TANGENTIAL.check(&format!("{file}: tangential_restitution of {name}"), &estimate)?;
-            }
-        }
+        self.tangential_restitution.check(file)?;
         self.tangential_damping.check(file)?;
         SUPPORT.check_group(file, "support", &self.support)?;
         if let Some(tilt) = &self.tilt {
@@ -397,8 +392,6 @@ const FRICTION: Domain =
     Domain { contains: |v| v > 0.0 && v <= 10.0, description: "a coefficient above 0, at most 10" };
 const CONTACT_FRICTION: Domain =
     Domain { contains: |v| (0.0..=10.0).contains(&v), description: "a coefficient from 0 to 10" };
-const TANGENTIAL: Domain =
-    Domain { contains: |v| (-1.0..=1.0).contains(&v), description: "a number from -1 to 1" };
 
 impl Domain {
     /// An error that names the first entry whose mean is outside or whose uncertainty is impossible.

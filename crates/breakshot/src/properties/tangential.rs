@@ -28,8 +28,15 @@ impl TangentialRestitution {
     /// The values that are considered possible.
     pub const RANGE: [f64; 2] = [-0.9, 0.5];
 
-    pub(super) fn is_unknown(&self) -> bool {
-        self.objects.is_none() && self.striker.is_none()
+    /// # Errors
+    /// A value outside -1..1.
+    pub(super) fn check(&self, file: &str) -> Result<()> {
+        for (name, estimate) in [("objects", self.objects), ("striker", self.striker)] {
+            if let Some(estimate) = estimate {
+                TANGENTIAL.check(&format!("{file}: tangential_restitution of {name}"), &estimate)?;
+            }
+        }
+        Ok(())
     }
 }
 
@@ -46,10 +53,6 @@ pub struct TangentialDamping {
 }
 
 impl TangentialDamping {
-    pub(super) fn is_unknown(&self) -> bool {
-        self.objects.is_none() && self.striker.is_none()
-    }
-
     pub(super) fn exact(self) -> Self {
         let exact = |damping: SlipDamping| {
             let exponent = Estimate::exact(damping.exponent.mean);
@@ -100,8 +103,15 @@ impl SlipDamping {
     }
 }
 
+const TANGENTIAL: Domain =
+    Domain { contains: |v| (-1.0..=1.0).contains(&v), description: "a number from -1 to 1" };
 const EXPONENT: Domain =
     Domain { contains: |v| (0.01..=100.0).contains(&v), description: "a number from 0.01 to 100" };
+
+/// Whether a group of values is left out of a file: nothing in it was measured.
+pub(super) fn is_unknown<T: Default + PartialEq>(values: &T) -> bool {
+    *values == T::default()
+}
 
 /// The laws of one kind of contact.
 #[derive(Clone, Copy, Debug, Default)]

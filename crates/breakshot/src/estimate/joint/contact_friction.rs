@@ -16,10 +16,11 @@ use std::f64::consts::{LN_2, PI};
 /// The grid of coefficients, from zero in steps.
 const STEP: f64 = 4e-3;
 const STEPS: usize = 251;
-/// The grid of tangential restitutions of a pair, from the least in steps.
-const LEAST_TANGENTIAL: f64 = -0.9;
+/// The grid of tangential restitutions of a pair, from the least possible one in steps.
+const LEAST_TANGENTIAL: f64 = TangentialRestitution::RANGE[0];
 const TANGENTIAL_STEP: f64 = 0.1;
-const TANGENTIALS: usize = 15;
+const TANGENTIALS: usize =
+    1 + ((TangentialRestitution::RANGE[1] - LEAST_TANGENTIAL) / TANGENTIAL_STEP + 0.5) as usize;
 /// The standard deviation of the tangential restitutions of pairs about their law.
 const PAIR_STD: f64 = 0.1;
 /// The grid of exponents of damped slip; their prior is normal in the logarithm.
@@ -102,7 +103,7 @@ impl Hypothesis {
             .map(tangential)
             .map(|value| (SlipLaw::Constant(value), density(value / TangentialRestitution::ASSUMED_STD)))
             .collect();
-        // The exponents are not evenly spaced: each stands for the interval up to half way to its neighbours.
+        // The exponents are not uniformly spaced: each stands for the interval up to half way to its neighbours.
         let logarithm = |k: usize| EXPONENTS[k.min(EXPONENTS.len() - 1)].ln();
         let damped: Vec<(SlipLaw, f64)> = (0..EXPONENTS.len())
             .map(|k| {

@@ -7,7 +7,7 @@ use super::sliding::{friction, support};
 use super::{contact_friction, outliers};
 use crate::estimate::clip::result::Measured;
 use crate::estimate::measure::ClipMeasurements;
-use crate::estimate::measure::measurements::{Measurements, without_replaceable_double_contacts};
+use crate::estimate::measure::measurements::{Measurements, grouped, without_replaceable_double_contacts};
 use crate::estimate::measure::quantity::Quantity;
 use crate::object::{Object, kind};
 use crate::ordered_map::map_of;
@@ -102,17 +102,15 @@ pub(crate) fn properties(
 
 /// The mean restitution of each pair and, by the object's name, with the striker.
 fn mean_restitutions(measurements: &[Measurements]) -> BTreeMap<String, f64> {
-    let mut sums: BTreeMap<String, (f64, f64)> = BTreeMap::new();
-    for (quantity, value) in measurements.iter().flat_map(|m| m.quantities.iter().zip(m.values.iter())) {
+    map_of(grouped(measurements).into_iter().filter_map(|(quantity, indices)| {
         let name = match quantity {
             Quantity::Restitution(a, b) => format!("{a}/{b}"),
             Quantity::StrikerRestitution(object) => object.clone(),
-            Quantity::Friction(_) | Quantity::MassRatio(..) => continue,
+            Quantity::Friction(_) | Quantity::MassRatio(..) => return None,
         };
-        let (sum, count) = sums.entry(name).or_default();
-        (*sum, *count) = (*sum + value, *count + 1.0);
-    }
-    map_of(sums.into_iter().map(|(name, (sum, count))| (name, sum / count)))
+        let sum: f64 = indices.iter().map(|&(clip, k)| measurements[clip].values[k]).sum();
+        Some((name, sum / indices.len() as f64))
+    }))
 }
 
 /// The least friction that any clip shows; 0 without any.

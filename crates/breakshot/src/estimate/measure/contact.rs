@@ -60,6 +60,11 @@ impl Contact {
         self.remarks.push(reason);
     }
 
+    /// The time of the impact in the fit (s).
+    pub(crate) fn time_s(&self, fitted: &MotionFit) -> f64 {
+        fitted.minimum.parameters[self.time_index]
+    }
+
     /// The motions at the impact for these parameters of the fit.
     pub(crate) fn motions(&self, fitted: &MotionFit, parameters: &[f64]) -> MotionsAtImpact {
         let paths = fitted.model.paths(&fitted.layout, parameters);

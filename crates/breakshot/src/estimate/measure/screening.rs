@@ -31,7 +31,7 @@ pub(crate) fn screen(fitted: &MotionFit, striker: Option<&StrikerPath>, contacts
         }
         if let Partner::Body(a) = contact.a {
             if !impulse_ratio::check_momentum(fitted, contact, a) {
-                wrong.push((partners(contact), fitted.minimum.parameters[contact.time_index]));
+                wrong.push((partners(contact), contact.time_s(fitted)));
             }
             if let Some(striker) = striker {
                 exclude_squeezed(fitted, striker, contact);
@@ -48,7 +48,7 @@ pub(crate) fn screen(fitted: &MotionFit, striker: Option<&StrikerPath>, contacts
 fn exclude_wrong(fitted: &MotionFit, contacts: &mut [Contact], wrong: &[(Vec<usize>, f64)]) {
     let frame_s = frame_s(&fitted.model.bodies);
     for contact in contacts.iter_mut().filter(|contact| contact.restitution) {
-        let (bodies, time_s) = (partners(contact), fitted.minimum.parameters[contact.time_index]);
+        let (bodies, time_s) = (partners(contact), contact.time_s(fitted));
         let shares = |(others, other_s): &&(Vec<usize>, f64)| {
             bodies.iter().any(|k| others.contains(k)) && (other_s - time_s).abs() < FRAMES_OF_MOTION * frame_s
         };
@@ -67,8 +67,7 @@ fn exclude_wrong(fitted: &MotionFit, contacts: &mut [Contact], wrong: &[(Vec<usi
 /// The impacts that follow the last one found are closer to each other still, and no frame shows them.
 fn exclude_repeated(fitted: &MotionFit, contacts: &mut [Contact]) {
     let frame_s = frame_s(&fitted.model.bodies);
-    let impacts: Vec<(Partner, usize, f64)> =
-        contacts.iter().map(|c| (c.a, c.b, fitted.minimum.parameters[c.time_index])).collect();
+    let impacts: Vec<(Partner, usize, f64)> = contacts.iter().map(|c| (c.a, c.b, c.time_s(fitted))).collect();
     for (contact, &(a, b, time_s)) in contacts.iter_mut().zip(&impacts) {
         if !contact.restitution || !matches!(a, Partner::Body(_)) {
             continue;
@@ -97,7 +96,7 @@ fn exclude_squeezed(fitted: &MotionFit, striker: &StrikerPath, contact: &mut Con
     /// A second strike within this time has no observation before it and would be taken for a part of the impact.
     const UNOBSERVED_FRAMES: f64 = 1.0;
     const STEPS: u32 = 4;
-    let time_s = fitted.minimum.parameters[contact.time_index];
+    let time_s = contact.time_s(fitted);
     let frame_s = frame_s(&fitted.model.bodies);
     for partner in [contact.a, Partner::Body(contact.b)] {
         let Partner::Body(k) = partner else { continue };
@@ -125,7 +124,7 @@ fn exclude_crowded(fitted: &MotionFit, contacts: &mut [Contact]) {
     let time_s = |index: usize| fitted.minimum.parameters[index];
     let name = |k: usize| &fitted.model.bodies[k].object;
     for contact in contacts.iter_mut().filter(|c| c.restitution || c.mass_ratio) {
-        let impact_s = time_s(contact.time_index);
+        let impact_s = contact.time_s(fitted);
         let partners = partners(contact);
         let outline = |k: usize| {
             Outline::new(&fitted.model.bodies[k].shape, fitted.paths[k].motion_before(impact_s).pose)

@@ -4,7 +4,7 @@ use super::content::Page;
 use super::text::{DASH, KeyNumber, figure, key_numbers, table};
 use crate::estimate::ClipFit;
 use crate::object::{kind, pair_key};
-use crate::properties::{Properties, SlipDamping, TangentialDamping};
+use crate::properties::{Properties, SlipDamping};
 use crate::report::figures::{ClipDot, IntervalChart, IntervalRow, Palette, Scale, escaped, interval_chart};
 use crate::report::weighed::{error_percent, weighed_pair_ratio, weighed_ratio};
 use crate::uncertain::Estimate;
@@ -192,41 +192,43 @@ fn support(page: &Page, properties: &Properties, palette: &Palette) -> Option<St
     section("Support", text, &rows, &chart)
 }
 
-/// The law that the slip is damped, its probability and exponent.
-fn damped_slip(damping: &TangentialDamping) -> Option<String> {
-    let between =
-        [("between objects", damping.objects), ("between an object and the striker", damping.striker)];
-    let values = between.into_iter().filter_map(|(between, damping)| {
-        let SlipDamping { probability, exponent: Estimate { mean, interval_95: [low, high], .. } } = damping?;
-        Some(format!(
-            "{between} with a probability of {:.0} %, p = {mean:.1} (95 %: {low:.1} to {high:.1})",
-            100.0 * probability
-        ))
-    });
-    let values: Vec<String> = values.collect();
-    let law =
-        "Impacts with restitution e whose contact points stick leave the part e<sup>p</sup> of the slip";
-    (!values.is_empty()).then(|| format!("<p>{law}: {}.</p>\n", values.join(", ")))
-}
-
 fn contact_friction(properties: &Properties) -> Option<String> {
-    let Properties { contact_friction: friction, tangential_restitution: tangential, .. } = properties;
-    let sentence = |what: &str, of: [Option<Estimate>; 2]| {
+    let Properties {
+        contact_friction: friction,
+        tangential_restitution: tangential,
+        tangential_damping: damping,
+        ..
+    } = properties;
+    let sentence = |what: &str, of: [Option<String>; 2]| {
         let between = ["between objects", "between an object and the striker"];
-        let values = between.iter().zip(of).filter_map(|(between, estimate)| {
-            let Estimate { mean, interval_95: [low, high], .. } = estimate?;
-            Some(format!("{between} {mean:.3} (95 %: {low:.3} to {high:.3})"))
-        });
+        let values =
+            between.iter().zip(of).filter_map(|(between, value)| Some(format!("{between} {}", value?)));
         let values: Vec<String> = values.collect();
         (!values.is_empty()).then(|| format!("<p>{what}: {}.</p>\n", values.join(", ")))
     };
+    let estimated = |Estimate { mean, interval_95: [low, high], .. }: Estimate| {
+        format!("{mean:.3} (95 %: {low:.3} to {high:.3})")
+    };
+    let damped = |SlipDamping { probability, exponent }: SlipDamping| {
+        let Estimate { mean, interval_95: [low, high], .. } = exponent;
+        format!(
+            "with a probability of {:.0} %, p = {mean:.1} (95 %: {low:.1} to {high:.1})",
+            100.0 * probability
+        )
+    };
     let sentences = [
-        sentence("Contact friction in impacts", [friction.objects, friction.striker]),
+        sentence(
+            "Contact friction in impacts",
+            [friction.objects, friction.striker].map(|e| e.map(estimated)),
+        ),
         sentence(
             "Tangential restitution in impacts, if it is constant",
-            [tangential.objects, tangential.striker],
+            [tangential.objects, tangential.striker].map(|e| e.map(estimated)),
         ),
-        damped_slip(&properties.tangential_damping),
+        sentence(
+            "Impacts with restitution e whose contact points stick leave the part e<sup>p</sup> of the slip",
+            [damping.objects, damping.striker].map(|d| d.map(damped)),
+        ),
     ];
     let sentences: Vec<String> = sentences.into_iter().flatten().collect();
     (!sentences.is_empty()).then(|| sentences.concat())
