@@ -14,7 +14,9 @@ use breakshot::object::{Shape, kind, pair_key};
 use breakshot::physics::{
     Compliance, ContactForce, ImpactLaw, MultipleImpact, Options, Simulator, Spin, Stiffness, World,
 };
-use breakshot::properties::{ContactFriction, Properties};
+use breakshot::properties::{
+    ContactFriction, Properties, SlipDamping, TangentialDamping, TangentialRestitution,
+};
 use breakshot::scene::{Scene, Strike};
 use breakshot::uncertain::Estimate;
 use std::fmt::Write;
@@ -59,14 +61,25 @@ struct Variant {
     options: Options,
     /// Replaces the contact friction of the lab.
     contact_friction: Option<f64>,
+    /// Replaces the estimated laws of tangential restitution.
+    slip: Option<Slip>,
     /// Whether objects press on the table only along their rims or at their corners.
     on_rims: bool,
+}
+
+/// What is left of the slip after impacts that stick, between objects and with the striker.
+#[derive(Clone, Copy)]
+enum Slip {
+    /// Nothing: the tangential restitution is 0.
+    None,
+    /// The part e^p, with this exponent.
+    Damped(f64),
 }
 
 impl Variant {
     fn new(name: &str, true_inputs: TrueInputs) -> Self {
         let options = Options::default();
-        Self { name: name.into(), true_inputs, options, contact_friction: None, on_rims: false }
+        Self { name: name.into(), true_inputs, options, contact_friction: None, slip: None, on_rims: false }
     }
 
     fn multiple_impact(name: &str, multiple_impact: MultipleImpact) -> Self {
@@ -109,6 +122,13 @@ fn variants() -> Vec<Variant> {
         let name = format!("all true; contact friction {friction}");
         all.push(Variant { contact_friction: Some(friction), ..Variant::new(&name, TrueInputs::ALL) });
     }
+    for (name, slip) in
+        [("all true; no slip left", Slip::None), ("all true; damped slip, p = 2", Slip::Damped(2.0))]
+    {
+        all.push(Variant { slip: Some(slip), ..Variant::new(name, TrueInputs::ALL) });
+    }
+    let damped = Variant::new("all true; damped slip, contact friction 0.1", TrueInputs::ALL);
+    all.push(Variant { slip: Some(Slip::Damped(2.0)), contact_friction: Some(0.1), ..damped });
     let laws = Options { impact: ImpactLaw::Newton, ..Options::default() };
     all.push(Variant { options: laws, ..Variant::new("all true; Newton's restitution", TrueInputs::ALL) });
     let apart = Options { spin: Spin::Decoupled, ..Options::default() };
@@ -288,6 +308,16 @@ fn properties(sources: &Sources, variant: &Variant, friction_scale: f64) -> Prop
             objects: estimate(scatter.surface_friction),
             striker: estimate(scatter.striker_friction),
         };
+    }
+    if let Some(slip) = variant.slip {
+        let (constant, probability, exponent) = match slip {
+            Slip::None => (0.0, 0.0, SlipDamping::assumed().exponent),
+            Slip::Damped(exponent) => (0.0, 1.0, Estimate::exact(exponent)),
+        };
+        let (constant, damping) =
+            (Some(Estimate::exact(constant)), Some(SlipDamping { probability, exponent }));
+        properties.tangential_restitution = TangentialRestitution { objects: constant, striker: constant };
+        properties.tangential_damping = TangentialDamping { objects: damping, striker: damping };
     }
     properties
 }
