@@ -111,7 +111,7 @@ pub fn plan(scene: &Scene, properties: &Properties, options: &Options) -> Result
         plan.assumed = properties.assumed_for(scene);
         match options.method {
             Method::Paper => paper::paper(plan, properties, options)?,
-            Method::Robust => robust::robust(plan, properties, options, &robust::Budget::FULL)?,
+            Method::Robust => robust::robust(plan, properties, options, &robust::budget::Budget::FULL)?,
         }
     };
     if options.remedies && plan.outcome != Outcome::Found {

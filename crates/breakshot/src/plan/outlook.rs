@@ -6,11 +6,12 @@
 use super::arm::{CellArm, laws_with};
 use super::options::{Aim, Options};
 use super::result::Failure;
+use super::robust::budget::Budget;
 use super::robust::evaluate::{Evaluation, expected_singulated, standard_error, success_probability};
 use super::robust::explain::failures;
 use super::robust::scenarios::{Draws, Nominal, Scenario};
 use super::robust::strike_grid::StrikeGrid;
-use super::robust::{Budget, SHOWN_SAMPLES, final_poses, final_seed};
+use super::robust::{SHOWN_SAMPLES, final_poses, final_seed};
 use crate::error::Result;
 use crate::geometry::Pose;
 use crate::properties::Properties;

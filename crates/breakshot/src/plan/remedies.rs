@@ -6,7 +6,8 @@
 
 use super::options::{Method, Options};
 use super::result::{Plan, Remedy, Source};
-use super::robust::{Budget, robust};
+use super::robust::budget::Budget;
+use super::robust::robust;
 use super::sequence::{fallen, fulfilled, moved};
 use super::{arm, feasibility};
 use crate::error::Result;

@@ -4,7 +4,7 @@ use super::arm::{CellArm, laws_with};
 use super::options::{Aim, Options};
 use super::robust::evaluate::{Evaluation, expected_singulated, success_probability};
 use super::robust::scenarios::{Draws, Nominal, Scenario};
-use super::robust::strike_grid::{StrikeCandidate, StrikeGrid};
+use super::robust::strike_grid::{GridSpacing, StrikeCandidate, StrikeGrid};
 use crate::error::{Error, Result};
 use crate::properties::Properties;
 use crate::scene::{Scene, Strike};
@@ -72,7 +72,8 @@ pub fn evaluate_grid(
     let arm = CellArm::of(scene, options)?;
     let nominal = Nominal::new(scene, properties, options.noise, &laws_with(arm.as_ref()))?;
     let evaluation = Evaluation::new(scene, options.stopped)?;
-    let all = StrikeGrid::new(scene, arm.as_ref())?.feasible(options, usize::MAX)?.strikes;
+    let all =
+        StrikeGrid::new(scene, arm.as_ref())?.feasible(options, usize::MAX, GridSpacing::Regular)?.strikes;
     let count = size.strikes.min(all.len());
     let chosen = (0..count).map(|k| &all[k * all.len() / count]);
     let scenarios = nominal.scenarios(Draws { seed: options.seed, count: size.samples, fixed: None })?;

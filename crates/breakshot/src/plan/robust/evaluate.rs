@@ -7,7 +7,6 @@ use crate::physics::Simulator;
 use crate::plan::options::Stopped;
 use crate::scene::goal_margin::{GoalEvaluator, GoalMargin};
 use crate::scene::{Scene, Strike};
-use crate::statistics::sorted_by_value;
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
@@ -75,22 +74,29 @@ impl<'a> Evaluation<'a> {
         logistic + SINGULATED_WEIGHT * margin.singulated as f64 / self.goal.count() as f64
     }
 
-    /// The candidates by success probability in these scenarios, the best first.
-    pub(crate) fn ranked(
-        &self,
-        candidates: Vec<StrikeCandidate>,
-        scenarios: &[Scenario],
-    ) -> Vec<StrikeCandidate> {
-        let ranked: Vec<(f64, StrikeCandidate)> = candidates
-            .into_iter()
-            .map(|candidate| {
-                let margins = self.margins(&candidate.strike, scenarios);
-                let score = margins.iter().map(|m| self.score(m)).sum::<f64>() / margins.len() as f64;
-                (success_probability(&margins) + TIE_WEIGHT * score, candidate)
-            })
-            .collect();
-        let ranked = sorted_by_value(ranked, |&(score, _)| -score);
-        ranked.into_iter().map(|(_, candidate)| candidate).collect()
+    /// The success probability and the mean score of each candidate in these scenarios.
+    pub(crate) fn compared(&self, candidates: Vec<StrikeCandidate>, scenarios: &[Scenario]) -> Vec<Compared> {
+        let compared = |candidate: StrikeCandidate| {
+            let margins = self.margins(&candidate.strike, scenarios);
+            let score = margins.iter().map(|m| self.score(m)).sum::<f64>() / margins.len() as f64;
+            Compared { candidate, success_probability: success_probability(&margins), score }
+        };
+        candidates.into_iter().map(compared).collect()
+    }
+}
+
+/// A strike in scenarios that took no part in its search.
+pub(crate) struct Compared {
+    pub candidate: StrikeCandidate,
+    pub success_probability: f64,
+    /// Mean score of the margin.
+    score: f64,
+}
+
+impl Compared {
+    /// What is maximised: the success probability, and the score where that is equal.
+    pub(crate) fn value(&self) -> f64 {
+        self.success_probability + TIE_WEIGHT * self.score
     }
 }
 

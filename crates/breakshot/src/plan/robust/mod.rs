@@ -1,125 +1,54 @@
 //! Which strike fulfils the goal in most scenarios?
 //!
 //! Successive halving (Jamieson and Talwalkar 2016): many strikes are evaluated in few scenarios, the better ones in more.  The best
-//! distinct ones are varied, each generation by less, and compared in fresh scenarios.  The success probability of the winner is
-//! measured in further scenarios that did not take part in the choice, so that it is not biased by the selection.  The search maximises
-//! a smooth score of the goal's margin, which has a slope where no sample succeeds.
+//! distinct ones are varied, each generation fewer of them and by less, and compared in fresh scenarios.  Good strikes on large piles
+//! are rare and far apart, so that the search is repeated in other grids while the best strike fails too often.  The success probability
+//! of the winner is measured in further scenarios that did not take part in the choice, so that it is not biased by the selection.  The
+//! search maximises a smooth score of the goal's margin, which has a slope where no sample succeeds.
 
+pub(crate) mod budget;
 pub(crate) mod evaluate;
 pub(crate) mod explain;
 pub(crate) mod scenarios;
+mod search;
 pub(crate) mod strike_grid;
 
-use super::arm::{CellArm, Execution, laws_with};
+use super::arm::{CellArm, laws_with};
 use super::options::{Aim, Options};
 use super::result::{Contact, Iteration, Outcome, Plan, Prediction, Robustness, RunnerUp};
 use crate::error::{Error, Result};
-use crate::geometry::{Pose, wrapped_rad};
+use crate::geometry::Pose;
 use crate::physics::{GRAVITY_M_S2, Simulator};
 use crate::properties::Properties;
 use crate::scene::Strike;
 use crate::scene::singulation::Singulation;
 use crate::statistics::sorted_by_value;
-use evaluate::{Evaluation, expected_singulated, standard_error, success_probability};
+use budget::Budget;
+use evaluate::{Compared, Evaluation, expected_singulated, standard_error, success_probability};
 use explain::{failures, sensitivities};
-use rand::{RngExt, SeedableRng};
-use rand_distr::StandardNormal;
-use rand_pcg::Pcg64Mcg;
-use rayon::prelude::*;
 use scenarios::{Draws, Nominal, Scenario};
+use search::Search;
 use std::collections::BTreeMap;
-use strike_grid::{Feasible, LEAST_FOLLOW_THROUGH_M, MOST_FOLLOW_THROUGH_M, StrikeCandidate, StrikeGrid};
-
-/// How many strikes are evaluated, and in how many scenarios.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Budget {
-    /// Lines of the grid, each at all paces; more are thinned uniformly.
-    pub lines: usize,
-    /// Rounds of successive halving.
-    pub rounds: [Round; 5],
-    /// Distinct strikes that are varied.
-    pub finalists: usize,
-    pub refinement: Refinement,
-    /// Fresh scenarios for the comparison of the finalists, and again for the final evaluation.
-    pub fresh: usize,
-    /// Whether the winner's sensitivity to each source of uncertainty is measured.
-    pub sensitivities: bool,
-}
-
-/// One round of successive halving.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Round {
-    /// Strikes that take part.
-    pub strikes: usize,
-    /// Scenarios in which each has been evaluated after the round.
-    pub samples: usize,
-}
-
-/// The local search about each finalist.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Refinement {
-    pub generations: usize,
-    /// Variants of each finalist per generation.
-    pub variants: usize,
-    /// Scenarios in which each variant is evaluated.
-    pub samples: usize,
-}
-
-impl Budget {
-    /// Fewer than thirty thousand rollouts.
-    pub(crate) const FULL: Self = Self {
-        lines: 160,
-        rounds: [
-            Round { strikes: 1600, samples: 1 },
-            Round { strikes: 480, samples: 4 },
-            Round { strikes: 240, samples: 16 },
-            Round { strikes: 60, samples: 48 },
-            Round { strikes: 24, samples: 96 },
-        ],
-        finalists: 6,
-        refinement: Refinement { generations: 4, variants: 10, samples: 64 },
-        fresh: 400,
-        sensitivities: true,
-    };
-
-    /// A tenth of the rollouts, to compare scenes with each other.
-    pub(crate) const SHORT: Self = Self {
-        lines: 70,
-        rounds: [
-            Round { strikes: 700, samples: 1 },
-            Round { strikes: 120, samples: 3 },
-            Round { strikes: 40, samples: 8 },
-            Round { strikes: 12, samples: 20 },
-            Round { strikes: 6, samples: 32 },
-        ],
-        finalists: 2,
-        refinement: Refinement { generations: 2, variants: 6, samples: 24 },
-        fresh: 100,
-        sensitivities: false,
-    };
-
-    /// Scenarios of the search.
-    fn samples(&self) -> usize {
-        self.rounds.iter().map(|round| round.samples).max().unwrap_or(1).max(self.refinement.samples)
-    }
-}
+use strike_grid::{Feasible, GridSpacing, StrikeCandidate, StrikeGrid};
 
 /// Scenarios whose final poses are part of the plan.
 pub(crate) const SHOWN_SAMPLES: usize = 60;
 /// Least success probability of a strike that counts as found; below it is the best effort.
 const LEAST_PROBABILITY: f64 = 0.5;
+/// A strike that works with this probability ends the search.
+const ENOUGH_PROBABILITY: f64 = 0.95;
 /// Offset of the seeds of fresh scenarios from that of the search.
 const FRESH_STREAM: u64 = 0x5EED_F4E5;
-/// Parts of the search that are done after successive halving, after the refinement, and after the comparison of the finalists.
-const DONE: [f64; 3] = [0.45, 0.75, 0.9];
+/// Distance of the seeds of one search and the next.
+const SEARCH_STREAM: u64 = 0x5EA2_C4E5;
+/// The part of a search that is done after successive halving, and the part of a plan after the last search.
+const HALVED: f64 = 0.5;
+const SEARCHED: f64 = 0.95;
 
 /// The seed of the scenarios in which the winner is evaluated; they took no part in the choice.
 pub(crate) fn final_seed(seed: u64) -> u64 {
     seed.wrapping_add(FRESH_STREAM.wrapping_mul(2))
 }
-
-/// Factor by which the variation narrows from one generation to the next.
-const NARROWING: f64 = 0.6;
 
 /// Plans the strike with the largest success probability.
 pub(crate) fn robust(
@@ -134,42 +63,38 @@ pub(crate) fn robust(
     let nominal = Nominal::new(&scene, properties, options.noise, &laws_with(arm.as_ref()))?;
     let grid = StrikeGrid::new(&scene, arm.as_ref())?;
     plan.arm = arm.as_ref().map(CellArm::name);
-    let Feasible { strikes, obstacles } = grid.feasible(options, budget.lines)?;
+    let Feasible { strikes, obstacles } = grid.feasible(options, budget.lines, GridSpacing::Regular)?;
     if strikes.is_empty() {
         let by: Vec<_> = obstacles.into_iter().collect();
         plan.reason = format!("the striker reaches no object: its path is blocked by {}", by.join(", "));
         return Ok(plan);
     }
 
-    // Search
+    // Searches, and comparison of the best strikes
     let evaluation = Evaluation::new(&scene, options.stopped)?;
     let drawn = |seed: u64, count: usize| nominal.scenarios(Draws { seed, count, fixed: None });
     let scenarios: Vec<Scenario> =
         drawn(options.seed, budget.samples())?.into_iter().map(Scenario::with_coarse_pushes).collect();
     let arm = arm.as_ref();
     let search = Search { grid: &grid, evaluation: &evaluation, scenarios: &scenarios, budget, arm };
-    options.report(0.0);
-    let halved = search.halved(strikes, |part| options.report(DONE[0] * part));
-    let finalists = match search.finalists(halved) {
-        Ok(finalists) => finalists,
+    let comparison = drawn(options.seed.wrapping_add(FRESH_STREAM), budget.fresh)?;
+    let mut ranked = match searched(&search, strikes, options, &comparison)? {
+        Ok(ranked) => ranked,
         Err(refusal) => {
             plan.reason = format!("the arm can execute no strike within its reach: {refusal}");
             return Ok(plan);
         }
     };
-    let refined = search.refined(finalists, options.seed);
-    options.report(DONE[1]);
+    options.report(SEARCHED);
 
-    // Comparison, and evaluation of the winner in scenarios that did not take part in the choice
-    let (comparison_seed, final_seed) = (options.seed.wrapping_add(FRESH_STREAM), final_seed(options.seed));
-    let mut ranked = evaluation.ranked(refined, &drawn(comparison_seed, budget.fresh)?);
-    options.report(DONE[2]);
+    // Evaluation of the winner in scenarios that did not take part in the choice
+    let final_seed = final_seed(options.seed);
     let fresh = drawn(final_seed, budget.fresh)?;
-    let runner_up = ranked.get(1).map(|candidate| RunnerUp {
+    let runner_up = ranked.get(1).map(|Compared { candidate, .. }| RunnerUp {
         strike: candidate.strike.clone(),
         success_probability: success_probability(&evaluation.margins(&candidate.strike, &fresh)),
     });
-    let best = ranked.swap_remove(0);
+    let best = ranked.swap_remove(0).candidate;
     let margins = evaluation.margins(&best.strike, &fresh);
     let success_probability = success_probability(&margins);
     let samples = margins.len();
@@ -198,162 +123,43 @@ pub(crate) fn robust(
     Ok(plan)
 }
 
-/// The search for good strikes in a fixed set of scenarios.
-struct Search<'a> {
-    grid: &'a StrikeGrid<'a>,
-    evaluation: &'a Evaluation<'a>,
-    scenarios: &'a [Scenario],
-    budget: &'a Budget,
-    arm: Option<&'a CellArm<'a>>,
-}
-
-/// Strikes in the order of their scores: those that took part in the last round of successive halving, and those that did not.
-struct Halved {
-    last_round: Vec<StrikeCandidate>,
-    eliminated: Vec<StrikeCandidate>,
-}
-
-impl Search<'_> {
-    /// Successive halving: each round evaluates the better strikes of the last one in more scenarios.
-    /// `report` gets the part of the rounds that are done.
-    fn halved(&self, mut strikes: Vec<StrikeCandidate>, report: impl Fn(f64)) -> Halved {
-        let mut evaluated = 0;
-        let mut eliminated: Vec<StrikeCandidate> = Vec::new();
-        for (k, round) in self.budget.rounds.into_iter().enumerate() {
-            let tail = strikes.split_off(round.strikes.min(strikes.len()));
-            eliminated.splice(0..0, tail);
-            let samples = round.samples.min(self.scenarios.len());
-            self.evaluation.add_scores(&mut strikes, &self.scenarios[evaluated..samples]);
-            evaluated = samples;
-            strikes = sorted_by_value(strikes, |candidate| -candidate.score);
-            report((k + 1) as f64 / self.budget.rounds.len() as f64);
-        }
-        Halved { last_round: strikes, eliminated }
-    }
-
-    /// The best strikes that the arm can execute, without variants of better ones; eliminated strikes only if the arm can execute none
-    /// of the last round.
-    ///
-    /// # Errors
-    /// The arm's refusal of the best strike, if it can execute none.
-    fn finalists(
-        &self,
-        Halved { last_round, eliminated }: Halved,
-    ) -> std::result::Result<Vec<StrikeCandidate>, String> {
-        let most = self.budget.finalists;
-        let Some(arm) = self.arm else { return Ok(distinct(last_round, most)) };
-        let mut refusals = Vec::new();
-        for strikes in [last_round, eliminated] {
-            let mut found: Vec<StrikeCandidate> = Vec::new();
-            for some in strikes.chunks(most) {
-                let new: Vec<_> = some.iter().filter(|c| !found.iter().any(|f| f.is_alike(c))).collect();
-                let answers: Vec<_> = new.par_iter().map(|c| arm.refusal(&c.strike)).collect();
-                for (candidate, refusal) in new.into_iter().zip(answers) {
-                    match refusal {
-                        Some(reason) => refusals.push(reason),
-                        None => found.push(candidate.clone()),
-                    }
-                }
-                found = distinct(found, most);
-                if found.len() == most {
-                    break;
-                }
-            }
-            if !found.is_empty() {
-                return Ok(found);
-            }
-        }
-        Err(refusals.into_iter().next().unwrap_or_default())
-    }
-
-    /// Varies each strike, every generation by less, and keeps the best variant that the arm can execute.
-    fn refined(&self, mut strikes: Vec<StrikeCandidate>, seed: u64) -> Vec<StrikeCandidate> {
-        let Refinement { generations, variants, samples } = self.budget.refinement;
-        let scenarios = &self.scenarios[..samples.min(self.scenarios.len())];
-        let mut rng = Pcg64Mcg::seed_from_u64(seed);
-        for strike in &mut strikes {
-            strike.score = 0.0;
-        }
-        self.evaluation.add_scores(&mut strikes, scenarios);
-        // Each strike after every generation that improved it, the latest last
-        let mut lines: Vec<Vec<StrikeCandidate>> = strikes.into_iter().map(|strike| vec![strike]).collect();
-        for generation in 0..generations {
-            let width = NARROWING.powi(i32::try_from(generation).unwrap_or(0));
-            let mut tried: Vec<(usize, StrikeCandidate)> = Vec::new();
-            for (line, parent) in lines.iter().enumerate().filter_map(|(k, line)| Some((k, line.last()?))) {
-                for _ in 0..variants {
-                    let aim = self.varied(&parent.aim, width, &mut rng);
-                    if let Ok(candidate) = self.grid.candidate(aim) {
-                        tried.push((line, candidate));
-                    }
-                }
-            }
-            let (of_line, mut children): (Vec<_>, Vec<_>) = tried.into_iter().unzip();
-            self.evaluation.add_scores(&mut children, scenarios);
-            let mut best: Vec<Option<StrikeCandidate>> = vec![None; lines.len()];
-            for (line, child) in of_line.into_iter().zip(children) {
-                let known = best[line].as_ref().or(lines[line].last());
-                if known.is_none_or(|known| child.score > known.score) {
-                    best[line] = Some(child);
-                }
-            }
-            for (line, best) in lines.iter_mut().zip(best) {
-                line.extend(best);
-            }
-        }
-        lines.into_par_iter().filter_map(|line| self.latest_executable(line)).collect()
-    }
-
-    /// The latest variant that the arm can execute, with the travel after which the arm stops; the first strike of the line is one.
-    fn latest_executable(&self, mut line: Vec<StrikeCandidate>) -> Option<StrikeCandidate> {
-        let Some(arm) = self.arm else { return line.pop() };
-        while let Some(candidate) = line.pop() {
-            match arm.execution(&candidate.strike) {
-                Execution::Refused(_) if !line.is_empty() => {}
-                Execution::Overshoot(beyond_m) => return Some(self.lengthened(candidate, beyond_m)),
-                Execution::Refused(_) | Execution::AsPlanned => return Some(candidate),
-            }
-        }
-        None
-    }
-
-    /// The strike with a longer travel, if the arm ends that one as planned.
-    fn lengthened(&self, candidate: StrikeCandidate, by_m: f64) -> StrikeCandidate {
-        let follow_through_m = candidate.aim.follow_through_m + by_m;
-        let longer = self.grid.candidate(Aim { follow_through_m, ..candidate.aim.clone() }).ok();
-        let is_as_planned = |longer: &StrikeCandidate| {
-            self.arm.is_some_and(|arm| arm.execution(&longer.strike) == Execution::AsPlanned)
+/// The best strikes of the searches, the one with the largest success probability first: the first search has these strikes, each
+/// further one those of another grid.
+///
+/// # Errors
+/// A proposal for an object that is not placed; within, the arm's refusal if it can execute no strike.
+fn searched(
+    search: &Search,
+    strikes: Vec<StrikeCandidate>,
+    options: &Options,
+    comparison: &[Scenario],
+) -> Result<std::result::Result<Vec<Compared>, String>> {
+    let mut ranked: Vec<Compared> = Vec::new();
+    let mut refusal = String::new();
+    let mut strikes = Some(strikes);
+    for k in 0..search.budget.searches {
+        // Most plans need one search: each further one is half of what is left.
+        let done = |part: f64| SEARCHED * (1.0 - (1.0 - 0.5 * part) * 0.5_f64.powi(k as i32));
+        options.report(done(0.0));
+        let seed = options.seed.wrapping_add(SEARCH_STREAM.wrapping_mul(k));
+        let strikes = match strikes.take() {
+            Some(first) => first,
+            None => search.grid.feasible(options, search.budget.lines, GridSpacing::Random { seed })?.strikes,
         };
-        longer.filter(is_as_planned).unwrap_or(candidate)
-    }
-
-    /// A normally distributed variation of an aim; `width` scales all standard deviations.
-    fn varied(&self, aim: &Aim, width: f64, rng: &mut Pcg64Mcg) -> Aim {
-        let grid = self.grid;
-        let mut normal = || width * rng.sample::<f64, _>(StandardNormal);
-        let heading_rad = wrapped_rad(aim.heading_rad + 0.12 * normal());
-        let offset_m = aim.offset_m + 0.15 * normal() * grid.greatest_offset_m(&aim.object, heading_rad, 1.0);
-        let most_m = 0.8 * grid.greatest_offset_m(&aim.object, heading_rad, offset_m);
-        Aim {
-            object: aim.object.clone(),
-            heading_rad,
-            offset_m: offset_m.clamp(-most_m, most_m),
-            speed_m_s: (aim.speed_m_s * (0.15 * normal()).exp()).clamp(grid.slowest_m_s, grid.fastest_m_s),
-            follow_through_m: (aim.follow_through_m * (0.4 * normal()).exp())
-                .clamp(LEAST_FOLLOW_THROUGH_M, MOST_FOLLOW_THROUGH_M),
+        let halved = search.halved(strikes, |part| options.report(done(HALVED * part)));
+        match search.finalists(halved) {
+            Ok(finalists) => {
+                ranked.extend(search.evaluation.compared(search.refined(finalists, seed), comparison));
+            }
+            Err(reason) => refusal = reason,
+        }
+        ranked = sorted_by_value(ranked, |compared| -compared.value());
+        let is_enough = |best: &Compared| best.success_probability >= ENOUGH_PROBABILITY;
+        if ranked.first().is_some_and(is_enough) || options.is_stopped() {
+            break;
         }
     }
-}
-
-/// The best strikes without variants of better ones.
-fn distinct(strikes: Vec<StrikeCandidate>, count: usize) -> Vec<StrikeCandidate> {
-    let mut kept: Vec<StrikeCandidate> = Vec::new();
-    for strike in strikes {
-        if kept.len() < count && !kept.iter().any(|k| k.is_alike(&strike)) {
-            kept.push(strike);
-        }
-    }
-    kept
+    Ok(if ranked.is_empty() { Err(refusal) } else { Ok(ranked) })
 }
 
 /// The final poses of each object in these scenarios.

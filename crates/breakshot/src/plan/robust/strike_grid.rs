@@ -12,6 +12,8 @@ use crate::plan::arm::{CellArm, OUT_OF_REACH};
 use crate::plan::options::{Aim, Options};
 use crate::robot::least_follow_through_m;
 use crate::scene::{Placed, Scene, Strike};
+use rand::{RngExt, SeedableRng};
+use rand_pcg::Pcg64Mcg;
 use rayon::prelude::*;
 use std::collections::BTreeSet;
 use std::f64::consts::TAU;
@@ -33,6 +35,10 @@ const PACES: [(f64, f64); 10] = [
     (0.8, 0.05),
     (0.2, 0.1),
 ];
+/// The steps between neighbouring strikes: of the offset's fraction, and of the logarithms of speed and follow-through.
+const OFFSET_STEP: f64 = 0.25;
+const SPEED_STEP: f64 = 0.25;
+const FOLLOW_THROUGH_STEP: f64 = 0.8;
 /// Greatest follow-through (m).
 pub(crate) const MOST_FOLLOW_THROUGH_M: f64 = 0.15;
 /// Least follow-through (m): a shorter one would miss the object by an error of its pose.
@@ -77,6 +83,15 @@ fn within_reach(line: &[StrikeCandidate], arm: Option<&CellArm>) -> Option<Vec<S
     (!reached.is_empty()).then_some(reached)
 }
 
+/// How the strikes of a grid are spaced.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum GridSpacing {
+    /// Uniformly.
+    Regular,
+    /// One strike at random within each step (stratified sampling).
+    Random { seed: u64 },
+}
+
 /// The feasible strikes on a scene, and the obstacles of the others.
 pub(crate) struct Feasible {
     pub strikes: Vec<StrikeCandidate>,
@@ -104,9 +119,14 @@ impl<'a> StrikeGrid<'a> {
     ///
     /// # Errors
     /// A proposal for an object that is not placed.
-    pub(crate) fn feasible(&self, options: &Options, most_lines: usize) -> Result<Feasible> {
+    pub(crate) fn feasible(
+        &self,
+        options: &Options,
+        most_lines: usize,
+        spacing: GridSpacing,
+    ) -> Result<Feasible> {
         let mut lines = self.proposed(options)?;
-        lines.extend(self.lines());
+        lines.extend(self.lines(spacing));
         let tried: Vec<std::result::Result<Vec<StrikeCandidate>, String>> = lines
             .into_par_iter()
             .map(|aims| {
@@ -145,24 +165,35 @@ impl<'a> StrikeGrid<'a> {
     }
 
     /// The grid: lines around every object, central and with offsets, each at all paces.
-    fn lines(&self) -> Vec<Vec<Aim>> {
+    fn lines(&self, spacing: GridSpacing) -> Vec<Vec<Aim>> {
         let mut order: Vec<&Placed> = self.scene.placed.iter().collect();
         order.sort_unstable_by(|one, other| one.object.cmp(&other.object));
+        let mut random = match spacing {
+            GridSpacing::Regular => None,
+            GridSpacing::Random { seed } => Some(Pcg64Mcg::seed_from_u64(seed)),
+        };
+        // A displacement within a step of the grid, from -0.5 to 0.5 steps
+        let mut displacement = || random.as_mut().map_or(0.0, |rng| rng.random::<f64>() - 0.5);
         let mut lines = Vec::new();
         for placed in order {
             let first_rad = heading_to_others(self.scene, placed);
             for k in 0..HEADINGS {
-                let heading_rad = wrapped_rad(first_rad + TAU * f64::from(k) / f64::from(HEADINGS));
+                let heading_rad =
+                    wrapped_rad(first_rad + TAU * (f64::from(k) + displacement()) / f64::from(HEADINGS));
                 for fraction in OFFSETS {
+                    let fraction = fraction + OFFSET_STEP * displacement();
                     let offset_m = fraction * self.greatest_offset_m(&placed.object, heading_rad, fraction);
-                    let aims = PACES.iter().map(|&(speed, follow_through_m)| Aim {
-                        object: placed.object.clone(),
-                        heading_rad,
-                        offset_m,
-                        speed_m_s: (speed * self.fastest_m_s).max(self.slowest_m_s),
-                        follow_through_m,
-                    });
-                    lines.push(aims.collect());
+                    let mut aim = |&(speed, follow_through_m): &(f64, f64)| {
+                        let speed_m_s = speed * (SPEED_STEP * displacement()).exp() * self.fastest_m_s;
+                        Aim {
+                            object: placed.object.clone(),
+                            heading_rad,
+                            offset_m,
+                            speed_m_s: speed_m_s.max(self.slowest_m_s).min(self.fastest_m_s),
+                            follow_through_m: follow_through_m * (FOLLOW_THROUGH_STEP * displacement()).exp(),
+                        }
+                    };
+                    lines.push(PACES.iter().map(&mut aim).collect());
                 }
             }
         }

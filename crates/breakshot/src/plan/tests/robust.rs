@@ -4,9 +4,10 @@ use super::{paper_options, properties, scene};
 use crate::error::Error;
 use crate::geometry::Point;
 use crate::physics::{self, Simulator, World};
+use crate::plan::robust::budget::{Budget, Generation, Round};
 use crate::plan::robust::evaluate::{Evaluation, success_probability};
+use crate::plan::robust::robust;
 use crate::plan::robust::scenarios::{Distribution, Draws, Nominal, Sampler, Scenario};
-use crate::plan::robust::{Budget, Refinement, Round, robust};
 use crate::plan::*;
 use crate::properties::{SlipDamping, TangentialDamping};
 use crate::scene::goal_margin::GoalEvaluator;
@@ -18,7 +19,7 @@ use proptest::prelude::*;
 /// Enough to find a strike on a small pile.
 pub(super) const QUICK: Budget = Budget {
     lines: 60,
-    rounds: [
+    rounds: &[
         Round { strikes: 600, samples: 1 },
         Round { strikes: 120, samples: 2 },
         Round { strikes: 60, samples: 4 },
@@ -26,7 +27,8 @@ pub(super) const QUICK: Budget = Budget {
         Round { strikes: 8, samples: 16 },
     ],
     finalists: 2,
-    refinement: Refinement { generations: 1, variants: 3, samples: 8 },
+    generations: &[Generation { strikes: 2, variants: 3, samples: 8 }],
+    searches: 1,
     fresh: 40,
     sensitivities: true,
 };
@@ -93,6 +95,29 @@ fn the_grid_holds_good_and_bad_strikes_and_is_the_same_on_any_number_of_threads(
     let [two_discs, nothing] = [&pair(), &scene(&[])]
         .map(|scene| evaluate_grid(scene, &varying(), &Options::default(), size).expect("a scene").len());
     assert_eq!((two_discs, nothing), (5, 0));
+}
+
+#[test]
+fn the_search_is_repeated_only_while_the_best_strike_fails_too_often() {
+    let rollouts_and_probability = |scene: &Scene, searches: u64| {
+        let empty = Plan::unreachable(scene, Method::Robust);
+        let budget = Budget { searches, ..QUICK };
+        let plan = robust(empty, &varying(), &Options::default(), &budget).expect("a scene");
+        let robustness = plan.robustness.expect("a robust plan");
+        (robustness.rollouts, robustness.success_probability)
+    };
+    assert_eq!(rollouts_and_probability(&pair(), 1), rollouts_and_probability(&pair(), 3));
+    // Six discs about one
+    let names: Vec<String> = (2..8).map(|k| format!("a#{k}")).collect();
+    let ring = names.iter().zip(0_u32..).map(|(name, k)| {
+        let (sin, cos) = (f64::from(k) * std::f64::consts::TAU / 6.0).sin_cos();
+        (name.as_str(), 0.082 * cos, 0.082 * sin, 0.0)
+    });
+    let pile = scene(&std::iter::once(("a", 0.0, 0.0, 0.0)).chain(ring).collect::<Vec<_>>());
+    let (few, once) = rollouts_and_probability(&pile, 1);
+    let (many, thrice) = rollouts_and_probability(&pile, 3);
+    assert!(2 * few < many && many < 4 * few, "{few} {many}");
+    assert!(thrice > once - 0.1, "{once} {thrice}");
 }
 
 #[test]
