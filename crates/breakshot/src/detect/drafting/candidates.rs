@@ -26,7 +26,7 @@ pub(super) struct Candidate {
     pub outline: Fitted,
     pub height_m: f64,
     /// The regions among which it was chosen.
-    around: Rc<[Region]>,
+    pub around: Rc<[Region]>,
 }
 
 /// Area of an object's outline (m2): from a coin of 11 mm to a plate of 200 mm.
@@ -109,7 +109,8 @@ pub(super) fn tops(search: &TopSearch) -> Tops {
             .copied()
             .filter(|found| can_carry(&found.region, &marker.region) && chosen.is_free(&found.region, apart));
         let around: Vec<&PlaneRegion> = around.take(MOST_REGIONS).collect();
-        chosen.tops.extend(search.top(&around, Kind::Marked, &mut fits_left[0]));
+        let top = search.top(&around, Kind::Marked, &mut fits_left[0]);
+        chosen.tops.extend(top.map(|top| search.of_own_colour(top)));
     }
     // Without a marker the strongest edges first
     let is_bare = |found: &&&PlaneRegion| {
@@ -123,7 +124,8 @@ pub(super) fn tops(search: &TopSearch) -> Tops {
             let around: Vec<&PlaneRegion> = large.iter().filter(same).copied().take(MOST_REGIONS).collect();
             let is_object =
                 |top: &Candidate| top.outline.visible_fraction >= BARE_VISIBLE && is_wide(&top.outline.shape);
-            chosen.tops.extend(search.top(&around, Kind::Bare, &mut fits_left[1]).filter(is_object));
+            let top = search.top(&around, Kind::Bare, &mut fits_left[1]);
+            chosen.tops.extend(top.map(|top| search.of_own_colour(top)).filter(is_object));
         }
     }
     Tops { found: chosen.tops, is_complete: fits_left.iter().all(Option::is_some) }
@@ -131,7 +133,7 @@ pub(super) fn tops(search: &TopSearch) -> Tops {
 
 /// Whether an object is searched around its marker.
 #[derive(Clone, Copy, PartialEq)]
-enum Kind {
+pub(super) enum Kind {
     Marked,
     Bare,
 }
@@ -152,9 +154,9 @@ pub(super) struct TopSearch<'a> {
     pub camera: &'a Camera,
     pub cell: &'a Cell,
     /// The height of the tops, before other heights are tried (m).
-    height_m: f64,
+    pub height_m: f64,
     /// The side of a pixel in the middle of the workspace (m).
-    pixel_m: f64,
+    pub pixel_m: f64,
 }
 
 impl<'a> TopSearch<'a> {
@@ -237,7 +239,7 @@ impl<'a> TopSearch<'a> {
     }
 
     /// The outlines that fit near the border of a region, in any plane.
-    fn fits(&self, region: &Region, height_m: f64) -> Vec<Candidate> {
+    pub(super) fn fits(&self, region: &Region, height_m: f64) -> Vec<Candidate> {
         let in_plane = |plane: usize| {
             let outlines = self.view(plane, height_m).outlines(region).into_iter();
             let fits = outlines.filter(|outline| outline.fits);
@@ -250,7 +252,7 @@ impl<'a> TopSearch<'a> {
     }
 
     /// The top among outlines of one object. Silhouettes and shadows need more corners, or are larger; a line inside the top has a weak edge, or is off its edges.
-    fn simplest(&self, mut fits: Vec<Candidate>, kind: Kind) -> Option<Candidate> {
+    pub(super) fn simplest(&self, mut fits: Vec<Candidate>, kind: Kind) -> Option<Candidate> {
         fits.sort_by(|a, b| a.outline.rms_m.total_cmp(&b.outline.rms_m));
         let mut apart: Vec<Candidate> = Vec::new();
         for fit in fits {
@@ -315,7 +317,7 @@ impl<'a> TopSearch<'a> {
         // At the height that was searched first, another region may have looked like the top.
         let fits = candidate.around.iter().flat_map(|region| self.fits(region, height_m));
         let top = self.simplest(corrected.into_iter().chain(fits).collect(), Kind::Marked)?;
-        Some(Candidate { around: Rc::clone(&candidate.around), ..top })
+        Some(self.of_own_colour(Candidate { around: Rc::clone(&candidate.around), ..top }))
     }
 
     /// The step of grey level across the weakest side of an outline, in that plane in which it is largest.
@@ -364,6 +366,12 @@ fn distinct(all: impl Iterator<Item = PlaneRegion>) -> Vec<PlaneRegion> {
     kept
 }
 
+/// Regions of which no two have the same border, those with the strongest edges.
+pub(super) fn distinct_regions(all: impl Iterator<Item = Region>) -> Vec<Region> {
+    let in_one_plane = all.map(|region| PlaneRegion { region, plane: 0, of_either_sign: false });
+    distinct(in_one_plane).into_iter().map(|found| found.region).collect()
+}
+
 /// Whether areas and centroids of two regions agree.
 fn has_same_border(a: &Region, b: &Region) -> bool {
     let [area, other] = [a, b].map(|region| region.area_px as f64);
@@ -408,7 +416,7 @@ fn sides(shape: &Shape) -> Vec<Vec<(Point, Vec2)>> {
 }
 
 /// Whether two outlines have the same form, area and centroid within half a pixel.
-fn has_same_outline(a: &Fitted, b: &Fitted, pixel_m: f64) -> bool {
+pub(super) fn has_same_outline(a: &Fitted, b: &Fitted, pixel_m: f64) -> bool {
     const NEAR_PX: f64 = 0.5;
     let size = |fit: &Fitted| fit.shape.area_m2().sqrt();
     let near_m = NEAR_PX * pixel_m;
