@@ -58,6 +58,8 @@ const MOST_MARKER_M2: f64 = 2.5e-3;
 const MARKER_STRENGTH: f64 = 12.0;
 /// A marker with at least this fraction of the strongest one's step is none of a shadow.
 const CERTAIN: f64 = 0.5;
+/// So much of the outline around a weaker marker bounds the colour of its top.
+const WEAK_BOUNDED: f64 = 0.8;
 /// Heights that are tried for a silhouette (m).
 const HEIGHTS_M: [f64; 4] = [0.015, 0.03, 0.045, 0.06];
 /// A polygon of the same area within this fraction is nearer to the edges than a disc is if its points are at most this factor as far off, and the
@@ -110,22 +112,29 @@ pub(super) fn tops(search: &TopSearch) -> Tops {
             .filter(|found| can_carry(&found.region, &marker.region) && chosen.is_free(&found.region, apart));
         let around: Vec<&PlaneRegion> = around.take(MOST_REGIONS).collect();
         let top = search.top(&around, Kind::Marked, &mut fits_left[0]);
-        chosen.tops.extend(top.map(|top| search.of_own_colour(top)));
+        // Blots of the table's grain look like weak markers, on strips between others.
+        let is_object = |top: &Candidate| {
+            !apart || is_wide(&top.outline.shape) && search.bounded_fraction(top) >= WEAK_BOUNDED
+        };
+        chosen.tops.extend(top.filter(is_object));
     }
     // Without a marker the strongest edges first
     let is_bare = |found: &&&PlaneRegion| {
         !found.of_either_sign && !markers.iter().any(|marker| can_carry(&found.region, &marker.region))
     };
-    let mut bare: Vec<&PlaneRegion> = large.iter().filter(is_bare).copied().collect();
-    bare.sort_by(|a, b| b.region.strength.total_cmp(&a.region.strength));
-    for found in bare.into_iter().take(MOST_OBJECTS) {
+    let bare: Vec<&PlaneRegion> = large.iter().filter(is_bare).copied().collect();
+    // A shadow touches what casts it: that is searched first.
+    let rank = |found: &PlaneRegion| (search.may_be_shadow(&found.region), found.region.strength);
+    let mut ranked: Vec<((bool, f64), &PlaneRegion)> =
+        bare.into_iter().map(|found| (rank(found), found)).collect();
+    ranked.sort_by(|((a, x), _), ((b, y), _)| a.cmp(b).then(y.total_cmp(x)));
+    let bare = ranked.into_iter().map(|(_, found)| found);
+    for found in bare.take(MOST_OBJECTS) {
         if chosen.is_free(&found.region, true) {
             let same = |other: &&&PlaneRegion| is_same_object(&other.region, &found.region);
             let around: Vec<&PlaneRegion> = large.iter().filter(same).copied().take(MOST_REGIONS).collect();
-            let is_object =
-                |top: &Candidate| top.outline.visible_fraction >= BARE_VISIBLE && is_wide(&top.outline.shape);
             let top = search.top(&around, Kind::Bare, &mut fits_left[1]);
-            chosen.tops.extend(top.map(|top| search.of_own_colour(top)).filter(is_object));
+            chosen.tops.extend(top.filter(is_bare_object));
         }
     }
     Tops { found: chosen.tops, is_complete: fits_left.iter().all(Option::is_some) }
@@ -232,9 +241,12 @@ impl<'a> TopSearch<'a> {
         heights_m.find_map(|height_m| {
             *fits_left = (*fits_left)?.checked_sub(around.len() * self.planes.len());
             (*fits_left)?;
-            let fits = around.iter().flat_map(|found| self.fits(&found.region, height_m)).collect();
-            let top = self.simplest(fits, kind)?;
-            Some(Candidate { around: around.iter().map(|found| found.region.clone()).collect(), ..top })
+            let fits: Vec<Candidate> =
+                around.iter().flat_map(|found| self.fits(&found.region, height_m)).collect();
+            let top = self.simplest(fits.clone(), kind)?;
+            let top = Candidate { around: around.iter().map(|found| found.region.clone()).collect(), ..top };
+            // Most regions without a marker are no objects.
+            Some(if kind == Kind::Bare && !is_bare_object(&top) { top } else { self.settled(top, &fits) })
         })
     }
 
@@ -316,8 +328,9 @@ impl<'a> TopSearch<'a> {
         let corrected = corrected.map(|outline| Candidate { outline, height_m, ..candidate.clone() });
         // At the height that was searched first, another region may have looked like the top.
         let fits = candidate.around.iter().flat_map(|region| self.fits(region, height_m));
-        let top = self.simplest(corrected.into_iter().chain(fits).collect(), Kind::Marked)?;
-        Some(self.of_own_colour(Candidate { around: Rc::clone(&candidate.around), ..top }))
+        let fits: Vec<Candidate> = corrected.into_iter().chain(fits).collect();
+        let top = self.simplest(fits.clone(), Kind::Marked)?;
+        Some(self.settled(Candidate { around: Rc::clone(&candidate.around), ..top }, &fits))
     }
 
     /// The step of grey level across the weakest side of an outline, in that plane in which it is largest.
@@ -366,14 +379,8 @@ fn distinct(all: impl Iterator<Item = PlaneRegion>) -> Vec<PlaneRegion> {
     kept
 }
 
-/// Regions of which no two have the same border, those with the strongest edges.
-pub(super) fn distinct_regions(all: impl Iterator<Item = Region>) -> Vec<Region> {
-    let in_one_plane = all.map(|region| PlaneRegion { region, plane: 0, of_either_sign: false });
-    distinct(in_one_plane).into_iter().map(|found| found.region).collect()
-}
-
 /// Whether areas and centroids of two regions agree.
-fn has_same_border(a: &Region, b: &Region) -> bool {
+pub(super) fn has_same_border(a: &Region, b: &Region) -> bool {
     let [area, other] = [a, b].map(|region| region.area_px as f64);
     let off_px2 = (a.centroid.x - b.centroid.x).powi(2) + (a.centroid.y - b.centroid.y).powi(2);
     (area - other).abs() < SAME_BORDER * area && off_px2 < (0.5 * SAME_BORDER).powi(2) * area
@@ -438,6 +445,11 @@ fn is_on_table(view: &TopView, cell: &Cell, region: &Region) -> bool {
 
 /// Whether the grey level just inside a region differs from the table a few millimetres outside: what lines on the table enclose does not.
 fn differs(view: &TopView, region: &Region, pixel_m: f64) -> bool {
+    levels(view, region, pixel_m).is_some_and(|(top, table)| (top - table).abs() >= LEAST_STRENGTH)
+}
+
+/// The grey level just inside a region and that of the table a few millimetres outside.
+pub(super) fn levels(view: &TopView, region: &Region, pixel_m: f64) -> Option<(f64, f64)> {
     const INSIDE_PX: f64 = 4.0;
     let radial = |pixel: &Pixel, off_px: f64| {
         let (dx, dy) = (pixel.x - region.centroid.x, pixel.y - region.centroid.y);
@@ -450,7 +462,12 @@ fn differs(view: &TopView, region: &Region, pixel_m: f64) -> bool {
         let at = TABLE_AT_M.map(|off_m| radial(pixel, off_m / pixel_m));
         at.into_iter().filter(|&at| !region.contains(at)).filter_map(|at| view.image.grey_at(at))
     });
-    median(inside).zip(median(outside)).is_some_and(|(top, table)| (top - table).abs() >= LEAST_STRENGTH)
+    median(inside).zip(median(outside))
+}
+
+/// Whether an outline without a marker is visible and wide enough.
+fn is_bare_object(top: &Candidate) -> bool {
+    top.outline.visible_fraction >= BARE_VISIBLE && is_wide(&top.outline.shape)
 }
 
 /// Whether a shape is as wide as an object without a marker is.

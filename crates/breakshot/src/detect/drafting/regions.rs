@@ -98,6 +98,23 @@ impl SearchPlanes {
         searched(passes.chain(uniform(&self.steep[plane])), edges, window, areas_px)
     }
 
+    /// The regions of a plane in a window below a level.
+    pub(super) fn regions_below(
+        &self,
+        plane: usize,
+        level: u8,
+        window: Window,
+        areas_px: &RangeInclusive<u64>,
+    ) -> Vec<Region> {
+        let smooth = &self.smooth[plane];
+        searched(
+            std::iter::once((smooth, Level::Below(level), 0)),
+            (std::slice::from_ref(smooth), Sign::Same),
+            window,
+            areas_px,
+        )
+    }
+
     /// All regions in a window in which neither the luma nor a colour has an edge, bounded by edges of either sign: a top may be darker than the table and lighter
     /// than its side, or differ from them in several colours.
     pub(super) fn uniform_regions(&self, window: Window, areas_px: &RangeInclusive<u64>) -> Vec<Region> {
@@ -269,6 +286,15 @@ impl Region {
             .map(|offset_px| grey(offset_px + 0.5 + READ_AT_PX) - grey(offset_px + 0.5 - READ_AT_PX));
         let known = steps.into_iter().filter(|step| step.is_finite());
         known.max_by(|a, b| a.abs().total_cmp(&b.abs())).unwrap_or(0.0)
+    }
+
+    /// The region's pixels.
+    pub(super) fn pixels(&self) -> impl Iterator<Item = Pixel> {
+        let [width, _] = self.size();
+        let at = move |k: usize| {
+            Pixel::new((self.window.x[0] + k % width) as f64, (self.window.y[0] + k / width) as f64)
+        };
+        (0..self.mask.len()).filter(|&k| self.mask[k]).map(at)
     }
 
     /// Whether a pixel belongs to the region.
