@@ -35,7 +35,8 @@ const LIMITS: [f64; 3] = [1.0, 1.6, 2.5];
 const DISAGREES_PX: f64 = 3.0;
 const LEAST_AGREEMENT: f64 = 0.6;
 const LESS_AGREEMENT: f64 = 0.04;
-/// The agreement with the end of the colour at a larger limit is better by at least this.
+/// A region with an outline that agrees at least so well is the whole top. The agreement with the end of the colour at a larger limit is better by at least this.
+const CLOSED_AGREEMENT: f64 = 0.77;
 const MORE_AGREEMENT: f64 = 0.08;
 
 impl TopSearch<'_> {
@@ -140,10 +141,13 @@ impl TopSearch<'_> {
                 border.map(|pixel| self.camera.table_from_pixel(pixel, top.height_m)).collect();
             let all: Vec<Candidate> = fits.iter().cloned().chain(own.fits(&region, top.height_m)).collect();
             let (most, agreeing) = agreeing(all, &border, self.pixel_m);
-            // Beyond the grain of the top, a larger region has more of its side.
             let least = best.as_ref().map_or(LEAST_AGREEMENT, |(most, _)| most + MORE_AGREEMENT);
             if most >= least {
                 best = Some((most, agreeing));
+            }
+            // Beyond the grain of the top, a larger region has more of its side.
+            if most >= CLOSED_AGREEMENT {
+                break;
             }
         }
         own.simplest(best?.1, Kind::Marked)
@@ -235,4 +239,61 @@ fn first_edges(image: &GreyImage, border: &[Pixel]) -> Vec<Pixel> {
         (1..STEPS - 1).find(is_peak).map_or(border[k], |i| at(FROM_PX + i as f64 * STEP_PX))
     };
     (0..n).map(edge).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::contrast::contrasts;
+    use super::*;
+    use crate::capture::{Camera, Lens};
+    use crate::cell::{Cell, Striker, Transform, Workspace};
+
+    const SIDE: usize = 64;
+
+    fn image(level: impl Fn(usize, usize) -> u8) -> GreyImage {
+        let pixels = (0..SIDE * SIDE).map(|k| level(k % SIDE, k / SIDE)).collect();
+        GreyImage { width: SIDE, height: SIDE, pixels }
+    }
+
+    #[test]
+    fn the_first_edge_outward_is_that_of_the_top_and_not_the_higher_one_of_its_side() {
+        // A square top, a side of 3 px around it, the table
+        let distance = |x: usize, y: usize| x.abs_diff(32).max(y.abs_diff(32));
+        let plane =
+            image(|x, y| [20, 60, 200][usize::from(distance(x, y) > 10) + usize::from(distance(x, y) > 13)]);
+        let square: Vec<Pixel> = (0..80)
+            .map(|k| {
+                let (along, side) = ((k % 20) as f64 - 10.0, k / 20);
+                let [x, y] = [[along, -10.0], [10.0, along], [-along, 10.0], [-10.0, -along]][side];
+                Pixel::new(32.0 + x, 32.0 + y)
+            })
+            .collect();
+        let edges = first_edges(&plane, &square);
+        let off_px = |pixel: &Pixel| (pixel.x - 32.0).abs().max((pixel.y - 32.0).abs()) - 10.5;
+        // Near corners directions are between those of the sides.
+        let apart = (0..80).filter(|k| (5..15).contains(&(k % 20)));
+        let worst_px = apart.map(|k| off_px(&edges[k]).abs()).fold(0.0, f64::max);
+        assert!(worst_px <= 0.5, "{worst_px} px");
+    }
+
+    #[test]
+    fn what_is_darker_and_has_the_colour_of_the_table_may_be_a_shadow() {
+        let at = Transform { position_m: [0.0, 0.0, 1.0], rpy_rad: [0.0; 3] };
+        let camera = Camera::new([SIDE; 2], Lens::pinhole([SIDE; 2], 100.0), at);
+        let cell = Cell::from_above(100.0, Workspace::centred([0.5, 0.5]), Striker::none());
+        let table = [150.0, 120.0, 70.0];
+        for (patch, is_shadow) in [(table.map(|level| 0.5 * level), true), ([40.0, 50.0, 110.0], false)] {
+            let is_patch = |x: usize, y: usize| (24..40).contains(&x) && (24..40).contains(&y);
+            let plane =
+                |channel: usize| image(|x, y| (if is_patch(x, y) { patch } else { table })[channel] as u8);
+            let colours = [0, 1, 2].map(plane);
+            let luma = plane(1);
+            let contrasts = contrasts(&colours, &camera, &cell);
+            let planes: Vec<GreyImage> = std::iter::once(luma).chain(colours).chain(contrasts).collect();
+            let search = TopSearch::new(&planes, &camera, &cell, 0.0).expect("the workspace is seen");
+            let regions = search.search_planes.regions(0, Window::whole(&planes[0]), &(100..=400));
+            let region = regions.first().expect("the patch");
+            assert_eq!(search.may_be_shadow(region), is_shadow, "{patch:?}");
+        }
+    }
 }
