@@ -104,6 +104,8 @@ pub(super) fn tops(search: &TopSearch) -> Tops {
     let mut chosen = Chosen { view: search.view(0, search.height_m), tops: Vec::new() };
     let strongest = markers.first().map_or(0.0, |marker| marker.region.strength);
     let mut fits_left = MOST_FITS.map(Some);
+    // Several weak blots on one strip of grain are searched once.
+    let mut rejected: Vec<Vec<&PlaneRegion>> = Vec::new();
     for marker in markers.iter().take(MOST_OBJECTS) {
         let apart = marker.region.strength < CERTAIN * strongest;
         let around = large
@@ -111,12 +113,18 @@ pub(super) fn tops(search: &TopSearch) -> Tops {
             .copied()
             .filter(|found| can_carry(&found.region, &marker.region) && chosen.is_free(&found.region, apart));
         let around: Vec<&PlaneRegion> = around.take(MOST_REGIONS).collect();
+        if apart && rejected.iter().any(|others| are_same(others, &around)) {
+            continue;
+        }
         let top = search.top(&around, Kind::Marked, &mut fits_left[0]);
         // Blots of the table's grain look like weak markers, on strips between others.
         let is_object = |top: &Candidate| {
             !apart || is_wide(&top.outline.shape) && search.bounded_fraction(top) >= WEAK_BOUNDED
         };
-        chosen.tops.extend(top.filter(is_object));
+        match top.filter(is_object) {
+            Some(top) => chosen.tops.push(top),
+            None => rejected.push(around),
+        }
     }
     // Without a marker the strongest edges first
     let is_bare = |found: &&&PlaneRegion| {
@@ -377,6 +385,11 @@ fn distinct(all: impl Iterator<Item = PlaneRegion>) -> Vec<PlaneRegion> {
         }
     }
     kept
+}
+
+/// Whether two lists are of the same regions.
+fn are_same(a: &[&PlaneRegion], b: &[&PlaneRegion]) -> bool {
+    a.len() == b.len() && a.iter().zip(b).all(|(a, b)| std::ptr::eq(*a, *b))
 }
 
 /// Whether areas and centroids of two regions agree.
