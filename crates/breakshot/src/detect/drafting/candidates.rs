@@ -26,7 +26,7 @@ pub(super) struct Candidate {
     pub outline: Fitted,
     pub height_m: f64,
     /// The regions among which it was chosen.
-    around: Rc<[Region]>,
+    pub around: Rc<[Region]>,
 }
 
 /// Area of an object's outline (m2): from a coin of 11 mm to a plate of 200 mm.
@@ -58,6 +58,8 @@ const MOST_MARKER_M2: f64 = 2.5e-3;
 const MARKER_STRENGTH: f64 = 12.0;
 /// A marker with at least this fraction of the strongest one's step is none of a shadow.
 const CERTAIN: f64 = 0.5;
+/// So much of the outline around a weaker marker bounds the colour of its top.
+const WEAK_BOUNDED: f64 = 0.8;
 /// Heights that are tried for a silhouette (m).
 const HEIGHTS_M: [f64; 4] = [0.015, 0.03, 0.045, 0.06];
 /// A polygon of the same area within this fraction is nearer to the edges than a disc is if its points are at most this factor as far off, and the
@@ -102,6 +104,8 @@ pub(super) fn tops(search: &TopSearch) -> Tops {
     let mut chosen = Chosen { view: search.view(0, search.height_m), tops: Vec::new() };
     let strongest = markers.first().map_or(0.0, |marker| marker.region.strength);
     let mut fits_left = MOST_FITS.map(Some);
+    // Several weak blots on one strip of grain are searched once.
+    let mut rejected: Vec<Vec<&PlaneRegion>> = Vec::new();
     for marker in markers.iter().take(MOST_OBJECTS) {
         let apart = marker.region.strength < CERTAIN * strongest;
         let around = large
@@ -109,21 +113,36 @@ pub(super) fn tops(search: &TopSearch) -> Tops {
             .copied()
             .filter(|found| can_carry(&found.region, &marker.region) && chosen.is_free(&found.region, apart));
         let around: Vec<&PlaneRegion> = around.take(MOST_REGIONS).collect();
-        chosen.tops.extend(search.top(&around, Kind::Marked, &mut fits_left[0]));
+        if apart && rejected.iter().any(|others| are_same(others, &around)) {
+            continue;
+        }
+        let top = search.top(&around, Kind::Marked, &mut fits_left[0]);
+        // Blots of the table's grain look like weak markers, on strips between others.
+        let is_object = |top: &Candidate| {
+            !apart || is_wide(&top.outline.shape) && search.bounded_fraction(top) >= WEAK_BOUNDED
+        };
+        match top.filter(is_object) {
+            Some(top) => chosen.tops.push(top),
+            None => rejected.push(around),
+        }
     }
     // Without a marker the strongest edges first
     let is_bare = |found: &&&PlaneRegion| {
         !found.of_either_sign && !markers.iter().any(|marker| can_carry(&found.region, &marker.region))
     };
-    let mut bare: Vec<&PlaneRegion> = large.iter().filter(is_bare).copied().collect();
-    bare.sort_by(|a, b| b.region.strength.total_cmp(&a.region.strength));
-    for found in bare.into_iter().take(MOST_OBJECTS) {
+    let bare: Vec<&PlaneRegion> = large.iter().filter(is_bare).copied().collect();
+    // A shadow touches what casts it: that is searched first.
+    let rank = |found: &PlaneRegion| (search.may_be_shadow(&found.region), found.region.strength);
+    let mut ranked: Vec<((bool, f64), &PlaneRegion)> =
+        bare.into_iter().map(|found| (rank(found), found)).collect();
+    ranked.sort_by(|((a, x), _), ((b, y), _)| a.cmp(b).then(y.total_cmp(x)));
+    let bare = ranked.into_iter().map(|(_, found)| found);
+    for found in bare.take(MOST_OBJECTS) {
         if chosen.is_free(&found.region, true) {
             let same = |other: &&&PlaneRegion| is_same_object(&other.region, &found.region);
             let around: Vec<&PlaneRegion> = large.iter().filter(same).copied().take(MOST_REGIONS).collect();
-            let is_object =
-                |top: &Candidate| top.outline.visible_fraction >= BARE_VISIBLE && is_wide(&top.outline.shape);
-            chosen.tops.extend(search.top(&around, Kind::Bare, &mut fits_left[1]).filter(is_object));
+            let top = search.top(&around, Kind::Bare, &mut fits_left[1]);
+            chosen.tops.extend(top.filter(is_bare_object));
         }
     }
     Tops { found: chosen.tops, is_complete: fits_left.iter().all(Option::is_some) }
@@ -131,7 +150,7 @@ pub(super) fn tops(search: &TopSearch) -> Tops {
 
 /// Whether an object is searched around its marker.
 #[derive(Clone, Copy, PartialEq)]
-enum Kind {
+pub(super) enum Kind {
     Marked,
     Bare,
 }
@@ -152,9 +171,9 @@ pub(super) struct TopSearch<'a> {
     pub camera: &'a Camera,
     pub cell: &'a Cell,
     /// The height of the tops, before other heights are tried (m).
-    height_m: f64,
+    pub height_m: f64,
     /// The side of a pixel in the middle of the workspace (m).
-    pixel_m: f64,
+    pub pixel_m: f64,
 }
 
 impl<'a> TopSearch<'a> {
@@ -230,14 +249,17 @@ impl<'a> TopSearch<'a> {
         heights_m.find_map(|height_m| {
             *fits_left = (*fits_left)?.checked_sub(around.len() * self.planes.len());
             (*fits_left)?;
-            let fits = around.iter().flat_map(|found| self.fits(&found.region, height_m)).collect();
-            let top = self.simplest(fits, kind)?;
-            Some(Candidate { around: around.iter().map(|found| found.region.clone()).collect(), ..top })
+            let fits: Vec<Candidate> =
+                around.iter().flat_map(|found| self.fits(&found.region, height_m)).collect();
+            let top = self.simplest(fits.clone(), kind)?;
+            let top = Candidate { around: around.iter().map(|found| found.region.clone()).collect(), ..top };
+            // Most regions without a marker are no objects.
+            Some(if kind == Kind::Bare && !is_bare_object(&top) { top } else { self.settled(top, &fits) })
         })
     }
 
     /// The outlines that fit near the border of a region, in any plane.
-    fn fits(&self, region: &Region, height_m: f64) -> Vec<Candidate> {
+    pub(super) fn fits(&self, region: &Region, height_m: f64) -> Vec<Candidate> {
         let in_plane = |plane: usize| {
             let outlines = self.view(plane, height_m).outlines(region).into_iter();
             let fits = outlines.filter(|outline| outline.fits);
@@ -250,7 +272,7 @@ impl<'a> TopSearch<'a> {
     }
 
     /// The top among outlines of one object. Silhouettes and shadows need more corners, or are larger; a line inside the top has a weak edge, or is off its edges.
-    fn simplest(&self, mut fits: Vec<Candidate>, kind: Kind) -> Option<Candidate> {
+    pub(super) fn simplest(&self, mut fits: Vec<Candidate>, kind: Kind) -> Option<Candidate> {
         fits.sort_by(|a, b| a.outline.rms_m.total_cmp(&b.outline.rms_m));
         let mut apart: Vec<Candidate> = Vec::new();
         for fit in fits {
@@ -314,8 +336,9 @@ impl<'a> TopSearch<'a> {
         let corrected = corrected.map(|outline| Candidate { outline, height_m, ..candidate.clone() });
         // At the height that was searched first, another region may have looked like the top.
         let fits = candidate.around.iter().flat_map(|region| self.fits(region, height_m));
-        let top = self.simplest(corrected.into_iter().chain(fits).collect(), Kind::Marked)?;
-        Some(Candidate { around: Rc::clone(&candidate.around), ..top })
+        let fits: Vec<Candidate> = corrected.into_iter().chain(fits).collect();
+        let top = self.simplest(fits.clone(), Kind::Marked)?;
+        Some(self.settled(Candidate { around: Rc::clone(&candidate.around), ..top }, &fits))
     }
 
     /// The step of grey level across the weakest side of an outline, in that plane in which it is largest.
@@ -364,8 +387,13 @@ fn distinct(all: impl Iterator<Item = PlaneRegion>) -> Vec<PlaneRegion> {
     kept
 }
 
+/// Whether two lists are of the same regions.
+fn are_same(a: &[&PlaneRegion], b: &[&PlaneRegion]) -> bool {
+    a.len() == b.len() && a.iter().zip(b).all(|(a, b)| std::ptr::eq(*a, *b))
+}
+
 /// Whether areas and centroids of two regions agree.
-fn has_same_border(a: &Region, b: &Region) -> bool {
+pub(super) fn has_same_border(a: &Region, b: &Region) -> bool {
     let [area, other] = [a, b].map(|region| region.area_px as f64);
     let off_px2 = (a.centroid.x - b.centroid.x).powi(2) + (a.centroid.y - b.centroid.y).powi(2);
     (area - other).abs() < SAME_BORDER * area && off_px2 < (0.5 * SAME_BORDER).powi(2) * area
@@ -408,7 +436,7 @@ fn sides(shape: &Shape) -> Vec<Vec<(Point, Vec2)>> {
 }
 
 /// Whether two outlines have the same form, area and centroid within half a pixel.
-fn has_same_outline(a: &Fitted, b: &Fitted, pixel_m: f64) -> bool {
+pub(super) fn has_same_outline(a: &Fitted, b: &Fitted, pixel_m: f64) -> bool {
     const NEAR_PX: f64 = 0.5;
     let size = |fit: &Fitted| fit.shape.area_m2().sqrt();
     let near_m = NEAR_PX * pixel_m;
@@ -430,6 +458,11 @@ fn is_on_table(view: &TopView, cell: &Cell, region: &Region) -> bool {
 
 /// Whether the grey level just inside a region differs from the table a few millimetres outside: what lines on the table enclose does not.
 fn differs(view: &TopView, region: &Region, pixel_m: f64) -> bool {
+    levels(view, region, pixel_m).is_some_and(|(top, table)| (top - table).abs() >= LEAST_STRENGTH)
+}
+
+/// The grey level just inside a region and that of the table a few millimetres outside.
+pub(super) fn levels(view: &TopView, region: &Region, pixel_m: f64) -> Option<(f64, f64)> {
     const INSIDE_PX: f64 = 4.0;
     let radial = |pixel: &Pixel, off_px: f64| {
         let (dx, dy) = (pixel.x - region.centroid.x, pixel.y - region.centroid.y);
@@ -442,7 +475,12 @@ fn differs(view: &TopView, region: &Region, pixel_m: f64) -> bool {
         let at = TABLE_AT_M.map(|off_m| radial(pixel, off_m / pixel_m));
         at.into_iter().filter(|&at| !region.contains(at)).filter_map(|at| view.image.grey_at(at))
     });
-    median(inside).zip(median(outside)).is_some_and(|(top, table)| (top - table).abs() >= LEAST_STRENGTH)
+    median(inside).zip(median(outside))
+}
+
+/// Whether an outline without a marker is visible and wide enough.
+fn is_bare_object(top: &Candidate) -> bool {
+    top.outline.visible_fraction >= BARE_VISIBLE && is_wide(&top.outline.shape)
 }
 
 /// Whether a shape is as wide as an object without a marker is.

@@ -9,7 +9,7 @@ use crate::cell::Cell;
 use crate::geometry::Pixel;
 
 /// The level of the table in the planes of contrast.
-const TABLE_LEVEL: f64 = 128.0;
+pub(super) const TABLE_LEVEL: f64 = 128.0;
 /// A colour of the table counts as at least this fraction of its mean level: the weaker one is, the more its noise is amplified.
 const LEAST_FRACTION: f64 = 0.5;
 /// Every so many rows and columns a pixel is read for the colour of the table.

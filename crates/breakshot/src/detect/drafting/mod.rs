@@ -7,6 +7,7 @@ mod candidates;
 mod contrast;
 mod edges;
 mod marker;
+mod own_colour;
 mod regions;
 mod shape_fit;
 #[cfg(test)]

@@ -64,13 +64,24 @@ pub(super) struct SearchPlanes {
 
 impl SearchPlanes {
     pub(super) fn new(planes: &[GreyImage]) -> Self {
+        let whole = Window { x: [0, usize::MAX], y: [0, usize::MAX] };
+        Self::within(planes, whole)
+    }
+
+    /// The same in a window; what is beyond it stays as it is.
+    pub(super) fn within(planes: &[GreyImage], window: Window) -> Self {
         let smooth_for_search = |(plane, image): (usize, &GreyImage)| {
-            let once = smoothed(image);
-            if plane < PLAIN_PLANES { once } else { smoothed(&once) }
+            let once = smoothed(image, window);
+            if plane < PLAIN_PLANES { once } else { smoothed(&once, window) }
         };
         let smooth: Vec<GreyImage> = planes.iter().enumerate().map(smooth_for_search).collect();
-        let steep = smooth.iter().map(gradient).collect();
+        let steep = smooth.iter().map(|image| gradient(image, window)).collect();
         Self { smooth, steep }
+    }
+
+    /// A plane, smoothed.
+    pub(super) fn smooth(&self, plane: usize) -> &GreyImage {
+        &self.smooth[plane]
     }
 
     /// All regions of a plane in a window whose number of pixels lies in a range.
@@ -85,6 +96,23 @@ impl SearchPlanes {
         let passes = greys.map(|level| (smooth, level, 0));
         let edges = (std::slice::from_ref(smooth), Sign::Same);
         searched(passes.chain(uniform(&self.steep[plane])), edges, window, areas_px)
+    }
+
+    /// The regions of a plane in a window below a level.
+    pub(super) fn regions_below(
+        &self,
+        plane: usize,
+        level: u8,
+        window: Window,
+        areas_px: &RangeInclusive<u64>,
+    ) -> Vec<Region> {
+        let smooth = &self.smooth[plane];
+        searched(
+            std::iter::once((smooth, Level::Below(level), 0)),
+            (std::slice::from_ref(smooth), Sign::Same),
+            window,
+            areas_px,
+        )
     }
 
     /// All regions in a window in which neither the luma nor a colour has an edge, bounded by edges of either sign: a top may be darker than the table and lighter
@@ -260,6 +288,15 @@ impl Region {
         known.max_by(|a, b| a.abs().total_cmp(&b.abs())).unwrap_or(0.0)
     }
 
+    /// The region's pixels.
+    pub(super) fn pixels(&self) -> impl Iterator<Item = Pixel> {
+        let [width, _] = self.size();
+        let at = move |k: usize| {
+            Pixel::new((self.window.x[0] + k % width) as f64, (self.window.y[0] + k / width) as f64)
+        };
+        (0..self.mask.len()).filter(|&k| self.mask[k]).map(at)
+    }
+
     /// Whether a pixel belongs to the region.
     pub(super) fn contains(&self, pixel: Pixel) -> bool {
         let (x, y) = (pixel.x.round() - self.window.x[0] as f64, pixel.y.round() - self.window.y[0] as f64);
@@ -302,26 +339,31 @@ impl Region {
 }
 
 /// The mean of three by three pixels.
-fn smoothed(image: &GreyImage) -> GreyImage {
-    filtered(image, |at| {
+fn smoothed(image: &GreyImage, window: Window) -> GreyImage {
+    filtered(image, window, |at| {
         let sum: u32 = (0..9).map(|k| u32::from(at(k % 3, k / 3))).sum();
         ((sum + 4) / 9) as u8
     })
 }
 
 /// The length of the gradient (grey levels per two pixels).
-fn gradient(image: &GreyImage) -> GreyImage {
-    filtered(image, |at| {
+fn gradient(image: &GreyImage, window: Window) -> GreyImage {
+    filtered(image, window, |at| {
         let step = |a: u8, b: u8| f64::from(a) - f64::from(b);
         step(at(2, 1), at(0, 1)).hypot(step(at(1, 2), at(1, 0))).round().min(255.0) as u8
     })
 }
 
-/// Each pixel computed from the three by three around it; the image's outermost pixels stay.
-fn filtered(image: &GreyImage, value: impl Fn(&dyn Fn(usize, usize) -> u8) -> u8) -> GreyImage {
+/// Each pixel of a window computed from the three by three around it; the image's outermost pixels stay.
+fn filtered(
+    image: &GreyImage,
+    window: Window,
+    value: impl Fn(&dyn Fn(usize, usize) -> u8) -> u8,
+) -> GreyImage {
     let mut pixels = image.pixels.clone();
-    for y in 1..image.height.saturating_sub(1) {
-        for x in 1..image.width.saturating_sub(1) {
+    let inner = |[from, to]: [usize; 2], size: usize| from.max(1)..to.min(size.saturating_sub(1));
+    for y in inner(window.y, image.height) {
+        for x in inner(window.x, image.width) {
             let at = |column: usize, row: usize| image.pixels[(y + row - 1) * image.width + x + column - 1];
             pixels[y * image.width + x] = value(&at);
         }
