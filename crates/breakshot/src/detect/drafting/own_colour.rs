@@ -178,13 +178,16 @@ impl TopSearch<'_> {
         let image = &self.planes[0];
         let mut pixels = vec![u8::MAX; image.pixels.len()];
         for y in window.y[0]..window.y[1] {
-            for at in y * image.width + window.x[0]..y * image.width + window.x[1] {
+            let row = y * image.width;
+            let (from, to) = (row + window.x[0], row + window.x[1]);
+            for (at, distance) in pixels[from..to].iter_mut().enumerate().map(|(k, pixel)| (from + k, pixel))
+            {
                 let planes = self.colours().zip(colour);
                 let squares = planes.map(|(plane, level)| {
                     (f64::from(self.search_planes.smooth(plane).pixels[at]) - level).powi(2)
                 });
                 let mean = squares.sum::<f64>() / colour.len().max(1) as f64;
-                pixels[at] = mean.sqrt().round().min(f64::from(u8::MAX)) as u8;
+                *distance = mean.sqrt().round().min(f64::from(u8::MAX)) as u8;
             }
         }
         GreyImage { pixels, ..*image }

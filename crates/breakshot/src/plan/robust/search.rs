@@ -45,6 +45,14 @@ impl Line {
     }
 }
 
+/// The variants of one line in a generation.
+#[derive(Clone, Copy)]
+struct Variation {
+    count: usize,
+    /// Scale of all standard deviations.
+    width: f64,
+}
+
 impl Search<'_> {
     /// Successive halving: each round evaluates the better strikes of the last one in more scenarios.
     /// `report` gets the part of the rounds that are done.
@@ -110,7 +118,8 @@ impl Search<'_> {
             evaluated = samples;
             lines = sorted_by_value(lines, |line| -line.last.score);
             lines.truncate(generation.strikes);
-            self.vary(&mut lines, generation.variants, width, &self.scenarios[..samples], &mut rng);
+            let variation = Variation { count: generation.variants, width };
+            self.vary(&mut lines, variation, &self.scenarios[..samples], &mut rng);
             width *= NARROWING;
         }
         lines.into_par_iter().map(|line| self.latest_executable(line)).collect()
@@ -126,18 +135,11 @@ impl Search<'_> {
     }
 
     /// One generation: the best of some variants becomes the latest of each line, if it is better than that.
-    fn vary(
-        &self,
-        lines: &mut [Line],
-        variants: usize,
-        width: f64,
-        scenarios: &[Scenario],
-        rng: &mut Pcg64Mcg,
-    ) {
+    fn vary(&self, lines: &mut [Line], variation: Variation, scenarios: &[Scenario], rng: &mut Pcg64Mcg) {
         let mut tried: Vec<(usize, StrikeCandidate)> = Vec::new();
         for (k, line) in lines.iter().enumerate() {
-            for _ in 0..variants {
-                let aim = self.varied(&line.last.aim, width, rng);
+            for _ in 0..variation.count {
+                let aim = self.varied(&line.last.aim, variation.width, rng);
                 tried.extend(self.grid.candidate(aim).ok().map(|candidate| (k, candidate)));
             }
         }
