@@ -310,12 +310,11 @@ fn properties(sources: &Sources, variant: &Variant, friction_scale: f64) -> Prop
         };
     }
     if let Some(slip) = variant.slip {
-        let (constant, probability, exponent) = match slip {
-            Slip::None => (0.0, 0.0, SlipDamping::assumed().exponent),
-            Slip::Damped(exponent) => (0.0, 1.0, Estimate::exact(exponent)),
+        let (probability, exponent) = match slip {
+            Slip::None => (0.0, SlipDamping::assumed().exponent),
+            Slip::Damped(exponent) => (1.0, Estimate::exact(exponent)),
         };
-        let (constant, damping) =
-            (Some(Estimate::exact(constant)), Some(SlipDamping { probability, exponent }));
+        let (constant, damping) = (Some(Estimate::exact(0.0)), Some(SlipDamping { probability, exponent }));
         properties.tangential_restitution = TangentialRestitution { objects: constant, striker: constant };
         properties.tangential_damping = TangentialDamping { objects: damping, striker: damping };
     }

@@ -10,7 +10,7 @@ use crate::capture::GreyImage;
 use crate::detect::label::Window;
 use crate::detect::markerless::edge_visibility::outline_points;
 use crate::geometry::outline::Outline;
-use crate::geometry::{Pixel, Point};
+use crate::geometry::{Pixel, Point, Vec2};
 use crate::statistics::{STD_OVER_MEDIAN_ABSOLUTE, median};
 use std::rc::Rc;
 
@@ -89,7 +89,7 @@ impl TopSearch<'_> {
         let Some((colour, _)) = self.colour_of(top) else { return 0.0 };
         let pose = top.outline.pose;
         let points = outline_points(&top.outline.shape, SPACING_PX * self.pixel_m);
-        let bounds = |(at, outward): &(Point, crate::geometry::Vec2)| {
+        let bounds = |(at, outward): &(Point, Vec2)| {
             let distance = |px: f64| {
                 let point = pose.table_from_body(*at + *outward * (px * self.pixel_m));
                 self.distance(self.camera.pixel_from_table(point, top.height_m), &colour)
