@@ -166,7 +166,7 @@ struct PlaneRegion {
 /// A picture in which tops are searched.
 pub(super) struct TopSearch<'a> {
     /// The luma and the colours.
-    pub planes: &'a [GreyImage],
+    pub planes: Vec<&'a GreyImage>,
     pub search_planes: SearchPlanes,
     pub camera: &'a Camera,
     pub cell: &'a Cell,
@@ -186,14 +186,20 @@ impl<'a> TopSearch<'a> {
     ) -> Option<Self> {
         let middle = cell.workspace.min_m + (cell.workspace.max_m - cell.workspace.min_m) * 0.5;
         let pixel_m = camera.scale_m_per_px(camera.pixel_from_table(middle, height_m), height_m);
-        let search =
-            || Self { planes, search_planes: SearchPlanes::new(planes), camera, cell, height_m, pixel_m };
+        let search = || Self {
+            planes: planes.iter().collect(),
+            search_planes: SearchPlanes::new(planes),
+            camera,
+            cell,
+            height_m,
+            pixel_m,
+        };
         (pixel_m.is_finite() && pixel_m > 0.0).then(search)
     }
 
     /// One of the planes, and the outlines of bodies at a height.
-    pub(super) const fn view(&self, plane: usize, height_m: f64) -> TopView<'a> {
-        TopView { image: &self.planes[plane], camera: self.camera, height_m, solid: true }
+    pub(super) fn view(&self, plane: usize, height_m: f64) -> TopView<'a> {
+        TopView { image: self.planes[plane], camera: self.camera, height_m, solid: true }
     }
 
     /// The regions of all planes, of regions with the same border the one with the strongest edge.
@@ -201,7 +207,7 @@ impl<'a> TopSearch<'a> {
         let most_px = (AREAS_M2[1] / (self.pixel_m * self.pixel_m)) as u64;
         let least_px = ((LEAST_MARKER_M2 / (self.pixel_m * self.pixel_m)) as u64).max(LEAST_MARKER_PX);
         let areas_px = least_px..=most_px.max(least_px + 1);
-        let window = Window::whole(&self.planes[0]);
+        let window = Window::whole(self.planes[0]);
         let of_plane = |plane: usize| {
             let found = self.search_planes.regions(plane, window, &areas_px).into_iter();
             found.map(move |region| PlaneRegion { region, plane, of_either_sign: false })
@@ -350,7 +356,7 @@ impl<'a> TopSearch<'a> {
             let [inside, outside] =
                 [-READ_AT_PX, READ_AT_PX].map(|px| pixel(at + outward * (px * self.pixel_m)));
             let step = |plane: &GreyImage| Some((plane.grey_at(outside)? - plane.grey_at(inside)?).abs());
-            self.planes.iter().filter_map(step).fold(0.0, f64::max)
+            self.planes.iter().copied().filter_map(step).fold(0.0, f64::max)
         };
         let of_side =
             |side: Vec<(Point, Vec2)>| median(side.into_iter().map(|(at, outward)| step(at, outward)));

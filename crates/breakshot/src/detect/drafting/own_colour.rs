@@ -120,6 +120,7 @@ impl TopSearch<'_> {
     /// The top among outlines of one object that agrees best with where its own colour ends; `top` is the one that was found without it.
     pub(super) fn settled(&self, top: Candidate, fits: &[Candidate]) -> Candidate {
         let Some(own) = self.in_own_colour(&top, fits) else { return top };
+        // The plane of the distances is not one of the picture: the luma stands for it.
         let own = Candidate { plane: own.plane % self.planes.len(), around: Rc::clone(&top.around), ..own };
         if has_same_outline(&own.outline, &top.outline, self.pixel_m)
             || self.bounded_fraction(&own) < self.bounded_fraction(&top) - BETTER
@@ -132,11 +133,11 @@ impl TopSearch<'_> {
     /// The outline that agrees with the end of the colour in the middle of another outline; `fits` are outlines of the same object.
     fn in_own_colour(&self, top: &Candidate, fits: &[Candidate]) -> Option<Candidate> {
         let (colour, limit) = self.colour_of(top)?;
-        let window = around(top.region.window(), &self.planes[0]);
+        let window = around(top.region.window(), self.planes[0]);
         let plane = self.distances(&colour, window);
-        let planes: Vec<GreyImage> = self.planes.iter().chain(std::iter::once(&plane)).cloned().collect();
+        let planes = self.planes.iter().copied().chain(std::iter::once(&plane)).collect();
         let search_planes = SearchPlanes::within(std::slice::from_ref(&plane), window);
-        let own = TopSearch { planes: &planes, search_planes, ..*self };
+        let own = TopSearch { planes, search_planes, ..*self };
         let mut best: Option<(f64, Vec<Candidate>)> = None;
         for region in own.regions_of_colour(top, limit, window) {
             let border = first_edges(own.search_planes.smooth(0), &region.border).into_iter();
@@ -175,7 +176,7 @@ impl TopSearch<'_> {
 
     /// The plane of the distances from a colour in a window; the largest distance beyond it.
     fn distances(&self, colour: &[f64], window: Window) -> GreyImage {
-        let image = &self.planes[0];
+        let image = self.planes[0];
         let mut pixels = vec![u8::MAX; image.pixels.len()];
         for y in window.y[0]..window.y[1] {
             let row = y * image.width;
