@@ -170,6 +170,46 @@ impl Island {
         self.members[b].apply(on_b, arm_b[0] * normal + arm_b[1] * tangent);
     }
 
+    /// The energy that impulses scaled by s take from the members is `L s - B s^2` (J): L, impulses times the speeds before.
+    fn given_energy_j(&self) -> f64 {
+        self.contacts
+            .iter()
+            .map(|c| c.impulse.normal * c.impact.approach + c.impulse.tangent * c.impact.slip)
+            .sum()
+    }
+
+    /// The same: B, the kinetic energy of the changes of velocity (J).
+    fn impulse_energy_j(&self) -> f64 {
+        self.members.iter().map(Member::impulse_energy_j).sum()
+    }
+
+    /// The energy that the impulses take from the members (J).
+    pub(super) fn lost_energy_j(&self) -> f64 {
+        self.given_energy_j() - self.impulse_energy_j()
+    }
+
+    /// The greatest factor of all impulses with which no energy is gained; infinite without impulses.
+    pub(super) fn greatest_scale(&self) -> f64 {
+        match self.impulse_energy_j() {
+            0.0 => f64::INFINITY,
+            taken => self.given_energy_j() / taken,
+        }
+    }
+
+    /// Makes all contacts rigid along their tangents; whether any was not.
+    pub(super) fn remove_tangential_restitution(&mut self) -> bool {
+        let removed = |c: &mut Contact| std::mem::take(&mut c.coefficients.tangential_restitution) != 0.0;
+        self.contacts.iter_mut().fold(false, |any, contact| removed(contact) || any)
+    }
+
+    /// Multiplies all normal impulses by a factor.
+    pub(super) fn scale_normal(&mut self, factor: f64) {
+        for k in 0..self.contacts.len() {
+            let normal = (factor - 1.0) * self.contacts[k].impulse.normal;
+            self.apply_impulse(k, Impulse { normal, tangent: 0.0 });
+        }
+    }
+
     /// Multiplies all impulses by a factor.
     pub(super) fn scale(&mut self, factor: f64) {
         for c in &mut self.contacts {

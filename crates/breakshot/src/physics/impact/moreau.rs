@@ -4,7 +4,7 @@
 //! law (Moreau 1988): after the impact each contact opens at e times the speed at which it closed, or has no impulse.  Friction
 //! sticks or slides at each contact.  The projected Gauss-Seidel method finds the impulses.
 
-use crate::physics::impact::island::{Island, Member};
+use crate::physics::impact::island::Island;
 use crate::physics::impact::routh::{Impulse, RestitutionLaw};
 use crate::physics::options::Pressing;
 
@@ -52,19 +52,14 @@ impl Island {
 
     /// Scales all impulses down where Newton's law with friction would gain energy.
     fn limit_energy(&mut self) {
-        let given: f64 = self
-            .contacts
-            .iter()
-            .map(|c| c.impulse.normal * c.impact.approach + c.impulse.tangent * c.impact.slip)
-            .sum();
-        let taken: f64 = self.members.iter().map(Member::impulse_energy_j).sum();
         let whole: f64 = self.contacts.iter().map(|c| c.impulse.normal).sum();
-        if taken == 0.0 || whole == 0.0 {
+        let greatest_scale = self.greatest_scale();
+        if greatest_scale == f64::INFINITY || whole == 0.0 {
             return;
         }
-        let scale = (given / taken).clamp(0.0, 1.0);
+        let scale = greatest_scale.clamp(0.0, 1.0);
         self.scale(scale);
-        let lost = (scale * (given - taken * scale)).max(0.0);
+        let lost = self.lost_energy_j().max(0.0);
         for contact in &mut self.contacts {
             contact.loss_j = lost * contact.impulse.normal / (whole * scale).max(f64::MIN_POSITIVE);
         }
