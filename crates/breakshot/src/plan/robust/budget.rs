@@ -57,7 +57,7 @@ impl Budget {
             Generation { strikes: 4, variants: 10, samples: 64 },
             Generation { strikes: 2, variants: 10, samples: 96 },
         ],
-        searches: 4,
+        searches: 8,
         fresh: 400,
         sensitivities: true,
     };
