@@ -500,7 +500,8 @@ mod tests {
     fn oblique_impact(slip: f64, coefficients: Coefficients) -> Island {
         let bodies = [1.0, 0.064].map(disc);
         let velocity = Vec2::new(-0.246, -slip);
-        let states = [State::default(), State { velocity, position: Point::new(0.05, 0.02), ..State::default() }];
+        let states =
+            [State::default(), State { velocity, position: Point::new(0.05, 0.02), ..State::default() }];
         let mut island = Island::default();
         island.members.extend((0..2).map(|k| Member::new(k + 1, &bodies[k], &states[k])));
         let point = ContactPoint { point: Point::new(0.02, 0.0), normal_ab: Vec2::new(1.0, 0.0) };
@@ -521,8 +522,8 @@ mod tests {
                 let law = RestitutionLaw::Constant;
                 resolve(&mut island, &mut Springs::default(), &first, &Compliance::default(), law);
                 let found = island.contacts[0].impulse;
-                let off =
-                    (found.normal - alone.normal).abs().max((found.tangent - alone.tangent).abs()) / alone.normal;
+                let off = (found.normal - alone.normal).abs().max((found.tangent - alone.tangent).abs())
+                    / alone.normal;
                 assert!(off < 0.01, "slip {slip} m/s: {found:?} and {alone:?}");
                 assert!(island.lost_energy_j() > 0.0);
             }
