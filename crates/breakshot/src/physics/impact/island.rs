@@ -198,8 +198,11 @@ impl Island {
 
     /// Makes all contacts rigid along their tangents; whether any was not.
     pub(super) fn remove_tangential_restitution(&mut self) -> bool {
-        let removed = |c: &mut Contact| std::mem::take(&mut c.coefficients.tangential_restitution) != 0.0;
-        self.contacts.iter_mut().fold(false, |any, contact| removed(contact) || any)
+        let had = self.contacts.iter().any(|c| c.coefficients.tangential_restitution != 0.0);
+        for contact in &mut self.contacts {
+            contact.coefficients.tangential_restitution = 0.0;
+        }
+        had
     }
 
     /// Multiplies all normal impulses by a factor.
