@@ -75,7 +75,7 @@ pub(super) fn print(trials: &[Trial]) {
         );
     }
     print_reliable(trials);
-    println!("\nBrier score of the stated probability: {:.3} (wanted: at most 0.15)", brier(trials));
+    println!("\nBrier score of the stated probability: {:.3} (target: at most 0.06)", brier(trials));
     for bin in bins(trials) {
         println!("stated {:.2}: {:.2} of {} piles", bin.stated, bin.observed, bin.count);
     }
