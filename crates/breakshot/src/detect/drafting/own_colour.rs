@@ -77,11 +77,9 @@ impl TopSearch<'_> {
 
     /// The distance of a pixel's colour from another (grey levels, root mean square of the planes).
     fn distance(&self, pixel: Pixel, colour: &[f64]) -> Option<f64> {
-        let of_plane = |(plane, level): (usize, &f64)| {
-            Some((self.search_planes.smooth(plane).grey_at(pixel)? - level).powi(2))
-        };
-        let squares: Option<Vec<f64>> = self.colours().zip(colour).map(of_plane).collect();
-        squares.map(|squares| (squares.iter().sum::<f64>() / squares.len().max(1) as f64).sqrt())
+        let of_plane = |plane: usize| self.search_planes.smooth(plane).grey_at(pixel);
+        let levels: Option<Vec<f64>> = self.colours().map(of_plane).collect();
+        levels.map(|levels| root_mean_square(levels.into_iter(), colour))
     }
 
     /// The fraction of an outline's length at which its inside has the colour of its middle and its outside another one.
@@ -183,16 +181,19 @@ impl TopSearch<'_> {
             let (from, to) = (row + window.x[0], row + window.x[1]);
             for (at, distance) in pixels[from..to].iter_mut().enumerate().map(|(k, pixel)| (from + k, pixel))
             {
-                let planes = self.colours().zip(colour);
-                let squares = planes.map(|(plane, level)| {
-                    (f64::from(self.search_planes.smooth(plane).pixels[at]) - level).powi(2)
-                });
-                let mean = squares.sum::<f64>() / colour.len().max(1) as f64;
-                *distance = mean.sqrt().round().min(f64::from(u8::MAX)) as u8;
+                let of_plane = |plane: usize| f64::from(self.search_planes.smooth(plane).pixels[at]);
+                let here = root_mean_square(self.colours().map(of_plane), colour);
+                *distance = here.round().min(f64::from(u8::MAX)) as u8;
             }
         }
         GreyImage { pixels, ..*image }
     }
+}
+
+/// The root of the mean square of the differences of levels from those of a colour (grey levels).
+fn root_mean_square(levels: impl Iterator<Item = f64>, colour: &[f64]) -> f64 {
+    let squares = levels.zip(colour).map(|(level, of_colour)| (level - of_colour).powi(2));
+    (squares.sum::<f64>() / colour.len().max(1) as f64).sqrt()
 }
 
 /// A window with margins on all sides, within an image.

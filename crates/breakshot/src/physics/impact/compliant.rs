@@ -291,7 +291,7 @@ impl Springs {
     }
 }
 
-/// Resolves all contacts of an island together; `first` is the impact that started it.  A jammed island is left unchanged.
+/// Resolves all contacts of an island together; `first` is the impact that started it.  The velocities of a jammed island have no meaning.
 ///
 /// Without tangential restitution where the bodies would gain energy by it, as in an impact of two bodies.
 pub(crate) fn resolve(
@@ -316,10 +316,12 @@ pub(crate) fn resolve(
         let returned = spring.restitution * spring.restitution;
         contact.loss_j = ((1.0 - returned) * spring.loading_work_j + spring.friction_work_j).max(0.0);
     }
-    if island.greatest_scale() < 1.0 - MOST_CORRECTION && island.remove_tangential_restitution() {
+    let lost_j = island.lost_energy_j();
+    let gains_energy = lost_j < 0.0 && island.greatest_scale() < 1.0 - MOST_CORRECTION;
+    if gains_energy && island.remove_tangential_restitution() {
         return resolve(island, springs, first, compliance, law);
     }
-    balance_energy(island);
+    balance_energy(island, lost_j);
     Ending::Separated
 }
 
@@ -371,30 +373,29 @@ impl Springs {
     }
 }
 
-/// Scales the normal impulses, by about 1e-3, so that the energy lost is the sum of the losses of all contacts.
+/// Scales the normal impulses, by about 1e-3, so that the energy lost, `lost_j` so far, is the sum of the losses of all contacts.
 ///
 /// The work of friction is exact in the discrete steps, that of unloading is not. With normal impulses `(1 + s) P` the energy lost is
 /// `E + G s - B s^2`, G the sum of the impulses times the approach speeds after the impact. It must equal the losses, or its maximum if they are
 /// larger, and must not be negative.
-fn balance_energy(island: &mut Island) {
-    let losses: f64 = island.contacts.iter().map(|c| c.loss_j).sum();
-    let lost = island.lost_energy_j();
+fn balance_energy(island: &mut Island, lost_j: f64) {
+    let losses_j: f64 = island.contacts.iter().map(|c| c.loss_j).sum();
     let slope: f64 =
         island.contacts.iter().map(|c| c.impulse.normal * c.present_speeds(&island.members)[0]).sum();
     island.scale_normal(1.0 + TRIAL);
-    let curvature = (lost + slope * TRIAL - island.lost_energy_j()) / (TRIAL * TRIAL);
+    let curvature = (lost_j + slope * TRIAL - island.lost_energy_j()) / (TRIAL * TRIAL);
     if curvature <= 0.0 {
         return;
     }
-    let root = (slope * slope - 4.0 * curvature * (losses - lost)).max(0.0).sqrt().copysign(-slope);
+    let root = (slope * slope - 4.0 * curvature * (losses_j - lost_j)).max(0.0).sqrt().copysign(-slope);
     let exact = ((slope + root) / (2.0 * curvature)).clamp(-MOST_CORRECTION, MOST_CORRECTION);
     island.scale_normal((1.0 + exact) / (1.0 + TRIAL));
-    if island.lost_energy_j() < 0.0 {
+    let balanced_j = island.lost_energy_j();
+    if balanced_j < 0.0 {
         island.scale(island.greatest_scale());
     }
-    let lost = island.lost_energy_j().max(0.0);
     for c in &mut island.contacts {
-        c.loss_j *= if losses > 0.0 { lost / losses } else { 0.0 };
+        c.loss_j *= if losses_j > 0.0 { balanced_j.max(0.0) / losses_j } else { 0.0 };
     }
 }
 

@@ -53,11 +53,10 @@ impl Island {
     /// Scales all impulses down where Newton's law with friction would gain energy.
     fn limit_energy(&mut self) {
         let whole: f64 = self.contacts.iter().map(|c| c.impulse.normal).sum();
-        let greatest_scale = self.greatest_scale();
-        if greatest_scale == f64::INFINITY || whole == 0.0 {
+        if whole == 0.0 {
             return;
         }
-        let scale = greatest_scale.clamp(0.0, 1.0);
+        let scale = self.greatest_scale().clamp(0.0, 1.0);
         self.scale(scale);
         let lost = self.lost_energy_j().max(0.0);
         for contact in &mut self.contacts {
