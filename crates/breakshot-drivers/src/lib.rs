@@ -41,7 +41,11 @@ mod tests;
 #[cfg(feature = "network")]
 #[allow(missing_docs, clippy::pedantic, unreachable_pub, reason = "generated code")]
 pub mod wire {
-    include!("../proto/generated/client.rs");
+    include!("../proto/generated/messages.rs");
+    include!("../proto/generated/rt_data_exchange_client.rs");
+    include!("../proto/generated/control_client.rs");
+    include!("../proto/generated/config_client.rs");
+    include!("../proto/generated/device_client.rs");
 }
 
 pub use event_log::{Event, EventLog};

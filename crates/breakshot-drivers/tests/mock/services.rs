@@ -21,7 +21,10 @@ use tonic::{Request, Response as Reply, Status};
 
 #[allow(clippy::pedantic, unreachable_pub, reason = "generated code")]
 mod server {
-    include!("../../proto/generated/server.rs");
+    include!("../../proto/generated/rt_data_exchange_server.rs");
+    include!("../../proto/generated/control_server.rs");
+    include!("../../proto/generated/config_server.rs");
+    include!("../../proto/generated/device_server.rs");
 }
 
 type Answer<T> = Result<Reply<T>, Status>;
