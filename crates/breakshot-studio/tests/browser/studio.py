@@ -19,11 +19,14 @@ import tempfile
 import time
 import tomllib
 
+from playwright.sync_api import TimeoutError as PlaywrightTimeout
 from playwright.sync_api import expect, sync_playwright
 
 CHROMIUM = os.environ.get("CHROMIUM", "/usr/bin/chromium")
 # A fit of the camera that takes longer has failed (ms); it is no bound of a latency.
 FIT_MS = 20_000
+# After this time (ms) the browser has drawn no picture, and it is asked again.
+PICTURE_MS = 10_000
 # Bounds of the latencies (ms), p95.
 MOTION_MS, CLOUD_MS, STEP_MS = 33, 150, 50
 # Every so many frames of a film are compared where the program is not a release build.
@@ -96,6 +99,16 @@ class Studio:
     def go(self, view):
         self.page.keyboard.press(KEYS_OF_VIEWS[view])
         expect(self.page.locator(f"#{view}")).to_be_visible()
+
+    def picture(self, path):
+        """A picture of the page, for people; nothing is asserted of it. Headless Chromium without a GPU sometimes draws none, and then the file is missing."""
+        for _ in range(2):
+            try:
+                self.page.screenshot(path=str(path), timeout=PICTURE_MS)
+                return
+            except PlaywrightTimeout:
+                pass
+        print(f"no picture {path}: the browser has drawn none within {PICTURE_MS / 1000:.0f} s, twice", flush=True)
 
     def times_ms(self, path):
         """Durations of the questions of this path since the last call of `forget_times`."""
@@ -495,7 +508,7 @@ def changes_the_campaign(studio):
     expect(page.locator("#before-words")).to_be_visible(timeout=120_000)
     assert page.locator(".mean-before").count() >= 12
     assert page.locator(".number-before").first.text_content().startswith("was ")
-    page.screenshot(path=str(studio.shots / "learned-before.png"))
+    studio.picture(studio.shots / "learned-before.png")
     studio.go("films")
     page.locator("#stretches button").click()
     expect(page.locator("#message")).to_contain_text("Wrote campaign.toml")
@@ -698,7 +711,7 @@ def corrects_a_start(studio):
     page.keyboard.press("c")
     expect(page.locator("#starts .start")).to_have_count(2, timeout=FIT_MS)
     expect(page.locator("#overlay .found")).to_have_count(0)
-    page.screenshot(path=str(studio.shots / "films-starts.png"))
+    studio.picture(studio.shots / "films-starts.png")
     middle = lambda name: (lambda b: (b["x"] + b["width"] / 2, b["y"] + b["height"] / 2))(box_of(page.locator(f'[data-start="{name}"] .start-center')))
     # `a` is dragged to where `c` is: their markers look alike.
     first = json_of(studio.folder / "tracks/pair_a_c_3.json")["tracks"]
@@ -752,7 +765,7 @@ def takes_a_pile_from_a_picture(studio):
     page.wait_for_timeout(1500)
     for scheme in ("light", "dark"):
         page.emulate_media(color_scheme=scheme)
-        page.screenshot(path=str(studio.shots / f"pile-picture-{scheme}.png"))
+        studio.picture(studio.shots / f"pile-picture-{scheme}.png")
     page.emulate_media(color_scheme="light")
     page.locator("#play").focus()
     page.keyboard.press("i")
@@ -878,7 +891,7 @@ def begins_in_an_empty_folder(program, demo, browser, shots):
         try:
             page.goto(studio.link)
             expect(page.locator("#fresh")).to_be_visible()
-            page.screenshot(path=str(shots / "empty.png"))
+            studio.picture(shots / "empty.png")
             is_accessible(studio, "the empty folder")
             page.keyboard.press("Alt+0")
             expect(page.locator("#message")).to_contain_text("Wrote cell.toml, objects.toml")
@@ -987,7 +1000,7 @@ def takes_pictures(studio, shots):
                 page.wait_for_timeout(500)
                 overflow = page.evaluate("document.documentElement.scrollWidth - document.documentElement.clientWidth")
                 assert overflow <= 0, f"{view} at {width} px is {overflow} px too wide"
-                page.screenshot(path=str(shots / f"{view}-{scheme}-{width}.png"))
+                studio.picture(shots / f"{view}-{scheme}-{width}.png")
                 is_accessible(studio, f"{view}, {scheme}, {width} px")
         tells_nothing_by_colour_alone(studio, view)
         works_at_twice_the_size(studio, view)
@@ -1029,7 +1042,7 @@ def main(program, demo, shots, is_bounded):
     with tempfile.TemporaryDirectory() as folder, sync_playwright() as playwright:
         folder = pathlib.Path(folder) / "demo"
         project(demo, folder)
-        browser = playwright.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox"])
+        browser = playwright.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox", "--disable-gpu"])
         begins_in_an_empty_folder(program, demo, browser, shots)
         studio = Studio(program, folder, browser)
         studio.shots = shots
@@ -1037,7 +1050,7 @@ def main(program, demo, shots, is_bounded):
         try:
             times = walk(studio, browser, shots)
         except Exception:
-            studio.page.screenshot(path=str(shots / "failed.png"))
+            studio.picture(shots / "failed.png")
             raise
         finally:
             studio.close()
