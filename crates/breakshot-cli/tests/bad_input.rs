@@ -125,7 +125,7 @@ fn the_error_for_an_unknown_key_names_the_nearest_known_key() {
 }
 
 #[test]
-fn the_error_for_a_file_that_is_no_toml_names_its_line_and_the_kind_of_file_that_is_needed() {
+fn the_error_for_a_file_of_another_format_names_its_line_and_what_is_needed() {
     let folder = workbench();
     fs::write(folder.path().join("README.md"), "# A table\n\nThe opening strike scatters the rack.\n")
         .unwrap();
@@ -151,6 +151,12 @@ fn the_error_for_a_file_that_is_no_toml_names_its_line_and_the_kind_of_file_that
             &["README.md: key with no value, expected `=` (line 3); ", needed],
         );
     }
+    fs::copy(demo("pile.scene.toml"), folder.path().join("scene.toml")).unwrap();
+    assert_refused(
+        folder.path(),
+        &["plan", "scene.toml", "--properties", "README.md", "-o", "out.json"],
+        &["README.md: expected value (line 1); needed: a file in JSON"],
+    );
 }
 
 #[test]

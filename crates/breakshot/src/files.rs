@@ -118,8 +118,12 @@ pub fn read_json<T: DeserializeOwned>(path: &Path) -> Result<T> {
 pub fn json_of<T: DeserializeOwned>(path: &Path, text: &str) -> Result<T> {
     serde_json::from_str(text).map_err(|e| {
         let message = e.to_string();
-        let cut = message.find(" at line ").unwrap_or(message.len());
-        syntax_error(path, &message[..cut], Some(e.line()))
+        let message = &message[..message.find(" at line ").unwrap_or(message.len())];
+        if e.is_data() {
+            return syntax_error(path, message, Some(e.line()));
+        }
+        let problem = format!("{message}{}; needed: a file in JSON", at_line(Some(e.line())));
+        Error::Syntax { path: path.into(), problem }
     })
 }
 
