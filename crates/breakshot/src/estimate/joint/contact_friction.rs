@@ -37,8 +37,8 @@ const CREEPS: [(f64, f64); 3] = [(0.0, 0.5), (0.1, 0.3), (0.2, 0.2)];
 /// The fraction of impacts whose ratio is wrong, and their density per unit of the ratio.
 const OUTLIERS: f64 = 0.05;
 const OUTLIER_DENSITY: f64 = 1.0;
-/// A coefficient is given if its interval holds at most this part of the prior probability.
-const MOST_LEFT: f64 = 0.5;
+/// A coefficient is given if the impacts inform of it at least by this (nats): as much as if they excluded 45 % of what was assumed.
+const LEAST_INFORMATION: f64 = 0.6;
 /// A tangential restitution is given if its standard error is below this part of the assumed standard deviation.
 const LARGEST_STD: f64 = 0.5;
 /// Smallest standard deviation of a conditional distribution: it keeps divisions finite.
@@ -49,7 +49,7 @@ const IMPOSSIBLE: f64 = 8.0;
 /// Contact friction and tangential restitution that explain all impacts.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct ContactLaw {
-    /// `None` if the impacts exclude less than half of what was assumed before.
+    /// `None` if the impacts inform too little of it.
     pub(crate) friction: Option<Estimate>,
     /// Tangential restitution if it is constant; `None` if the impacts leave more than half of the assumed standard deviation.
     pub(crate) tangential_restitution: Option<Estimate>,
@@ -142,16 +142,21 @@ fn friction(frictions: &[f64], scatter: f64, n: usize) -> Option<Estimate> {
     let mean: f64 = frictions.iter().enumerate().map(|(k, p)| p * value(k)).sum();
     let variance: f64 = frictions.iter().enumerate().map(|(k, p)| p * (value(k) - mean).powi(2)).sum();
     let interval_95 = [0.025, 0.975].map(|part| quantile(frictions, part) * STEP);
-    let prior = |k: usize| ContactFriction::prior_density(value(k));
-    let inside = (0..STEPS).filter(|&k| (interval_95[0]..=interval_95[1]).contains(&value(k))).map(prior);
-    let left = inside.sum::<f64>() / (0..STEPS).map(prior).sum::<f64>();
-    (left < MOST_LEFT).then(|| Estimate {
+    (information(frictions) >= LEAST_INFORMATION).then(|| Estimate {
         mean,
         std: Some(scatter),
         standard_error: variance.sqrt(),
         interval_95,
         n,
     })
+}
+
+/// What the impacts inform of the coefficient: the divergence of its distribution from the prior (nats; Kullback and Leibler 1951).
+fn information(frictions: &[f64]) -> f64 {
+    let prior: Vec<f64> = (0..STEPS).map(|k| ContactFriction::prior_density(k as f64 * STEP)).collect();
+    let total: f64 = prior.iter().sum();
+    let of = |(p, q): (&f64, f64)| if *p > 0.0 { p * (p * total / q).ln() } else { 0.0 };
+    frictions.iter().zip(prior).map(of).sum()
 }
 
 /// Adds the logarithm of the probability of one pair's impacts, averaged over its tangential restitution: by scatter, creep, law and coefficient.
@@ -448,6 +453,27 @@ mod tests {
         let found = law_of(&[]);
         assert_eq!((found.friction, found.tangential_restitution), (None, None));
         assert_eq!(found.damping, SlipDamping::assumed());
+    }
+
+    #[test]
+    fn information_is_counted_whatever_the_shape_of_the_distribution() {
+        let normalized = |density: &dyn Fn(f64) -> f64| {
+            let values: Vec<f64> = (0..STEPS).map(|k| density(k as f64 * STEP)).collect();
+            let total: f64 = values.iter().sum();
+            values.into_iter().map(|value| value / total).collect::<Vec<f64>>()
+        };
+        let prior = ContactFriction::prior_density;
+        assert!(information(&normalized(&prior)).abs() < 1e-9);
+        // Half of the prior is below 0.25.
+        let halved = information(&normalized(&|x| if x < 0.25 { prior(x) } else { 0.0 }));
+        assert!((halved - LN_2).abs() < 0.02, "{halved}");
+        // A narrow peak with a long tail, whose interval holds more than half of the prior.
+        let peak = normalized(&|x| {
+            prior(x) * (20.0 * (-0.5 * ((x - 0.23) / 0.01).powi(2)).exp() + f64::from(u8::from(x > 0.2)))
+        });
+        let found = friction(&peak, 0.0, 20).expect("most of it is within the peak");
+        assert!(found.interval_95[1] - found.interval_95[0] > 0.25, "{found:?}");
+        assert!((found.mean - 0.23).abs() < found.standard_error, "{found:?}");
     }
 
     #[test]
