@@ -22,7 +22,7 @@ use breakshot::object::kind;
 use breakshot::physics;
 use breakshot::plan::Method;
 use breakshot::properties::Properties;
-use breakshot::scene::{Goal, Scene, Strike};
+use breakshot::scene::{Goal, Placed, Scene, Strike};
 use breakshot::uncertain::Estimate;
 use rand::{RngExt, SeedableRng};
 use rand_distr::StandardNormal;
@@ -44,6 +44,8 @@ const NOISE_RAD: f64 = 4e-3;
 /// The contact frictions that are tried, in steps.
 const STEP: f64 = 0.025;
 const STEPS: usize = 17;
+/// How often each strike is repeated in the lab.
+const REPEATS: usize = 4;
 /// Largest accepted mean difference of pair distances after the advised clips (mm).
 const MEAN_MM: f64 = 6.0;
 /// The same for the lab's filmed strikes, and the largest accepted difference (mm).
@@ -60,9 +62,20 @@ struct Camera {
     yaw: BTreeMap<String, bool>,
 }
 
-/// The strikes on piles of one cell, as planned and as carried out in the lab.
+/// The strikes on piles of one cell.
 struct Outcomes {
-    strikes: Vec<(Scene, Strike, BTreeMap<String, Pose>)>,
+    strikes: Vec<Outcome>,
+}
+
+type Poses = BTreeMap<String, Pose>;
+
+/// A planned strike, as carried out in the lab.
+struct Outcome {
+    scene: Scene,
+    strike: Strike,
+    rest: Poses,
+    /// Carried out again, with positions that are off by the noise of the tracks.
+    repeated: Vec<Poses>,
 }
 
 /// What one cell showed.
@@ -74,6 +87,8 @@ struct Cell {
     effective: f64,
     /// Mean difference of pair distances: before and after the advised clips, and with the effective contact friction (mm).
     mean_mm: [f64; 3],
+    /// The same between executions of the same strike in the lab (mm).
+    repeated_mm: f64,
 }
 
 /// Films ten advised clips of the lab's own cell, and predicts its filmed strikes on piles before and after; whether every target
@@ -108,8 +123,8 @@ pub(crate) fn validate(lab: &Path, cells: u64) -> Result<bool, String> {
         let [before, after] = cell.learned.map(shown);
         let [mm_before, mm_after, mm_best] = cell.mean_mm;
         println!(
-            "cell {seed}: {before}, after the advised clips {after}, the lab's {:.3}, predicts best {:.3}; mean {mm_before:.1}, {mm_after:.1}, {mm_best:.1} mm",
-            cell.nominal, cell.effective
+            "cell {seed}: {before}, after the advised clips {after}, the lab's {:.3}, predicts best {:.3}; mean {mm_before:.1}, {mm_after:.1}, {mm_best:.1} mm; repeated in the lab {:.1} mm",
+            cell.nominal, cell.effective, cell.repeated_mm
         );
         measured.push(cell);
     }
@@ -136,6 +151,11 @@ pub(crate) fn validate(lab: &Path, cells: u64) -> Result<bool, String> {
         Row::plain("mean difference of pair distances before, median of the cells", means(0), "mm"),
         Row::at_most("the same after the advised clips", means(1), MEAN_MM, "mm"),
         Row::plain("the same with the friction that predicts best", means(2), "mm"),
+        Row::plain(
+            "the same between executions in the lab, positions off by 0.1 mm",
+            median(measured.iter().map(|cell| cell.repeated_mm).collect()),
+            "mm",
+        ),
         Row::plain(
             "cells with a mean of at most 6 mm after the advised clips",
             percent(within, measured.len()),
@@ -181,15 +201,17 @@ fn cell(python: &Path, lab: &Path, seed: u64) -> Result<Cell, String> {
         .collect::<Result<_, String>>()?;
     let best = tried.iter().copied().min_by(|p, q| p.1.total_cmp(&q.1)).unwrap_or_default();
     let mean_mm = [outcomes.mean_mm(&before)?, outcomes.mean_mm(&after)?, best.1];
+    outcomes.print(seed, &after)?;
     let learned = [before, after].map(|properties| properties.contact_friction.objects);
     let nominal = Truth::read(&folder)?.surface_friction.unwrap_or_default();
-    Ok(Cell { learned, nominal, effective: best.0, mean_mm })
+    Ok(Cell { learned, nominal, effective: best.0, mean_mm, repeated_mm: outcomes.repeated_mm() })
 }
 
 impl Outcomes {
     /// Plans robust strikes on random piles with these properties and carries them out.
     fn new(cell: &LabCell, saved: &Saved, properties: &Properties) -> Result<Self, String> {
         let mut lab = Lab::start(cell)?;
+        let mut random = Pcg64Mcg::seed_from_u64(1);
         let mut strikes = Vec::new();
         for (k, pile) in lab.piles(PILES, 1)?.into_iter().enumerate() {
             let scene = Scene {
@@ -203,30 +225,76 @@ impl Outcomes {
             };
             let plan = planned(&scene, properties, Method::Robust, k as u64).map_err(|e| e.to_string())?;
             let Some(strike) = plan.strike else { continue };
-            let once = Variation { friction_scale: 1.0, seed: None };
-            let Some(rest) = lab.strike(&scene.placed, &strike, once)? else { continue };
-            strikes.push((scene, strike, rest.poses.into_iter().collect()));
+            let mut executed = |placed: &[Placed]| {
+                let rest = lab.strike(placed, &strike, Variation { friction_scale: 1.0, seed: None })?;
+                Ok::<_, String>(rest.map(|rest| rest.poses.into_iter().collect::<Poses>()))
+            };
+            let Some(rest) = executed(&scene.placed)? else { continue };
+            let mut repeated = Vec::new();
+            for _ in 0..REPEATS {
+                let displaced = scene.placed.iter().cloned().map(|placed| displaced(placed, &mut random));
+                repeated.extend(executed(&displaced.collect::<Vec<_>>())?);
+            }
+            strikes.push(Outcome { scene, strike, rest, repeated });
         }
         Ok(Self { strikes })
     }
 
     /// The mean difference of all pair distances between simulation and lab (mm).
     fn mean_mm(&self, properties: &Properties) -> Result<f64, String> {
-        let mut errors_mm = Vec::new();
-        for (scene, strike, observed) in &self.strikes {
-            let simulated = physics::trajectory(scene, properties, strike, &physics::Options::default())
-                .map_err(|e| e.to_string())?;
-            let names: Vec<&String> = observed.keys().collect();
-            for (k, a) in names.iter().enumerate() {
-                for b in &names[k + 1..] {
-                    let apart =
-                        |poses: &BTreeMap<String, Pose>| poses[*a].position.distance(poses[*b].position);
-                    errors_mm.push(1e3 * (apart(&simulated.final_poses) - apart(observed)));
-                }
-            }
-        }
-        Ok(mean_and_worst(&errors_mm).0)
+        let errors_mm: Vec<Vec<f64>> =
+            self.strikes.iter().map(|outcome| outcome.errors_mm(properties)).collect::<Result<_, _>>()?;
+        Ok(mean_and_worst(&errors_mm.concat()).0)
     }
+
+    /// The mean difference of all pair distances between a strike and its repetitions in the lab (mm).
+    fn repeated_mm(&self) -> f64 {
+        mean_and_worst(&self.strikes.iter().flat_map(Outcome::repeated_mm).collect::<Vec<_>>()).0
+    }
+
+    /// Prints how well each strike is predicted with these properties.
+    fn print(&self, seed: u64, properties: &Properties) -> Result<(), String> {
+        for (k, outcome) in self.strikes.iter().enumerate() {
+            let (mean_mm, worst_mm) = mean_and_worst(&outcome.errors_mm(properties)?);
+            println!(
+                "cell {seed}, pile {}: {} objects, struck at {:.2} m/s, mean {mean_mm:.1}, worst {worst_mm:.1} mm; repeated in the lab {:.1} mm",
+                k + 1,
+                outcome.scene.placed.len(),
+                outcome.strike.speed_m_s,
+                mean_and_worst(&outcome.repeated_mm()).0
+            );
+        }
+        Ok(())
+    }
+}
+
+impl Outcome {
+    /// The differences of the pair distances between simulation and lab (mm).
+    fn errors_mm(&self, properties: &Properties) -> Result<Vec<f64>, String> {
+        let simulated =
+            physics::trajectory(&self.scene, properties, &self.strike, &physics::Options::default())
+                .map_err(|e| e.to_string())?;
+        Ok(differences_mm(&simulated.final_poses, &self.rest))
+    }
+
+    /// The differences of the pair distances between the repetitions and the strike in the lab (mm).
+    fn repeated_mm(&self) -> Vec<f64> {
+        self.repeated.iter().flat_map(|poses| differences_mm(poses, &self.rest)).collect()
+    }
+}
+
+/// The differences of the pair distances of two final states (mm).
+fn differences_mm(poses: &Poses, others: &Poses) -> Vec<f64> {
+    let names: Vec<&String> = others.keys().collect();
+    let pairs = names.iter().enumerate().flat_map(|(k, a)| names[k + 1..].iter().map(move |b| (*a, *b)));
+    let apart = |poses: &Poses, a: &String, b: &String| poses[a].position.distance(poses[b].position);
+    pairs.map(|(a, b)| 1e3 * (apart(poses, a, b) - apart(others, a, b))).collect()
+}
+
+/// An object whose position is off by the noise of the tracks.
+fn displaced(placed: Placed, random: &mut Pcg64Mcg) -> Placed {
+    let mut noise = || NOISE_M * random.sample::<f64, _>(StandardNormal);
+    Placed { position_m: Point::new(placed.position_m.x + noise(), placed.position_m.y + noise()), ..placed }
 }
 
 /// The folder with the simulated campaign of a cell, which is drawn once.
