@@ -8,7 +8,7 @@ use breakshot::capture::Decoder;
 use breakshot::cell::Cell;
 use breakshot::estimate::{self, Advice, AdviceOptions, ClipTracks, Experiment};
 use breakshot::object::Object;
-use breakshot::properties::Properties;
+use breakshot::properties::{Properties, SlipDamping, TangentialDamping, TangentialRestitution};
 use breakshot::uncertain::Estimate;
 use breakshot::warning::Warning;
 use breakshot::{Error, Result, files, report};
@@ -166,6 +166,8 @@ fn with_progress(
     tracked
 }
 
+/// A law that is at most as probable is not printed.
+const MOST_DOUBTED: f64 = 0.8;
 /// Missing values that are named one by one; further ones are counted.
 const MOST_NAMED: usize = 4;
 
@@ -198,17 +200,16 @@ fn readiness(properties: &Properties, objects: &[Object]) -> String {
 /// Prints the properties as tables.
 pub(crate) fn print_tables(properties: &Properties) {
     let mass = format!("mass over that of `{}`", properties.reference);
-    let contact = [
-        ("between objects".to_owned(), properties.contact_friction.objects),
-        ("at the striker".to_owned(), properties.contact_friction.striker),
-    ];
-    let contact = contact.into_iter().filter_map(|(name, value)| Some((name, value?))).collect();
+    let contact = of_contacts([properties.contact_friction.objects, properties.contact_friction.striker]);
+    let TangentialRestitution { objects, striker } = properties.tangential_restitution;
+    let tangential = of_contacts([objects, striker]);
     let tables = [
         ("friction on the table", &properties.friction),
         ("striker restitution", &properties.striker_restitution),
         ("restitution of a pair", &properties.restitution),
         (mass.as_str(), &properties.mass_ratio),
         ("friction of contacts", &contact),
+        ("tangential restitution", &tangential),
         ("support, 1 = even weight", &properties.support),
     ];
     let filled = tables.into_iter().filter(|(_, values)| !values.is_empty());
@@ -218,9 +219,33 @@ pub(crate) fn print_tables(properties: &Properties) {
         }
         println!("\n{}", table(title, values).join("\n"));
     }
+    let TangentialDamping { objects, striker } = properties.tangential_damping;
+    for (between, damping) in [("objects", objects), ("objects and the striker", striker)] {
+        if let Some(sentence) = damping.and_then(|damping| damped(between, damping)) {
+            println!("\n{sentence}");
+        }
+    }
     if let Some(tilt) = &properties.tilt {
         println!("\n{}", capitalized(&tilt.to_string()));
     }
+}
+
+/// A sentence about damped slip, if the impacts favour it over a constant tangential restitution.
+fn damped(between: &str, SlipDamping { probability, exponent }: SlipDamping) -> Option<String> {
+    let Estimate { mean, interval_95: [low, high], .. } = exponent;
+    (probability > MOST_DOUBTED).then(|| {
+        format!(
+            "Impacts between {between} with restitution e leave the part e^p of the slip, with a probability of {:.0} %: p = {mean:.1} \
+             (95 %: {low:.1} to {high:.1}).",
+            100.0 * probability
+        )
+    })
+}
+
+/// The values of contacts between objects and with the striker, as far as they are given.
+fn of_contacts([objects, striker]: [Option<Estimate>; 2]) -> BTreeMap<String, Estimate> {
+    let named = [("between objects", objects), ("at the striker", striker)];
+    named.into_iter().filter_map(|(name, value)| Some((name.to_owned(), value?))).collect()
 }
 
 /// A phrase as a sentence.
@@ -275,6 +300,14 @@ mod tests {
         assert_eq!(words[1], ["a", "1.0000", "by", "definition", "-", "-", "-"]);
         assert_eq!(words[2], ["b", "0.2000", "0.1960", "..", "0.2040", "2.0", "0.0100", "5"]);
         assert!(lines.iter().all(|line| line.len() == lines[0].len()), "{lines:#?}");
+    }
+
+    #[test]
+    fn damped_slip_is_printed_where_the_impacts_favour_it() {
+        let law = SlipDamping { probability: 0.98, ..SlipDamping::assumed() };
+        let sentence = damped("objects", law).unwrap();
+        assert!(sentence.starts_with("Impacts between objects") && sentence.contains("98 %"), "{sentence}");
+        assert_eq!(damped("objects", SlipDamping::assumed()), None);
     }
 
     #[test]
