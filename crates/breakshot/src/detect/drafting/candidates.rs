@@ -405,11 +405,15 @@ pub(super) fn has_same_border(a: &Region, b: &Region) -> bool {
     (area - other).abs() < SAME_BORDER * area && off_px2 < (0.5 * SAME_BORDER).powi(2) * area
 }
 
-/// Whether a top can carry a marker: its border is apart from the marker's.
-fn can_carry(top: &Region, marker: &Region) -> bool {
+/// Whether a top can carry a marker: its border is apart from the marker's. A blurred edge bounds several regions at distances below its width.
+pub(super) fn can_carry(top: &Region, marker: &Region) -> bool {
     const MARGIN_PX: f64 = 3.0;
+    const BLUR_PX: f64 = 6.0;
+    const WITHIN_BLUR: f64 = 0.5;
     let fraction = marker.area_px as f64 / top.area_px as f64;
-    (MARKER_FRACTIONS[0]..MARKER_FRACTIONS[1]).contains(&fraction) && top.covers(marker, MARGIN_PX)
+    (MARKER_FRACTIONS[0]..MARKER_FRACTIONS[1]).contains(&fraction)
+        && top.covers(marker, MARGIN_PX)
+        && top.covered_fraction(marker, BLUR_PX) > WITHIN_BLUR
 }
 
 /// Whether two regions can be top and silhouette of one object.

@@ -67,6 +67,8 @@ pub struct Draft {
 
 /// A disc whose radius is that of the striker within this fraction is the striker.
 const STRIKER_FRACTION: f64 = 0.05;
+/// What has no marker and is at most as large may be one (m2): a disc of 20 mm.
+const MARKER_SIZED_M2: f64 = 1.3e-3;
 
 /// Everything that stands out from the table in a picture, or in the first frames of a film, as objects.
 ///
@@ -157,6 +159,11 @@ fn drafted(search: &TopSearch, top: &Candidate, name: String, warnings: &mut Vec
     }
     let marked = marker::marked(search, top, &name, warnings);
     let (shape, marker) = (marked.outline.shape, marked.marker);
+    if marker.is_none() && shape.area_m2() <= MARKER_SIZED_M2 {
+        warnings.push(format!(
+            "`{name}` {place} has the size of a marker: if it is one, the top around it does not differ enough from the table"
+        ));
+    }
     let mut object = Object { name, shape, height_m: *height_m, marker, mass_kg: None, support: None };
     if let Err(error) = object.check() {
         warnings.push(format!("what lies {place} is left out: {error}"));

@@ -308,13 +308,17 @@ impl Region {
     /// Whether nearly all of another region belongs to this one, and so do the pixels within a margin around it.
     pub(super) fn covers(&self, other: &Self, margin_px: f64) -> bool {
         const NEARLY_ALL: f64 = 0.95;
+        self.covered_fraction(other, margin_px) >= NEARLY_ALL
+    }
+
+    /// The fraction of another region's border that belongs to this one, moved outwards by a margin.
+    pub(super) fn covered_fraction(&self, other: &Self, margin_px: f64) -> f64 {
         let is_inside = |pixel: &&Pixel| {
             let [dx, dy] = [pixel.x - other.centroid.x, pixel.y - other.centroid.y];
             let factor = 1.0 + margin_px / dx.hypot(dy).max(1.0);
             self.contains(Pixel::new(other.centroid.x + factor * dx, other.centroid.y + factor * dy))
         };
-        let inside = other.border.iter().filter(is_inside).count();
-        inside as f64 >= NEARLY_ALL * other.border.len() as f64
+        other.border.iter().filter(is_inside).count() as f64 / other.border.len() as f64
     }
 
     /// Whether a border crosses, or one region covers the other.

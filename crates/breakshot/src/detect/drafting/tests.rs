@@ -1,9 +1,11 @@
 //! Drafts of drawn pictures.
 
+use super::regions::SearchPlanes;
 use super::*;
 use crate::capture::{Footage, Frame, Lens};
 use crate::cell::Cell;
 use crate::cell::{Striker, Transform, Workspace};
+use crate::detect::label::Window;
 use crate::geometry::Point;
 use crate::geometry::outline::Outline;
 use crate::object::{Dot, Marker};
@@ -120,4 +122,28 @@ fn strips_are_no_objects_without_markers() {
     let is_wide = |x_m, y_m| super::candidates::is_wide(&Shape::Rectangle { size_m: [x_m, y_m] });
     assert!(is_wide(0.03, 0.013) && is_wide(0.07, 0.02));
     assert!(!is_wide(0.03, 0.01) && !is_wide(0.13, 0.014));
+}
+
+/// A round picture: its grey level by the distance from the centre (px).
+fn round(grey: impl Fn(f64) -> f64) -> GreyImage {
+    const SIDE: usize = 120;
+    let distance_px = |k: usize| ((k % SIDE) as f64 - 60.0).hypot((k / SIDE) as f64 - 60.0);
+    let pixels = (0..SIDE * SIDE).map(|k| grey(distance_px(k)).round() as u8).collect();
+    GreyImage { width: SIDE, height: SIDE, pixels }
+}
+
+/// Whether a region of a picture is a top that carries another one.
+fn carries(image: &GreyImage) -> bool {
+    let window = Window::whole(image);
+    let regions = SearchPlanes::new(std::slice::from_ref(image)).regions(0, window, &(100..=8000));
+    assert!(!regions.is_empty());
+    regions.iter().any(|top| regions.iter().any(|marker| candidates::can_carry(top, marker)))
+}
+
+#[test]
+fn a_blurred_edge_is_not_that_of_a_top_and_of_a_marker_on_it() {
+    // The edge from 230 to 20 is four pixels wide.
+    let edge = |distance_px: f64, radius_px: f64| ((distance_px - radius_px) / 4.0 + 0.5).clamp(0.0, 1.0);
+    assert!(!carries(&round(|at| 230.0 - 210.0 * edge(at, 14.0))));
+    assert!(carries(&round(|at| 230.0 - 210.0 * edge(at, 14.0) + 100.0 * edge(at, 40.0))));
 }
