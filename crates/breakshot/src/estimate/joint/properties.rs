@@ -149,7 +149,7 @@ fn from_means(joint: &JointMeans, measurements: &[Measurements], reference: Stri
     properties
 }
 
-/// The pairs all of whose restitutions come from flat sides that met at one end and then at the other.
+/// The pairs all of whose restitutions come from bodies that met more than once.
 fn double_contacts(measurements: &[Measurements]) -> BTreeSet<String> {
     let twice = measurements
         .iter()
@@ -166,7 +166,7 @@ fn double_contact_warnings(pairs: &BTreeSet<String>, refused: &Refused) -> Vec<S
     let kept = pairs.iter().filter(|pair| !refused.contains(&(PropertyGroup::Restitution, (*pair).clone())));
     let warning = |pair| {
         format!(
-            "restitution of `{pair}` is only known within wide bounds: in all its clips flat sides met twice"
+            "restitution of `{pair}` is only known within wide bounds: in all its clips they met more than once"
         )
     };
     kept.map(warning).collect()
@@ -396,6 +396,25 @@ mod tests {
             assert!(!properties.warnings.is_empty(), "{samples} samples");
             properties.check("properties").expect("nothing impossible");
         }
+    }
+
+    #[test]
+    fn outlines_that_overlap_at_an_impact_widen_its_restitution() {
+        let found = |radius_m: f64| {
+            let objects = ["a", "b"].map(|name| Object { shape: Shape::Disc { radius_m }, ..object(name) });
+            estimation(&clips(["a", "b"], 0.4), &cell(), &objects, &Options::default())
+                .expect("an estimation")
+        };
+        let width = |radius_m: f64| {
+            let [low, high] = found(radius_m).properties.restitution["a/b"].interval_95;
+            high - low
+        };
+        assert!(width(RADIUS_M) < 0.05 && width(RADIUS_M + 5e-4) < 0.05, "{}", width(RADIUS_M + 5e-4));
+        // Both outlines are 1 mm too large.
+        assert!(width(RADIUS_M + 1e-3) > 0.3, "{}", width(RADIUS_M + 1e-3));
+        let found = found(RADIUS_M + 1e-3);
+        let remarks: Vec<&String> = found.clips[0].impacts.iter().flat_map(|i| &i.remarks).collect();
+        assert!(remarks.iter().any(|r| r.contains("overlap by 2.0 mm")), "{remarks:?}");
     }
 
     #[test]

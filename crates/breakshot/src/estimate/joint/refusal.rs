@@ -22,7 +22,7 @@ pub(crate) struct Removed {
 
 /// Removes the values that are impossible or too uncertain.
 ///
-/// `double_contacts` are the pairs all of whose restitutions come from flat sides that met twice.
+/// `double_contacts` are the pairs all of whose restitutions come from bodies that met more than once.
 pub(crate) fn remove_useless(properties: &mut Properties, double_contacts: &BTreeSet<String>) -> Removed {
     let (mut refused, mut warnings) = (Refused::new(), Vec::new());
     for group in PropertyGroup::ALL {
@@ -31,7 +31,7 @@ pub(crate) fn remove_useless(properties: &mut Properties, double_contacts: &BTre
             .collect();
         for (name, reason) in useless {
             let twice = group == PropertyGroup::Restitution && double_contacts.contains(&name);
-            let cause = if twice { "; in all its clips flat sides met twice" } else { "" };
+            let cause = if twice { "; in all its clips they met more than once" } else { "" };
             let text = format!("{} of `{name}` {reason}{cause}", group.words());
             warnings.push(Warning::new(Cause::Uncertain, text));
             properties.remove(group, &name);
@@ -107,7 +107,7 @@ mod tests {
         let expected = [
             "friction of `b` is refused: 1 clip leaves an interval from 0.140 to 0.460, more than a factor of two from the mean",
             "striker restitution of `b` is left out: 1.200 is impossible",
-            "restitution of `a/b` is refused: 1 clip leaves an interval from 0.240 to 0.760, more than a factor of two from the mean; in all its clips flat sides met twice",
+            "restitution of `a/b` is refused: 1 clip leaves an interval from 0.240 to 0.760, more than a factor of two from the mean; in all its clips they met more than once",
             "mass ratio of `b` is refused: 1 clip leaves an interval from 0.100 to 7.900, more than a factor of two from the mean",
             "mass ratio of the pair `a/b` is refused: 1 clip leaves an interval from 0.100 to 7.900, more than a factor of two from the mean",
         ];

@@ -9,6 +9,10 @@ use crate::estimate::closest_points::{ClosestPoints, separated_closest_points};
 use crate::geometry::Vec2;
 use crate::object::Shape;
 
+/// A body nearer than this to a partner of an impact may have been touched by it, and outlines that overlap by more did not meet first at
+/// that time (m): ruler and camera are not more accurate.
+pub(crate) const NEIGHBOUR_M: f64 = 0.0015;
+
 /// A partner of an impact.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Partner {
@@ -37,8 +41,8 @@ pub(crate) struct Contact {
     pub(crate) impulse_direction: Vec2,
     /// Whether it measures a restitution.
     pub(crate) restitution: bool,
-    /// Whether flat sides met at one end and then at the other, which makes the restitution inaccurate.
-    pub(crate) both_ends: bool,
+    /// Whether the bodies met more than once in it, as flat sides at one end and then at the other, which makes the restitution inaccurate.
+    pub(crate) double_contact: bool,
     /// Whether it measures a mass ratio.
     pub(crate) mass_ratio: bool,
     /// Warnings for the user.
@@ -150,7 +154,7 @@ fn with_striker(fitted: &MotionFit, striker: &StrikerPath, b: usize, time_index:
         normal_from_outlines: from_outlines.is_some(),
         impulse_direction: away,
         restitution: first,
-        both_ends: false,
+        double_contact: false,
         mass_ratio: false,
         remarks: Vec::new(),
     };
@@ -192,7 +196,7 @@ fn between_objects(fitted: &MotionFit, [a, b]: [usize; 2], time_index: usize) ->
         normal_from_outlines: from_outlines.is_some(),
         impulse_direction,
         restitution: true,
-        both_ends: false,
+        double_contact: false,
         mass_ratio: true,
         remarks: Vec::new(),
     };
@@ -202,6 +206,15 @@ fn between_objects(fitted: &MotionFit, [a, b]: [usize; 2], time_index: usize) ->
             .push("the yaws of the outlines are not observed: the normal is taken along the impulse".into()),
         Some(closest) if closest.gap_m.abs() > MAX_GAP_M => {
             contact.exclude(format!("the outlines are {:.1} mm apart at the impact", closest.gap_m * 1e3));
+        }
+        Some(closest) if closest.gap_m < -NEIGHBOUR_M => {
+            // Impacts within a few frames look like a later one, at which the first body would be inside the second.
+            contact.double_contact = true;
+            contact.remarks.push(format!(
+                "the outlines overlap by {:.1} mm at the impact: the bodies hit each other several times in a row, or are smaller: no single \
+                 restitution",
+                -1e3 * closest.gap_m
+            ));
         }
         Some(_) => {}
     }
@@ -232,7 +245,7 @@ fn without_pair(fitted: &MotionFit, members: &[usize], time_index: usize) -> Opt
         normal_from_outlines: false,
         impulse_direction,
         restitution: false,
-        both_ends: false,
+        double_contact: false,
         mass_ratio: false,
         remarks: vec![remark],
     })

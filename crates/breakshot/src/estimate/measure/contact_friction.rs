@@ -64,7 +64,7 @@ pub(crate) fn oblique_impact(
     contacts: &[Contact],
     contact: &Contact,
 ) -> Option<ObliqueImpact> {
-    if !contact.normal_from_outlines || !contact.restitution || contact.both_ends {
+    if !contact.normal_from_outlines || !contact.restitution || contact.double_contact {
         return None;
     }
     let geometry = ImpactGeometry::new(fitted, contacts, contact);

@@ -117,7 +117,7 @@ fn measurements(
         let at = sliding.len() + CONTACT_VALUES * n;
         let (restitution, ratio) = (at + 1, at + 2);
         let b = name(contact.b);
-        if contact.both_ends {
+        if contact.double_contact {
             double_contacts.insert(restitution);
         }
         match contact.a {

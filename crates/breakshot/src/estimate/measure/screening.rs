@@ -1,6 +1,6 @@
 //! Which impacts measure restitution and mass ratio: those of two bodies alone, with opposite impulses.
 
-use super::contact::{Contact, Partner};
+use super::contact::{Contact, NEIGHBOUR_M, Partner};
 use super::{impulse_ratio, restitution};
 use crate::estimate::clip::fit::MotionFit;
 use crate::estimate::clip::initial_guess::frame_s;
@@ -9,9 +9,6 @@ use crate::geometry::outline::Outline;
 
 /// The striker counts as touching a body that hits another one if their gap is smaller than this (m).
 const STRIKER_CONTACT_M: f64 = 5e-4;
-/// A body nearer than this to a partner of an impact may have been touched by it (m): ruler and camera are not more
-/// accurate.
-const NEIGHBOUR_M: f64 = 0.0015;
 /// Two impacts of one body need at least this number of frames between them, which show its motion.
 const FRAMES_BETWEEN: f64 = 1.5;
 /// The speed at which two bodies part follows from at least this number of frames before they hit each other again.
