@@ -42,7 +42,7 @@ pub(crate) struct Contact {
     /// Whether it measures a restitution.
     pub(crate) restitution: bool,
     /// Whether the bodies met more than once in it, as flat sides at one end and then at the other, which makes the restitution inaccurate.
-    pub(crate) double_contact: bool,
+    pub(crate) is_double: bool,
     /// Whether it measures a mass ratio.
     pub(crate) mass_ratio: bool,
     /// Warnings for the user.
@@ -154,7 +154,7 @@ fn with_striker(fitted: &MotionFit, striker: &StrikerPath, b: usize, time_index:
         normal_from_outlines: from_outlines.is_some(),
         impulse_direction: away,
         restitution: first,
-        double_contact: false,
+        is_double: false,
         mass_ratio: false,
         remarks: Vec::new(),
     };
@@ -196,7 +196,7 @@ fn between_objects(fitted: &MotionFit, [a, b]: [usize; 2], time_index: usize) ->
         normal_from_outlines: from_outlines.is_some(),
         impulse_direction,
         restitution: true,
-        double_contact: false,
+        is_double: false,
         mass_ratio: true,
         remarks: Vec::new(),
     };
@@ -209,7 +209,7 @@ fn between_objects(fitted: &MotionFit, [a, b]: [usize; 2], time_index: usize) ->
         }
         Some(closest) if closest.gap_m < -NEIGHBOUR_M => {
             // Impacts within a few frames look like a later one, at which the first body would be inside the second.
-            contact.double_contact = true;
+            contact.is_double = true;
             contact.remarks.push(format!(
                 "the outlines overlap by {:.1} mm at the impact: the bodies hit each other several times in a row, or are smaller: no single \
                  restitution",
@@ -245,7 +245,7 @@ fn without_pair(fitted: &MotionFit, members: &[usize], time_index: usize) -> Opt
         normal_from_outlines: false,
         impulse_direction,
         restitution: false,
-        double_contact: false,
+        is_double: false,
         mass_ratio: false,
         remarks: vec![remark],
     })

@@ -64,7 +64,7 @@ pub(crate) fn oblique_impact(
     contacts: &[Contact],
     contact: &Contact,
 ) -> Option<ObliqueImpact> {
-    if !contact.normal_from_outlines || !contact.restitution || contact.double_contact {
+    if !contact.normal_from_outlines || !contact.restitution || contact.is_double {
         return None;
     }
     let geometry = ImpactGeometry::new(fitted, contacts, contact);

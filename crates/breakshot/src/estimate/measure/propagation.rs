@@ -117,7 +117,7 @@ fn measurements(
         let at = sliding.len() + CONTACT_VALUES * n;
         let (restitution, ratio) = (at + 1, at + 2);
         let b = name(contact.b);
-        if contact.double_contact {
+        if contact.is_double {
             double_contacts.insert(restitution);
         }
         match contact.a {

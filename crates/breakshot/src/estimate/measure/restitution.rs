@@ -79,7 +79,7 @@ pub(crate) fn check_facing_sides(fitted: &MotionFit, contact: &mut Contact) {
     }
     let simultaneous = (0.0..SIMULTANEOUS_S).contains(&delay_s);
     if !fraction.is_finite() || !(at_one_end || simultaneous) {
-        contact.double_contact = true;
+        contact.is_double = true;
         contact.remarks.push(format!(
             "flat sides met at one end and {:.1} ms later at the other: no single restitution",
             delay_s * 1e3
