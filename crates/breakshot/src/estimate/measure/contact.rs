@@ -9,9 +9,9 @@ use crate::estimate::closest_points::{ClosestPoints, separated_closest_points};
 use crate::geometry::Vec2;
 use crate::object::Shape;
 
-/// A body nearer than this to a partner of an impact may have been touched by it, and outlines that overlap by more did not meet first at
-/// that time (m): ruler and camera are not more accurate.
-pub(crate) const NEIGHBOUR_M: f64 = 0.0015;
+/// The accuracy of the distance of two outlines, by ruler and camera (m): a body nearer to a partner of an impact may have been touched by it,
+/// and outlines that overlap by more at an impact met before it.
+pub(crate) const OUTLINE_ACCURACY_M: f64 = 0.0015;
 
 /// A partner of an impact.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -207,7 +207,7 @@ fn between_objects(fitted: &MotionFit, [a, b]: [usize; 2], time_index: usize) ->
         Some(closest) if closest.gap_m.abs() > MAX_GAP_M => {
             contact.exclude(format!("the outlines are {:.1} mm apart at the impact", closest.gap_m * 1e3));
         }
-        Some(closest) if closest.gap_m < -NEIGHBOUR_M => {
+        Some(closest) if closest.gap_m < -OUTLINE_ACCURACY_M => {
             // Impacts within a few frames look like a later one, at which the first body would be inside the second.
             contact.is_double = true;
             contact.remarks.push(format!(

@@ -1,6 +1,6 @@
 //! Which impacts measure restitution and mass ratio: those of two bodies alone, with opposite impulses.
 
-use super::contact::{Contact, NEIGHBOUR_M, Partner};
+use super::contact::{Contact, OUTLINE_ACCURACY_M, Partner};
 use super::{impulse_ratio, restitution};
 use crate::estimate::clip::fit::MotionFit;
 use crate::estimate::clip::initial_guess::frame_s;
@@ -126,7 +126,7 @@ fn exclude_crowded(fitted: &MotionFit, contacts: &mut [Contact]) {
         let outline = |k: usize| {
             Outline::new(&fitted.model.bodies[k].shape, fitted.paths[k].motion_before(impact_s).pose)
         };
-        let close = |k: usize| partners.iter().any(|&p| outline(p).gap_m(&outline(k)) < NEIGHBOUR_M);
+        let close = |k: usize| partners.iter().any(|&p| outline(p).gap_m(&outline(k)) < OUTLINE_ACCURACY_M);
         if let Some(k) = (0..bodies).find(|&k| !partners.contains(&k) && close(k)) {
             contact.exclude(format!(
                 "`{}` lies next to the impact at {impact_s:.3} s and may have taken part in it",
