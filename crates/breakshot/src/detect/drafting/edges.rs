@@ -149,14 +149,16 @@ impl TopView<'_> {
     }
 }
 
-/// A closed line, each point the mean of its neighbours: a border of whole pixels has steps.
+/// A closed line, each point the mean of its neighbours: a border of whole pixels has steps. A small region would shrink if many were averaged.
 fn smooth(border: &[Point]) -> Vec<Point> {
-    const NEIGHBOURS: usize = 2;
+    const MOST_NEIGHBOURS: usize = 2;
+    const LEAST_POINTS_PER_NEIGHBOUR: usize = 16;
     let n = border.len();
+    let neighbours = (n / LEAST_POINTS_PER_NEIGHBOUR).min(MOST_NEIGHBOURS);
     let mean = |k: usize| {
-        let near = (0..=2 * NEIGHBOURS).map(|i| border[(k + n + i - NEIGHBOURS) % n].to_vec());
+        let near = (0..=2 * neighbours).map(|i| border[(k + n + i - neighbours) % n].to_vec());
         Point::ORIGIN
-            + near.fold(crate::geometry::Vec2::ZERO, |sum, p| sum + p) * (1.0 / (2 * NEIGHBOURS + 1) as f64)
+            + near.fold(crate::geometry::Vec2::ZERO, |sum, p| sum + p) * (1.0 / (2 * neighbours + 1) as f64)
     };
-    if n > 2 * NEIGHBOURS { (0..n).map(mean).collect() } else { Vec::new() }
+    (0..n).map(mean).collect()
 }

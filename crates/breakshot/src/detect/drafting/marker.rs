@@ -5,8 +5,9 @@ use super::edges::TopView;
 use super::is_concave;
 use super::regions::{PLAIN_PLANES, Region};
 use super::shape_fit::{Fitted, turned};
-use crate::geometry::Point;
+use crate::detect::label::Window;
 use crate::geometry::outline::Outline;
+use crate::geometry::{Pixel, Point};
 use crate::object::{Dot, Marker, Shape};
 
 /// An object's outline, its frame turned to that of its marker.
@@ -19,6 +20,9 @@ pub(super) struct Marked {
 
 /// Least number of pixels of a marker: fewer have no shape.
 const LEAST_PX: u64 = 20;
+/// The least fraction of a region's border that lies on the top, and the free pixels around the top in which regions are searched.
+const ON_TOP: f64 = 0.95;
+const WINDOW_MARGIN_PX: f64 = 3.0;
 /// A second shape belongs to the marker if its edge is at least this fraction as strong.
 const SECOND_STRENGTH: f64 = 0.6;
 /// A marker nearer to the centre of a disc is centred, within the error of its measurement (px).
@@ -28,24 +32,10 @@ const LARGEST_DOT: f64 = 0.7;
 
 /// The marker on an object's top.
 pub(super) fn marked(search: &TopSearch, top: &Candidate, name: &str, warnings: &mut Vec<String>) -> Marked {
-    let Candidate { region: object, height_m, .. } = top;
-    let own = top.outline.clone();
-    let most_px = (MARKER_FRACTIONS[1] * object.area_px as f64) as u64;
-    let areas_px = LEAST_PX..=most_px.max(LEAST_PX);
-    let in_plane = |plane: usize| {
-        let ink = TopView { solid: false, ..search.view(plane, *height_m) };
-        let found = search.search_planes.regions(plane, object.window(), &areas_px).into_iter();
-        let found = found.filter(|region| region.strength >= LEAST_STRENGTH && object.covers(region, 0.0));
-        found.map(move |region| (ink, region))
-    };
-    let mut by_strength: Vec<(TopView, Region)> =
-        (0..search.planes.len().min(PLAIN_PLANES)).flat_map(in_plane).collect();
-    by_strength.sort_by(|(_, a), (_, b)| b.strength.total_cmp(&a.strength).then(b.area_px.cmp(&a.area_px)));
-    // The side of an object, which its silhouette covers too, is not on its top.
+    let Candidate { region: object, outline: own, height_m, .. } = top;
+    let own = own.clone();
     let outline = Outline::new(&own.shape, own.pose);
-    by_strength.retain(|(ink, region)| {
-        outline.contains(search.camera.table_from_pixel(region.centroid, ink.height_m))
-    });
+    let by_strength = regions_on_top(search, &own, *height_m);
     if by_strength.is_empty() {
         return Marked { outline: own, marker: None, light: None };
     }
@@ -79,6 +69,34 @@ pub(super) fn marked(search: &TopSearch, top: &Candidate, name: &str, warnings: 
         marker.at_m = Point::ORIGIN;
     }
     Marked { outline, marker: Some(marker), light: Some(first.is_light) }
+}
+
+/// The regions on a top, the one with the strongest edge first, each with its view.
+fn regions_on_top<'a>(search: &TopSearch<'a>, top: &Fitted, height_m: f64) -> Vec<(TopView<'a>, Region)> {
+    let camera = search.camera;
+    let centre = camera.pixel_from_table(top.pose.position, height_m);
+    let pixel_m = camera.scale_m_per_px(centre, height_m);
+    let most_px = (MARKER_FRACTIONS[1] * top.shape.area_m2() / (pixel_m * pixel_m)) as u64;
+    let areas_px = LEAST_PX..=most_px.max(LEAST_PX);
+    let outline_points = top.shape.outline_points();
+    let pixels =
+        outline_points.iter().map(|&p| camera.pixel_from_table(top.pose.table_from_body(p), height_m));
+    let reach_px = pixels.map(|pixel| (pixel.x - centre.x).hypot(pixel.y - centre.y)).fold(0.0, f64::max);
+    let window = Window::around(centre, reach_px + WINDOW_MARGIN_PX, search.planes[0]);
+    let outline = Outline::new(&top.shape, top.pose);
+    let is_on_top = |region: &Region| {
+        let inside = |&&pixel: &&Pixel| outline.contains(camera.table_from_pixel(pixel, height_m));
+        region.border.iter().filter(inside).count() as f64 >= ON_TOP * region.border.len() as f64
+    };
+    let in_plane = |plane: usize| {
+        let ink = TopView { solid: false, ..search.view(plane, height_m) };
+        let found = search.search_planes.regions(plane, window, &areas_px).into_iter();
+        let found = found.filter(|region| region.strength >= LEAST_STRENGTH && is_on_top(region));
+        found.map(move |region| (ink, region)).collect::<Vec<_>>()
+    };
+    let mut by_strength: Vec<_> = (0..search.planes.len().min(PLAIN_PLANES)).flat_map(in_plane).collect();
+    by_strength.sort_by(|(_, a), (_, b)| b.strength.total_cmp(&a.strength).then(b.area_px.cmp(&a.area_px)));
+    by_strength
 }
 
 /// The object's frame and the marker in it.

@@ -147,3 +147,21 @@ fn a_blurred_edge_is_not_that_of_a_top_and_of_a_marker_on_it() {
     assert!(!carries(&round(|at| 230.0 - 210.0 * edge(at, 14.0))));
     assert!(carries(&round(|at| 230.0 - 210.0 * edge(at, 14.0) + 100.0 * edge(at, 40.0))));
 }
+
+#[test]
+fn a_dot_of_seven_pixels_belongs_to_its_marker() {
+    let mut drawn = drawn();
+    let small = Marker {
+        shape: Shape::Disc { radius_m: 0.006 },
+        at_m: Point::new(-0.006, 0.0),
+        dot: Some(Dot { radius_m: 0.0021, at_m: Point::new(0.006, 0.0) }),
+        thickness_m: 0.0,
+    };
+    drawn[0].0.marker = Some(small);
+    let draft = drafted(&drawn, &heights()).expect("a draft");
+    let found = draft.objects[0].object.marker.as_ref().expect("a marker");
+    let dot = found.dot.expect("a dot");
+    let at = |off_m: Point| draft.objects[0].pose.table_from_body(off_m);
+    let off_m = at(dot.at_m).distance(drawn[0].1.table_from_body(Point::new(0.006, 0.0)));
+    assert!(off_m < 0.2e-3 && (dot.radius_m - 0.0021).abs() < 0.3e-3, "{off_m} m off: {found:?}");
+}
