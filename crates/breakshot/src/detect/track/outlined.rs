@@ -32,17 +32,7 @@ impl Prediction<'_, '_> {
         number: usize,
     ) -> Option<Observation> {
         let Self { state, pose: predicted } = *self;
-        let observed = observations[number].map(|observation| {
-            let velocity = state.velocity_to(observation.pose, view.frame.time_s);
-            let blur_px = view.blur_px(&state.target, observation.pose, velocity.unwrap_or_default());
-            let marker = self.marker(view, blur_px);
-            let outline = if state.is_complete(view.camera, &observation) {
-                marker.fitted_near(observation.pose)
-            } else {
-                marker.fitted(observation.pose)
-            };
-            Observation { outline, ..observation }
-        });
+        let observed = observations[number].map(|observation| self.beside_outline(view, &observation));
         let pixel = view.camera.pixel_from_table(predicted.position, state.target.height_m());
         let most_std_m = MOST_STD_PX * view.camera.scale_m_per_px(pixel, state.target.height_m());
         let is_visible = |fit: &MarkerFit| fit.visible_fraction > LEAST_VISIBLE && fit.std_m < most_std_m;
@@ -50,6 +40,13 @@ impl Prediction<'_, '_> {
         match (&observed, outline) {
             (Some(observation), Some(_)) if state.is_complete(view.camera, observation) => return observed,
             (Some(_), Some(outline)) => return Some(self.by_outline(view, outline)),
+            (Some(observation), None) if self.is_alone(view, observation) => {
+                if let Some(blur_px) = self.measured_blur_px(view, &observation.blob) {
+                    // The marker is whole, and its outline is blurred by more than was assumed.
+                    let measured = Observation { measured_blur_px: Some(blur_px), ..*observation };
+                    return Some(self.beside_outline(view, &measured));
+                }
+            }
             _ => {}
         }
 
@@ -93,6 +90,20 @@ impl Prediction<'_, '_> {
             .or_else(|| markerless::observed_without_marker(view, state, predicted))
     }
 
+    /// The observation with the fit of the marker's outline near it, blurred as the marker shows or as it moved since the last frame.
+    fn beside_outline(&self, view: &FrameView, observation: &Observation) -> Observation {
+        let state = self.state;
+        let velocity = || state.velocity_to(observation.pose, view.frame.time_s).unwrap_or_default();
+        let by_velocity = || view.blur_px(&state.target, observation.pose, velocity());
+        let marker = self.marker(view, observation.measured_blur_px.unwrap_or_else(by_velocity));
+        let outline = if state.is_complete(view.camera, observation) {
+            marker.fitted_near(observation.pose)
+        } else {
+            marker.fitted(observation.pose)
+        };
+        Observation { outline, ..*observation }
+    }
+
     fn marker<'v>(&'v self, view: &'v FrameView, blur_px: [f64; 2]) -> MarkerView<'v> {
         MarkerView {
             image: &view.frame.image,
@@ -114,6 +125,7 @@ impl Prediction<'_, '_> {
             outline: Some(fit),
             dot: None,
             blur_px: 0.0,
+            measured_blur_px: None,
             yaw_known: fit.knows_yaw(),
             appearance_cost: 0.0,
         }

@@ -130,6 +130,12 @@ impl Prediction<'_, '_> {
                 best = again.filter(|o| o.blob.background_rms < best.blob.background_rms).unwrap_or(best);
             }
         }
+        // By none of these motions: the exposure is longer than was assumed, or the marker moved for a part of it only.
+        if state.is_disturbed(&best.blob)
+            && let Some(whole) = self.exposed(view, detection)
+        {
+            return Ok(whole);
+        }
         let change = state.signal_change(view.camera, best.pose, &best.blob);
         // Far from the prediction only a complete marker is accepted, however long the object was not observed.
         let near_m = NEAR_STDS * (PREDICTION_STD_M + VELOCITY_CHANGE_STD_M_S * view.interval_s);
@@ -184,6 +190,7 @@ impl Prediction<'_, '_> {
             outline: None,
             dot,
             blur_px: blur_px[0].hypot(blur_px[1]),
+            measured_blur_px: None,
             yaw_known,
             appearance_cost,
         })
