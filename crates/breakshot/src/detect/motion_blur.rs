@@ -6,6 +6,7 @@
 use super::marker::target::Target;
 use super::track_state::{Source, TrackPoint, TrackState};
 use crate::capture::{Camera, Frame};
+use crate::geometry::moments::principal_axes;
 use crate::geometry::{Pose, Vec2};
 use crate::statistics::upper_median;
 
@@ -15,6 +16,8 @@ const USUAL_SHUTTER: f64 = 0.5;
 const SLOW_PX_S: f64 = 30.0;
 /// Above this speed (px/s) blur can be measured: 2 px at 1/200 s.
 const FAST_PX_S: f64 = 400.0;
+/// Second moments of the same shape differ by less than this (ratio's logarithm): a tenth in its lengths.
+const SAME_MOMENT: f64 = 0.2;
 /// Least number of samples in fast motion for a measurement.
 pub(super) const LEAST_FAST: usize = 4;
 
@@ -100,7 +103,47 @@ pub(super) fn velocity_px_s(points: &[TrackPoint], k: usize) -> [f64; 2] {
     best.0
 }
 
+/// The motion during the exposure (px), along a given direction, that spreads the second moments of a marker at rest to those of a blob;
+/// `None` if the blob without that motion has not the marker's shape.
+pub(super) fn measured_px(
+    at_rest_px2: [f64; 3],
+    blurred_px2: [f64; 3],
+    direction: [f64; 2],
+) -> Option<[f64; 2]> {
+    let added_px2 = blurred_px2[0] + blurred_px2[2] - at_rest_px2[0] - at_rest_px2[2];
+    let scale = (12.0 * added_px2.max(0.0)).sqrt() / direction[0].hypot(direction[1]).max(f64::MIN_POSITIVE);
+    let blur_px = direction.map(|d| d * scale);
+    let (long, short, _) = principal_axes(without_blur(blurred_px2, blur_px));
+    let (long_at_rest, short_at_rest, _) = principal_axes(at_rest_px2);
+    let is_same = |one: f64, other: f64| (one / other).ln().abs() < SAME_MOMENT;
+    (is_same(long, long_at_rest) && is_same(short, short_at_rest)).then_some(blur_px)
+}
+
 /// Second moments less those of uniform motion over this displacement (px).
 pub(super) fn without_blur([xx, xy, yy]: [f64; 3], [sx, sy]: [f64; 2]) -> [f64; 3] {
     [xx - sx * sx / 12.0, xy - sx * sy / 12.0, yy - sy * sy / 12.0]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Second moments of a bar (px2).
+    const BAR: [f64; 3] = [100.0, 12.0, 30.0];
+
+    #[test]
+    fn the_blur_of_a_bar_is_measured_from_its_moments_and_the_direction_of_its_motion() {
+        for [sx, sy] in [[12.0, 0.0], [-3.0, 25.0], [0.0, 0.0]] {
+            let blurred = [BAR[0] + sx * sx / 12.0, BAR[1] + sx * sy / 12.0, BAR[2] + sy * sy / 12.0];
+            let [x, y] = measured_px(BAR, blurred, [0.1 * sx, 0.1 * sy]).expect("a motion");
+            assert!((x - sx).hypot(y - sy) < 1e-9, "{x}, {y} px instead of {sx}, {sy} px");
+        }
+    }
+
+    #[test]
+    fn moments_of_another_shape_are_no_motion() {
+        let across = measured_px(BAR, [100.0, 12.0, 60.0], [1.0, 0.0]);
+        assert_eq!(across, None, "the bar is wider across the motion");
+        assert_eq!(measured_px(BAR, [60.0, 12.0, 30.0], [1.0, 0.0]), None, "the bar is shorter");
+    }
 }

@@ -13,7 +13,7 @@ use super::tracks::{Sample, Track};
 use super::why::reason::Doubt;
 use crate::capture::Camera;
 use crate::geometry::moments::principal_axes;
-use crate::geometry::{Pixel, Pose, wrapped_rad};
+use crate::geometry::{Pixel, Pose, Vec2, wrapped_rad};
 use crate::statistics::{STD_OVER_MEDIAN_ABSOLUTE, upper_median};
 use std::f64::consts::PI;
 
@@ -37,6 +37,8 @@ const APART_STDS: f64 = 3.0;
 const SHARP_STD_PX: f64 = 0.15;
 /// If it is further off than this, and the outline is not sharp, the position is doubtful.
 const FAR_APART_STDS: f64 = 5.0;
+/// Cosine of the angle between two vectors of the same direction.
+const SAME_DIRECTION: f64 = 0.9;
 /// A displacement by light that changes across a marker is reported from this on (px).
 const UNEVEN_PX: f64 = 0.3;
 /// A standard deviation above this (px) is that of something else than a marker or an outline.
@@ -60,7 +62,7 @@ pub(super) fn track(camera: &Camera, state: &TrackState, exposure_s: f64) -> Dou
     // Appearance of the marker in every frame
     let target = &state.target;
     let blurs_px: Vec<[f64; 2]> =
-        (0..state.points.len()).map(|k| velocity_px_s(&state.points, k).map(|v| v * exposure_s)).collect();
+        (0..state.points.len()).map(|k| blur_px(&state.points, k, exposure_s)).collect();
     let appearances: Vec<Option<Appearance>> = state
         .points
         .iter()
@@ -74,14 +76,24 @@ pub(super) fn track(camera: &Camera, state: &TrackState, exposure_s: f64) -> Dou
     let usual_rms = upper_median(markers.map(|p| p.blob.background_rms)).unwrap_or(0.0);
 
     // Samples
-    let points = state.points.iter().zip(&appearances).zip(deviations_px);
-    let samples = points.map(|((point, appearance), deviation_px)| {
+    let points = state.points.iter().zip(&appearances).zip(deviations_px).enumerate();
+    let samples = points.map(|(k, ((point, appearance), deviation_px))| {
+        let accelerated_m = accelerated_m(&state.points, k);
         let scale_m_per_px = camera.scale_m_per_px(point.blob.centroid, target.height_m());
         let uneven_px = uneven_light_px(point, usual_rms);
         let lost_px = lost_px(camera, state, point);
         let appearance = appearance.as_ref();
-        let seen =
-            Seen { camera, target, point, appearance, deviation_px, uneven_px, lost_px, scale_m_per_px };
+        let seen = Seen {
+            camera,
+            target,
+            point,
+            appearance,
+            deviation_px,
+            uneven_px,
+            lost_px,
+            accelerated_m,
+            scale_m_per_px,
+        };
         let mut measured = seen.measured(always_by_outline, yaw_near_rad);
         yaw_near_rad = measured.pose.yaw_rad;
         // A rolling shutter exposes lower rows later.
@@ -97,6 +109,23 @@ pub(super) fn track(camera: &Camera, state: &TrackState, exposure_s: f64) -> Dou
     DoubtedTrack { track: Track { object: target.name.to_string(), samples }, doubts }
 }
 
+/// Motion of a marker during the exposure (px): as it shows itself, or else as its velocity implies.
+fn blur_px(points: &[TrackPoint], k: usize, exposure_s: f64) -> [f64; 2] {
+    points[k].measured_blur_px.unwrap_or_else(|| velocity_px_s(points, k).map(|v| v * exposure_s))
+}
+
+/// How much further an object moves in the interval after a frame than in the one before (m); zero if it moves about as far.
+fn accelerated_m(points: &[TrackPoint], k: usize) -> Vec2 {
+    let (Some(before), Some(after)) = (k.checked_sub(1).and_then(|k| points.get(k)), points.get(k + 1))
+    else {
+        return Vec2::ZERO;
+    };
+    let here = points[k].pose.position;
+    let (came_m, goes_m) = (here - before.pose.position, after.pose.position - here);
+    let change_m = goes_m - came_m;
+    if change_m.length() > came_m.length().max(goes_m.length()) / 2.0 { change_m } else { Vec2::ZERO }
+}
+
 /// What one frame shows of an object.
 struct Seen<'a> {
     camera: &'a Camera,
@@ -110,6 +139,8 @@ struct Seen<'a> {
     uneven_px: f64,
     /// Possible displacement of its marker because a part of it is not seen (px).
     lost_px: f64,
+    /// See [`accelerated_m`].
+    accelerated_m: Vec2,
     scale_m_per_px: f64,
 }
 
@@ -126,13 +157,21 @@ impl Seen<'_> {
             Source::Marker if always_by_outline => by_outline,
             Source::Marker
                 if by_outline.std_m < SHARP_STD_PX * self.scale_m_per_px
-                    && by_marker.is_apart(&by_outline, APART_STDS) =>
+                    && by_marker.is_apart(&by_outline, APART_STDS)
+                    && !self.is_struck(&by_marker, &by_outline) =>
             {
                 by_outline
             }
             Source::Marker => by_marker.beside(&by_outline),
             Source::ObjectOutline => by_marker,
         }
+    }
+
+    /// Whether the marker is where its outline is not because it was accelerated during the exposure: its outline is the sharp one of the
+    /// time when it was at rest, and its centroid the mean position.
+    fn is_struck(&self, by_marker: &Measured, by_outline: &Measured) -> bool {
+        let ahead_m = by_marker.pose.position - by_outline.pose.position;
+        ahead_m.dot(self.accelerated_m) > SAME_DIRECTION * ahead_m.length() * self.accelerated_m.length()
     }
 
     /// The pose by the visible part of the marker's outline, if enough is visible.
@@ -253,11 +292,8 @@ struct Appearance {
 
 fn appearance(camera: &Camera, target: &Target, point: &TrackPoint, blur_px: [f64; 2]) -> Appearance {
     let expected = target.projection(camera, point.pose);
-    let covariance_px2 = if blur_px[0].hypot(blur_px[1]) < LONG_BLUR_PX {
-        point.blob.covariance_px2
-    } else {
-        point.blob.linear_covariance_px2
-    };
+    let is_short = blur_px[0].hypot(blur_px[1]) < LONG_BLUR_PX && point.measured_blur_px.is_none();
+    let covariance_px2 = if is_short { point.blob.covariance_px2 } else { point.blob.linear_covariance_px2 };
     let (long, short, axis_rad) = principal_axes(without_blur(covariance_px2, blur_px));
     let (expected_long, expected_short, _) = principal_axes(expected.covariance);
     let half_axis_px = |observed: f64, expected: f64| 2.0 * observed.sqrt() - 2.0 * expected.sqrt();

@@ -31,6 +31,8 @@ pub(super) struct Observation {
     pub dot: Option<Pixel>,
     /// Assumed motion blur (px).
     pub blur_px: f64,
+    /// The motion blur that the marker itself shows (px), where the assumed one does not explain its appearance.
+    pub measured_blur_px: Option<[f64; 2]>,
     /// Whether the yaw was measured; otherwise the pose has the predicted one.
     pub yaw_known: bool,
     /// Difference from the object's marker in appearance: a sum of squares (standard deviations).
@@ -65,6 +67,8 @@ pub(super) struct TrackPoint {
     pub blob: Blob,
     /// The fit of the marker's outline.
     pub outline: Option<MarkerFit>,
+    /// The motion blur that the marker itself shows (px), where it was measured.
+    pub measured_blur_px: Option<[f64; 2]>,
     /// Whether the whole marker was visible.
     pub complete: bool,
     /// Whether the yaw was measured.
@@ -79,6 +83,8 @@ pub(super) struct TrackState<'a> {
     start: Pose,
     /// Running mean of the marker's area over the expected one.
     area_ratio: f64,
+    /// Running mean of the trace of the marker's second moments over the expected one, without motion blur.
+    moment_ratio: f64,
     /// Running mean of contrast over background.
     relative_contrast: f64,
     /// Background and its residual when the marker was last complete (grey levels).
@@ -103,12 +109,15 @@ impl<'a> TrackState<'a> {
     /// The state before the first frame, of a target whose marker is the given blob.
     pub(super) fn new(target: Target<'a>, blob: &Blob, start: Pose, camera: &Camera) -> Self {
         let target = target.with_polarity_of(blob);
-        let area_ratio = blob.area_px2 / target.projection(camera, start).area;
+        let projection = target.projection(camera, start);
+        let area_ratio = blob.area_px2 / projection.area;
+        let moment_ratio = trace(blob.linear_covariance_px2) / trace(projection.covariance);
         Self {
             target,
             points: Vec::new(),
             start,
             area_ratio,
+            moment_ratio,
             relative_contrast: blob.relative_contrast(),
             background: blob.background,
             background_rms: blob.background_rms,
@@ -184,6 +193,21 @@ impl<'a> TrackState<'a> {
         [one.min(other), one.max(other)]
     }
 
+    /// Contrast over background of the marker: positive if it is dark.
+    pub(super) fn relative_contrast(&self) -> f64 {
+        self.relative_contrast
+    }
+
+    /// The grey level between that of the background (0) and the marker's own (1).
+    pub(super) fn grey_at(&self, fraction: f64) -> f64 {
+        self.background * (1.0 - fraction * self.relative_contrast)
+    }
+
+    /// Expected second moments of the marker at a pose, with the blur of the lens and without motion blur (px2).
+    pub(super) fn expected_covariance_px2(&self, camera: &Camera, pose: Pose) -> [f64; 3] {
+        self.target.projection(camera, pose).covariance.map(|moment| moment * self.moment_ratio)
+    }
+
     /// Expected area of the marker at a pose (px2).
     pub(super) fn expected_area_px2(&self, camera: &Camera, pose: Pose) -> f64 {
         self.target.projection(camera, pose).area * self.area_ratio
@@ -236,7 +260,8 @@ impl<'a> TrackState<'a> {
 
     /// Adds the observation of a frame.
     pub(super) fn add(&mut self, camera: &Camera, frame: usize, time_s: f64, observation: &Observation) {
-        let Observation { pose, source, blob, outline, blur_px, yaw_known, .. } = *observation;
+        let Observation { pose, source, blob, outline, blur_px, measured_blur_px, yaw_known, .. } =
+            *observation;
         let change = self.signal_change(camera, pose, &blob);
         let complete = source == Source::Marker && self.is_complete(camera, observation);
         if complete {
@@ -244,12 +269,29 @@ impl<'a> TrackState<'a> {
             self.background_rms += NEWEST_WEIGHT * (blob.background_rms - self.background_rms);
             if blur_px < SHARP_PX {
                 self.relative_contrast += NEWEST_WEIGHT * (blob.relative_contrast() - self.relative_contrast);
+                let expected_px2 = trace(self.target.projection(camera, pose).covariance);
+                let ratio = trace(blob.linear_covariance_px2) / expected_px2;
+                self.moment_ratio += NEWEST_WEIGHT * (ratio - self.moment_ratio);
             }
         }
         // A marker can only grow because it was partly covered before.
         if source == Source::Marker && change > 0.0 && self.target.mismatch(camera, &blob).is_tolerable() {
             self.area_ratio *= (NEWEST_WEIGHT * change).exp();
         }
-        self.points.push(TrackPoint { frame, time_s, pose, source, blob, outline, complete, yaw_known });
+        self.points.push(TrackPoint {
+            frame,
+            time_s,
+            pose,
+            source,
+            blob,
+            outline,
+            measured_blur_px,
+            complete,
+            yaw_known,
+        });
     }
+}
+
+fn trace([xx, _, yy]: [f64; 3]) -> f64 {
+    xx + yy
 }

@@ -6,7 +6,7 @@
 
 use super::super::label::Component;
 use super::super::threshold::Level;
-use super::patch::{Patch, RIM_PX, THIRDS};
+use super::patch::{Patch, Plane, RIM_PX, THIRDS};
 use crate::capture::GreyImage;
 use crate::geometry::Pixel;
 use crate::geometry::moments::{Moments, principal_axes};
@@ -100,54 +100,112 @@ pub(in crate::detect) fn measured(
     level: Level,
     blur_px: [f64; 2],
 ) -> Option<Blob> {
-    // Foreground and background
-    let patch = Patch::around(image, component, blur_px);
-    let seed = patch.index(component.seed[0] as usize, component.seed[1] as usize);
-    let foreground = patch.connected(image, level, seed);
-    let thirds = patch.distance_thirds(&patch.smeared(&foreground, blur_px));
-    let plane = patch.background(image, &thirds)?;
-    let sign = if level.is_dark() { 1.0 } else { -1.0 };
-    let background = patch.background_levels(&plane);
-    let depths = patch.depths(image, &background, sign);
-    let contrast = plateau(
-        depths.iter().zip(&foreground).filter(|&(_, &inside)| inside).map(|(&depth, _)| depth).collect(),
-    )?;
-    let brightness = plane.grey_at(component.centroid());
+    let region = Region::around(image, component, level, blur_px)?;
+    let contrast = region.plateau()?;
+    let brightness = region.plane.grey_at(component.centroid());
     if contrast < LEAST_CONTRAST || brightness <= 0.0 {
         return None;
     }
-
-    // Weights
-    let dead = (2.0 * plane.scatter / contrast).clamp(DEAD_BAND, WIDEST_DEAD_BAND);
-    // Marker and background have the same illumination: contrast is proportional to the background's grey level.
-    let fraction = |(&depth, (&background, &thirds)): (&f64, (&f64, &u8))| {
-        if thirds <= THIRDS * RIM_PX { depth * brightness / (contrast * background.max(1.0)) } else { 0.0 }
-    };
-    let fractions: Vec<f64> = depths.iter().zip(background.iter().zip(&thirds)).map(fraction).collect();
+    let dead = (2.0 * region.plane.scatter / contrast).clamp(DEAD_BAND, WIDEST_DEAD_BAND);
+    let fractions = region.fractions(contrast / brightness);
     let weights: Vec<f64> =
         fractions.iter().map(|fraction| ((fraction - dead) / (1.0 - 2.0 * dead)).clamp(0.0, 1.0)).collect();
-
-    // Moments and noise
-    let Moments { area, centroid: [x, y], covariance } = patch.moments(&weights)?;
-    let edge: Vec<f64> = weights.iter().map(|&w| if 0.0 < w && w < 1.0 { 1.0 } else { 0.0 }).collect();
-    // Sum of squared distances from the centroid, per axis, over the pixels whose noise changes their weight.
-    let leverage_px2 = patch.moments(&edge).map_or(0.0, |edge| {
-        let [dx, dy] = [edge.centroid[0] - x, edge.centroid[1] - y];
-        edge.area * f64::midpoint(edge.covariance[0] + dx * dx, edge.covariance[2] + dy * dy)
-    });
-    let weight_std = plane.scatter / (contrast * (1.0 - 2.0 * dead));
-    let centroid = Pixel::new(x, y);
+    let is_edge = |weight: f64| 0.0 < weight && weight < 1.0;
+    let blob = region.blob(&weights, is_edge, contrast * (1.0 - 2.0 * dead))?;
+    let linear = region.patch.moments(&fractions);
     Some(Blob {
-        centroid,
-        std_px: (leverage_px2.sqrt() * weight_std / area).max(FLOOR_STD_PX),
-        area_px2: area,
-        covariance_px2: covariance,
-        linear_covariance_px2: patch.moments(&fractions).map_or(covariance, |linear| linear.covariance),
-        background: plane.grey_at(centroid),
-        contrast: sign * contrast,
-        background_rms: plane.rms,
+        contrast: region.sign * contrast,
+        linear_covariance_px2: linear.map_or(blob.covariance_px2, |linear| linear.covariance),
         at_border: touches_border(component, image),
+        ..blob
     })
+}
+
+/// The blob of a component that shows all of a moving marker, from the faintest part on: every pixel has the weight of the time for
+/// which the marker covered it, by the marker's own contrast over the background. Its centroid is the mean position during the exposure,
+/// its area that of the marker, whatever the motion was.
+///
+/// `None` without enough background around it or without contrast.
+pub(in crate::detect) fn exposed(
+    image: &GreyImage,
+    component: &Component,
+    level: Level,
+    relative_contrast: f64,
+) -> Option<Blob> {
+    let region = Region::around(image, component, level, [0.0, 0.0])?;
+    let contrast = relative_contrast.abs() * region.plane.grey_at(component.centroid());
+    if contrast < LEAST_CONTRAST {
+        return None;
+    }
+    let fractions = region.fractions(relative_contrast.abs());
+    let blob = region.blob(&fractions, |fraction| fraction != 0.0, contrast)?;
+    Some(Blob { contrast: region.sign * contrast, at_border: touches_border(component, image), ..blob })
+}
+
+/// A component, the pixels around it and their background.
+struct Region {
+    patch: Patch,
+    plane: Plane,
+    /// Background of each pixel, how much the pixel differs from it in the marker's direction, and its distance from the component.
+    background: Vec<f64>,
+    depths: Vec<f64>,
+    thirds: Vec<u8>,
+    /// Whether a pixel belongs to the component.
+    foreground: Vec<bool>,
+    /// 1 for a dark marker, -1 for a light one.
+    sign: f64,
+}
+
+impl Region {
+    fn around(image: &GreyImage, component: &Component, level: Level, blur_px: [f64; 2]) -> Option<Self> {
+        let patch = Patch::around(image, component, blur_px);
+        let seed = patch.index(component.seed[0] as usize, component.seed[1] as usize);
+        let foreground = patch.connected(image, level, seed);
+        let thirds = patch.distance_thirds(&patch.smeared(&foreground, blur_px));
+        let plane = patch.background(image, &thirds)?;
+        let sign = if level.is_dark() { 1.0 } else { -1.0 };
+        let background = patch.background_levels(&plane);
+        let depths = patch.depths(image, &background, sign);
+        Some(Self { patch, plane, background, depths, thirds, foreground, sign })
+    }
+
+    /// See [`plateau`].
+    fn plateau(&self) -> Option<f64> {
+        let inside = self.depths.iter().zip(&self.foreground).filter(|&(_, &inside)| inside);
+        plateau(inside.map(|(&depth, _)| depth).collect())
+    }
+
+    /// The fraction of marker that each pixel shows, up to the rim. Marker and background have the same illumination: contrast is
+    /// proportional to the background's grey level.
+    fn fractions(&self, relative_contrast: f64) -> Vec<f64> {
+        let fraction = |(&depth, (&background, &thirds)): (&f64, (&f64, &u8))| {
+            if thirds <= THIRDS * RIM_PX { depth / (relative_contrast * background.max(1.0)) } else { 0.0 }
+        };
+        self.depths.iter().zip(self.background.iter().zip(&self.thirds)).map(fraction).collect()
+    }
+
+    /// The blob of these weights; noise changes those of edge pixels, by one for a change of `levels` grey levels.
+    fn blob(&self, weights: &[f64], is_edge: impl Fn(f64) -> bool, levels: f64) -> Option<Blob> {
+        let Moments { area, centroid: [x, y], covariance } = self.patch.moments(weights)?;
+        let edge: Vec<f64> = weights.iter().map(|&w| if is_edge(w) { 1.0 } else { 0.0 }).collect();
+        // Sum of squared distances from the centroid, per axis, over the pixels whose noise changes their weight.
+        let leverage_px2 = self.patch.moments(&edge).map_or(0.0, |edge| {
+            let [dx, dy] = [edge.centroid[0] - x, edge.centroid[1] - y];
+            edge.area * f64::midpoint(edge.covariance[0] + dx * dx, edge.covariance[2] + dy * dy)
+        });
+        let centroid = Pixel::new(x, y);
+        Some(Blob {
+            centroid,
+            std_px: (leverage_px2.sqrt() * self.plane.scatter / (levels * area)).max(FLOOR_STD_PX),
+            area_px2: area,
+            covariance_px2: covariance,
+            linear_covariance_px2: covariance,
+            background: self.plane.grey_at(centroid),
+            contrast: self.sign * levels,
+            background_rms: self.plane.rms,
+            at_border: false,
+        })
+    }
 }
 
 fn touches_border(component: &Component, image: &GreyImage) -> bool {

@@ -68,6 +68,7 @@ pub(super) fn observed_without_marker(
         outline: None,
         dot: None,
         blur_px: blur_px[0].hypot(blur_px[1]),
+        measured_blur_px: None,
         yaw_known: state.target.object.shape.rotation_symmetry_rad() != Some(0.0),
         appearance_cost: 0.0,
     })
@@ -110,6 +111,7 @@ fn observation(view: &FrameView, state: &TrackState, fit: &OutlineFit, blur_px: 
         outline: None,
         dot: None,
         blur_px,
+        measured_blur_px: None,
         yaw_known: true,
         appearance_cost: 0.0,
     }

@@ -5,8 +5,9 @@ use crate::capture::{Footage, Lens};
 use crate::cell::{CameraSpec, Cell, Striker, Tag, Transform, Workspace};
 use crate::geometry::{Point, Pose, Vec2, wrapped_rad};
 use crate::object::{Marker, Shape};
-use crate::synthetic::film::{Thing, View, film};
+use crate::synthetic::film::{Thing, View, film, picture};
 
+mod blurred;
 mod covered;
 mod dot;
 mod markerless;
