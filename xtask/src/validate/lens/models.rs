@@ -42,6 +42,19 @@ struct Differences {
     inverse: f64,
 }
 
+/// Whether a lens mirrors what is around a ray: it does so beyond its fold.
+fn is_mirrored(lens: &Lens, [x, y]: [f64; 2]) -> bool {
+    const STEP: f64 = 1e-6;
+    let change = |step: [f64; 2]| {
+        let [after, before] = [1.0, -1.0].map(|sign| [x + sign * step[0], y + sign * step[1]]);
+        Some((lens.pixel_from_ray(after)?, lens.pixel_from_ray(before)?))
+    };
+    let (Some((right, left)), Some((down, up))) = (change([STEP, 0.0]), change([0.0, STEP])) else {
+        return true;
+    };
+    (right.x - left.x) * (down.y - up.y) < (right.y - left.y) * (down.x - up.x)
+}
+
 impl Differences {
     fn add(&mut self, case: &Case) -> Result<(), String> {
         self.lenses += 1;
@@ -57,6 +70,11 @@ impl Differences {
                     self.without_ray += 1;
                     continue;
                 };
+                if is_mirrored(&lens, *ray) {
+                    // The fold is so near that the ray before it with the same pixel is the answer.
+                    self.without_ray += 1;
+                    continue;
+                }
                 let apart = |a: [f64; 2], b: [f64; 2]| (a[0] - b[0]).hypot(a[1] - b[1]);
                 self.pixel = self.pixel.max(projected.distance_px(pixel));
                 self.ray = self.ray.max(apart(back, *ray));
