@@ -305,6 +305,7 @@ def draws_walls_and_areas(studio):
         page.keyboard.press("Delete")
     expect(page.locator("#table .area")).to_have_count(0)
     page.keyboard.press("Control+s")
+    expect(page.locator("#message")).to_contain_text("Wrote four.scene.toml")
     # The message of the first time may still be shown.
     eventually(lambda: tomllib.loads(scene.read_text()) == tomllib.loads(before), "the scene is saved as it was")
 

@@ -40,6 +40,21 @@ pub(super) struct Observation {
 }
 
 impl Observation {
+    /// An object whose yaw was measured, without outline, dot and motion blur.
+    pub(super) fn new(pose: Pose, source: Source, blob: Blob) -> Self {
+        Self {
+            pose,
+            source,
+            blob,
+            outline: None,
+            dot: None,
+            blur_px: 0.0,
+            measured_blur_px: None,
+            yaw_known: true,
+            appearance_cost: 0.0,
+        }
+    }
+
     /// Whether something at this position is part of the observed marker.
     pub(super) fn covers(&self, at: Pixel, reach_px: f64) -> bool {
         self.centroids().any(|centroid| centroid.distance_px(at) < reach_px)

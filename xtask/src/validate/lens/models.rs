@@ -64,17 +64,12 @@ impl Differences {
             for ((ray, [u, v]), inverse) in case.rays.iter().zip(&case.pixels).zip(&case.inverse) {
                 self.points += 1;
                 let pixel = Pixel::new(*u, *v);
-                let (Some(projected), Some(back)) = (lens.pixel_from_ray(*ray), lens.ray_from_pixel(pixel))
-                else {
-                    // The lens folds nearer to the axis than this ray.
+                let found = lens.pixel_from_ray(*ray).zip(lens.ray_from_pixel(pixel));
+                let Some((projected, back)) = found.filter(|_| !is_mirrored(&lens, *ray)) else {
+                    // The lens folds nearer to the axis than this ray: its pixel has no ray, or the one before the fold.
                     self.without_ray += 1;
                     continue;
                 };
-                if is_mirrored(&lens, *ray) {
-                    // The fold is so near that the ray before it with the same pixel is the answer.
-                    self.without_ray += 1;
-                    continue;
-                }
                 let apart = |a: [f64; 2], b: [f64; 2]| (a[0] - b[0]).hypot(a[1] - b[1]);
                 self.pixel = self.pixel.max(projected.distance_px(pixel));
                 self.ray = self.ray.max(apart(back, *ray));

@@ -3,7 +3,7 @@
 use super::candidates::{Candidate, LEAST_STRENGTH, MARKER_FRACTIONS, TopSearch};
 use super::edges::TopView;
 use super::is_concave;
-use super::regions::{PLAIN_PLANES, Region};
+use super::regions::{NEARLY_ALL, PLAIN_PLANES, Region};
 use super::shape_fit::{Fitted, turned};
 use crate::detect::label::Window;
 use crate::geometry::outline::Outline;
@@ -20,8 +20,7 @@ pub(super) struct Marked {
 
 /// Least number of pixels of a marker: fewer have no shape.
 const LEAST_PX: u64 = 20;
-/// The least fraction of a region's border that lies on the top, and the free pixels around the top in which regions are searched.
-const ON_TOP: f64 = 0.95;
+/// The free pixels around a top in which the regions on it are searched.
 const WINDOW_MARGIN_PX: f64 = 3.0;
 /// A second shape belongs to the marker if its edge is at least this fraction as strong.
 const SECOND_STRENGTH: f64 = 0.6;
@@ -35,7 +34,7 @@ pub(super) fn marked(search: &TopSearch, top: &Candidate, name: &str, warnings: 
     let Candidate { region: object, outline: own, height_m, .. } = top;
     let own = own.clone();
     let outline = Outline::new(&own.shape, own.pose);
-    let by_strength = regions_on_top(search, &own, *height_m);
+    let by_strength = regions_on_top(search, &own, &outline, *height_m);
     if by_strength.is_empty() {
         return Marked { outline: own, marker: None, light: None };
     }
@@ -72,7 +71,12 @@ pub(super) fn marked(search: &TopSearch, top: &Candidate, name: &str, warnings: 
 }
 
 /// The regions on a top, the one with the strongest edge first, each with its view.
-fn regions_on_top<'a>(search: &TopSearch<'a>, top: &Fitted, height_m: f64) -> Vec<(TopView<'a>, Region)> {
+fn regions_on_top<'a>(
+    search: &TopSearch<'a>,
+    top: &Fitted,
+    outline: &Outline,
+    height_m: f64,
+) -> Vec<(TopView<'a>, Region)> {
     let camera = search.camera;
     let centre = camera.pixel_from_table(top.pose.position, height_m);
     let pixel_m = camera.scale_m_per_px(centre, height_m);
@@ -83,15 +87,13 @@ fn regions_on_top<'a>(search: &TopSearch<'a>, top: &Fitted, height_m: f64) -> Ve
         outline_points.iter().map(|&p| camera.pixel_from_table(top.pose.table_from_body(p), height_m));
     let reach_px = pixels.map(|pixel| (pixel.x - centre.x).hypot(pixel.y - centre.y)).fold(0.0, f64::max);
     let window = Window::around(centre, reach_px + WINDOW_MARGIN_PX, search.planes[0]);
-    let outline = Outline::new(&top.shape, top.pose);
-    let is_on_top = |region: &Region| {
-        let inside = |&&pixel: &&Pixel| outline.contains(camera.table_from_pixel(pixel, height_m));
-        region.border.iter().filter(inside).count() as f64 >= ON_TOP * region.border.len() as f64
-    };
+    let is_on_top = |pixel: Pixel| outline.contains(camera.table_from_pixel(pixel, height_m));
     let in_plane = |plane: usize| {
         let ink = TopView { solid: false, ..search.view(plane, height_m) };
         let found = search.search_planes.regions(plane, window, &areas_px).into_iter();
-        let found = found.filter(|region| region.strength >= LEAST_STRENGTH && is_on_top(region));
+        let found = found.filter(|region| {
+            region.strength >= LEAST_STRENGTH && region.border_fraction(is_on_top) >= NEARLY_ALL
+        });
         found.map(move |region| (ink, region)).collect::<Vec<_>>()
     };
     let mut by_strength: Vec<_> = (0..search.planes.len().min(PLAIN_PLANES)).flat_map(in_plane).collect();

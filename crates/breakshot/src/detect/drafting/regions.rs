@@ -53,6 +53,9 @@ const DIRECTION_POINTS: usize = 4;
 /// A border of fewer points has no direction.
 const LEAST_BORDER: usize = 4 * DIRECTION_POINTS;
 
+/// A region belongs to a top if at least this fraction of its border does.
+pub(super) const NEARLY_ALL: f64 = 0.95;
+
 /// Number of planes that are luma and colours: the others are combinations of them, with more noise.
 pub(super) const PLAIN_PLANES: usize = 4;
 
@@ -307,18 +310,21 @@ impl Region {
 
     /// Whether nearly all of another region belongs to this one, and so do the pixels within a margin around it.
     pub(super) fn covers(&self, other: &Self, margin_px: f64) -> bool {
-        const NEARLY_ALL: f64 = 0.95;
         self.covered_fraction(other, margin_px) >= NEARLY_ALL
     }
 
     /// The fraction of another region's border that belongs to this one, moved outwards by a margin.
     pub(super) fn covered_fraction(&self, other: &Self, margin_px: f64) -> f64 {
-        let is_inside = |pixel: &&Pixel| {
+        other.border_fraction(|pixel| {
             let [dx, dy] = [pixel.x - other.centroid.x, pixel.y - other.centroid.y];
             let factor = 1.0 + margin_px / dx.hypot(dy).max(1.0);
             self.contains(Pixel::new(other.centroid.x + factor * dx, other.centroid.y + factor * dy))
-        };
-        other.border.iter().filter(is_inside).count() as f64 / other.border.len() as f64
+        })
+    }
+
+    /// The fraction of the border whose pixels meet a condition.
+    pub(super) fn border_fraction(&self, is_met: impl Fn(Pixel) -> bool) -> f64 {
+        self.border.iter().filter(|&&pixel| is_met(pixel)).count() as f64 / self.border.len() as f64
     }
 
     /// Whether a border crosses, or one region covers the other.

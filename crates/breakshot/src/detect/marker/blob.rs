@@ -100,23 +100,22 @@ pub(in crate::detect) fn measured(
     level: Level,
     blur_px: [f64; 2],
 ) -> Option<Blob> {
-    let region = Region::around(image, component, level, blur_px)?;
-    let contrast = region.plateau()?;
-    let brightness = region.plane.grey_at(component.centroid());
+    let patch = ComponentPatch::new(image, component, level, blur_px)?;
+    let contrast = patch.plateau()?;
+    let brightness = patch.plane.grey_at(component.centroid());
     if contrast < LEAST_CONTRAST || brightness <= 0.0 {
         return None;
     }
-    let dead = (2.0 * region.plane.scatter / contrast).clamp(DEAD_BAND, WIDEST_DEAD_BAND);
-    let fractions = region.fractions(contrast / brightness);
+    let dead = (2.0 * patch.plane.scatter / contrast).clamp(DEAD_BAND, WIDEST_DEAD_BAND);
+    let fractions = patch.fractions(contrast / brightness);
     let weights: Vec<f64> =
         fractions.iter().map(|fraction| ((fraction - dead) / (1.0 - 2.0 * dead)).clamp(0.0, 1.0)).collect();
     let is_edge = |weight: f64| 0.0 < weight && weight < 1.0;
-    let blob = region.blob(&weights, is_edge, contrast * (1.0 - 2.0 * dead))?;
-    let linear = region.patch.moments(&fractions);
+    let blob = patch.blob(&weights, is_edge, contrast * (1.0 - 2.0 * dead))?;
+    let linear = patch.pixels.moments(&fractions);
     Some(Blob {
-        contrast: region.sign * contrast,
+        contrast: patch.sign * contrast,
         linear_covariance_px2: linear.map_or(blob.covariance_px2, |linear| linear.covariance),
-        at_border: touches_border(component, image),
         ..blob
     })
 }
@@ -132,19 +131,17 @@ pub(in crate::detect) fn exposed(
     level: Level,
     relative_contrast: f64,
 ) -> Option<Blob> {
-    let region = Region::around(image, component, level, [0.0, 0.0])?;
-    let contrast = relative_contrast.abs() * region.plane.grey_at(component.centroid());
+    let patch = ComponentPatch::new(image, component, level, [0.0, 0.0])?;
+    let contrast = relative_contrast.abs() * patch.plane.grey_at(component.centroid());
     if contrast < LEAST_CONTRAST {
         return None;
     }
-    let fractions = region.fractions(relative_contrast.abs());
-    let blob = region.blob(&fractions, |fraction| fraction != 0.0, contrast)?;
-    Some(Blob { contrast: region.sign * contrast, at_border: touches_border(component, image), ..blob })
+    patch.blob(&patch.fractions(relative_contrast.abs()), |fraction| fraction != 0.0, contrast)
 }
 
 /// A component, the pixels around it and their background.
-struct Region {
-    patch: Patch,
+struct ComponentPatch {
+    pixels: Patch,
     plane: Plane,
     /// Background of each pixel, how much the pixel differs from it in the marker's direction, and its distance from the component.
     background: Vec<f64>,
@@ -154,19 +151,22 @@ struct Region {
     foreground: Vec<bool>,
     /// 1 for a dark marker, -1 for a light one.
     sign: f64,
+    /// Whether the component touches the border of the image.
+    at_border: bool,
 }
 
-impl Region {
-    fn around(image: &GreyImage, component: &Component, level: Level, blur_px: [f64; 2]) -> Option<Self> {
-        let patch = Patch::around(image, component, blur_px);
-        let seed = patch.index(component.seed[0] as usize, component.seed[1] as usize);
-        let foreground = patch.connected(image, level, seed);
-        let thirds = patch.distance_thirds(&patch.smeared(&foreground, blur_px));
-        let plane = patch.background(image, &thirds)?;
+impl ComponentPatch {
+    fn new(image: &GreyImage, component: &Component, level: Level, blur_px: [f64; 2]) -> Option<Self> {
+        let pixels = Patch::around(image, component, blur_px);
+        let seed = pixels.index(component.seed[0] as usize, component.seed[1] as usize);
+        let foreground = pixels.connected(image, level, seed);
+        let thirds = pixels.distance_thirds(&pixels.smeared(&foreground, blur_px));
+        let plane = pixels.background(image, &thirds)?;
         let sign = if level.is_dark() { 1.0 } else { -1.0 };
-        let background = patch.background_levels(&plane);
-        let depths = patch.depths(image, &background, sign);
-        Some(Self { patch, plane, background, depths, thirds, foreground, sign })
+        let background = pixels.background_levels(&plane);
+        let depths = pixels.depths(image, &background, sign);
+        let at_border = touches_border(component, image);
+        Some(Self { pixels, plane, background, depths, thirds, foreground, sign, at_border })
     }
 
     /// See [`plateau`].
@@ -186,10 +186,10 @@ impl Region {
 
     /// The blob of these weights; noise changes those of edge pixels, by one for a change of `levels` grey levels.
     fn blob(&self, weights: &[f64], is_edge: impl Fn(f64) -> bool, levels: f64) -> Option<Blob> {
-        let Moments { area, centroid: [x, y], covariance } = self.patch.moments(weights)?;
+        let Moments { area, centroid: [x, y], covariance } = self.pixels.moments(weights)?;
         let edge: Vec<f64> = weights.iter().map(|&w| if is_edge(w) { 1.0 } else { 0.0 }).collect();
         // Sum of squared distances from the centroid, per axis, over the pixels whose noise changes their weight.
-        let leverage_px2 = self.patch.moments(&edge).map_or(0.0, |edge| {
+        let leverage_px2 = self.pixels.moments(&edge).map_or(0.0, |edge| {
             let [dx, dy] = [edge.centroid[0] - x, edge.centroid[1] - y];
             edge.area * f64::midpoint(edge.covariance[0] + dx * dx, edge.covariance[2] + dy * dy)
         });
@@ -203,7 +203,7 @@ impl Region {
             background: self.plane.grey_at(centroid),
             contrast: self.sign * levels,
             background_rms: self.plane.rms,
-            at_border: false,
+            at_border: self.at_border,
         })
     }
 }

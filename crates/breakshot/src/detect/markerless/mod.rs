@@ -61,16 +61,11 @@ pub(super) fn observed_without_marker(
     let blur_px = view.blur_px(&state.target, predicted, state.velocity());
     let outline = OutlineView::of_target(&view.frame.image, view.camera, &state.target);
     let fit = outline.fitted(predicted, blur_px).filter(|fit| fit.visible_fraction > CLEARLY_VISIBLE)?;
+    let blob = state.expected_blob(view.camera, fit.pose, fit.std_px);
     Some(Observation {
-        pose: fit.pose,
-        source: Source::ObjectOutline,
-        blob: state.expected_blob(view.camera, fit.pose, fit.std_px),
-        outline: None,
-        dot: None,
         blur_px: blur_px[0].hypot(blur_px[1]),
-        measured_blur_px: None,
         yaw_known: state.target.object.shape.rotation_symmetry_rad() != Some(0.0),
-        appearance_cost: 0.0,
+        ..Observation::new(fit.pose, Source::ObjectOutline, blob)
     })
 }
 
@@ -103,18 +98,7 @@ pub(super) fn observed_near(
 fn observation(view: &FrameView, state: &TrackState, fit: &OutlineFit, blur_px: [f64; 2]) -> Observation {
     let blob = silhouette(&state.target, view.camera, fit);
     let blur_px = blur_px[0].hypot(blur_px[1]);
-    let source = Source::Marker;
-    Observation {
-        pose: fit.pose,
-        source,
-        blob,
-        outline: None,
-        dot: None,
-        blur_px,
-        measured_blur_px: None,
-        yaw_known: true,
-        appearance_cost: 0.0,
-    }
+    Observation { blur_px, ..Observation::new(fit.pose, Source::Marker, blob) }
 }
 
 /// A fitted outline in the form of a blob: its projection, with the visible fraction as contrast.

@@ -36,16 +36,11 @@ impl Prediction<'_, '_> {
         let blur_px = self.measured_blur_px(view, &blob)?;
         let axis_rad = principal_axes(without_blur(blob.linear_covariance_px2, blur_px)).2;
         let image_pose = ImagePose { centroid: blob.centroid, axis_rad };
+        let pose = state.target.pose(view.camera, image_pose, self.pose.yaw_rad);
         let observation = Observation {
-            pose: state.target.pose(view.camera, image_pose, self.pose.yaw_rad),
-            source: Source::Marker,
-            blob,
-            outline: None,
-            dot: None,
             blur_px: blur_px[0].hypot(blur_px[1]),
             measured_blur_px: Some(blur_px),
-            yaw_known: true,
-            appearance_cost: 0.0,
+            ..Observation::new(pose, Source::Marker, blob)
         };
         self.is_alone(view, &observation).then_some(observation)
     }

@@ -118,16 +118,11 @@ impl Prediction<'_, '_> {
         let Self { state, .. } = *self;
         let at = view.camera.pixel_from_table(fit.pose.position, state.target.height_m());
         let std_px = fit.std_m / view.camera.scale_m_per_px(at, state.target.height_m());
+        let blob = state.expected_blob(view.camera, fit.pose, std_px);
         Observation {
-            pose: fit.pose,
-            source: Source::MarkerOutline,
-            blob: state.expected_blob(view.camera, fit.pose, std_px),
             outline: Some(fit),
-            dot: None,
-            blur_px: 0.0,
-            measured_blur_px: None,
             yaw_known: fit.knows_yaw(),
-            appearance_cost: 0.0,
+            ..Observation::new(fit.pose, Source::MarkerOutline, blob)
         }
     }
 }

@@ -183,16 +183,13 @@ impl Prediction<'_, '_> {
             + (stretched / ELONGATION_STD).powi(2);
         let yaw_known = pair.is_some() || target.feature.dot.is_none();
         let dot = pair.map(|pair| pair.dot.centroid);
+        let blur_px = blur_px[0].hypot(blur_px[1]);
         Some(Observation {
-            pose,
-            source: Source::Marker,
-            blob,
-            outline: None,
             dot,
-            blur_px: blur_px[0].hypot(blur_px[1]),
-            measured_blur_px: None,
+            blur_px,
             yaw_known,
             appearance_cost,
+            ..Observation::new(pose, Source::Marker, blob)
         })
     }
 
