@@ -50,10 +50,13 @@ const LEAST_AGREEMENT: f64 = 0.5;
 /// Fewest positions among which one may be an outlier, and how far off it is then (standard deviations).
 const LEAST_POSITIONS: usize = 3;
 const OUTLIER_STDS: f64 = 4.0;
+/// Fewest points, positions and the rest position together, that make a motion: two positions fit a line exactly, and three that
+/// are not all the striker's fit one well enough by chance.
+const LEAST_POINTS: usize = 4;
+/// The part of the frames between the first and the last position in which the striker must be located.
+const LEAST_PART: f64 = 0.6;
 /// Least noise of a position (nodes).
 const LEAST_STD_NODES: f64 = 0.1;
-/// The scatter of positions in shade, of a striker that is cut off by shadows or by its arm, over the step of the grid.
-const ASSUMED_STD_NODES: f64 = 0.6;
 /// Largest noise of a position with which it is a uniform motion (widths of the filter).
 const MOST_STD_WIDTHS: f64 = 0.5;
 /// Standard deviation of the scale of the table at one place over that at others, by lens and pose of the camera (1).
@@ -150,7 +153,8 @@ impl<'a> Follower<'a> {
         let positions = without_outliers(view.positions(&candidate, before_impact)?, self.grid.step_m);
         let rest = view.rest(&candidate, &positions);
         let motion = UniformMotion::through(&positions)?;
-        if searched.is_elevated(&motion, rest.or(candidate.rest)) {
+        let is_checked = is_redundant(&positions, rest, &times_s);
+        if !is_checked || searched.is_elevated(&motion, rest.or(candidate.rest)) {
             return None;
         }
         self.fitted(&positions, rest)
@@ -200,13 +204,7 @@ impl<'a> Follower<'a> {
     /// The track from positions in the strike frame.
     fn fitted(&self, positions: &[(f64, Point)], rest: Option<Point>) -> Option<StrikerTrack> {
         let line = UniformMotion::through(positions)?;
-        let squares_m2: f64 = positions.iter().map(|(t, p)| (*p - line.at(*t)).length_squared()).sum();
-        // A line has four parameters.  Few residuals may be small by chance, and two positions leave none: the assumed scatter
-        // counts as one more.
-        let freedom = 2.0 * positions.len() as f64 - 4.0;
-        let assumed_m = ASSUMED_STD_NODES * self.grid.step_m;
-        let pooled_m = ((squares_m2 + assumed_m.powi(2)) / (freedom + 1.0)).sqrt();
-        let std_m = pooled_m.max(LEAST_STD_NODES * self.grid.step_m);
+        let std_m = line.scatter_m(positions, self.grid.step_m).max(LEAST_STD_NODES * self.grid.step_m);
         if std_m > MOST_STD_WIDTHS * self.edge.width_m() {
             return None;
         }
@@ -228,18 +226,27 @@ impl<'a> Follower<'a> {
     }
 }
 
-/// Positions without those that are not on the straight line of the others; each must stand out against their scatter, which is at
-/// least `least_m`.
-fn without_outliers(mut positions: Vec<(f64, Point)>, least_m: f64) -> Vec<(f64, Point)> {
-    let off_m = |line: &UniformMotion, &(time_s, at): &(f64, Point)| line.at(time_s).distance(at);
+/// Whether enough points check each other, and whether they are of most frames between the first and the last one: where the
+/// striker is lost in many frames, the others may show something else.
+fn is_redundant(positions: &[(f64, Point)], rest: Option<Point>, times_s: &[f64]) -> bool {
+    let ([first, ..], [.., last]) = (positions, positions) else { return false };
+    let between = times_s.iter().filter(|time_s| (first.0..=last.0).contains(*time_s)).count();
+    let n = positions.len();
+    n + usize::from(rest.is_some()) >= LEAST_POINTS && n as f64 >= LEAST_PART * between as f64
+}
+
+/// Positions without those that are not on the straight line of the others: each must stand out against their scatter and against the
+/// uncertainty of their line at its time. The last ones before the impact may be, where the struck object hides a part of the outline.
+fn without_outliers(mut positions: Vec<(f64, Point)>, step_m: f64) -> Vec<(f64, Point)> {
     while positions.len() > LEAST_POSITIONS {
         let without = |k: usize| {
             let mut others = positions.clone();
             let (time_s, at) = others.remove(k);
             let line = UniformMotion::through(&others)?;
-            let squares_m2: f64 = others.iter().map(|other| off_m(&line, other).powi(2)).sum();
-            let scatter_m = (squares_m2 / (others.len() - 2) as f64).sqrt().max(least_m);
-            Some((off_m(&line, &(time_s, at)) / scatter_m, others))
+            let squares_s2: f64 = others.iter().map(|(t, _)| (t - line.time_s).powi(2)).sum();
+            let leverage = 1.0 / others.len() as f64 + (time_s - line.time_s).powi(2) / squares_s2;
+            let std_m = line.scatter_m(&others, step_m) * (1.0 + leverage).sqrt();
+            Some((line.at(time_s).distance(at) / std_m, others))
         };
         let worst = (0..positions.len()).filter_map(without).max_by(|a, b| a.0.total_cmp(&b.0));
         match worst {

@@ -60,6 +60,8 @@ pub(super) struct Searched<'a> {
     pub tolerance_m: f64,
 }
 
+/// The scatter of positions in shade, of a striker that is cut off by shadows or by its arm, over the step of the grid.
+const ASSUMED_STD_NODES: f64 = 0.6;
 /// Speeds over the given one, and largest difference of the headings (rad), that are searched: films may play at a wrong rate.
 const SPEED_RATIOS: std::ops::RangeInclusive<f64> = 0.1..=8.0;
 const MOST_TURN_RAD: f64 = 0.4;
@@ -102,6 +104,16 @@ impl UniformMotion {
         let squares_s2: f64 = points.iter().map(|(t, _)| (t - time_s).powi(2)).sum();
         let product = points.iter().fold(Vec2::ZERO, |sum, (t, p)| sum + (*p - at) * (t - time_s));
         (squares_s2 > 0.0).then(|| Self { at, time_s, velocity: product / squares_s2 })
+    }
+
+    /// The standard deviation of positions along each axis about the motion that was fitted to them (m), on a grid of this step.
+    pub(super) fn scatter_m(&self, positions: &[(f64, Point)], step_m: f64) -> f64 {
+        let squares_m2: f64 = positions.iter().map(|(t, p)| (*p - self.at(*t)).length_squared()).sum();
+        // A line has four parameters.  Few residuals may be small by chance, and two positions leave none: the assumed scatter
+        // counts as one more.
+        let freedom = 2.0 * positions.len() as f64 - 4.0;
+        let assumed_m = ASSUMED_STD_NODES * step_m;
+        ((squares_m2 + assumed_m.powi(2)) / (freedom + 1.0)).sqrt()
     }
 
     /// How well the motion fits the line of the given strike, 1 at best.
