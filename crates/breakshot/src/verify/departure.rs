@@ -26,6 +26,8 @@ const TO_M: f64 = 0.06;
 const FASTER_HALF: f64 = 0.5;
 /// A shorter displacement gives no direction (m).
 const SHORTEST_DISPLACEMENT_M: f64 = 0.01;
+/// Fewest positions that give a speed: of two, one may be wrong, and no other shows it.
+const LEAST_POSITIONS: usize = 3;
 /// Displacement of another object from which the struck one may have met it (m).
 const MET_M: f64 = 1e-3;
 /// Step of time in which the simulated motion is searched for a displacement (s).
@@ -194,7 +196,7 @@ fn comparison(
     Some(Comparison::Departure {
         turn_rad: median(reached.iter().map(|r| r.turn_rad))?,
         turn_std_rad: median(seen.steps.iter().map(|step| step.std_m))? / furthest_m,
-        speed_ratio: median(ratios),
+        speed_ratio: (reached.len() >= LEAST_POSITIONS).then(|| median(ratios)).flatten(),
     })
 }
 

@@ -33,7 +33,7 @@ struct EdgePoint {
     outward: Vec2,
 }
 
-/// Which outline of the striker the camera sees along the whole path.
+/// Which outline of the striker the camera sees along the path.
 pub(super) struct SeenOutline {
     /// Its height above the table (m).
     pub height_m: f64,
@@ -52,8 +52,9 @@ pub(super) struct Edge {
 pub(super) type Steps = Vec<f64>;
 
 impl SeenOutline {
-    /// The foot of a striker where the camera sees its front, else its top. A camera without a pose sees the outline at no height.
-    pub(super) fn new(camera: &Camera, shape: &Shape, top_m: f64, path: &[Pose]) -> Self {
+    /// The part of a striker's foot that the camera sees along the whole path from start over middle to end, or in its first half if
+    /// the path passes below the camera; where that is too little, its top. A camera without a pose sees the outline at no height.
+    pub(super) fn new(camera: &Camera, shape: &Shape, top_m: f64, path: &[Pose; 3]) -> Self {
         /// A striker moves a few millimetres above the table.
         const FOOT_STD_M: f64 = 0.004;
         let spacing_m = std::f64::consts::TAU * shape.outer_radius_m() / MOST_POINTS as f64;
@@ -63,14 +64,16 @@ impl SeenOutline {
             let points = all.iter().map(point).collect();
             return Self { height_m: 0.0, height_std_m: FOOT_STD_M, points };
         };
-        // A side is seen from the camera's side.
-        let is_seen = |(at, outward): &&(Point, Vec2)| {
-            let faces = |pose: &Pose| (pose.body_from_table(Point::new(x, y)) - *at).dot(*outward) > 0.0;
-            path.iter().all(faces)
-        };
-        let points: Vec<EdgePoint> = all.iter().filter(is_seen).map(point).collect();
-        if points.len() as f64 >= LEAST_VISIBLE * all.len() as f64 {
-            return Self { height_m: 0.0, height_std_m: FOOT_STD_M, points };
+        for part in [&path[..], &path[..2]] {
+            // A side is seen from the camera's side.
+            let is_seen = |(at, outward): &&(Point, Vec2)| {
+                let faces = |pose: &Pose| (pose.body_from_table(Point::new(x, y)) - *at).dot(*outward) > 0.0;
+                part.iter().all(faces)
+            };
+            let points: Vec<EdgePoint> = all.iter().filter(is_seen).map(point).collect();
+            if points.len() as f64 >= LEAST_VISIBLE * all.len() as f64 {
+                return Self { height_m: 0.0, height_std_m: FOOT_STD_M, points };
+            }
         }
         // The arm above the top is of unknown width.
         Self { height_m: top_m, height_std_m: top_m / 4.0, points: all.iter().map(point).collect() }

@@ -91,7 +91,7 @@ impl<'a> Follower<'a> {
             let along = Vec2::from_heading(strike.heading_rad) * along_m;
             Pose { position: strike.start_m + along, yaw_rad: strike.heading_rad }
         };
-        let path = [pose(0.0), pose(travel_m)];
+        let path = [pose(0.0), pose(travel_m / 2.0), pose(travel_m)];
         let outline = SeenOutline::new(camera, &striker.shape, striker.height_m, &path);
         let distance_m = camera.position_m().map_or(1.0, |[_, _, z]| z - outline.height_m);
         let height_m = outline.height_m;

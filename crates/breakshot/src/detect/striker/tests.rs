@@ -1,5 +1,6 @@
 //! Drawn films of strikes of known speed and heading.
 
+use super::{is_redundant, without_outliers};
 use crate::capture::{Camera, Capture, Footage, Lens};
 use crate::cell::{Cell, Striker, Transform, Workspace};
 use crate::detect::{Layout, Options, StrikerTrack, tracks};
@@ -40,7 +41,17 @@ fn view() -> View {
 
 /// What a film of `real` shows if `given` is what the campaign says.
 fn seen(real: &Strike, given: &Strike, striker: &Striker, is_drawn: bool) -> Option<StrikerTrack> {
-    let (view, puck) = (view(), puck());
+    seen_from(view(), real, given, striker, is_drawn)
+}
+
+fn seen_from(
+    view: View,
+    real: &Strike,
+    given: &Strike,
+    striker: &Striker,
+    is_drawn: bool,
+) -> Option<StrikerTrack> {
+    let puck = puck();
     let along = Vec2::from_heading(real.heading_rad);
     let gap_m = 0.09 - PUCK_RADIUS_M - striker.shape.reach_m(Vec2::new(1.0, 0.0));
     let impact_s = START_S + gap_m / real.speed_m_s;
@@ -124,4 +135,44 @@ fn a_striker_that_is_not_in_the_film_is_not_seen() {
     assert_eq!(seen(&real, &real, &striker, false), None);
     let elsewhere = Strike { start_m: Point::new(5.0, 5.0), ..real.clone() };
     assert_eq!(seen(&real, &elsewhere, &striker, true), None);
+}
+
+/// The camera sees the front of the foot until the striker passes below it, and the top hides the foot afterwards.
+#[test]
+fn a_striker_that_passes_below_the_camera_is_measured_by_its_foot() {
+    let striker = Striker::rod(0.012, [0.1, 1.0]);
+    let real = strike(0.4, 0.0);
+    let at = Transform { position_m: [real.start_m.x + 0.065, real.start_m.y, 0.7], rpy_rad: [0.0; 3] };
+    let mut camera = Camera::new([640, 400], Lens::pinhole([640, 400], 700.0), at);
+    camera.exposure_s = Some(0.004);
+    let view = View { shading: [0.3, -0.2], noise: 3.0, ..View::new(camera) };
+    assert_seen(seen_from(view, &real, &real, &striker, true), &real, "below the camera");
+}
+
+/// A motion through two or three positions of which one is something else fits as well as one through the striker's.
+#[test]
+fn two_or_three_positions_are_no_motion_unless_the_rest_position_is_on_their_line() {
+    let times_s = [0.0, 0.1, 0.2, 0.3, 0.4];
+    let position = |k: usize| (times_s[k], Point::new(0.1 * times_s[k], 0.0));
+    let (rest, all) = (Some(Point::ORIGIN), [0, 1, 2, 3].map(position));
+    assert!(is_redundant(&all, None, &times_s));
+    assert!(!is_redundant(&all[..3], None, &times_s));
+    assert!(is_redundant(&all[..3], rest, &times_s));
+    assert!(!is_redundant(&all[..2], rest, &times_s));
+    let with_gaps = [0, 2, 4].map(position);
+    assert!(is_redundant(&with_gaps, rest, &times_s));
+    let finer_s: Vec<f64> = (0..9).map(|k| 0.05 * f64::from(k)).collect();
+    assert!(!is_redundant(&with_gaps, rest, &finer_s), "seen in three of nine frames");
+}
+
+/// Where the struck object hides a part of the outline, the last position before the impact lags behind.
+#[test]
+fn a_last_position_that_lags_is_no_position() {
+    let step_m = 6e-4;
+    let scatter_m = [1e-4, -1e-4, 0.0, 1e-4, -1e-4, 0.0];
+    let at = |k: usize| (k as f64 / 60.0, Point::new(6e-3 * k as f64 + scatter_m[k], scatter_m[5 - k]));
+    let mut positions: Vec<(f64, Point)> = (0..6).map(at).collect();
+    assert_eq!(without_outliers(positions.clone(), step_m), positions);
+    positions[5].1.x -= 2e-3;
+    assert_eq!(without_outliers(positions.clone(), step_m), positions[..5]);
 }
