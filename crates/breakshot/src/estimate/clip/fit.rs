@@ -1,12 +1,13 @@
 //! The fit of one clip: how many impacts it contains, and the motion of all its bodies with the least loss.
 
+use super::further_strikes::STRUCK_AGAIN_M;
 use super::initial_guess::{InitialGuess, OBSERVATIONS_NEEDED, fitted_partner, frame_s};
 use super::least_squares::{COARSE, FINAL, INTERMEDIATE, Minimum, minimum};
 use super::motion_model::{
     BodyPath, Cause, Event, EventIndices, Exposure, MotionLaw, MotionModel, MotionProblem, ParameterLayout,
 };
 use super::striker_path::StrikerPath;
-use crate::estimate::closest_points::{PlacedShape, closest_points};
+use crate::estimate::closest_points::PlacedShape;
 use crate::geometry::{Pose, Vec2};
 use nalgebra::DMatrix;
 use serde::{Deserialize, Serialize};
@@ -75,14 +76,10 @@ const OUTLIER_STDS: f64 = 8.0;
 const MAX_EVENTS: usize = 12;
 /// An impact that sets no body at rest in motion is accepted if it lowers the loss by this much (in variances), and
 /// changes the velocity by this many of its standard deviations.
-const EVENT_GAIN: f64 = 40.0;
+pub(super) const EVENT_GAIN: f64 = 40.0;
 const EVENT_STDS: f64 = 5.0;
 /// It must also change the velocity by this fraction: rocking after an impact changes it slightly.
 const EVENT_JUMP: f64 = 0.04;
-/// A body nearer to the striker than this may be hit by it again (m).
-const STRUCK_AGAIN_M: f64 = 0.003;
-/// A body nearer than this to the striker that has approached it until it retracts may have been pushed (m).
-const NEARLY_CAUGHT_M: f64 = 1.5e-3;
 /// The initial friction of a body that starts to move by an added impact.
 const USUAL_FRICTION: f64 = 0.2;
 /// The gain that is required where no partner is near.
@@ -92,6 +89,9 @@ impl MotionFit {
     /// The fit of a guess, with further impacts where the observations demand them.
     pub(crate) fn new(guess: InitialGuess, striker: Option<&StrikerPath>) -> Self {
         let mut fitted = best_start(guess);
+        if let Some(striker) = striker {
+            fitted = fitted.with_further_strikes(striker);
+        }
         while fitted.model.events.len() < MAX_EVENTS && !fitted.non_coulomb {
             match fitted.with_one_more_event(striker) {
                 Some(better) => fitted = better,
@@ -207,9 +207,7 @@ impl MotionFit {
         let trial = self.at_contact(trial, &event, body, time_s);
         let trial = Self { remarks: self.remarks.clone(), ..trial };
 
-        // Positions alone decide: a spin that decays otherwise than modelled does not show an impact.
-        let gained = self.position_loss() - trial.position_loss();
-        let (at_s, jump_m_s, std_m_s) = trial.jump_near(body, time_s)?;
+        let (at_s, ..) = trial.jump_near(body, time_s)?;
         // The fit has changed the instant: the partner must still be near.
         let alone = match event.cause {
             Cause::Contact => fitted_partner(&trial.model.bodies, &trial.paths, body, at_s) != partner,
@@ -220,11 +218,21 @@ impl MotionFit {
             return None;
         }
         let needed = if alone { LONE_EVENT_GAIN } else { EVENT_GAIN };
-        let speed_m_s = trial.paths[body].motion_before(at_s).velocity.length();
-        let accepted = gained > needed * trial.position_variance()
-            && jump_m_s > EVENT_STDS * std_m_s * trial.position_variance().sqrt()
-            && jump_m_s > EVENT_JUMP * speed_m_s;
+        let accepted = self.is_improved_by(&trial, (body, time_s), needed);
         accepted.then(|| if alone { Self { non_coulomb: true, ..self.clone() } } else { trial })
+    }
+
+    /// Whether a fit with one more impact of a body near a time (s) lowers the loss by `needed` variances, and that impact changes the
+    /// velocity noticeably.
+    pub(super) fn is_improved_by(&self, trial: &Self, (body, time_s): (usize, f64), needed: f64) -> bool {
+        let Some((at_s, jump_m_s, std_m_s)) = trial.jump_near(body, time_s) else { return false };
+        // Positions alone decide: a spin that decays otherwise than modelled does not show an impact.
+        let gained = self.position_loss() - trial.position_loss();
+        let speed_m_s = trial.paths[body].motion_before(at_s).velocity.length();
+        let variance = trial.position_variance();
+        gained > needed * variance
+            && jump_m_s > EVENT_STDS * std_m_s * variance.sqrt()
+            && jump_m_s > EVENT_JUMP * speed_m_s
     }
 
     /// The fit with an impact, or that with the impact when its bodies touch, if they are apart in the first and the second one fits
@@ -369,75 +377,6 @@ impl MotionFit {
         ))
     }
 
-    /// The time of the striker's impact (s) and its distance from the start of the strike then (m), if the first impact is the striker's.
-    fn striker_impact(&self, striker: &StrikerPath) -> Option<(f64, f64)> {
-        let (event, impact_s) =
-            self.timed_events().next().filter(|(event, _)| event.cause == Cause::Striker)?;
-        let struck = event.members[0];
-        let at_impact = self.placed(struck, self.paths[struck].motion_before(impact_s).pose);
-        Some((impact_s, striker.distance_to_contact_m(at_impact)?))
-    }
-
-    /// The gap between the striker and a body at a time (m), if the first impact is the striker's; 0 if they overlap.
-    pub(crate) fn striker_gap_m(&self, striker: &StrikerPath, body: usize, time_s: f64) -> Option<f64> {
-        let (impact_s, impact_m) = self.striker_impact(striker)?;
-        let outline = striker.outline_at(striker.distance_at_m(impact_m, time_s - impact_s));
-        let other = self.placed(body, self.paths[body].motion(time_s).pose);
-        Some(closest_points(outline, other).map_or(0.0, |c| c.gap_m))
-    }
-
-    /// The fit without the struck body's observations after the striker catches up with it and pushes it.
-    fn until_pushed(self, striker: &StrikerPath) -> Self {
-        // In an oblique impact the striker passes the body: the outlines would have to overlap for this long.
-        const PUSH_FRAMES: f64 = 1.0;
-        let Some((impact_s, impact_m)) = self.striker_impact(striker) else { return self };
-        let struck = self.model.events[0].members[0];
-        let frame_s = frame_s(&self.model.bodies);
-        let gap_m = |t: f64| self.striker_gap_m(striker, struck, t).unwrap_or(f64::INFINITY);
-        let touches = |t: f64| gap_m(t) <= 0.0;
-        // A fit to the motion before and after a short push keeps the body just ahead of the striker.
-        let turns_s = impact_s + striker.turns_after_s(impact_m);
-        let is_nearly_caught = turns_s > impact_s + frame_s
-            && gap_m(turns_s) < NEARLY_CAUGHT_M
-            && gap_m(turns_s) < gap_m(turns_s - frame_s);
-
-        // The instant at which the push begins
-        let push = (self.model.bodies[struck].observations.iter())
-            .map(|s| s.time_s)
-            .filter(|t| *t > impact_s + frame_s)
-            .find(|t| touches(*t) && touches(*t + PUSH_FRAMES * frame_s));
-        let nearly_caught_s = is_nearly_caught.then_some(turns_s);
-        let Some(push_s) = push.map(|t| t - frame_s).or(nearly_caught_s) else { return self };
-        let non_coulomb = self.non_coulomb;
-        let mut model = self.model.clone();
-        for observation in model.bodies[struck].observations.iter_mut().filter(|s| s.time_s > push_s) {
-            observation.excluded = true;
-        }
-
-        // The impacts without the struck body after that
-        let object = model.bodies[struck].object.clone();
-        let mut times = Vec::new();
-        let mut events = Vec::new();
-        for (event, indices) in model.events.iter().zip(&self.layout.events) {
-            let time_s = self.minimum.parameters[indices.time];
-            let mut event = event.clone();
-            if time_s > push_s {
-                event.members.retain(|m| *m != struck);
-                event.cause = Cause::Unknown;
-            }
-            if !event.members.is_empty() {
-                events.push(event);
-                times.push(time_s);
-            }
-        }
-        model.events = events;
-        let mut fitted = Self { non_coulomb, ..best_start(InitialGuess::from_times(model, &times)) };
-        fitted.remarks.push(format!(
-            "the striker catches up with `{object}` at {push_s:.3} s and pushes it: its motion after that is left out"
-        ));
-        fitted
-    }
-
     /// The fit without outliers among the observed positions.
     fn without_outliers(self) -> Self {
         let scale = self.position_variance().sqrt();
@@ -528,7 +467,7 @@ fn event_len(layout: &ParameterLayout, indices: &EventIndices) -> usize {
 }
 
 /// The fit from the best of three initial frictions.
-fn best_start(mut guess: InitialGuess) -> MotionFit {
+pub(super) fn best_start(mut guess: InitialGuess) -> MotionFit {
     guess.model.set_weights(&guess.layout, &guess.parameters);
     let starts = [1.0, 0.5, 2.0].map(|factor| {
         let mut parameters = guess.parameters.clone();

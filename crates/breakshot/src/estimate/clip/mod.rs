@@ -7,6 +7,7 @@ pub(crate) mod added_parameters;
 pub(crate) mod consistency;
 pub(crate) mod exposure;
 pub(crate) mod fit;
+mod further_strikes;
 pub(crate) mod impact_windows;
 pub(crate) mod initial_guess;
 pub(crate) mod least_squares;

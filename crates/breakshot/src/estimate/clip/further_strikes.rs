@@ -1,0 +1,139 @@
+//! The striker after its first impact: it may catch up with the body that it has struck, hit it again, or push it.
+
+use super::fit::{EVENT_GAIN, MotionFit, best_start};
+use super::initial_guess::{InitialGuess, frame_s};
+use super::motion_model::{Cause, Event, MotionModel};
+use super::striker_path::StrikerPath;
+use crate::estimate::closest_points::closest_points;
+
+/// A body nearer to the striker than this may be hit by it again (m).
+pub(super) const STRUCK_AGAIN_M: f64 = 0.003;
+/// The same of a motion that is fitted as if it were not hit again: it is a mean of those before and after (m).
+const APPROACHED_M: f64 = 0.006;
+/// A body nearer than this to the striker that has approached it until it retracts may have been pushed (m).
+const NEARLY_CAUGHT_M: f64 = 1.5e-3;
+/// Most impacts of the striker on one body; more are a push.
+const MOST_STRIKES: usize = 3;
+
+impl MotionFit {
+    /// The time of the striker's impact (s) and its distance from the start of the strike then (m), if the first impact is the striker's.
+    fn striker_impact(&self, striker: &StrikerPath) -> Option<(f64, f64)> {
+        let (event, impact_s) =
+            self.timed_events().next().filter(|(event, _)| event.cause == Cause::Striker)?;
+        let struck = event.members[0];
+        let at_impact = self.placed(struck, self.paths[struck].motion_before(impact_s).pose);
+        Some((impact_s, striker.distance_to_contact_m(at_impact)?))
+    }
+
+    /// The gap between the striker and a body at a time (m), if the first impact is the striker's; 0 if they overlap.
+    pub(crate) fn striker_gap_m(&self, striker: &StrikerPath, body: usize, time_s: f64) -> Option<f64> {
+        let (impact_s, impact_m) = self.striker_impact(striker)?;
+        let outline = striker.outline_at(striker.distance_at_m(impact_m, time_s - impact_s));
+        let other = self.placed(body, self.paths[body].motion(time_s).pose);
+        Some(closest_points(outline, other).map_or(0.0, |c| c.gap_m))
+    }
+
+    /// The fit with further impacts of the striker on the body that it has struck, where it comes near again and the observations demand one.
+    pub(super) fn with_further_strikes(self, striker: &StrikerPath) -> Self {
+        let mut fitted = self;
+        for _ in 1..MOST_STRIKES {
+            match fitted.with_another_strike(striker) {
+                Some(better) => fitted = better,
+                None => break,
+            }
+        }
+        fitted
+    }
+
+    /// The fit with one more impact of the striker when it is nearest to the struck body again.
+    fn with_another_strike(&self, striker: &StrikerPath) -> Option<Self> {
+        let (body, time_s) = self.approach_of_striker(striker)?;
+        let mut events: Vec<(Event, f64)> =
+            self.timed_events().map(|(event, t)| (event.clone(), t)).collect();
+        let at = events.partition_point(|(_, t)| *t < time_s);
+        events.insert(at, (Event { cause: Cause::Striker, members: vec![body] }, time_s));
+        let (events, times_s): (Vec<Event>, Vec<f64>) = events.into_iter().unzip();
+        let model = MotionModel { events, ..self.model.clone() };
+        let trial = best_start(InitialGuess::from_times(model, &times_s));
+        let at_s = trial.minimum.parameters[trial.layout.events[at].time];
+        let touches = trial.striker_gap_m(striker, body, at_s).is_some_and(|gap_m| gap_m < STRUCK_AGAIN_M);
+        (touches && self.is_improved_by(&trial, (body, at_s), EVENT_GAIN)).then_some(trial)
+    }
+
+    /// The time of the striker's last impact (s).
+    fn last_strike_s(&self) -> Option<f64> {
+        self.timed_events().filter(|(event, _)| event.cause == Cause::Striker).map(|(_, t)| t).last()
+    }
+
+    /// The struck body, and when the striker comes nearest to it between their last impact and its retraction (s); `None` if that is not
+    /// near.
+    fn approach_of_striker(&self, striker: &StrikerPath) -> Option<(usize, f64)> {
+        let (impact_s, impact_m) = self.striker_impact(striker)?;
+        let body = self.model.events[0].members[0];
+        let from_s = self.last_strike_s().unwrap_or(impact_s);
+        let turns_s = impact_s + striker.turns_after_s(impact_m);
+        let gaps: Vec<(f64, f64)> = (self.model.bodies[body].observations.iter())
+            .map(|observation| observation.time_s)
+            .filter(|t| (from_s..turns_s).contains(t))
+            .chain([turns_s])
+            .filter_map(|t| Some((t, self.striker_gap_m(striker, body, t)?)))
+            .collect();
+        // First they part.
+        let furthest = (0..gaps.len()).max_by(|&p, &q| gaps[p].1.total_cmp(&gaps[q].1))?;
+        let nearest = gaps[furthest + 1..].iter().min_by(|p, q| p.1.total_cmp(&q.1));
+        nearest.filter(|(_, gap_m)| *gap_m < APPROACHED_M).map(|(t, _)| (body, *t))
+    }
+
+    /// The fit without the struck body's observations after the striker catches up with it and pushes it.
+    pub(super) fn until_pushed(self, striker: &StrikerPath) -> Self {
+        // In an oblique impact the striker passes the body: the outlines would have to overlap for this long.
+        const PUSH_FRAMES: f64 = 1.0;
+        let Some((impact_s, impact_m)) = self.striker_impact(striker) else { return self };
+        let struck = self.model.events[0].members[0];
+        let frame_s = frame_s(&self.model.bodies);
+        let gap_m = |t: f64| self.striker_gap_m(striker, struck, t).unwrap_or(f64::INFINITY);
+        let touches = |t: f64| gap_m(t) <= 0.0;
+        // A fit to the motion before and after a short push keeps the body just ahead of the striker.
+        let turns_s = impact_s + striker.turns_after_s(impact_m);
+        let last_s = self.last_strike_s().unwrap_or(impact_s);
+        let is_nearly_caught = turns_s > last_s + frame_s
+            && gap_m(turns_s) < NEARLY_CAUGHT_M
+            && gap_m(turns_s) < gap_m(turns_s - frame_s);
+
+        // The instant at which the push begins
+        let push = (self.model.bodies[struck].observations.iter())
+            .map(|s| s.time_s)
+            .filter(|t| *t > last_s + frame_s)
+            .find(|t| touches(*t) && touches(*t + PUSH_FRAMES * frame_s));
+        let nearly_caught_s = is_nearly_caught.then_some(turns_s);
+        let Some(push_s) = push.map(|t| t - frame_s).or(nearly_caught_s) else { return self };
+        let non_coulomb = self.non_coulomb;
+        let mut model = self.model.clone();
+        for observation in model.bodies[struck].observations.iter_mut().filter(|s| s.time_s > push_s) {
+            observation.excluded = true;
+        }
+
+        // The impacts without the struck body after that
+        let object = model.bodies[struck].object.clone();
+        let mut times = Vec::new();
+        let mut events = Vec::new();
+        for (event, indices) in model.events.iter().zip(&self.layout.events) {
+            let time_s = self.minimum.parameters[indices.time];
+            let mut event = event.clone();
+            if time_s > push_s {
+                event.members.retain(|m| *m != struck);
+                event.cause = Cause::Unknown;
+            }
+            if !event.members.is_empty() {
+                events.push(event);
+                times.push(time_s);
+            }
+        }
+        model.events = events;
+        let mut fitted = Self { non_coulomb, ..best_start(InitialGuess::from_times(model, &times)) };
+        fitted.remarks.push(format!(
+            "the striker catches up with `{object}` at {push_s:.3} s and pushes it: its motion after that is left out"
+        ));
+        fitted
+    }
+}
