@@ -37,6 +37,7 @@ pub(crate) fn screen(fitted: &MotionFit, striker: Option<&StrikerPath>, contacts
     }
     exclude_wrong(fitted, contacts, &wrong);
     exclude_repeated(fitted, contacts);
+    exclude_after_further_strike(fitted, contacts);
     exclude_crowded(fitted, contacts);
 }
 
@@ -61,22 +62,50 @@ fn exclude_wrong(fitted: &MotionFit, contacts: &mut [Contact], wrong: &[(Vec<usi
 
 /// Excludes the restitution of an impact of two bodies that hit each other again before enough frames show how they part.
 ///
-/// The impacts that follow the last one found are closer to each other still, and no frame shows them.
+/// The impacts that follow the last one found are closer to each other still, and no frame shows them. The motion among them is fitted
+/// only roughly, and with it the end of the motion that leads there.
 fn exclude_repeated(fitted: &MotionFit, contacts: &mut [Contact]) {
     let frame_s = frame_s(&fitted.model.bodies);
     let impacts: Vec<(Partner, usize, f64)> = contacts.iter().map(|c| (c.a, c.b, c.time_s(fitted))).collect();
+    let least_s = FRAMES_UNTIL_REPEATED * frame_s;
     for (contact, &(a, b, time_s)) in contacts.iter_mut().zip(&impacts) {
         if !contact.restitution || !matches!(a, Partner::Body(_)) {
             continue;
         }
-        let of_pair = impacts.iter().filter(|other| (other.0, other.1) == (a, b)).map(|other| other.2);
-        let next_s = until_repeated_s(of_pair, time_s);
-        if next_s < FRAMES_UNTIL_REPEATED * frame_s {
-            contact.restitution = false;
-            contact.remarks.push(format!(
-                "the bodies that meet at {time_s:.3} s hit each other again within {:.1} frames: fewer than {FRAMES_UNTIL_REPEATED} show \
-                 how they part, so the impact gives no restitution",
-                next_s / frame_s
+        let of_pair = || impacts.iter().filter(|other| (other.0, other.1) == (a, b)).map(|other| other.2);
+        let next_s = |time_s: f64| of_pair().filter(|other_s| *other_s > time_s).min_by(f64::total_cmp);
+        let until_s = until_repeated_s(of_pair(), time_s);
+        let row = next_s(time_s).and_then(|second_s| Some(next_s(second_s)? - second_s));
+        let reason = if until_s < least_s {
+            let frames = until_s / frame_s;
+            format!("again within {frames:.1} frames: fewer than {FRAMES_UNTIL_REPEATED} show how they part")
+        } else if row.is_some_and(|apart_s| apart_s < least_s) {
+            "several times in a row afterwards, and no frame shows their motion between".to_owned()
+        } else {
+            continue;
+        };
+        contact.restitution = false;
+        contact.remarks.push(format!(
+            "the bodies that meet at {time_s:.3} s hit each other {reason}, so the impact gives no restitution"
+        ));
+    }
+}
+
+/// Excludes an impact of a body that the striker hit again a few frames before: too few show how the body approaches.
+fn exclude_after_further_strike(fitted: &MotionFit, contacts: &mut [Contact]) {
+    let least_s = FRAMES_UNTIL_REPEATED * frame_s(&fitted.model.bodies);
+    let strikes = contacts.iter().filter(|contact| contact.a == Partner::Striker).skip(1);
+    let strikes: Vec<(usize, f64)> = strikes.map(|contact| (contact.b, contact.time_s(fitted))).collect();
+    for contact in contacts.iter_mut().filter(|contact| contact.a != Partner::Striker) {
+        let (members, time_s) = (partners(contact), contact.time_s(fitted));
+        let is_soon_after = |&&(k, strike_s): &&(usize, f64)| {
+            members.contains(&k) && (0.0..least_s).contains(&(time_s - strike_s))
+        };
+        if let Some((k, strike_s)) = strikes.iter().find(is_soon_after) {
+            let object = &fitted.model.bodies[*k].object;
+            let apart_ms = 1e3 * (time_s - strike_s);
+            contact.exclude(format!(
+                "the striker hits `{object}` again {apart_ms:.1} ms before the impact at {time_s:.3} s"
             ));
         }
     }
