@@ -18,6 +18,8 @@ mod measure;
 #[cfg(test)]
 mod pushed_tests;
 #[cfg(test)]
+mod struck_again_tests;
+#[cfg(test)]
 mod table_tests;
 
 pub use clip::result::{BodyFit, ClipFit, Impact, Measured};

@@ -1,0 +1,84 @@
+//! A striker that catches up with the body that it has struck, and hits it again.
+
+use super::{ClipTracks, Options, estimation};
+use crate::cell::{Cell, Striker, Workspace};
+use crate::detect::{Sample, Track, Tracks};
+use crate::geometry::Point;
+use crate::object::{Object, Shape};
+use crate::physics::GRAVITY_M_S2;
+use crate::scene::Strike;
+
+const STRIKER_RADIUS_M: f64 = 0.012;
+const RADIUS_M: f64 = 0.03;
+const SPEED_M_S: f64 = 0.33;
+const TRAVEL_M: f64 = 0.074;
+/// The gap between the outlines at the start (m).
+const GAP_M: f64 = 0.05;
+const FRICTION: f64 = 0.46;
+const RESTITUTION: f64 = 0.4;
+const FRAME_S: f64 = 1.0 / 120.0;
+/// When the striker starts (s).
+const START_S: f64 = 0.05;
+
+/// The displacements of a body that the striker hits whenever it catches up with it (m), frame by frame, and the number of impacts.
+fn displacements_m() -> (Vec<f64>, usize) {
+    const STEP_S: f64 = 1e-5;
+    let (mut moved_m, mut speed_m_s, mut impacts) = (0.0, 0.0, 0);
+    let (mut all, mut next_s) = (Vec::new(), 0.0);
+    for k in 0..60_000 {
+        let time_s = STEP_S * f64::from(k);
+        if time_s >= next_s {
+            all.push(moved_m);
+            next_s += FRAME_S;
+        }
+        let out_m = SPEED_M_S * (time_s - START_S).max(0.0);
+        if out_m <= TRAVEL_M && out_m - GAP_M >= moved_m && speed_m_s < SPEED_M_S {
+            speed_m_s = SPEED_M_S + RESTITUTION * (SPEED_M_S - speed_m_s);
+            impacts += 1;
+        }
+        moved_m += speed_m_s * STEP_S;
+        speed_m_s = (speed_m_s - FRICTION * GRAVITY_M_S2 * STEP_S).max(0.0);
+    }
+    (all, impacts)
+}
+
+/// Without an impact of its own the second strike looks like less friction and a smaller restitution.
+#[test]
+fn a_second_strike_changes_neither_friction_nor_restitution() {
+    const NOISE_M: f64 = 3e-5;
+    let (displacements_m, impacts) = displacements_m();
+    assert_eq!(impacts, 2, "the drawn striker hits the body twice");
+    // Noise that repeats after three frames, along and across.
+    let noise_m = |k: usize| NOISE_M * ([0.0, 1.2, -1.2][k % 3]);
+    let sample = |(k, moved_m): (usize, &f64)| {
+        let at = Point::new(moved_m + noise_m(k), noise_m(k + 1));
+        Sample::new(FRAME_S * k as f64, at, None, NOISE_M)
+    };
+    let samples = displacements_m.iter().enumerate().map(sample).collect();
+    let tracks =
+        Tracks { version: 1, tracks: vec![Track { object: "a".into(), samples }], ..Tracks::default() };
+    let strike = Strike {
+        object: None,
+        start_m: Point::new(-RADIUS_M - STRIKER_RADIUS_M - GAP_M, 0.0),
+        heading_rad: 0.0,
+        speed_m_s: SPEED_M_S,
+        travel_m: TRAVEL_M,
+    };
+    let clip = ClipTracks { name: "again".into(), objects: vec!["a".into()], strike: Some(strike), tracks };
+    let striker = Striker::rod(STRIKER_RADIUS_M, [0.1, 1.0]);
+    let cell = Cell::from_above(1000.0, Workspace::centred([1.0, 1.0]), striker);
+    let object = Object {
+        name: "a".into(),
+        shape: Shape::Disc { radius_m: RADIUS_M },
+        height_m: 0.02,
+        marker: None,
+        mass_kg: None,
+        support: None,
+    };
+    let found = estimation(&[clip], &cell, &[object], &Options::default()).expect("properties").properties;
+    let (friction, restitution) = (found.friction["a"].mean, found.striker_restitution["a"].mean);
+    println!("friction {friction:.4}, restitution {restitution:.4}: {:?}", found.warnings);
+    assert!((friction / FRICTION - 1.0).abs() < 0.02, "friction {friction}");
+    assert!((restitution - RESTITUTION).abs() < 0.01, "restitution {restitution}");
+    assert!(found.warnings.iter().any(|warning| warning.contains("hits `a` again")), "{:?}", found.warnings);
+}
