@@ -20,6 +20,8 @@ mod pushed_tests;
 #[cfg(test)]
 mod struck_again_tests;
 #[cfg(test)]
+mod support_tests;
+#[cfg(test)]
 mod table_tests;
 
 pub use clip::result::{BodyFit, ClipFit, Impact, Measured};

@@ -1,12 +1,11 @@
 //! The fit of one clip: how many impacts it contains, and the motion of all its bodies with the least loss.
 
-use super::further_strikes::STRUCK_AGAIN_M;
 use super::initial_guess::{InitialGuess, OBSERVATIONS_NEEDED, fitted_partner, frame_s};
 use super::least_squares::{COARSE, FINAL, INTERMEDIATE, Minimum, minimum};
 use super::motion_model::{
     BodyPath, Cause, Event, EventIndices, Exposure, MotionLaw, MotionModel, MotionProblem, ParameterLayout,
 };
-use super::striker_path::StrikerPath;
+use super::striker::path::StrikerPath;
 use crate::estimate::closest_points::PlacedShape;
 use crate::geometry::{Pose, Vec2};
 use nalgebra::DMatrix;
@@ -80,6 +79,8 @@ pub(super) const EVENT_GAIN: f64 = 40.0;
 const EVENT_STDS: f64 = 5.0;
 /// It must also change the velocity by this fraction: rocking after an impact changes it slightly.
 const EVENT_JUMP: f64 = 0.04;
+/// A body nearer to the striker than this may be hit by it again (m).
+pub(super) const STRUCK_AGAIN_M: f64 = 0.003;
 /// The initial friction of a body that starts to move by an added impact.
 const USUAL_FRICTION: f64 = 0.2;
 /// The gain that is required where no partner is near.

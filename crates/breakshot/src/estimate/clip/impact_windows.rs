@@ -7,7 +7,7 @@
 use super::fit::MotionFit;
 use super::initial_guess::{InitialGuess, frame_s, moved_m, noise_m};
 use super::motion_model::{Body, Cause, Exposure, MotionLaw, MotionModel};
-use super::striker_path::StrikerPath;
+use super::striker::path::StrikerPath;
 
 /// Accelerations are taken as constant for this long before and after an impact (s), and for at least this number of frames.
 const WINDOW_S: f64 = 0.08;

@@ -4,7 +4,7 @@ use super::motion_model::{
     Body, BodyPath, Cause, Event, Exposure, MotionModel, Observation, ParameterLayout, friction_of_a_stop,
 };
 use super::sliding::patch_radius_m;
-use super::striker_path::StrikerPath;
+use super::striker::path::StrikerPath;
 use crate::detect::Track;
 use crate::estimate::closest_points::{PlacedShape, closest_points, separated_closest_points};
 use crate::geometry::{Point, Pose, Vec2};

@@ -7,16 +7,13 @@ pub(crate) mod added_parameters;
 pub(crate) mod consistency;
 pub(crate) mod exposure;
 pub(crate) mod fit;
-mod further_strikes;
 pub(crate) mod impact_windows;
 pub(crate) mod initial_guess;
 pub(crate) mod least_squares;
 pub(crate) mod motion_model;
 pub(crate) mod result;
 pub(crate) mod sliding;
-pub(crate) mod striker_path;
-#[cfg(test)]
-mod support_tests;
+pub(crate) mod striker;
 
 use crate::cell::Cell;
 use crate::error::Result;
@@ -26,7 +23,7 @@ use exposure::ExposureChi2;
 use fit::{MotionFit, NoiseStatistics};
 use initial_guess::InitialGuess;
 use motion_model::Exposure;
-use striker_path::StrikerPath;
+use striker::path::StrikerPath;
 
 /// The fitted motion of one clip.
 #[derive(Clone, Debug)]

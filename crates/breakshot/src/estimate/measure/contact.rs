@@ -4,7 +4,7 @@ use crate::estimate::clip::consistency::MAX_GAP_M;
 use crate::estimate::clip::fit::MotionFit;
 use crate::estimate::clip::motion_model::{BodyPath, Cause, Event};
 use crate::estimate::clip::sliding::MotionState;
-use crate::estimate::clip::striker_path::StrikerPath;
+use crate::estimate::clip::striker::path::StrikerPath;
 use crate::estimate::closest_points::{ClosestPoints, separated_closest_points};
 use crate::geometry::Vec2;
 use crate::object::Shape;

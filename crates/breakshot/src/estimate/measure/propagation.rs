@@ -7,7 +7,7 @@ use super::sliding::tilt::{ClipTilt, TiltEffect};
 use super::{impulse_ratio, restitution, screening};
 use crate::estimate::clip::fit::MotionFit;
 use crate::estimate::clip::result::{Impact, Measured};
-use crate::estimate::clip::striker_path::StrikerPath;
+use crate::estimate::clip::striker::path::StrikerPath;
 use crate::object::kind;
 use nalgebra::{DMatrix, DVector};
 use std::collections::{BTreeMap, BTreeSet};

@@ -4,7 +4,7 @@ use super::contact::{Contact, OUTLINE_ACCURACY_M, Partner};
 use super::{impulse_ratio, restitution};
 use crate::estimate::clip::fit::MotionFit;
 use crate::estimate::clip::initial_guess::frame_s;
-use crate::estimate::clip::striker_path::StrikerPath;
+use crate::estimate::clip::striker::path::StrikerPath;
 use crate::geometry::outline::Outline;
 
 /// The striker counts as touching a body that hits another one if their gap is smaller than this (m).

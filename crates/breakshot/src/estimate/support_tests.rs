@@ -1,9 +1,9 @@
 //! The spin after an impact is found although the contact patch of the body is unknown.
 
-use super::fit::MotionFit;
-use super::initial_guess::InitialGuess;
-use super::motion_model::{Body, Cause, Event, Exposure, MotionModel, Observation};
-use super::sliding::{MotionState, Slide, SlideParameters, patch_radius_m};
+use super::clip::fit::MotionFit;
+use super::clip::initial_guess::InitialGuess;
+use super::clip::motion_model::{Body, Cause, Event, Exposure, MotionModel, Observation};
+use super::clip::sliding::{MotionState, Slide, SlideParameters, patch_radius_m};
 use crate::geometry::{Pose, Vec2};
 use crate::object::Shape;
 

@@ -1,14 +1,13 @@
 //! The striker after its first impact: it may catch up with the body that it has struck, hit it again, or push it.
 
-use super::fit::{EVENT_GAIN, MotionFit, best_start};
-use super::initial_guess::{InitialGuess, frame_s};
-use super::motion_model::{Cause, Event, MotionModel};
-use super::striker_path::StrikerPath;
+use super::path::StrikerPath;
+use crate::estimate::clip::fit::{EVENT_GAIN, MotionFit, STRUCK_AGAIN_M, best_start};
+use crate::estimate::clip::initial_guess::{InitialGuess, frame_s};
+use crate::estimate::clip::motion_model::{Cause, Event, MotionModel};
 use crate::estimate::closest_points::closest_points;
 
-/// A body nearer to the striker than this may be hit by it again (m).
-pub(super) const STRUCK_AGAIN_M: f64 = 0.003;
-/// The same of a motion that is fitted as if it were not hit again: it is a mean of those before and after (m).
+/// A body nearer to the striker than this may be hit by it again, where its motion is fitted as if it were not: a mean of those before and
+/// after (m).
 const APPROACHED_M: f64 = 0.006;
 /// A body nearer than this to the striker that has approached it until it retracts may have been pushed (m).
 const NEARLY_CAUGHT_M: f64 = 1.5e-3;
@@ -34,7 +33,7 @@ impl MotionFit {
     }
 
     /// The fit with further impacts of the striker on the body that it has struck, where it comes near again and the observations demand one.
-    pub(super) fn with_further_strikes(self, striker: &StrikerPath) -> Self {
+    pub(crate) fn with_further_strikes(self, striker: &StrikerPath) -> Self {
         let mut fitted = self;
         for _ in 1..MOST_STRIKES {
             match fitted.with_another_strike(striker) {
@@ -85,7 +84,7 @@ impl MotionFit {
     }
 
     /// The fit without the struck body's observations after the striker catches up with it and pushes it.
-    pub(super) fn until_pushed(self, striker: &StrikerPath) -> Self {
+    pub(crate) fn until_pushed(self, striker: &StrikerPath) -> Self {
         // In an oblique impact the striker passes the body: the outlines would have to overlap for this long.
         const PUSH_FRAMES: f64 = 1.0;
         let Some((impact_s, impact_m)) = self.striker_impact(striker) else { return self };
