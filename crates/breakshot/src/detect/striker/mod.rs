@@ -23,7 +23,7 @@ use crate::scene::Strike;
 use crops::Crops;
 use edge::{Edge, SeenOutline, Steps};
 use grid::{Greys, Grid};
-use search::{Candidate, Peak, Searched, Struck, UniformMotion};
+use search::{Candidate, LEAST_PART, Peak, Searched, Struck, UniformMotion};
 
 /// How far around the given path the striker is searched: behind the start and beyond the end, and aside (m), and aside as a part of the travel.
 const ALONG_M: f64 = 0.03;
@@ -53,8 +53,6 @@ const OUTLIER_STDS: f64 = 4.0;
 /// Fewest points, positions and the rest position together, that make a motion: two positions fit a line exactly, and three that
 /// are not all the striker's fit one well enough by chance.
 const LEAST_POINTS: usize = 4;
-/// The part of the frames between the first and the last position in which the striker must be located.
-const LEAST_PART: f64 = 0.6;
 /// Least noise of a position (nodes).
 const LEAST_STD_NODES: f64 = 0.1;
 /// Largest noise of a position with which it is a uniform motion (widths of the filter).

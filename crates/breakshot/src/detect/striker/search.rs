@@ -86,7 +86,7 @@ const AS_STRONG: f64 = 0.7;
 /// Frames that a motion needs, with and without a rest position from which it starts.
 const LEAST_FRAMES: [usize; 2] = [2, 3];
 /// The part of the frames between its first and its last one in which it must be seen, and the mean strength there.
-const LEAST_PART: f64 = 0.6;
+pub(super) const LEAST_PART: f64 = 0.6;
 const LEAST_STRENGTH: f64 = 0.3;
 
 impl UniformMotion {

@@ -14,22 +14,39 @@ const NEARLY_CAUGHT_M: f64 = 1.5e-3;
 /// Most impacts of the striker on one body; more are a push.
 const MOST_STRIKES: usize = 3;
 
+/// The striker's first impact.
+#[derive(Clone, Copy)]
+struct FirstStrike {
+    body: usize,
+    time_s: f64,
+    /// The striker's distance from its start (m).
+    distance_m: f64,
+    /// When the striker retracts (s).
+    turns_s: f64,
+}
+
 impl MotionFit {
-    /// The time of the striker's impact (s) and its distance from the start of the strike then (m), if the first impact is the striker's.
-    fn striker_impact(&self, striker: &StrikerPath) -> Option<(f64, f64)> {
-        let (event, impact_s) =
+    /// The first impact, if it is the striker's.
+    fn first_strike(&self, striker: &StrikerPath) -> Option<FirstStrike> {
+        let (event, time_s) =
             self.timed_events().next().filter(|(event, _)| event.cause == Cause::Striker)?;
-        let struck = event.members[0];
-        let at_impact = self.placed(struck, self.paths[struck].motion_before(impact_s).pose);
-        Some((impact_s, striker.distance_to_contact_m(at_impact)?))
+        let body = event.members[0];
+        let at_impact = self.placed(body, self.paths[body].motion_before(time_s).pose);
+        let distance_m = striker.distance_to_contact_m(at_impact)?;
+        Some(FirstStrike { body, time_s, distance_m, turns_s: time_s + striker.turns_after_s(distance_m) })
     }
 
     /// The gap between the striker and a body at a time (m), if the first impact is the striker's; 0 if they overlap.
     pub(crate) fn striker_gap_m(&self, striker: &StrikerPath, body: usize, time_s: f64) -> Option<f64> {
-        let (impact_s, impact_m) = self.striker_impact(striker)?;
-        let outline = striker.outline_at(striker.distance_at_m(impact_m, time_s - impact_s));
+        let first = self.first_strike(striker)?;
+        Some(self.gap_after_m(striker, first, body, time_s))
+    }
+
+    /// The same where the first impact is known.
+    fn gap_after_m(&self, striker: &StrikerPath, first: FirstStrike, body: usize, time_s: f64) -> f64 {
+        let outline = striker.outline_at(striker.distance_at_m(first.distance_m, time_s - first.time_s));
         let other = self.placed(body, self.paths[body].motion(time_s).pose);
-        Some(closest_points(outline, other).map_or(0.0, |c| c.gap_m))
+        closest_points(outline, other).map_or(0.0, |c| c.gap_m)
     }
 
     /// The fit with further impacts of the striker on the body that it has struck, where it comes near again and the observations demand one.
@@ -67,15 +84,13 @@ impl MotionFit {
     /// The struck body, and when the striker comes nearest to it between their last impact and its retraction (s); `None` if that is not
     /// near.
     fn approach_of_striker(&self, striker: &StrikerPath) -> Option<(usize, f64)> {
-        let (impact_s, impact_m) = self.striker_impact(striker)?;
-        let body = self.model.events[0].members[0];
-        let from_s = self.last_strike_s().unwrap_or(impact_s);
-        let turns_s = impact_s + striker.turns_after_s(impact_m);
+        let (first, last_s) = (self.first_strike(striker)?, self.last_strike_s()?);
+        let FirstStrike { body, turns_s, .. } = first;
         let gaps: Vec<(f64, f64)> = (self.model.bodies[body].observations.iter())
             .map(|observation| observation.time_s)
-            .filter(|t| (from_s..turns_s).contains(t))
+            .filter(|t| (last_s..turns_s).contains(t))
             .chain([turns_s])
-            .filter_map(|t| Some((t, self.striker_gap_m(striker, body, t)?)))
+            .map(|t| (t, self.gap_after_m(striker, first, body, t)))
             .collect();
         // First they part.
         let furthest = (0..gaps.len()).max_by(|&p, &q| gaps[p].1.total_cmp(&gaps[q].1))?;
@@ -87,14 +102,14 @@ impl MotionFit {
     pub(crate) fn until_pushed(self, striker: &StrikerPath) -> Self {
         // In an oblique impact the striker passes the body: the outlines would have to overlap for this long.
         const PUSH_FRAMES: f64 = 1.0;
-        let Some((impact_s, impact_m)) = self.striker_impact(striker) else { return self };
-        let struck = self.model.events[0].members[0];
+        let (Some(first), Some(last_s)) = (self.first_strike(striker), self.last_strike_s()) else {
+            return self;
+        };
+        let FirstStrike { body: struck, turns_s, .. } = first;
         let frame_s = frame_s(&self.model.bodies);
-        let gap_m = |t: f64| self.striker_gap_m(striker, struck, t).unwrap_or(f64::INFINITY);
+        let gap_m = |t: f64| self.gap_after_m(striker, first, struck, t);
         let touches = |t: f64| gap_m(t) <= 0.0;
         // A fit to the motion before and after a short push keeps the body just ahead of the striker.
-        let turns_s = impact_s + striker.turns_after_s(impact_m);
-        let last_s = self.last_strike_s().unwrap_or(impact_s);
         let is_nearly_caught = turns_s > last_s + frame_s
             && gap_m(turns_s) < NEARLY_CAUGHT_M
             && gap_m(turns_s) < gap_m(turns_s - frame_s);
