@@ -353,7 +353,13 @@ fn matched_outline(
 pub(super) fn placed_candidates(camera: &Camera, targets: &[Target], layout: &Layout) -> Vec<Candidate> {
     let known = targets.iter().filter(|t| t.is_markerless()).filter_map(|t| Some((t, placed(layout, t)?)));
     let candidate = |(target, pose): (&Target, Pose)| {
-        let fit = OutlineFit { pose, visible_fraction: 1.0, std_px: 1.0, enlargement_px: 0.0 };
+        let fit = OutlineFit {
+            pose,
+            visible_fraction: 1.0,
+            measured_fraction: 1.0,
+            std_px: 1.0,
+            enlargement_px: 0.0,
+        };
         Candidate {
             blob: markerless::silhouette(target, camera, &fit),
             level: Level::Below(1),

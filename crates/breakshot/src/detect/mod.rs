@@ -357,6 +357,7 @@ impl Clip<'_> {
         postprocess::scale_noise(&mut tracks);
         for ((state, track), doubts) in tracker.states.iter().zip(&mut tracks).zip(&mut doubts) {
             postprocess::doubt_noise(camera, state, track, doubts);
+            postprocess::doubt_jumps(track, doubts);
         }
         for track in &mut tracks {
             derivatives::fill(&mut track.samples);

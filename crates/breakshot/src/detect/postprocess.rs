@@ -5,6 +5,7 @@
 
 use super::derivatives;
 use super::marker::blob::ImagePose;
+use super::marker::outline::OUTLINE_REACH_PX;
 use super::marker::target::Target;
 use super::motion_blur::{LEAST_FAST, velocity_px_s, without_blur};
 use super::track::LEAST_VISIBLE;
@@ -29,6 +30,9 @@ const BLUR_UNCERTAINTY: f64 = 0.1;
 /// A position by a part of the marker's outline is doubtful if its standard deviation is larger than this (px), or that of its yaw (rad).
 const TRUSTED_STD_PX: f64 = 0.25;
 const TRUSTED_STD_RAD: f64 = 0.02;
+/// A position by an object's own outline is doubtful if less than this fraction of it was measured, in the direction in which this is
+/// least: one of two opposite sides.
+const LEAST_MEASURED: f64 = 0.5;
 /// The yaw of a whole marker is doubtful if the standard deviation by its outline is larger than this (rad).
 const DOUBTFUL_YAW_STD_RAD: f64 = 0.04;
 /// A marker further from its outline than this (standard deviations) is disturbed by something beside it: the outline counts if it is
@@ -41,6 +45,10 @@ const FAR_APART_STDS: f64 = 5.0;
 const SAME_DIRECTION: f64 = 0.9;
 /// A displacement by light that changes across a marker is reported from this on (px).
 const UNEVEN_PX: f64 = 0.3;
+/// A marker is blurred by at most this multiple of the distance that it moves from frame to frame, and of this distance (px) where it is
+/// less: more is a shadow across it, or something beside it.
+const MOST_BLUR: f64 = 1.5;
+const LEAST_STEP_PX: f64 = 2.0;
 /// A standard deviation above this (px) is that of something else than a marker or an outline.
 const NOISY_PX: f64 = 1.5;
 /// A displacement by a part of a marker that is not seen is reported from this on (px).
@@ -92,6 +100,7 @@ pub(super) fn track(camera: &Camera, state: &TrackState, exposure_s: f64) -> Dou
             uneven_px,
             lost_px,
             accelerated_m,
+            step_px: step_px(&state.points, k),
             scale_m_per_px,
         };
         let mut measured = seen.measured(always_by_outline, yaw_near_rad);
@@ -126,6 +135,20 @@ fn accelerated_m(points: &[TrackPoint], k: usize) -> Vec2 {
     if change_m.length() > came_m.length().max(goes_m.length()) / 2.0 { change_m } else { Vec2::ZERO }
 }
 
+/// How far a marker moves in the image to the next frame or from the one before, whichever is more (px); infinite where it is not seen in both.
+fn step_px(points: &[TrackPoint], k: usize) -> f64 {
+    let point = &points[k];
+    let distance_px = |other: Option<&TrackPoint>| {
+        let other = other.filter(|other| other.frame.abs_diff(point.frame) == 1)?;
+        Some(other.blob.centroid.distance_px(point.blob.centroid))
+    };
+    let before = k.checked_sub(1).and_then(|k| points.get(k));
+    match (distance_px(before), distance_px(points.get(k + 1))) {
+        (Some(before), Some(after)) => before.max(after),
+        _ => f64::INFINITY,
+    }
+}
+
 /// What one frame shows of an object.
 struct Seen<'a> {
     camera: &'a Camera,
@@ -141,6 +164,8 @@ struct Seen<'a> {
     lost_px: f64,
     /// See [`accelerated_m`].
     accelerated_m: Vec2,
+    /// See [`step_px`].
+    step_px: f64,
     scale_m_per_px: f64,
 }
 
@@ -174,6 +199,13 @@ impl Seen<'_> {
         ahead_m.dot(self.accelerated_m) > SAME_DIRECTION * ahead_m.length() * self.accelerated_m.length()
     }
 
+    /// Whether the marker's outline is visible, and blurred by no more than the object moves from frame to frame.
+    fn has_outline(&self) -> bool {
+        let is_visible = self.point.outline.is_some_and(|fit| fit.visible_fraction > LEAST_VISIBLE);
+        let blur_px = self.point.measured_blur_px.map_or(0.0, |[x, y]| x.hypot(y));
+        is_visible && blur_px < self.step_px.max(LEAST_STEP_PX) * MOST_BLUR
+    }
+
     /// The pose by the visible part of the marker's outline, if enough is visible.
     fn by_outline(&self, yaw_near_rad: f64) -> Option<Measured> {
         let fit = self.point.outline.filter(|fit| fit.visible_fraction > LEAST_VISIBLE)?;
@@ -201,20 +233,25 @@ impl Seen<'_> {
         let yaw_std_rad =
             point.outline.filter(|_| target.has_observable_yaw()).map_or(0.0, |fit| fit.yaw_std_rad);
         let is_partial = target.is_markerless() && !point.complete;
+        let is_rough = !is_partial && point.measured_fraction < LEAST_MEASURED;
         let is_covered = point.source == Source::ObjectOutline;
+        let has_no_outline = point.source == Source::Marker && !target.is_markerless() && !self.has_outline();
+        let unseen_px = if has_no_outline { OUTLINE_REACH_PX } else { 0.0 };
         let doubts = [
             self.deviation_px.map(|deviation_px| Doubt::Size { deviation_px }),
             point.blob.at_border.then_some(Doubt::AtBorder),
             is_partial.then_some(Doubt::Outline { visible: point.blob.contrast }),
+            is_rough.then_some(Doubt::Outline { visible: point.measured_fraction }),
             is_covered.then_some(Doubt::MarkerCovered),
             (yaw_std_rad > DOUBTFUL_YAW_STD_RAD).then_some(Doubt::UncertainYaw { std_rad: yaw_std_rad }),
             (self.uneven_px > UNEVEN_PX).then_some(Doubt::UnevenLight { shift_px: self.uneven_px }),
             (self.lost_px > LOST_PX).then_some(Doubt::PartOfMarker { std_px: self.lost_px }),
+            has_no_outline.then_some(Doubt::OutlineNotSeen),
         ];
         // An occlusion that shortens a marker displaces its centroid by about as much. An object whose marker is off its centroid is
         // displaced by an error of the yaw.
         let size_px = point.blob.std_px + self.deviation_px.unwrap_or(0.0);
-        let by_size_m = self.scale_m_per_px * size_px.hypot(self.uneven_px).hypot(self.lost_px);
+        let by_size_m = self.scale_m_per_px * size_px.hypot(self.uneven_px).hypot(self.lost_px).hypot(unseen_px);
         let by_yaw_m = yaw_std_rad * target.feature.at_m.to_vec().length();
         let by_outline_m = if is_covered { OUTLINE_STD_M } else { 0.0 };
         let std_m = by_size_m.hypot(by_yaw_m).hypot(by_outline_m);
@@ -348,6 +385,21 @@ pub(super) fn doubt_noise(camera: &Camera, state: &TrackState, track: &mut Track
         if std_px > NOISY_PX && doubts.is_empty() {
             sample.doubtful = true;
             doubts.push(Doubt::Noise { std_px });
+        }
+    }
+}
+
+/// Marks the samples as doubtful that are elsewhere than the trusted ones before and after them, between which the object did not move.
+pub(super) fn doubt_jumps(track: &mut Track, doubts: &mut [Vec<Doubt>]) {
+    let trusted: Vec<usize> = (0..track.samples.len()).filter(|&k| !track.samples[k].doubtful).collect();
+    for triple in trusted.windows(3) {
+        let [before, here, after] = [0, 1, 2].map(|i| &track.samples[triple[i]]);
+        let std_m = before.std_m.max(after.std_m);
+        let is_at_rest = before.position().distance(after.position()) < APART_STDS * std_m;
+        let off_m = here.position().distance(before.position());
+        if is_at_rest && off_m > FAR_APART_STDS * std_m.hypot(here.std_m) {
+            track.samples[triple[1]].doubtful = true;
+            doubts[triple[1]].push(Doubt::Jump { off_m });
         }
     }
 }

@@ -27,6 +27,8 @@ pub(super) struct Observation {
     pub blob: Blob,
     /// Its marker's outline near the pose, if there are edges.
     pub outline: Option<MarkerFit>,
+    /// The fraction of an object's own outline that was measured; 1 for a marker.
+    pub measured_fraction: f64,
     /// Centroid of the dot beside the marker, if it is visible.
     pub dot: Option<Pixel>,
     /// Assumed motion blur (px).
@@ -47,6 +49,7 @@ impl Observation {
             source,
             blob,
             outline: None,
+            measured_fraction: 1.0,
             dot: None,
             blur_px: 0.0,
             measured_blur_px: None,
@@ -82,6 +85,8 @@ pub(super) struct TrackPoint {
     pub blob: Blob,
     /// The fit of the marker's outline.
     pub outline: Option<MarkerFit>,
+    /// The fraction of an object's own outline that was measured; 1 for a marker.
+    pub measured_fraction: f64,
     /// The motion blur that the marker itself shows (px), where it was measured.
     pub measured_blur_px: Option<[f64; 2]>,
     /// Whether the whole marker was visible.
@@ -275,8 +280,8 @@ impl<'a> TrackState<'a> {
 
     /// Adds the observation of a frame.
     pub(super) fn add(&mut self, camera: &Camera, frame: usize, time_s: f64, observation: &Observation) {
-        let Observation { pose, source, blob, outline, blur_px, measured_blur_px, yaw_known, .. } =
-            *observation;
+        let Observation { pose, source, blob, outline, measured_fraction, .. } = *observation;
+        let Observation { blur_px, measured_blur_px, yaw_known, .. } = *observation;
         let change = self.signal_change(camera, pose, &blob);
         let complete = source == Source::Marker && self.is_complete(camera, observation);
         if complete {
@@ -300,6 +305,7 @@ impl<'a> TrackState<'a> {
             source,
             blob,
             outline,
+            measured_fraction,
             measured_blur_px,
             complete,
             yaw_known,

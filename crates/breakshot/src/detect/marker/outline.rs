@@ -37,7 +37,9 @@ const SPACING_PX: f64 = 2.0;
 /// Distance between the points in a search (px).
 const ROUGH_SPACING_PX: f64 = 3.0;
 /// Distance from the outline within which edges are searched, in each round (px).
-const REACHES_PX: [f64; 3] = [4.0, 3.0, 2.5];
+const REACHES_PX: [f64; 3] = [OUTLINE_REACH_PX, 3.0, 2.5];
+/// The largest of them: a marker of which no outline is found is elsewhere by about this distance, or by more.
+pub(in crate::detect) const OUTLINE_REACH_PX: f64 = 4.0;
 /// The same around a pose that is known to a pixel.
 const NEAR_REACHES_PX: [f64; 2] = [2.5, 2.5];
 /// A round that moves no point of the outline by more than this (px) is the last one.

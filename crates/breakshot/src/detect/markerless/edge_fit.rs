@@ -15,9 +15,11 @@ use std::borrow::Cow;
 #[derive(Clone, Copy, Debug)]
 pub(in crate::detect) struct OutlineFit {
     pub pose: Pose,
-    /// Fraction of the outline with an edge at the fitted position, 0 to 1.
+    /// Fraction of the outline with an edge at the fitted position, in the direction in which it is smallest: 0 to 1.
     pub visible_fraction: f64,
-    /// Standard deviation of the centre along each axis (px).
+    /// The same without edges that are visible and do not determine a position, such as those of a side that merges with the top.
+    pub measured_fraction: f64,
+    /// Standard deviation of the centre along the direction in which it is largest (px).
     pub std_px: f64,
     /// By how much the edges lie outside the outline (px).
     pub enlargement_px: f64,
@@ -70,6 +72,8 @@ const SIDE_SEPARATE_PX: f64 = 4.0;
 /// Weight of merged edges.
 const MERGED_WEIGHT: f64 = 0.02;
 
+/// An edge of a smaller weight does not determine a position.
+const LEAST_WEIGHT: f64 = 0.1;
 /// Weight of a top edge that is known from its foot.
 const FOOT_WEIGHT: f64 = 0.3;
 
@@ -143,14 +147,19 @@ impl OutlineView<'_> {
             .zip(&edges)
             .map(|(width_px, edge)| is_on_outline(*width_px, edge.as_ref()))
             .collect();
+        let is_measured = |edge: &Edge| edge.weight > LEAST_WEIGHT && edge.off_px.abs() < ON_OUTLINE_PX;
+        let measured: Vec<bool> = edges.iter().map(|edge| edge.as_ref().is_some_and(is_measured)).collect();
         let residuals_px = edges.iter().flatten().map(|e| e.off_px).filter(|o| o.abs() < ON_OUTLINE_PX);
         let (count, squares) =
             residuals_px.fold((0.0, 0.0), |(n, sum), off_px| (n + 1.0, sum + off_px * off_px));
-        let std_px = (squares / count * 2.0 * CORRELATED / count).sqrt();
-        let visible_fraction = visible_fraction(&contour.points, &on);
-        (count > 0.0).then(|| {
-            let std_px = std_px.max(FLOOR_STD_PX);
-            OutlineFit { pose, visible_fraction, std_px, enlargement_px }
+        let least = eigenvalues(normals(&contour.points, &measured))[0];
+        let std_px = (squares / count * CORRELATED / least.max(1.0)).sqrt();
+        (count > 0.0).then(|| OutlineFit {
+            pose,
+            visible_fraction: least_fraction(&contour.points, &on),
+            measured_fraction: least_fraction(&contour.points, &measured),
+            std_px: std_px.max(FLOOR_STD_PX),
+            enlargement_px,
         })
     }
 
@@ -425,18 +434,25 @@ fn is_on_outline(width_px: f64, edge: Option<&Edge>) -> bool {
     edge.is_some_and(|e| e.off_px > -ON_OUTLINE_PX && e.off_px < ON_OUTLINE_PX + width_px)
 }
 
-/// Visible fraction of the outline in the direction in which it is smallest: two parallel sides alone leave the
+/// The fraction of the points of an outline that are on it, in the direction in which it is smallest: two parallel sides alone leave the
 /// position along them undetermined.
-fn visible_fraction(points: &[EdgePoint], on: &[bool]) -> f64 {
-    let sum = |counts: &dyn Fn(usize) -> bool| {
-        let normals =
-            points.iter().enumerate().filter(|(k, _)| counts(*k)).map(|(_, p)| Vector2::from(p.outward));
-        normals.map(|n| n * n.transpose()).sum::<Matrix2<f64>>()
-    };
-    let Some(inverse) = sum(&|_| true).try_inverse() else { return 0.0 };
-    let fractions = inverse * sum(&|k| on[k]);
-    let half = fractions.trace() / 2.0;
-    half - (half * half - fractions.determinant()).max(0.0).sqrt()
+fn least_fraction(points: &[EdgePoint], on: &[bool]) -> f64 {
+    let all = vec![true; points.len()];
+    let Some(inverse) = normals(points, &all).try_inverse() else { return 0.0 };
+    eigenvalues(inverse * normals(points, on))[0]
+}
+
+/// The sum of the outer products of the normals of those points that are on the outline: how well they determine a position, by direction.
+fn normals(points: &[EdgePoint], on: &[bool]) -> Matrix2<f64> {
+    let normals = points.iter().zip(on).filter(|(_, on)| **on).map(|(point, _)| Vector2::from(point.outward));
+    normals.map(|n| n * n.transpose()).sum()
+}
+
+/// The real eigenvalues of a matrix, the smaller one first.
+fn eigenvalues(matrix: Matrix2<f64>) -> [f64; 2] {
+    let half = matrix.trace() / 2.0;
+    let apart = (half * half - matrix.determinant()).max(0.0).sqrt();
+    [half - apart, half + apart]
 }
 
 /// The local maximum uphill of an index; `None` at an end of the profile or next to NaN.

@@ -64,6 +64,7 @@ pub(super) fn observed_without_marker(
     let blob = state.expected_blob(view.camera, fit.pose, fit.std_px);
     Some(Observation {
         blur_px: blur_px[0].hypot(blur_px[1]),
+        measured_fraction: fit.measured_fraction,
         yaw_known: state.target.object.shape.rotation_symmetry_rad() != Some(0.0),
         ..Observation::new(fit.pose, Source::ObjectOutline, blob)
     })
@@ -98,7 +99,8 @@ pub(super) fn observed_near(
 fn observation(view: &FrameView, state: &TrackState, fit: &OutlineFit, blur_px: [f64; 2]) -> Observation {
     let blob = silhouette(&state.target, view.camera, fit);
     let blur_px = blur_px[0].hypot(blur_px[1]);
-    Observation { blur_px, ..Observation::new(fit.pose, Source::Marker, blob) }
+    let measured_fraction = fit.measured_fraction;
+    Observation { blur_px, measured_fraction, ..Observation::new(fit.pose, Source::Marker, blob) }
 }
 
 /// A fitted outline in the form of a blob: its projection, with the visible fraction as contrast.

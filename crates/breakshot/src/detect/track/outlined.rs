@@ -32,7 +32,7 @@ impl Prediction<'_, '_> {
         number: usize,
     ) -> Option<Observation> {
         let Self { state, pose: predicted } = *self;
-        let observed = observations[number].map(|observation| self.beside_outline(view, &observation));
+        let mut observed = observations[number].map(|observation| self.beside_outline(view, &observation));
         let pixel = view.camera.pixel_from_table(predicted.position, state.target.height_m());
         let most_std_m = MOST_STD_PX * view.camera.scale_m_per_px(pixel, state.target.height_m());
         let is_visible = |fit: &MarkerFit| fit.visible_fraction > LEAST_VISIBLE && fit.std_m < most_std_m;
@@ -44,7 +44,11 @@ impl Prediction<'_, '_> {
                 if let Some(blur_px) = self.measured_blur_px(view, &observation.blob) {
                     // The marker is whole, and its outline is blurred by more than was assumed.
                     let measured = Observation { measured_blur_px: Some(blur_px), ..*observation };
-                    return Some(self.beside_outline(view, &measured));
+                    let measured = self.beside_outline(view, &measured);
+                    if measured.outline.is_some() {
+                        return Some(measured);
+                    }
+                    observed = Some(measured);
                 }
             }
             _ => {}

@@ -38,6 +38,13 @@ pub enum Doubt {
     },
     /// The marker's grey levels and its outline show different positions.
     OutlineElsewhere,
+    /// It is elsewhere before and after, and did not move in between.
+    Jump {
+        /// The distance to where it is before and after (m).
+        off_m: f64,
+    },
+    /// A region looks like the marker, and no edges of a marker's outline are around it.
+    OutlineNotSeen,
     /// The light changes across the marker, as at the border of a shadow.
     UnevenLight {
         /// Possible displacement of the marker's centre (px).
@@ -118,6 +125,14 @@ impl Display for Doubt {
             }
             Self::OutlineElsewhere => {
                 write!(f, "the grey levels of its marker and the marker's outline show different positions")
+            }
+            Self::Jump { off_m } => write!(
+                f,
+                "it is {:.1} mm from where it is in the frames before and after, between which it did not move",
+                1e3 * off_m
+            ),
+            Self::OutlineNotSeen => {
+                write!(f, "no outline of a marker is around its grey levels: they may be a lit or shaded part of it")
             }
             Self::UnevenLight { shift_px } => write!(
                 f,
