@@ -49,6 +49,8 @@ const MAX_DEGREES_OF_FREEDOM: f64 = 12.0;
 const ASSUMED_DEGREES_OF_FREEDOM: f64 = 6.0;
 /// Upper end of the search for the relative standard deviation.
 const MAX_RELATIVE_STD: f64 = 1.0;
+/// Number of groups that the assumed prior degrees of freedom are worth: the variances of three or four groups seem to differ or to agree by chance.
+const ASSUMED_GROUPS: f64 = 4.0;
 /// From this number of groups the most deviating one is left out of the comparison of their variances.
 const MANY_GROUPS: usize = 6;
 /// Smallest scale, for quantities near zero.
@@ -134,10 +136,17 @@ impl Mean {
     }
 }
 
-/// Two-sided 95 % quantile of Student's t distribution; that of the normal distribution below one degree of freedom.
+/// Two-sided 95 % quantile of Student's t distribution, between whole degrees of freedom interpolated over their inverse; that of the normal
+/// distribution below one degree of freedom.
 pub(crate) fn quantile_95(degrees_of_freedom: f64) -> f64 {
     const NORMAL: f64 = 1.96;
-    if degrees_of_freedom < 1.0 { NORMAL } else { student_t_95(degrees_of_freedom.floor() as usize) }
+    if degrees_of_freedom < 1.0 {
+        return NORMAL;
+    }
+    let fewer = degrees_of_freedom.floor();
+    let [wide, narrow] = [fewer, fewer + 1.0].map(|degrees| student_t_95(degrees as usize));
+    let part = (1.0 - fewer / degrees_of_freedom) * (fewer + 1.0);
+    wide + part * (narrow - wide)
 }
 
 /// The typical variation from clip to clip: the relative standard deviation with which the weighted sum of squares of all
@@ -191,8 +200,8 @@ fn is_comparable(groups: &[Group]) -> bool {
 /// Prior degrees of freedom of the typical variance: many if the groups' variances differ no more than by chance.
 ///
 /// The mean square of a group over its expectation is chi-square distributed over its degrees of freedom f, with variance
-/// 2 / f.  If the true variances of the groups differ, that variance is larger by 2 / d, and d is the result.  Of many
-/// groups the most deviating one is left out; its own dispersion widens its interval.
+/// 2 / f.  If the true variances of the groups differ, that variance is larger by 2 / d, and d is the result: the mean over the groups and
+/// [`ASSUMED_GROUPS`] with the assumed d.  Of many groups the most deviating one is left out; its own dispersion widens its interval.
 ///
 /// One or two groups are too few for that.  Then the variance from clip to clip is as uncertain as its repeats make it, in so far as it
 /// contributes to the variance of a value (Satterthwaite 1946), and the groups' own variances differ.
@@ -218,7 +227,8 @@ fn prior_degrees_of_freedom(groups: &[Group], relative: f64) -> f64 {
     if excesses.len() >= MANY_GROUPS {
         excesses.pop();
     }
-    let excess = excesses.iter().sum::<f64>() / excesses.len() as f64;
+    let assumed = ASSUMED_GROUPS * 2.0 / ASSUMED_DEGREES_OF_FREEDOM;
+    let excess = (excesses.iter().sum::<f64>() + assumed) / (excesses.len() as f64 + ASSUMED_GROUPS);
     if excess <= 2.0 / MAX_DEGREES_OF_FREEDOM { MAX_DEGREES_OF_FREEDOM } else { 2.0 / excess }
 }
 
@@ -290,6 +300,27 @@ mod tests {
             (0..50).map(|k| group(&[-0.02, 0.0, 0.02].map(|d| (f64::from(k) + d, 1e-6)))).collect();
         let with_prior = between_clip_std_with_prior(&groups).relative;
         assert!((with_prior / 0.02 - 1.0).abs() < 0.05, "{with_prior}");
+    }
+
+    #[test]
+    fn one_of_three_groups_that_deviates_leaves_the_others_an_interval() {
+        let groups = [
+            group(&[(1.0, 0.01), (1.02, 0.01)]),
+            group(&[(1.0, 0.01), (1.01, 0.01)]),
+            group(&[(1.0, 0.01), (1.25, 0.01)]),
+            group(&[(1.0, 0.01)]),
+        ];
+        let half = groups[3].mean(between_clip_std_with_prior(&groups)).expect("a value").half_width();
+        assert!((0.1..0.5).contains(&half), "{half} of 1");
+    }
+
+    #[test]
+    fn quantiles_are_continuous_in_the_degrees_of_freedom() {
+        for k in 1..12 {
+            let (at, after) = (quantile_95(f64::from(k)), quantile_95(f64::from(k) + 1e-9));
+            assert!((at - student_t_95(k as usize)).abs() < 1e-12 && (at - after).abs() < 1e-6, "{k}");
+            assert!(quantile_95(f64::from(k) + 1.0 - 1e-9) - student_t_95(k as usize + 1) < 1e-6);
+        }
     }
 
     #[test]
