@@ -62,9 +62,12 @@ struct Figures {
     moving_m: Vec<f64>,
     /// Position errors along each axis over the stated standard deviation.
     standardized: Vec<f64>,
-    /// Objects that were struck, and those of them without friction or restitution against the striker.
+    /// Objects with a marker that were struck, and those of them without friction or restitution against the striker.
     struck: usize,
     silent: Vec<String>,
+    /// The same of objects without a marker.
+    struck_bare: usize,
+    silent_bare: Vec<String>,
     /// What was estimated in each cell, and the truth.
     learned: Vec<(Truth, Properties)>,
 }
@@ -169,13 +172,17 @@ impl Figures {
                 self.compare(&film, object, track.map(|t| &t.samples[..]));
             }
         }
-        self.struck = struck.len();
         let known = |values: &BTreeMap<String, _>, name: &str| values.contains_key(name);
         let is_silent = |name: &&&str| {
             !learned.as_ref().is_some_and(|p| known(&p.friction, name) && known(&p.striker_restitution, name))
         };
-        self.silent =
-            struck.iter().filter(is_silent).map(|name| format!("{} {name}", drawn.name())).collect();
+        let has_marker = |name: &&str| campaign.objects.iter().any(|o| &o.name == name && o.marker.is_some());
+        let (marked, bare): (Vec<&str>, Vec<&str>) = struck.into_iter().partition(has_marker);
+        let silent = |names: &[&str]| {
+            names.iter().filter(is_silent).map(|name| format!("{} {name}", drawn.name())).collect()
+        };
+        (self.struck, self.silent) = (marked.len(), silent(&marked));
+        (self.struck_bare, self.silent_bare) = (bare.len(), silent(&bare));
         self.learned.extend(learned.map(|properties| (truth, properties)));
         Ok(())
     }
@@ -240,6 +247,8 @@ impl Figures {
         self.wrong += other.wrong;
         self.far += other.far;
         self.struck += other.struck;
+        self.struck_bare += other.struck_bare;
+        self.silent_bare.extend(other.silent_bare);
         self.rest_m.extend(other.rest_m);
         self.moving_m.extend(other.moving_m);
         self.standardized.extend(other.standardized);
@@ -248,6 +257,7 @@ impl Figures {
     }
 
     fn line(&self) -> String {
+        let silent = [self.silent.as_slice(), self.silent_bare.as_slice()].concat();
         format!(
             "{} of {} tracks whole, {} of {} frames wrong, {} far off, {} doubtful; rms {:.3} mm at rest, {:.3} mm moving, spread {:.2}; silent: {}",
             self.whole,
@@ -259,7 +269,7 @@ impl Figures {
             1e3 * rms(&self.rest_m),
             1e3 * rms(&self.moving_m),
             rms(&self.standardized),
-            if self.silent.is_empty() { "none".into() } else { self.silent.join(", ") }
+            if silent.is_empty() { "none".into() } else { silent.join(", ") }
         )
     }
 
@@ -286,9 +296,14 @@ impl Figures {
             Row::at_least("errors over their standard deviation, rms", spread, 0.7, ""),
             Row::at_most("errors over their standard deviation, rms", spread, 1.5, ""),
             Row::at_most(
-                format!("struck objects without friction or restitution, of {}", self.struck),
+                format!("struck objects with a marker and without a value, of {}", self.struck),
                 self.silent.len() as f64,
                 0.0,
+                "",
+            ),
+            Row::plain(
+                format!("struck objects without marker and value, of {}", self.struck_bare),
+                self.silent_bare.len() as f64,
                 "",
             ),
         ];

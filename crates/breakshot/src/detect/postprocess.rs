@@ -7,6 +7,7 @@ use super::derivatives;
 use super::marker::blob::ImagePose;
 use super::marker::outline::OUTLINE_REACH_PX;
 use super::marker::target::Target;
+use super::markerless::edge_fit::LEAST_MEASURED;
 use super::motion_blur::{LEAST_FAST, velocity_px_s, without_blur};
 use super::track::LEAST_VISIBLE;
 use super::track_state::{DISTURBED_LEVELS, Source, TrackPoint, TrackState};
@@ -30,9 +31,6 @@ const BLUR_UNCERTAINTY: f64 = 0.1;
 /// A position by a part of the marker's outline is doubtful if its standard deviation is larger than this (px), or that of its yaw (rad).
 const TRUSTED_STD_PX: f64 = 0.25;
 const TRUSTED_STD_RAD: f64 = 0.02;
-/// A position by an object's own outline is doubtful if less than this fraction of it was measured, in the direction in which this is
-/// least: one of two opposite sides.
-const LEAST_MEASURED: f64 = 0.5;
 /// The yaw of a whole marker is doubtful if the standard deviation by its outline is larger than this (rad).
 const DOUBTFUL_YAW_STD_RAD: f64 = 0.04;
 /// A marker further from its outline than this (standard deviations) is disturbed by something beside it: the outline counts if it is
@@ -251,7 +249,8 @@ impl Seen<'_> {
         // An occlusion that shortens a marker displaces its centroid by about as much. An object whose marker is off its centroid is
         // displaced by an error of the yaw.
         let size_px = point.blob.std_px + self.deviation_px.unwrap_or(0.0);
-        let by_size_m = self.scale_m_per_px * size_px.hypot(self.uneven_px).hypot(self.lost_px).hypot(unseen_px);
+        let by_size_m =
+            self.scale_m_per_px * size_px.hypot(self.uneven_px).hypot(self.lost_px).hypot(unseen_px);
         let by_yaw_m = yaw_std_rad * target.feature.at_m.to_vec().length();
         let by_outline_m = if is_covered { OUTLINE_STD_M } else { 0.0 };
         let std_m = by_size_m.hypot(by_yaw_m).hypot(by_outline_m);
@@ -443,4 +442,26 @@ fn left_image(camera: &Camera, state: &TrackState, last: &TrackPoint) -> bool {
     let margin_px = |v: f64| LEAVING_S * v.abs() + size_px;
     let near = |at: f64, v: f64, size: usize| at < margin_px(v) || at > size as f64 - margin_px(v);
     last.blob.at_border || near(x, vx, camera.size_px[0]) || near(y, vy, camera.size_px[1])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::Point;
+
+    #[test]
+    fn a_sample_that_leaves_a_place_at_rest_and_returns_is_doubtful() {
+        // At rest, then sliding, then at rest again; the fourth and the last but one are elsewhere.
+        let mut places_m =
+            [0.0, 0.0, 0.0, 1e-3, 0.0, 0.0, 0.01, 0.018, 0.024, 0.028, 0.03, 0.03, 0.0295, 0.03];
+        places_m.iter_mut().enumerate().for_each(|(k, x)| *x += if k % 2 == 0 { 1e-5 } else { -1e-5 });
+        let sample = |(k, x): (usize, &f64)| Sample::new(k as f64 / 60.0, Point::new(*x, 0.0), None, 3e-5);
+        let samples: Vec<Sample> = places_m.iter().enumerate().map(sample).collect();
+        let mut doubts = vec![Vec::new(); samples.len()];
+        let mut track = Track { object: "a".into(), samples };
+        doubt_jumps(&mut track, &mut doubts);
+        let doubtful: Vec<usize> = (0..places_m.len()).filter(|&k| track.samples[k].doubtful).collect();
+        assert_eq!(doubtful, [3, 12]);
+        assert!((0..places_m.len()).all(|k| doubts[k].is_empty() != track.samples[k].doubtful));
+    }
 }

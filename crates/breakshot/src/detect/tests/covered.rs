@@ -127,3 +127,30 @@ fn a_light_disc_and_its_dot_are_found_although_a_shadow_lies_across_them_in_all_
     assert_eq!(samples.len(), 32, "{:?}", tracks.warnings);
     doubtful_samples(samples, |t| motion(t).0);
 }
+
+#[test]
+fn a_bar_of_which_only_the_lit_part_looks_like_a_marker_is_right_or_doubtful() {
+    let mut view = View { table_grey: TABLE_GREY, ..view() };
+    view.camera.exposure_s = Some(0.012);
+    let puck = object("puck", disc(0.036), bar(0.03, 0.014));
+    let mut doubtful = 0;
+    for (edge_m, velocity_m_s) in [(-0.009, 0.0), (-0.006, 0.0), (-0.003, 0.0), (0.004, 0.4), (0.012, 0.4)] {
+        let motion = |t: f64| slid(Pose::new(-0.03, 0.0, 0.2), Vec2::new(velocity_m_s + 1e-9, 0.0), 0.0, t);
+        let mut frames = film(&view, &times_s(24), |t| {
+            let (pose, velocity, rate) = motion(t);
+            let [mut body, mut marker] = Thing::object(&puck, pose);
+            (body.grey, marker.grey) = (60.0, 230.0);
+            [body, marker].map(|thing| thing.moving(velocity, rate)).to_vec()
+        });
+        // From 0.15 s on one end of the bar is in the shade of an arm.
+        shade(&view, &mut frames, puck.height_m, |at, t| t > 0.15 && at.x < -0.03 + edge_m);
+        let tracks = found(&view, frames, std::slice::from_ref(&puck), &Layout::Unknown).expect("tracks");
+        let samples = &tracks.tracks[0].samples;
+        doubtful += samples.iter().filter(|s| s.doubtful).count();
+        for s in samples.iter().filter(|s| !s.doubtful) {
+            let off_mm = error_mm(s, motion(s.time_s).0);
+            assert!(off_mm < WRONG_MM, "{off_mm:.2} mm off at {:.3} s, edge at {edge_m} m", s.time_s);
+        }
+    }
+    assert!(doubtful < 60, "{doubtful} of 120 samples are doubtful");
+}

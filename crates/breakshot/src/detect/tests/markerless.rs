@@ -1,6 +1,9 @@
 //! Objects without markers, in synthetic films.
 
 use super::*;
+use crate::detect::marker::target::Target;
+use crate::detect::markerless::edge_fit::LEAST_MEASURED;
+use crate::detect::markerless::edge_visibility::OutlineView;
 use crate::synthetic::film::picture;
 
 fn bare(name: &str, shape: Shape) -> Object {
@@ -193,4 +196,27 @@ fn an_irregular_outline_is_found_at_any_yaw_beside_its_shadow() {
         println!("{k}: {off_mm:.2} mm, {off_deg:.2} deg");
         assert!(off_mm < 0.3 && off_deg < 1.0, "yaw {}: {off_mm} mm, {off_deg} degrees off", pose.yaw_rad);
     }
+}
+
+#[test]
+fn an_outline_of_which_one_direction_is_hardly_measured_is_less_certain() {
+    let view = view();
+    let brick = bare("a", bar(0.06, 0.045));
+    let pose = Pose::new(-0.02, 0.01, 0.0);
+    let plain = body(&brick, pose, Vec2::ZERO, 0.0);
+    // Sheets as grey as the brick along one of its long sides and along half of the other.
+    let sheet = |x: f64, y: f64| Thing::flat(bar(0.2, 0.08), Pose::new(x, y, 0.0), 0.03, plain.grey);
+    let fit = |things: &[Thing]| {
+        let image = picture(&view, things);
+        let target = Target::new("a", &brick);
+        let fit = OutlineView::of_target(&image, &view.camera, &target).fitted(pose, [0.0, 0.0]);
+        fit.expect("an outline")
+    };
+    let (whole, part) = (
+        fit(std::slice::from_ref(&plain)),
+        fit(&[plain.clone(), sheet(-0.02, 0.0715), sheet(-0.115, -0.0515)]),
+    );
+    assert!(whole.measured_fraction > 0.8, "{whole:?}");
+    assert!(part.measured_fraction < LEAST_MEASURED, "{part:?}");
+    assert!(part.std_px > 1.5 * whole.std_px, "{part:?} beside {whole:?}");
 }

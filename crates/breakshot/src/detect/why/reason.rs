@@ -132,7 +132,10 @@ impl Display for Doubt {
                 1e3 * off_m
             ),
             Self::OutlineNotSeen => {
-                write!(f, "no outline of a marker is around its grey levels: they may be a lit or shaded part of it")
+                write!(
+                    f,
+                    "no outline of a marker is around its grey levels: they may be a lit or shaded part of it"
+                )
             }
             Self::UnevenLight { shift_px } => write!(
                 f,
