@@ -24,6 +24,9 @@ use std::f64::consts::PI;
 const USUAL_DEVIATION_PX: f64 = 0.35;
 /// The same as a multiple of their scatter, where that is larger.
 const USUAL_SCATTERS: f64 = 5.0;
+/// The usual half axes of a marker differ from the specified ones by at most this fraction of them and this distance (px).
+const MOST_EXCESS: f64 = 0.12;
+const MOST_EXCESS_PX: f64 = 1.0;
 /// From this blur on (px) the dead band rotates the principal axes by more than noise does without it.
 const LONG_BLUR_PX: f64 = 5.0;
 /// Relative uncertainty of the blur: the opening and closing of the shutter are unknown.
@@ -320,8 +323,9 @@ fn is_disturbed(camera: &Camera, state: &TrackState) -> bool {
 struct Appearance {
     /// Direction of the principal axis in the image (rad).
     axis_rad: f64,
-    /// Mean radius, long and short half axis, less the expected ones (px).
+    /// Mean radius, long and short half axis, less the expected ones (px), and the expected ones.
     excess_px: [f64; 3],
+    expected_px: [f64; 3],
     /// Length of the motion blur (px).
     blur_px: f64,
 }
@@ -332,22 +336,28 @@ fn appearance(camera: &Camera, target: &Target, point: &TrackPoint, blur_px: [f6
     let covariance_px2 = if is_short { point.blob.covariance_px2 } else { point.blob.linear_covariance_px2 };
     let (long, short, axis_rad) = principal_axes(without_blur(covariance_px2, blur_px));
     let (expected_long, expected_short, _) = principal_axes(expected.covariance);
-    let half_axis_px = |observed: f64, expected: f64| 2.0 * observed.sqrt() - 2.0 * expected.sqrt();
-    let radius_px = (point.blob.area_px2 / PI).sqrt() - (expected.area / PI).sqrt();
+    let sizes_px =
+        |area: f64, long: f64, short: f64| [(area / PI).sqrt(), 2.0 * long.sqrt(), 2.0 * short.sqrt()];
+    let observed_px = sizes_px(point.blob.area_px2, long, short);
+    let expected_px = sizes_px(expected.area, expected_long, expected_short);
     Appearance {
         axis_rad,
-        excess_px: [radius_px, half_axis_px(long, expected_long), half_axis_px(short, expected_short)],
+        excess_px: std::array::from_fn(|i| observed_px[i] - expected_px[i]),
+        expected_px,
         blur_px: blur_px[0].hypot(blur_px[1]),
     }
 }
 
-/// Largest deviation of a marker's size from its median over the clip (px), per frame; `None` where it is within
-/// noise.
+/// Largest deviation of a marker's size from its median over the clip (px), per frame; `None` where it is within noise.  If the median itself
+/// is not the specified size, a part of the marker is in a shadow or covered in most frames, and the deviation is that from the specified one.
 fn size_deviations_px(appearances: &[Option<Appearance>]) -> Vec<Option<f64>> {
     let mut deviations_px: Vec<Option<f64>> = vec![None; appearances.len()];
     for i in 0..3 {
         let seen = || appearances.iter().flatten();
         let Some(usual) = upper_median(seen().map(|a| a.excess_px[i])) else { continue };
+        let specified_px = upper_median(seen().map(|a| a.expected_px[i])).unwrap_or(0.0);
+        let is_specified = usual.abs() < MOST_EXCESS * specified_px + MOST_EXCESS_PX;
+        let usual = if is_specified { usual } else { 0.0 };
         let middle_px = upper_median(seen().map(|a| (a.excess_px[i] - usual).abs()));
         let scatter = STD_OVER_MEDIAN_ABSOLUTE * middle_px.unwrap_or(0.0);
         for (largest, appearance) in deviations_px.iter_mut().zip(appearances) {
