@@ -16,6 +16,7 @@ use super::markerless::edge_visibility::OutlineView;
 use super::threshold::Level;
 use crate::campaign::ClipStart;
 use crate::capture::{Camera, GreyImage};
+use crate::geometry::moments::principal_axes;
 use crate::geometry::{Pixel, Point, Pose, Vec2, wrapped_rad};
 use crate::object::{Shape, kind};
 use crate::scene::Placed;
@@ -337,7 +338,8 @@ fn matched_outline(
         let period_rad = view.shape.rotation_symmetry_rad().unwrap_or(TAU);
         (view.best_yaw(rough, &[]).0, period_rad / 2.0)
     };
-    let fit = view.searched(rough(yaw_rad), SearchRange { angle_rad, ..OUTLINE_SEARCH }, |_| true)?;
+    let radius_m = OUTLINE_SEARCH.radius_m + shadow_m(view.camera, target, rough(yaw_rad), &candidate.blob);
+    let fit = view.searched(rough(yaw_rad), SearchRange { radius_m, angle_rad }, |_| true)?;
     let cost = INVISIBLE_OUTLINE_COST * (1.0 - fit.visible_fraction);
     let blob = markerless::silhouette(target, view.camera, &fit);
     (fit.visible_fraction > LEAST_VISIBLE).then_some(Match {
@@ -347,6 +349,14 @@ fn matched_outline(
         other_dot: None,
         yaw_margin: f64::INFINITY,
     })
+}
+
+/// By how much a silhouette is longer than an object at a pose (m): its shadow on one side displaces its centroid by about as much.
+fn shadow_m(camera: &Camera, target: &Target, pose: Pose, silhouette: &Blob) -> f64 {
+    let half_axis_px = |covariance_px2| 2.0 * principal_axes(covariance_px2).0.sqrt();
+    let expected_px = half_axis_px(target.projection(camera, pose).covariance);
+    let scale_m_per_px = camera.scale_m_per_px(silhouette.centroid, target.height_m());
+    scale_m_per_px * (half_axis_px(silhouette.covariance_px2) - expected_px).max(0.0)
 }
 
 /// Candidates at the positions of the objects without markers that the layout gives.

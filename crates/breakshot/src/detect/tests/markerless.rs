@@ -220,3 +220,24 @@ fn an_outline_of_which_one_direction_is_hardly_measured_is_less_certain() {
     assert!(part.measured_fraction < LEAST_MEASURED, "{part:?}");
     assert!(part.std_px > 1.5 * whole.std_px, "{part:?} beside {whole:?}");
 }
+
+#[test]
+fn an_object_as_grey_as_its_long_shadow_is_not_taken_for_it() {
+    let view = view();
+    let brick = bare("a", bar(0.06, 0.045));
+    let pose = Pose::new(-0.04, -0.02, 0.2);
+    let mut top = body(&brick, pose, Vec2::ZERO, 0.0);
+    (top.grey, top.side_grey) = (112.0, 95.0);
+    // The shadow reaches from the foot to the image of the outline 58 mm aside.
+    let shadows = (0..=24).map(|k| {
+        let part = f64::from(k) / 24.0;
+        let at = Pose::new(pose.position.x + 0.026 * part, pose.position.y + 0.052 * part, pose.yaw_rad);
+        Thing::flat(bar(0.06, 0.045), at, 0.0, 95.0)
+    });
+    let things: Vec<Thing> = shadows.chain([top]).collect();
+    let frames = film(&view, &times_s(6), |_| things.clone());
+    let tracks = found(&view, frames, &[brick], &Layout::Unknown).expect("tracks");
+    for s in &tracks.tracks[0].samples {
+        assert!(error_mm(s, pose) < 0.3 && !s.doubtful, "{s:?}");
+    }
+}
