@@ -354,9 +354,9 @@ impl Clip<'_> {
         let doubted = tracker.states.iter().map(|state| postprocess::track(camera, state, exposure_s));
         let (mut tracks, mut doubts): (Vec<Track>, Vec<_>) =
             doubted.map(|DoubtedTrack { track, doubts }| (track, doubts)).unzip();
-        postprocess::scale_noise(&mut tracks);
+        let unsmooth = postprocess::scale_noise(&mut tracks);
         for ((state, track), doubts) in tracker.states.iter().zip(&mut tracks).zip(&mut doubts) {
-            postprocess::doubt_noise(camera, state, track, doubts);
+            postprocess::doubt_noise(camera, state, unsmooth, track, doubts);
             postprocess::doubt_jumps(track, doubts);
         }
         for track in &mut tracks {

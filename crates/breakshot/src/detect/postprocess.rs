@@ -372,25 +372,46 @@ fn size_deviations_px(appearances: &[Option<Appearance>]) -> Vec<Option<f64>> {
     deviations_px
 }
 
-/// Multiplies the standard deviations by the scatter of the samples about smooth motion, if that is larger:
-/// compression moves edges by more than the noise of the grey levels.
-pub(super) fn scale_noise(tracks: &mut [Track]) {
-    let residuals: Vec<f64> =
-        tracks.iter().flat_map(|track| derivatives::residual_stds(&track.samples)).collect();
-    if residuals.len() < LEAST_FAST {
-        return;
+/// Multiplies the standard deviations by the scatter of the samples about smooth motion, if that is larger: compression moves edges by more
+/// than the noise of the grey levels.  The scatter is that of all tracks, or that of a track itself where this is larger.  Gives by how much
+/// more the samples of all tracks scatter about uniformly decelerated motion than about straight lines.
+pub(super) fn scale_noise(tracks: &mut [Track]) -> f64 {
+    let residuals: Vec<Vec<[f64; 2]>> =
+        tracks.iter().map(|track| derivatives::residual_stds(&track.samples)).collect();
+    let [decelerated, straight] = scatters_stds(&residuals.concat());
+    let of_all = decelerated.min(straight);
+    for (track, residuals) in tracks.iter_mut().zip(residuals) {
+        let [decelerated, straight] = scatters_stds(&residuals);
+        let factor = of_all.max(decelerated.min(straight));
+        for sample in &mut track.samples {
+            sample.std_m *= factor;
+        }
     }
-    let factor = upper_median(residuals).unwrap_or(1.0).max(1.0);
-    for sample in tracks.iter_mut().flat_map(|track| &mut track.samples) {
-        sample.std_m *= factor;
-    }
+    decelerated / of_all
 }
 
-/// Marks the samples as doubtful whose standard deviation is that of no marker or outline, where no other reason says so.
-pub(super) fn doubt_noise(camera: &Camera, state: &TrackState, track: &mut Track, doubts: &mut [Vec<Doubt>]) {
+/// The usual scatter of samples about uniformly decelerated motion and about straight lines (standard deviations), at least 1; 1 where too few
+/// samples move.
+fn scatters_stds(residuals: &[[f64; 2]]) -> [f64; 2] {
+    if residuals.len() < LEAST_FAST {
+        return [1.0; 2];
+    }
+    [0, 1].map(|i| upper_median(residuals.iter().map(|pair| pair[i])).unwrap_or(1.0).max(1.0))
+}
+
+/// Marks the samples as doubtful whose standard deviation is that of no marker or outline, where no other reason says so.  An outline without
+/// a marker may jump along straight lines of the table, so it has to move smoothly as well: `unsmooth` is what [`scale_noise`] gives.
+pub(super) fn doubt_noise(
+    camera: &Camera,
+    state: &TrackState,
+    unsmooth: f64,
+    track: &mut Track,
+    doubts: &mut [Vec<Doubt>],
+) {
+    let factor = if state.target.is_markerless() { unsmooth } else { 1.0 };
     for ((sample, point), doubts) in track.samples.iter_mut().zip(&state.points).zip(doubts) {
         let scale_m_per_px = camera.scale_m_per_px(point.blob.centroid, state.target.height_m());
-        let std_px = sample.std_m / scale_m_per_px;
+        let std_px = factor * sample.std_m / scale_m_per_px;
         if std_px > NOISY_PX && doubts.is_empty() {
             sample.doubtful = true;
             doubts.push(Doubt::Noise { std_px });
