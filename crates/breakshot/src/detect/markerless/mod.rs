@@ -100,7 +100,7 @@ fn observation(view: &FrameView, state: &TrackState, fit: &OutlineFit, blur_px: 
     let blob = silhouette(&state.target, view.camera, fit);
     let blur_px = blur_px[0].hypot(blur_px[1]);
     let measured_fraction = fit.measured_fraction;
-    Observation { blur_px, measured_fraction, ..Observation::new(fit.pose, Source::Marker, blob) }
+    Observation { measured_fraction, blur_px, ..Observation::new(fit.pose, Source::Marker, blob) }
 }
 
 /// A fitted outline in the form of a blob: its projection, with the visible fraction as contrast.
