@@ -203,7 +203,7 @@ mod tests {
         let noisy = |(k, s): (usize, &Sample)| Sample {
             x_m: s.x_m + if k % 2 == 0 { 2e-5 } else { -2e-5 },
             y_m: s.y_m + if k % 4 < 2 { 2e-5 } else { -2e-5 },
-            ..s.clone()
+            ..*s
         };
         let samples: Vec<Sample> = struck().iter().step_by(2).enumerate().map(noisy).collect();
         let residuals = residual_stds(&samples);
