@@ -6,6 +6,7 @@
 
 use super::tracks::Sample;
 use crate::geometry::Vec2;
+use crate::geometry::moments::principal_axes;
 use crate::statistics::upper_median;
 use nalgebra::{Matrix3, Vector3};
 use std::ops::Range;
@@ -52,22 +53,21 @@ pub(super) fn residual_stds(samples: &[Sample]) -> Vec<[f64; 2]> {
         let run = runs.iter().find(|run| run.contains(&k))?;
         let windows = || windows(run, k, WINDOW).filter(moving);
         let best = best_fit(samples, k, windows())?;
-        let aside = windows().map(|window| aside_stds(&samples[window])).min_by(f64::total_cmp)?;
-        Some([best.residual_stds, aside].map(|stds| stds / BEST_OF_THREE))
+        let perpendicular = windows().map(|window| perpendicular_stds(&samples[window]));
+        Some([best.residual_stds, perpendicular.min_by(f64::total_cmp)?].map(|stds| stds / BEST_OF_THREE))
     };
     (0..samples.len()).filter_map(of_sample).collect()
 }
 
 /// Residuals of some samples from the straight line through them, in their standard deviations.
-fn aside_stds(samples: &[Sample]) -> f64 {
+fn perpendicular_stds(samples: &[Sample]) -> f64 {
     let n = samples.len() as f64;
     let sum = samples.iter().map(|s| s.position().to_vec()).fold(Vec2::ZERO, |sum, at| sum + at);
     let (xx, xy, yy) = samples.iter().fold((0.0, 0.0, 0.0), |(xx, xy, yy), s| {
         let d = s.position().to_vec() - sum / n;
         (xx + d.x * d.x, xy + d.x * d.y, yy + d.y * d.y)
     });
-    let half = f64::midpoint(xx, yy);
-    let squares = (half - (half * half - xx * yy + xy * xy).max(0.0).sqrt()).max(0.0);
+    let (_, squares, _) = principal_axes([xx, xy, yy]);
     let std_m = samples.iter().map(|s| s.std_m).fold(0.0, f64::max);
     (squares / (n - 2.0).max(1.0)).sqrt() / std_m
 }

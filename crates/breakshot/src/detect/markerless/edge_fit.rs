@@ -155,7 +155,7 @@ impl OutlineView<'_> {
         let residuals_px = edges.iter().flatten().map(|e| e.off_px).filter(|o| o.abs() < ON_OUTLINE_PX);
         let (count, squares) =
             residuals_px.fold((0.0, 0.0), |(n, sum), off_px| (n + 1.0, sum + off_px * off_px));
-        let least = eigenvalues(normals(&contour.points, &measured))[0];
+        let least = least_eigenvalue(normals(&contour.points, &measured));
         let std_px = (squares / count * CORRELATED / least.max(1.0)).sqrt();
         (count > 0.0).then(|| OutlineFit {
             pose,
@@ -442,7 +442,7 @@ fn is_on_outline(width_px: f64, edge: Option<&Edge>) -> bool {
 fn least_fraction(points: &[EdgePoint], on: &[bool]) -> f64 {
     let all = vec![true; points.len()];
     let Some(inverse) = normals(points, &all).try_inverse() else { return 0.0 };
-    eigenvalues(inverse * normals(points, on))[0]
+    least_eigenvalue(inverse * normals(points, on))
 }
 
 /// The sum of the outer products of the normals of those points that are on the outline: how well they determine a position, by direction.
@@ -451,11 +451,10 @@ fn normals(points: &[EdgePoint], on: &[bool]) -> Matrix2<f64> {
     normals.map(|n| n * n.transpose()).sum()
 }
 
-/// The real eigenvalues of a matrix, the smaller one first.
-fn eigenvalues(matrix: Matrix2<f64>) -> [f64; 2] {
+/// The smaller one of the real eigenvalues of a matrix, which need not be symmetric.
+fn least_eigenvalue(matrix: Matrix2<f64>) -> f64 {
     let half = matrix.trace() / 2.0;
-    let apart = (half * half - matrix.determinant()).max(0.0).sqrt();
-    [half - apart, half + apart]
+    half - (half * half - matrix.determinant()).max(0.0).sqrt()
 }
 
 /// The local maximum uphill of an index; `None` at an end of the profile or next to NaN.

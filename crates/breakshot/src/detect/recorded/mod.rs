@@ -66,7 +66,7 @@ pub fn recorded_tracks(recording: &Recording, names: &[String], workspace: &Work
         let mut tracks = from_table(recording, names)?;
         count_from_the_start(&mut tracks);
         retime(&mut tracks, None, recording.frame_rate_hz.filter(|_| columns(recording).time.is_some()));
-        // Another instrument may be noisier along the motion than aside.
+        // Another instrument may be noisier along the motion than perpendicular to it.
         let unsmooth = postprocess::scale_noise(&mut tracks);
         for sample in tracks.iter_mut().flat_map(|track| &mut track.samples) {
             sample.std_m *= unsmooth;

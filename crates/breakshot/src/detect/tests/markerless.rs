@@ -228,7 +228,7 @@ fn an_object_as_grey_as_its_long_shadow_is_not_taken_for_it() {
     let pose = Pose::new(-0.04, -0.02, 0.2);
     let mut top = body(&brick, pose, Vec2::ZERO, 0.0);
     (top.grey, top.side_grey) = (112.0, 95.0);
-    // The shadow reaches from the foot to the image of the outline 58 mm aside.
+    // The shadow reaches from the foot to the image of the outline 58 mm away.
     let shadows = (0..=24).map(|k| {
         let part = f64::from(k) / 24.0;
         let at = Pose::new(pose.position.x + 0.026 * part, pose.position.y + 0.052 * part, pose.yaw_rad);

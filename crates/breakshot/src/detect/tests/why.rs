@@ -87,11 +87,7 @@ fn every_frame_has_the_outcome_of_its_sample() {
         let is_of_a_cover = |doubt: &Doubt| match doubt {
             Doubt::Size { deviation_px } => *deviation_px > 0.3,
             Doubt::PartOfMarker { std_px } => *std_px > 0.0,
-            Doubt::MarkerCovered
-            | Doubt::OutlineElsewhere
-            | Doubt::OutlineNotSeen
-            | Doubt::Jump { .. }
-            | Doubt::UnevenLight { .. } => true,
+            Doubt::MarkerCovered | Doubt::OutlineElsewhere | Doubt::UnevenLight { .. } => true,
             _ => false,
         };
         assert!(!doubts.is_empty() && doubts.iter().all(is_of_a_cover), "{doubts:?}");
