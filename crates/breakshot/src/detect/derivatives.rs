@@ -80,10 +80,19 @@ struct Derivatives {
     residual_stds: f64,
 }
 
+/// The usual interval between samples (s).
+fn usual_interval_s(samples: &[Sample]) -> Option<f64> {
+    upper_median(samples.windows(2).map(|s| s[1].time_s - s[0].time_s))
+}
+
+/// The usual duration of the windows of [`residual_stds`] (s).
+pub(super) fn window_s(samples: &[Sample]) -> Option<f64> {
+    Some(WINDOW as f64 * usual_interval_s(samples)?)
+}
+
 /// Ranges of samples without a gap.
 fn runs(samples: &[Sample]) -> Vec<Range<usize>> {
-    let intervals_s = samples.windows(2).map(|s| s[1].time_s - s[0].time_s);
-    let usual_s = upper_median(intervals_s).unwrap_or(f64::INFINITY);
+    let usual_s = usual_interval_s(samples).unwrap_or(f64::INFINITY);
     let mut runs: Vec<Range<usize>> = Vec::new();
     for k in 0..samples.len() {
         match runs.last_mut() {

@@ -32,6 +32,8 @@ pub struct Recording<'a> {
 
 /// The standard deviation of a position that says nothing of its own (m); it is raised to the scatter about smooth motion.
 const ASSUMED_STD_M: f64 = 5e-5;
+/// Windows of samples that last longer (s) usually contain a strike, an impact or a stop, which is no noise along the motion.
+const LONGEST_SMOOTH_S: f64 = 0.1;
 /// A position further from the origin is a mistake (m), and so is a time (s).
 const FURTHEST_M: f64 = 1e4;
 const LATEST_S: f64 = 1e11;
@@ -68,8 +70,12 @@ pub fn recorded_tracks(recording: &Recording, names: &[String], workspace: &Work
         retime(&mut tracks, None, recording.frame_rate_hz.filter(|_| columns(recording).time.is_some()));
         // Another instrument may be noisier along the motion than perpendicular to it.
         let unsmooth = postprocess::scale_noise(&mut tracks);
-        for sample in tracks.iter_mut().flat_map(|track| &mut track.samples) {
-            sample.std_m *= unsmooth;
+        let window_s =
+            tracks.iter().filter_map(|track| derivatives::window_s(&track.samples)).fold(0.0, f64::max);
+        if window_s <= LONGEST_SMOOTH_S {
+            for sample in tracks.iter_mut().flat_map(|track| &mut track.samples) {
+                sample.std_m *= unsmooth;
+            }
         }
         let warnings = tracks.iter().filter_map(gap_warning).collect();
         Tracks { version: 1, tracks, warnings, ..Tracks::default() }

@@ -110,6 +110,19 @@ fn scatter_beyond_the_stated_noise_raises_it() {
 }
 
 #[test]
+fn strikes_and_stops_between_few_samples_are_no_noise() {
+    // Struck at 0.31 s, a stop 0.2 s later, at 30 samples per second
+    let x_m = |t: f64| 0.8 * (t - 0.31).clamp(0.0, 0.2) - 2.0 * (t - 0.31).clamp(0.0, 0.2).powi(2);
+    let noise_m = |k: usize| 2e-5 * (if k.is_multiple_of(2) { 1.0 } else { -1.0 });
+    let row = |k: usize| {
+        format!("a,{},{},{},2e-5\n", k as f64 / 30.0, x_m(k as f64 / 30.0) + noise_m(k), noise_m(k / 2))
+    };
+    let text = format!("object,time_s,x_m,y_m,std_m\n{}", (0..30).map(row).collect::<String>());
+    let std_m = read(&text, None, &["a"]).expect("tracks").tracks[0].samples[0].std_m;
+    assert!((1.9e-5..6e-5).contains(&std_m), "{std_m} m, given 0.02 mm");
+}
+
+#[test]
 fn every_error_names_the_file_and_where_it_is() {
     let head = "object,time_s,x_m,y_m\n";
     for (text, words) in [
