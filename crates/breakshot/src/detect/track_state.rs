@@ -278,9 +278,22 @@ impl<'a> TrackState<'a> {
         blob.background_rms > self.background_rms + DISTURBED_LEVELS
     }
 
+    /// The observed pose; of the yaws at which a symmetric outline looks the same, the one nearest to that of the last point. With the one
+    /// nearest to the predicted yaw, an outline that was once found one period further would rotate by that period in every later frame.
+    fn least_rotated(&self, observation: &Observation) -> Pose {
+        let Observation { pose, source, .. } = *observation;
+        let is_by_object = source == Source::ObjectOutline || self.target.is_markerless();
+        let period_rad = self.target.object.shape.rotation_symmetry_rad().filter(|_| is_by_object);
+        let Some(period_rad) = period_rad.filter(|&period_rad| period_rad > 0.0) else { return pose };
+        let near_rad = self.points.last().map_or(self.start, |p| p.pose).yaw_rad;
+        let turns = ((pose.yaw_rad - near_rad) / period_rad).round();
+        Pose { yaw_rad: pose.yaw_rad - turns * period_rad, ..pose }
+    }
+
     /// Adds the observation of a frame.
     pub(super) fn add(&mut self, camera: &Camera, frame: usize, time_s: f64, observation: &Observation) {
-        let Observation { pose, source, blob, outline, measured_fraction, .. } = *observation;
+        let Observation { source, blob, outline, measured_fraction, .. } = *observation;
+        let pose = self.least_rotated(observation);
         let Observation { blur_px, measured_blur_px, yaw_known, .. } = *observation;
         let change = self.signal_change(camera, pose, &blob);
         let complete = source == Source::Marker && self.is_complete(camera, observation);

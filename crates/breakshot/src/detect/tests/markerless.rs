@@ -241,3 +241,27 @@ fn an_object_as_grey_as_its_long_shadow_is_not_taken_for_it() {
         assert!(error_mm(s, pose) < 0.3 && !s.doubtful, "{s:?}");
     }
 }
+
+#[test]
+fn an_octagon_that_is_struck_between_two_of_thirty_frames_a_second_does_not_rotate_by_its_symmetry() {
+    let view = view();
+    let corner =
+        |k: u32| Point::ORIGIN + Vec2::new(0.03, 0.0).rotated(f64::from(k) * std::f64::consts::FRAC_PI_4);
+    let octagon = bare("a", Shape::Polygon { points_m: (0..8).map(corner).collect() });
+    let times_s: Vec<f64> = (0..9).map(|k| f64::from(k) / 30.0).collect();
+    for variant in 0..6 {
+        let start = Pose::new(-0.15, -0.02, 0.12 * f64::from(variant));
+        let motion = |t: f64| slid(start, Vec2::new(0.8, 0.1), -1.0, t + 0.005 * f64::from(variant));
+        let frames = film(&view, &times_s, |t| {
+            let (pose, velocity, rate) = motion(t);
+            vec![body(&octagon, pose, velocity, rate)]
+        });
+        let tracks = found(&view, frames, std::slice::from_ref(&octagon), &Layout::Unknown).expect("tracks");
+        let samples = &tracks.tracks[0].samples;
+        let rotation_rad = |s: &Sample| s.yaw_rad.expect("a yaw") - samples[0].yaw_rad.expect("a yaw");
+        for s in samples {
+            let off_rad = rotation_rad(s) - (motion(s.time_s).0.yaw_rad - start.yaw_rad);
+            assert!(off_rad.abs() < 0.1, "{variant}: {s:?}: {} degrees off", off_rad.to_degrees());
+        }
+    }
+}
