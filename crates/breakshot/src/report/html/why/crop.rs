@@ -160,8 +160,9 @@ fn stretched(pixels: Vec<u8>) -> Vec<u8> {
     let (Some(low), Some(high)) = (low, high) else { return pixels };
     let factor = (255.0 / (high as f64 - low as f64).max(1.0)).clamp(1.0, LARGEST_STRETCH);
     let middle = f64::midpoint(low as f64, high as f64);
-    // The middle moves only as far as the range of eight bits demands.
-    let to = middle.clamp((middle - low as f64) * factor, 255.0 - (high as f64 - middle) * factor);
+    // The middle moves only as far as the range of eight bits demands. Where the levels are stretched to all of that range, the two bounds are
+    // equal but for rounding.
+    let to = middle.max((middle - low as f64) * factor).min(255.0 - (high as f64 - middle) * factor);
     pixels
         .into_iter()
         .map(|p| (to + (f64::from(p) - middle) * factor).round().clamp(0.0, 255.0) as u8)
@@ -266,4 +267,23 @@ fn ellipse(spot: &Spot) -> impl Iterator<Item = Pixel> {
         let (u, v) = (a * c, b * s);
         Pixel::new(x + u * cos - v * sin, y + u * sin + v * cos)
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn any_two_grey_levels_are_stretched_apart_and_stay_in_order() {
+        for low in 0..=255_u8 {
+            for high in low..=255 {
+                let stretched = stretched([[low; 50], [high; 50]].concat());
+                let factor =
+                    (255.0 / (f64::from(high) - f64::from(low)).max(1.0)).clamp(1.0, LARGEST_STRETCH);
+                let wanted = factor * (f64::from(high) - f64::from(low));
+                let apart = f64::from(stretched[99]) - f64::from(stretched[0]);
+                assert!((apart - wanted).abs() <= 1.0, "{low} and {high} are {apart} apart, {wanted} wanted");
+            }
+        }
+    }
 }
