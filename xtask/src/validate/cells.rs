@@ -1,11 +1,13 @@
 //! Tracks and estimates of drawn cells beside the truth: `cargo xtask validate cells [SEEDS]`.
 //!
 //! `cells.py` of the lab draws each cell from a seed: its objects, markers, lamps, shadows, table, lens and camera. An easy cell is
-//! what `docs/filming.md` asks for, a hard one what people have. The films are kept in `target/validate/cells`.
+//! what `docs/filming.md` asks for, a hard one what people have. The films are kept in `target/validate/cells`. The true poses of the same films
+//! are estimated as well: what these miss is not due to the tracks.
 
 use super::Program;
 use super::estimation::properties::pooled_rows;
 use super::row::{self, Row, rms};
+use super::true_poses;
 use super::truth::{Clip, Truth};
 use crate::venv;
 use breakshot::detect::{Sample, Tracks};
@@ -70,6 +72,8 @@ struct Figures {
     silent_bare: Vec<String>,
     /// What was estimated in each cell, and the truth.
     learned: Vec<(Truth, Properties)>,
+    /// The same from the true poses in place of the tracks.
+    by_true_poses: Vec<(Truth, Properties)>,
 }
 
 /// Measures the cells of these seeds, each with at least this number of films; whether every target holds.
@@ -85,11 +89,11 @@ pub(crate) fn validate(program: &Program, lab: &Path, seeds: &str, clips: u64) -
     }
     for (title, figures) in [("Easy cells", &easy), ("Hard cells", &hard)] {
         if figures.tracks > 0 {
-            row::print_all(title, &figures.rows());
+            figures.print(title);
         }
     }
     easy.join(hard);
-    Ok(row::print_all("All drawn cells", &easy.rows()))
+    Ok(easy.print("All drawn cells"))
 }
 
 /// `3`, `3-easy`, `3-hard` or `3-9`, separated by commas.
@@ -183,7 +187,10 @@ impl Figures {
         };
         (self.struck, self.silent) = (marked.len(), silent(&marked));
         (self.struck_bare, self.silent_bare) = (bare.len(), silent(&bare));
-        self.learned.extend(learned.map(|properties| (truth, properties)));
+        self.learned.extend(learned.map(|properties| (truth.clone(), properties)));
+        let by_true_poses =
+            true_poses::properties(program, folder, &truth.clips, camera.fps, &output.join("true-poses"))?;
+        self.by_true_poses.extend(by_true_poses.map(|properties| (truth, properties)));
         Ok(())
     }
 
@@ -254,6 +261,17 @@ impl Figures {
         self.standardized.extend(other.standardized);
         self.silent.extend(other.silent);
         self.learned.extend(other.learned);
+        self.by_true_poses.extend(other.by_true_poses);
+    }
+
+    /// Prints the rows; whether every target holds. What the true poses miss does not count.
+    fn print(&self, title: &str) -> bool {
+        let all_hold = row::print_all(title, &self.rows());
+        row::print_all(
+            &format!("{title}, the true poses in place of the tracks"),
+            &pooled_rows(&self.by_true_poses),
+        );
+        all_hold
     }
 
     fn line(&self) -> String {

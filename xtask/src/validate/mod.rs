@@ -18,6 +18,7 @@ mod scatter;
 mod strikes;
 mod study;
 mod tracks;
+mod true_poses;
 mod truth;
 
 use crate::process;

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 /// One folder of films.
-#[derive(Deserialize)]
+#[derive(Clone, Deserialize)]
 pub(crate) struct Truth {
     pub(crate) clips: BTreeMap<String, Clip>,
     pub(crate) mass_kg: BTreeMap<String, f64>,

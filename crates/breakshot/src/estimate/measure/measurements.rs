@@ -118,25 +118,29 @@ impl Measurements {
                 _ => None,
             })
             .collect();
-        let others: Vec<usize> = (0..self.quantities.len())
-            .filter(|k| !matches!(self.quantities[*k], Quantity::Friction(_)))
-            .collect();
-        let size = known.len();
-        let own = DMatrix::from_fn(size, size, |r, c| {
-            let spread = if r == c { known[r].1.std.powi(2) } else { 0.0 };
-            self.covariance[(known[r].0, known[c].0)] + spread
-        });
+        let rows: Vec<usize> = known.iter().map(|(k, _)| *k).collect();
+        let cross = self.covariance.select_columns(&rows);
+        let mut own = cross.select_rows(&rows);
+        for (r, (_, friction)) in known.iter().enumerate() {
+            own[(r, r)] += friction.std.powi(2);
+        }
         let Some(factor) = own.cholesky() else { return self.clone() };
-        let cross = DMatrix::from_fn(others.len(), size, |r, c| self.covariance[(others[r], known[c].0)]);
-        let innovation = DVector::from_fn(size, |r, _| self.values[known[r].0] - known[r].1.value);
         let gain = factor.solve(&cross.transpose()).transpose();
+        let innovation =
+            DVector::from_iterator(known.len(), known.iter().map(|(k, m)| self.values[*k] - m.value));
         let change = &gain * innovation;
         let reduction = &gain * cross.transpose();
+        let reduction = (&reduction + reduction.transpose()) / 2.0;
+        // The frictions stay as the clip measures them; without the reduction of the cross terms, the matrix would be no covariance.
+        let is_friction = |k: usize| matches!(self.quantities[k], Quantity::Friction(_));
         let mut updated = self.clone();
-        for (r, &k) in others.iter().enumerate() {
-            updated.values[k] -= change[r];
-            for (c, &l) in others.iter().enumerate() {
-                updated.covariance[(k, l)] -= reduction[(r, c)];
+        for k in (0..self.quantities.len()).filter(|&k| !is_friction(k)) {
+            updated.values[k] -= change[k];
+            for l in 0..self.quantities.len() {
+                updated.covariance[(k, l)] -= reduction[(k, l)];
+                if is_friction(l) {
+                    updated.covariance[(l, k)] -= reduction[(l, k)];
+                }
             }
         }
         updated
@@ -202,4 +206,43 @@ pub(crate) fn grouped(clips: &[Measurements]) -> BTreeMap<&Quantity, Vec<(usize,
         }
     }
     indices
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_conditioned_on_a_friction_keeps_a_covariance() {
+        // A friction that the clip itself hardly measures, and two values that depend on it almost entirely.
+        let slopes = DVector::from_vec(vec![1.0, -0.9, 0.7, 0.2]);
+        let noise = DVector::from_vec(vec![1e-8, 1e-6, 1e-6, 1e-5]);
+        let covariance = DMatrix::from_diagonal(&noise) + 0.03 * &slopes * slopes.transpose();
+        let of = |name: &str| name.to_owned();
+        let measurements = Measurements {
+            quantities: vec![
+                Quantity::Friction(of("a")),
+                Quantity::StrikerRestitution(of("a")),
+                Quantity::MassRatio(of("a"), of("b")),
+                Quantity::Friction(of("b")),
+            ],
+            values: DVector::from_vec(vec![0.5, 0.4, 0.1, 0.3]),
+            covariance,
+            vertical_fractions: vec![0.0; 4],
+            double_contact: vec![false; 4],
+            by_slope: Vec::new(),
+        };
+        let expected = [(of("a"), Measured { value: 0.3, std: 0.01 })].into();
+        let updated = measurements.conditioned_on_friction(&expected);
+        let least = updated.covariance.clone().symmetric_eigenvalues().min();
+        assert!(least > 0.0, "{least}: {}", updated.covariance);
+        // With the variance s2 of the friction that is expected: the line of regression, and the cross covariance s2 / (s2 + own) times its own.
+        let (own, s2) = (0.03 + 1e-8, 1e-4);
+        let expected = 0.4 - (-0.9 * 0.03 / (s2 + own)) * 0.2;
+        assert!((updated.values[1] - expected).abs() < 1e-12, "{}", updated.values);
+        let cross = -0.9 * 0.03 * s2 / (s2 + own);
+        assert!((updated.covariance[(0, 1)] - cross).abs() < 1e-12, "{}", updated.covariance);
+        assert_eq!(updated.covariance[(0, 3)], measurements.covariance[(0, 3)]);
+        assert_eq!(updated.covariance, updated.covariance.transpose());
+    }
 }
