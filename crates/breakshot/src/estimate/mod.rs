@@ -23,6 +23,8 @@ mod struck_again_tests;
 mod support_tests;
 #[cfg(test)]
 mod table_tests;
+#[cfg(test)]
+mod unobserved_tests;
 
 pub use clip::result::{BodyFit, ClipFit, Impact, Measured};
 pub use clip::sliding::MotionState;

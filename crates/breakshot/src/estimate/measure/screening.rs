@@ -4,6 +4,7 @@ use super::contact::{Contact, OUTLINE_ACCURACY_M, Partner};
 use super::{impulse_ratio, restitution};
 use crate::estimate::clip::fit::MotionFit;
 use crate::estimate::clip::initial_guess::frame_s;
+use crate::estimate::clip::motion_model::Observation;
 use crate::estimate::clip::striker::path::StrikerPath;
 use crate::geometry::outline::Outline;
 
@@ -15,6 +16,8 @@ const FRAMES_BETWEEN: f64 = 1.5;
 const FRAMES_UNTIL_REPEATED: f64 = 3.0;
 /// A motion of fewer frames between two impacts is fitted wrongly at both ends if it is at one.
 const FRAMES_OF_MOTION: f64 = 8.0;
+/// A position shows a motion between two impacts if the body moves by at least this many of its standard deviations.
+const LEAST_STDS_MOVED: f64 = 10.0;
 /// Repeated impacts of a pair follow each other like those of a bouncing ball: each interval is the restitution times the one
 /// before it. It is taken as this part, since the restitution is not known yet.
 const REPEATED_INTERVAL: f64 = 0.5;
@@ -35,10 +38,41 @@ pub(crate) fn screen(fitted: &MotionFit, striker: Option<&StrikerPath>, contacts
             }
         }
     }
+    exclude_unobserved(fitted, contacts);
     exclude_wrong(fitted, contacts, &wrong);
     exclude_repeated(fitted, contacts);
     exclude_after_further_strike(fitted, contacts);
     exclude_crowded(fitted, contacts);
+}
+
+/// Excludes the impacts before and after a motion that no position shows. Any instant of the first one explains the positions, and the fit stops
+/// at the earliest, where its covariance is that of the frame before.
+fn exclude_unobserved(fitted: &MotionFit, contacts: &mut [Contact]) {
+    for (k, (body, path)) in fitted.model.bodies.iter().zip(&fitted.paths).enumerate() {
+        let mut impacts: Vec<(usize, f64)> = contacts
+            .iter()
+            .enumerate()
+            .filter(|(_, contact)| partners(contact).contains(&k))
+            .map(|(index, contact)| (index, contact.time_s(fitted)))
+            .collect();
+        impacts.sort_by(|a, b| a.1.total_cmp(&b.1));
+        for pair in impacts.windows(2) {
+            let [(first, from_s), (second, to_s)] = [pair[0], pair[1]];
+            let [from, to] =
+                [path.motion(from_s), path.motion_before(to_s)].map(|motion| motion.pose.position);
+            let least_m = from.distance(to) / LEAST_STDS_MOVED;
+            let shows =
+                |o: &Observation| !o.excluded && (from_s..to_s).contains(&o.time_s) && o.std_m < least_m;
+            if !body.observations.iter().any(shows) {
+                let reason = format!(
+                    "no position shows the motion of `{}` between {from_s:.3} and {to_s:.3} s: the impacts before and after it measure nothing",
+                    body.object
+                );
+                contacts[first].exclude(reason.clone());
+                contacts[second].exclude(reason);
+            }
+        }
+    }
 }
 
 /// Excludes the restitutions of impacts that share a short motion with one that does not conserve momentum (its bodies and its time): that motion

@@ -1,0 +1,37 @@
+//! Motions between two impacts of which no position is known.
+
+use super::{Options, estimation};
+use crate::detect::Track;
+use crate::synthetic::campaign::{CampaignSpec, campaign};
+
+/// Any instant of the strike between the last frame at rest and the impact explains the positions that are left.
+#[test]
+fn impacts_around_a_motion_that_no_position_shows_measure_nothing() {
+    let mut drawn = campaign(&CampaignSpec { objects: 2, ..CampaignSpec::default() }, 3);
+    let whole =
+        estimation(&drawn.clips, &drawn.cell, &drawn.objects, &Options::default()).expect("properties");
+    assert!(!whole.properties.restitution.is_empty(), "{:?}", whole.properties.warnings);
+
+    let onset_s = |track: &Track| {
+        let first = track.samples[0].position();
+        track.samples.iter().find(|s| s.position().distance(first) > 5e-4).map_or(f64::INFINITY, |s| s.time_s)
+    };
+    for clip in drawn.clips.iter_mut().filter(|clip| clip.tracks.tracks.len() == 2) {
+        let [from_s, to_s] = [0, 1].map(|k| onset_s(&clip.tracks.tracks[k]));
+        clip.tracks.tracks[0].samples.retain(|s| !(from_s..to_s).contains(&s.time_s));
+    }
+    let found =
+        estimation(&drawn.clips, &drawn.cell, &drawn.objects, &Options::default()).expect("properties");
+    let found = found.properties;
+    assert!(found.restitution.is_empty(), "{:?}", found.restitution);
+    assert!(found.pair_mass_ratio.is_empty(), "{:?}", found.pair_mass_ratio);
+    assert!(
+        found.warnings.iter().any(|w| w.contains("no position shows the motion of")),
+        "{:?}",
+        found.warnings
+    );
+    for (name, restitution) in &found.striker_restitution {
+        let truth = drawn.truth.striker_restitution[name];
+        assert!((restitution.mean / truth - 1.0).abs() < 0.05, "{name}: {restitution:?}, {truth} drawn");
+    }
+}
