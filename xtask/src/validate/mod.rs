@@ -18,7 +18,6 @@ mod scatter;
 mod strikes;
 mod study;
 mod tracks;
-mod true_poses;
 mod truth;
 
 use crate::process;

@@ -2,8 +2,8 @@
 //!
 //! The difference from the estimate of the films is due to the camera; the rest to what the bodies do, and how many impacts there are.
 
-use super::Program;
-use super::truth::Clip;
+use crate::validate::Program;
+use crate::validate::truth::Clip;
 use breakshot::files;
 use breakshot::properties::Properties;
 use std::collections::BTreeMap;

@@ -4,10 +4,11 @@
 //! what `docs/filming.md` asks for, a hard one what people have. The films are kept in `target/validate/cells`. The true poses of the same films
 //! are estimated as well: what these miss is not due to the tracks.
 
+mod true_poses;
+
 use super::Program;
 use super::estimation::properties::pooled_rows;
 use super::row::{self, Row, rms};
-use super::true_poses;
 use super::truth::{Clip, Truth};
 use crate::venv;
 use breakshot::detect::{Sample, Tracks};
