@@ -81,7 +81,7 @@ struct Derivatives {
 }
 
 /// The usual interval between samples (s).
-fn usual_interval_s(samples: &[Sample]) -> Option<f64> {
+pub(super) fn usual_interval_s(samples: &[Sample]) -> Option<f64> {
     upper_median(samples.windows(2).map(|s| s[1].time_s - s[0].time_s))
 }
 

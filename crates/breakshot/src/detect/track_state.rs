@@ -5,7 +5,7 @@ use super::marker::outline::{Appearance, MarkerFit};
 use super::marker::target::Target;
 use crate::capture::Camera;
 use crate::geometry::moments::Moments;
-use crate::geometry::{Pixel, Pose, Vec2};
+use crate::geometry::{Pixel, Pose, Vec2, nearest_equivalent_rad};
 
 /// What an object's pose was measured from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -286,8 +286,7 @@ impl<'a> TrackState<'a> {
         let period_rad = self.target.object.shape.rotation_symmetry_rad().filter(|_| is_by_object);
         let Some(period_rad) = period_rad.filter(|&period_rad| period_rad > 0.0) else { return pose };
         let near_rad = self.points.last().map_or(self.start, |p| p.pose).yaw_rad;
-        let turns = ((pose.yaw_rad - near_rad) / period_rad).round();
-        Pose { yaw_rad: pose.yaw_rad - turns * period_rad, ..pose }
+        Pose { yaw_rad: nearest_equivalent_rad(pose.yaw_rad, near_rad, period_rad), ..pose }
     }
 
     /// Adds the observation of a frame.

@@ -167,16 +167,20 @@ impl Pixel {
     }
 }
 
+/// The angle plus the multiple of the period with which it is nearest to another one (rad).
+pub(crate) fn nearest_equivalent_rad(angle_rad: f64, near_rad: f64, period_rad: f64) -> f64 {
+    let periods = ((angle_rad - near_rad) / period_rad).round();
+    angle_rad - periods * period_rad
+}
+
 /// The angle modulo a full turn, in [-pi, pi] (rad).
 pub fn wrapped_rad(angle_rad: f64) -> f64 {
-    let turns = (angle_rad / std::f64::consts::TAU).round();
-    angle_rad - turns * std::f64::consts::TAU
+    nearest_equivalent_rad(angle_rad, 0.0, std::f64::consts::TAU)
 }
 
 /// The angle of an axis, modulo half a turn, in (-pi/2, pi/2] (rad).
 pub(crate) fn half_turn_wrapped_rad(angle_rad: f64) -> f64 {
-    let half_turns = (angle_rad / std::f64::consts::PI).round();
-    let wrapped = angle_rad - half_turns * std::f64::consts::PI;
+    let wrapped = nearest_equivalent_rad(angle_rad, 0.0, std::f64::consts::PI);
     if wrapped <= -std::f64::consts::FRAC_PI_2 { wrapped + std::f64::consts::PI } else { wrapped }
 }
 

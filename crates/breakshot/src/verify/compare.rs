@@ -5,7 +5,7 @@ use super::report::{
     DistanceErrors, GoalCheck, GoalChecks, ObjectDifference, PairDifference, Report, Summary,
 };
 use crate::error::{Error, Result};
-use crate::geometry::Pose;
+use crate::geometry::{Pose, nearest_equivalent_rad};
 use crate::object::Shape;
 use crate::ordered_map::map_of;
 use crate::scene::Scene;
@@ -109,7 +109,7 @@ fn object_differences(
             let marker = scene.object(name)?.feature().shape.rotation_symmetry_rad();
             let yaw_error_rad = match (after.yaw_rad, marker.unwrap_or(TAU)) {
                 (Some(yaw_rad), period) if period > 0.0 => {
-                    Some(wrapped_into(predicted.yaw_rad - yaw_rad, period))
+                    Some(nearest_equivalent_rad(predicted.yaw_rad - yaw_rad, 0.0, period))
                 }
                 _ => None,
             };
@@ -123,11 +123,6 @@ fn object_differences(
             })
         })
         .collect()
-}
-
-/// The angle plus a multiple of the period, within half a period of zero (rad).
-fn wrapped_into(angle_rad: f64, period_rad: f64) -> f64 {
-    angle_rad - (angle_rad / period_rad).round() * period_rad
 }
 
 fn summary(pairs: &[PairDifference], objects: &[ObjectDifference]) -> Summary {

@@ -13,7 +13,7 @@ use crate::columns::Columns;
 use crate::error::{Error, Result};
 use crate::geometry::Point;
 use crate::retiming::Retiming;
-use crate::statistics::{sorted_by_value, upper_median};
+use crate::statistics::sorted_by_value;
 use std::f64::consts::TAU;
 use table::{Row, Table, syntax};
 
@@ -327,7 +327,7 @@ fn count_from_the_start(tracks: &mut [Track]) {
 /// A warning if samples are missing.
 fn gap_warning(track: &Track) -> Option<String> {
     let steps = || track.samples.windows(2).map(|pair| pair[1].time_s - pair[0].time_s);
-    let usual_s = upper_median(steps())?;
+    let usual_s = derivatives::usual_interval_s(&track.samples)?;
     let missing = |step: f64| (step / usual_s).round() - 1.0;
     let first = steps().position(|step| missing(step) >= 1.0)?;
     let count: f64 = steps().map(missing).filter(|missing| *missing >= 1.0).sum();
