@@ -58,7 +58,8 @@ pub(crate) fn without_outliers(
         let what = if all_out { "left out" } else { "left out in part" };
         let text = format!("{what}: {}{cause}", evidence.join("; "));
         warnings.push(Warning::of_clip(Cause::Contradiction, name, text));
-        let remaining = measurements.retained(|k| !all_out && !outliers.contains(&k));
+        let mut remaining = measurements.retained(|k| !all_out && !outliers.contains(&k));
+        remaining.covariance *= misfit_variance(measurements, &outliers, &consensus);
         kept.push(downweighted(remaining, &consensus));
     }
     (kept, warnings)
@@ -126,6 +127,20 @@ impl Consensus {
     fn is_outlier(&self, measured: Measured) -> bool {
         self.deviation_stds(measured) > OUTLIER_STDS
     }
+}
+
+/// The factor by which the variances of a clip's other values increase: an outlying friction shows that the motion was fitted wrongly as a whole,
+/// with errors as many times larger than stated.
+fn misfit_variance(
+    measurements: &Measurements,
+    outliers: &[usize],
+    consensus: &BTreeMap<Quantity, Consensus>,
+) -> f64 {
+    let frictions = outliers.iter().map(|&k| (&measurements.quantities[k], measurements.measured(k)));
+    let deviations_stds = frictions
+        .filter(|(quantity, _)| matches!(quantity, Quantity::Friction(_)))
+        .filter_map(|(quantity, measured)| Some(consensus.get(quantity)?.deviation_stds(measured)));
+    deviations_stds.fold(1.0, f64::max).powi(2)
 }
 
 /// Whether measurement `k` of a clip is an outlier.

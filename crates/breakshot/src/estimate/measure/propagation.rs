@@ -36,9 +36,10 @@ const CONTACT_VALUES: usize = 3;
 impl FitMeasurements {
     pub(crate) fn new(fitted: &MotionFit, striker: Option<&StrikerPath>) -> Self {
         let mut contacts = contact::contacts(fitted, striker);
-        screening::screen(fitted, striker, &mut contacts);
+        let without_friction = screening::screen(fitted, striker, &mut contacts);
         let indices = &fitted.layout.bodies;
-        let sliding: Vec<usize> = (0..indices.len()).filter(|&k| indices[k].friction.is_some()).collect();
+        let shown = |k: &usize| indices[*k].friction.is_some() && !without_friction.contains(k);
+        let sliding: Vec<usize> = (0..indices.len()).filter(shown).collect();
         let (values, slopes) = fitted.slopes(|parameters| {
             let of_contacts = contacts.iter().flat_map(|c| contact_values(c, fitted, parameters));
             let frictions = sliding.iter().filter_map(|&k| indices[k].friction.map(|f| parameters[f]));

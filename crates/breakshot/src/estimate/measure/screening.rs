@@ -16,14 +16,23 @@ const FRAMES_BETWEEN: f64 = 1.5;
 const FRAMES_UNTIL_REPEATED: f64 = 3.0;
 /// A motion of fewer frames between two impacts is fitted wrongly at both ends if it is at one.
 const FRAMES_OF_MOTION: f64 = 8.0;
+/// Number of positions after a strike that show its instant and the velocity.
+const POSITIONS_AFTER_STRIKE: usize = 2;
+/// Number of positions of a body in motion that show its deceleration, among those of motions that more than one shows.
+const POSITIONS_OF_FRICTION: usize = 3;
 /// A position shows a motion between two impacts if the body moves by at least this many of its standard deviations.
 const LEAST_STDS_MOVED: f64 = 10.0;
 /// Repeated impacts of a pair follow each other like those of a bouncing ball: each interval is the restitution times the one
 /// before it. It is taken as this part, since the restitution is not known yet.
 const REPEATED_INTERVAL: f64 = 0.5;
 
-/// Excludes from the measurements the contacts that fail a check, and adds the reason to their remarks.
-pub(crate) fn screen(fitted: &MotionFit, striker: Option<&StrikerPath>, contacts: &mut [Contact]) {
+/// Excludes from the measurements the contacts that fail a check, and adds the reason to their remarks. Returns the bodies whose deceleration is
+/// not shown either.
+pub(crate) fn screen(
+    fitted: &MotionFit,
+    striker: Option<&StrikerPath>,
+    contacts: &mut [Contact],
+) -> Vec<usize> {
     let mut wrong: Vec<(Vec<usize>, f64)> = Vec::new();
     for contact in contacts.iter_mut() {
         if contact.normal_from_outlines && contact.restitution {
@@ -38,16 +47,20 @@ pub(crate) fn screen(fitted: &MotionFit, striker: Option<&StrikerPath>, contacts
             }
         }
     }
-    exclude_unobserved(fitted, contacts);
+    let mut without_friction = exclude_unobserved(fitted, contacts);
+    without_friction.retain(|k| !shows_friction(fitted, *k));
     exclude_wrong(fitted, contacts, &wrong);
     exclude_repeated(fitted, contacts);
     exclude_after_further_strike(fitted, contacts);
     exclude_crowded(fitted, contacts);
+    without_friction
 }
 
-/// Excludes the impacts before and after a motion that no position shows. Any instant of the first one explains the positions, and the fit stops
-/// at the earliest, where its covariance is that of the frame before.
-fn exclude_unobserved(fitted: &MotionFit, contacts: &mut [Contact]) {
+/// Excludes the impacts before and after a motion that too few positions show: one, or two after a strike, whose instant no other body shows. Any
+/// instant of the first impact then explains the positions, and the fit stops at the earliest, where its covariance is that of the frame before.
+/// Returns the bodies with such a motion.
+fn exclude_unobserved(fitted: &MotionFit, contacts: &mut [Contact]) -> Vec<usize> {
+    let mut unobserved = Vec::new();
     for (k, (body, path)) in fitted.model.bodies.iter().zip(&fitted.paths).enumerate() {
         let mut impacts: Vec<(usize, f64)> = contacts
             .iter()
@@ -62,17 +75,32 @@ fn exclude_unobserved(fitted: &MotionFit, contacts: &mut [Contact]) {
                 [path.motion(from_s), path.motion_before(to_s)].map(|motion| motion.pose.position);
             let least_m = from.distance(to) / LEAST_STDS_MOVED;
             let shows =
-                |o: &Observation| !o.excluded && (from_s..to_s).contains(&o.time_s) && o.std_m < least_m;
-            if !body.observations.iter().any(shows) {
+                |o: &&Observation| !o.excluded && (from_s..to_s).contains(&o.time_s) && o.std_m < least_m;
+            let found = body.observations.iter().filter(shows).count();
+            let needed = if contacts[first].a == Partner::Striker { POSITIONS_AFTER_STRIKE } else { 1 };
+            if found < needed {
+                let found = if found == 0 { "no position shows" } else { "a single position shows" };
                 let reason = format!(
-                    "no position shows the motion of `{}` between {from_s:.3} and {to_s:.3} s: the impacts before and after it measure nothing",
+                    "{found} the motion of `{}` between {from_s:.3} and {to_s:.3} s: the impacts before and after it measure nothing",
                     body.object
                 );
                 contacts[first].exclude(reason.clone());
                 contacts[second].exclude(reason);
+                unobserved.push(k);
             }
         }
     }
+    unobserved
+}
+
+/// Whether enough positions show how body `k` decelerates.
+fn shows_friction(fitted: &MotionFit, k: usize) -> bool {
+    let observations = &fitted.model.bodies[k].observations;
+    let shown = fitted.paths[k].legs().into_iter().map(|leg| {
+        let during = leg.start_s..leg.end_s;
+        observations.iter().filter(|o| !o.excluded && during.contains(&o.time_s)).count()
+    });
+    shown.filter(|count| *count > 1).sum::<usize>() >= POSITIONS_OF_FRICTION
 }
 
 /// Excludes the restitutions of impacts that share a short motion with one that does not conserve momentum (its bodies and its time): that motion
