@@ -11,6 +11,8 @@ use std::fmt::Write as _;
 use std::fs;
 use std::path::Path;
 
+/// Exposure that the cell file of the true poses states (s); zero is refused.
+const EXPOSURE_S: f64 = 1e-6;
 /// The standard deviation that the recorded tracks state (m).
 const STD_M: f64 = 2e-5;
 
@@ -24,9 +26,9 @@ pub(crate) fn properties(
 ) -> Result<Option<Properties>, String> {
     let failed = |e: std::io::Error| format!("{}: {e}", output.display());
     fs::create_dir_all(output).map_err(failed)?;
-    for name in ["cell.toml", "objects.toml"] {
-        fs::copy(folder.join(name), output.join(name)).map_err(failed)?;
-    }
+    fs::copy(folder.join("objects.toml"), output.join("objects.toml")).map_err(failed)?;
+    let cell = fs::read_to_string(folder.join("cell.toml")).map_err(failed)?;
+    fs::write(output.join("cell.toml"), at_instants(&cell)).map_err(failed)?;
     let mut text = fs::read_to_string(folder.join("campaign.toml")).map_err(failed)?;
     for (video, clip) in clips {
         let recording = Path::new(video).with_extension("csv");
@@ -41,6 +43,16 @@ pub(crate) fn properties(
         return Ok(None);
     }
     files::load_properties(&properties).map(Some).map_err(|e| e.to_string())
+}
+
+/// The cell file with an exposure of nearly zero: the true poses are those of instants.
+fn at_instants(cell: &str) -> String {
+    let others = cell.lines().filter(|line| !line.starts_with("exposure_s"));
+    let lines = others.flat_map(|line| {
+        let exposure = (line == "[camera]").then(|| format!("exposure_s = {EXPOSURE_S}"));
+        std::iter::once(line.to_owned()).chain(exposure)
+    });
+    lines.collect::<Vec<_>>().join("\n")
 }
 
 /// The true poses of a film's frames, one row for each object and frame.

@@ -1,6 +1,6 @@
 //! Which measurements contradict those of the other clips, and what explains it?
 
-use super::random_effects::Group;
+use super::random_effects::{Group, with_prior};
 use crate::estimate::clip::result::Measured;
 use crate::estimate::measure::measurements::{Measurements, grouped};
 use crate::estimate::measure::quantity::{KINDS, Quantity};
@@ -75,6 +75,8 @@ fn consensus(clips: &[Measurements]) -> BTreeMap<Quantity, Consensus> {
     let middle = |group: &Group| median(group.values.iter().map(|m| m.value)).unwrap_or(0.0);
     let mut relative_stds = [0.0; KINDS];
     for (kind, std) in relative_stds.iter_mut().enumerate() {
+        let of_kind = groups.iter().filter(|(q, _)| q.kind() == kind);
+        let repeats: f64 = of_kind.map(|(_, group)| group.degrees_of_freedom()).sum();
         let deviations = groups.iter().filter(|(q, _)| q.kind() == kind).flat_map(|(_, group)| {
             let centre = middle(group);
             // Deviations from the median of a small sample are too small on average.
@@ -82,7 +84,8 @@ fn consensus(clips: &[Measurements]) -> BTreeMap<Quantity, Consensus> {
             let widened = (n / (n - 1.0)).sqrt() / group.scale;
             group.values.iter().map(move |m| (m.value - centre).abs() * widened)
         });
-        *std = median(deviations).unwrap_or(0.0) / NORMAL_MEDIAN_DEVIATION;
+        let found = median(deviations).unwrap_or(0.0) / NORMAL_MEDIAN_DEVIATION;
+        *std = with_prior(found, repeats);
     }
     map_of(groups.iter().map(|(quantity, group)| {
         let consensus = Consensus {
@@ -241,5 +244,41 @@ mod tests {
         let (last, warned) = steps[200];
         println!("0.6 without it, {furthest:.4} at most, {last:.4} far off");
         assert!((0.602..0.62).contains(&furthest) && (last - 0.5975).abs() < 0.002 && warned);
+    }
+
+    /// Frictions of one object, each clip with that of another object of its own, all known to 1 %.
+    fn frictions(of_a: &[f64]) -> Vec<Measurements> {
+        let clip = |(k, value): (usize, &f64)| Measurements {
+            quantities: vec![Quantity::Friction("a".into()), Quantity::Friction(format!("b{k}"))],
+            values: DVector::from_vec(vec![*value, 0.3]),
+            covariance: DMatrix::from_diagonal_element(2, 2, (0.003f64).powi(2)),
+            vertical_fractions: vec![0.0; 2],
+            double_contact: vec![false; 2],
+            by_slope: Vec::new(),
+        };
+        of_a.iter().enumerate().map(clip).collect()
+    }
+
+    #[test]
+    fn an_outlying_friction_widens_the_other_values_of_its_clip() {
+        let clips = frictions(&[0.299, 0.301, 0.3, 0.302, 0.298, 0.6]);
+        let names: Vec<String> = (0..clips.len()).map(|k| k.to_string()).collect();
+        let (kept, warnings) = without_outliers(&clips, &names);
+        assert_eq!(warnings.len(), 1, "{warnings:?}");
+        assert_eq!(kept[5].quantities, [Quantity::Friction("b5".into())]);
+        let widened = (kept[5].covariance[(0, 0)] / clips[5].covariance[(1, 1)]).sqrt();
+        println!("widened {widened:.1} times");
+        assert!(widened > OUTLIER_STDS, "widened {widened} times");
+        assert_eq!(kept[0].covariance, clips[0].covariance);
+    }
+
+    #[test]
+    fn three_clips_that_agree_by_chance_do_not_outvote_two() {
+        // Friction varies by some per cent from clip to clip.
+        let clips = frictions(&[0.385, 0.3619, 0.3626, 0.3625, 0.404]);
+        let names: Vec<String> = (0..clips.len()).map(|k| k.to_string()).collect();
+        let (kept, warnings) = without_outliers(&clips, &names);
+        assert!(warnings.is_empty(), "{warnings:?}");
+        assert!(kept.iter().all(|clip| clip.quantities.len() == 2));
     }
 }

@@ -83,7 +83,7 @@ impl Group {
         (mean, self.values.iter().zip(&weights).map(|(m, w)| w * (m.value - mean).powi(2)).sum())
     }
 
-    fn degrees_of_freedom(&self) -> f64 {
+    pub(crate) fn degrees_of_freedom(&self) -> f64 {
         self.values.len().saturating_sub(1) as f64
     }
 
@@ -172,17 +172,21 @@ pub(crate) fn between_clip_std(groups: &[Group]) -> BetweenClipStd {
 /// The typical variation from clip to clip with a prior that has the weight of one repeat, so that a campaign without
 /// repeats does not claim that clips agree to within their noise.
 pub(crate) fn between_clip_std_with_prior(groups: &[Group]) -> BetweenClipStd {
-    /// Relative standard deviation of repeated slides and impacts on a real table: some per cent.
-    const PRIOR_STD: f64 = 0.05;
     let found = between_clip_std(groups);
     let repeats: f64 = groups.iter().map(Group::degrees_of_freedom).sum();
-    let variance = (repeats * found.relative.powi(2) + PRIOR_STD.powi(2)) / (repeats + 1.0);
-    let relative = variance.sqrt();
+    let relative = with_prior(found.relative, repeats);
     // By the prior one or two groups are not much more variable than their repeats show.
     let is_from_prior = repeats > 0.0 && !is_comparable(groups);
     let degrees_of_freedom =
         if is_from_prior { ASSUMED_DEGREES_OF_FREEDOM } else { found.degrees_of_freedom };
     BetweenClipStd { relative, degrees_of_freedom }
+}
+
+/// A relative standard deviation from clip to clip that this number of repeats shows, with a prior that has the weight of one.
+pub(crate) fn with_prior(relative: f64, repeats: f64) -> f64 {
+    /// Relative standard deviation of repeated slides and impacts on a real table: some per cent.
+    const PRIOR_STD: f64 = 0.05;
+    ((repeats * relative.powi(2) + PRIOR_STD.powi(2)) / (repeats + 1.0)).sqrt()
 }
 
 impl Group {
