@@ -138,7 +138,7 @@ impl MotionFit {
             let at_s = self.minimum.parameters[self.layout.events[n].time];
             self.model.events[n].members.iter().all(|&k| {
                 let speed_m_s = self.paths[k].motion_before(at_s).velocity.length();
-                let (_, jump_m_s, std_m_s) = self.jump_near(k, at_s).unwrap_or_default();
+                let (_, jump_m_s, std_m_s) = self.jump(n, k).unwrap_or_default();
                 speed_m_s > 0.0 && (jump_m_s < EVENT_STDS * std_m_s || jump_m_s < EVENT_JUMP * speed_m_s)
             })
         });
@@ -205,28 +205,28 @@ impl MotionFit {
             return None;
         }
         let trial = Self::weighted(first.model, first.minimum.parameters, FINAL);
-        let trial = self.at_contact(trial, &event, body, time_s);
+        let (trial, added) = self.at_contact(trial, &event, body, time_s);
         let trial = Self { remarks: self.remarks.clone(), ..trial };
 
-        let (at_s, ..) = trial.jump_near(body, time_s)?;
+        let (at_s, ..) = trial.jump(added, body)?;
         // The fit has changed the instant: the partner must still be near.
         let alone = match event.cause {
             Cause::Contact => fitted_partner(&trial.model.bodies, &trial.paths, body, at_s) != partner,
             cause => cause == Cause::Unknown,
         };
-        // Between two contacts of the same bodies in one frame no velocity is observed.
-        if trial.repeats_a_contact(&event, at_s) {
+        // Between two impacts of the same bodies in one frame no velocity is observed.
+        if trial.repeats_an_impact(&event, at_s) {
             return None;
         }
         let needed = if alone { LONE_EVENT_GAIN } else { EVENT_GAIN };
-        let accepted = self.is_improved_by(&trial, (body, time_s), needed);
+        let accepted = self.is_improved_by(&trial, (added, body), needed);
         accepted.then(|| if alone { Self { non_coulomb: true, ..self.clone() } } else { trial })
     }
 
-    /// Whether a fit with one more impact of a body near a time (s) lowers the loss by `needed` variances, and that impact changes the
-    /// velocity noticeably.
-    pub(super) fn is_improved_by(&self, trial: &Self, (body, time_s): (usize, f64), needed: f64) -> bool {
-        let Some((at_s, jump_m_s, std_m_s)) = trial.jump_near(body, time_s) else { return false };
+    /// Whether a fit with one more event, of this index, lowers the loss by `needed` variances, and changes the velocity of the body
+    /// noticeably.
+    pub(super) fn is_improved_by(&self, trial: &Self, (event, body): (usize, usize), needed: f64) -> bool {
+        let Some((at_s, jump_m_s, std_m_s)) = trial.jump(event, body) else { return false };
         // Positions alone decide: a spin that decays otherwise than modelled does not show an impact.
         let gained = self.position_loss() - trial.position_loss();
         let speed_m_s = trial.paths[body].motion_before(at_s).velocity.length();
@@ -236,25 +236,34 @@ impl MotionFit {
             && jump_m_s > EVENT_JUMP * speed_m_s
     }
 
-    /// The fit with an impact, or that with the impact when its bodies touch, if they are apart in the first and the second one fits
-    /// the positions about as well.
-    fn at_contact(&self, trial: Self, event: &Event, body: usize, time_s: f64) -> Self {
-        let nearer =
-            trial.jump_near(body, time_s).and_then(|(at_s, ..)| trial.nearer_approach_s(event, at_s));
-        let Some(contact_s) = nearer else { return trial };
+    /// The fit with an impact that was inserted at a time (s), or that with the impact when its bodies touch, if they are apart in the first and
+    /// the second one fits the positions about as well; and the index of the impact.
+    fn at_contact(&self, trial: Self, event: &Event, body: usize, time_s: f64) -> (Self, usize) {
+        let added = self.events_before(time_s);
+        let nearer = trial.jump(added, body).and_then(|(at_s, ..)| trial.nearer_approach_s(event, at_s));
+        let Some(contact_s) = nearer else { return (trial, added) };
         let (model, parameters) = self.inserted(event.clone(), contact_s, body, Vec2::ZERO);
         let touching = Self::run(model, parameters);
         let allowed = trial.position_loss() + EVENT_GAIN * trial.position_variance();
-        if touching.position_loss() < allowed { touching } else { trial }
+        if touching.position_loss() < allowed {
+            (touching, self.events_before(contact_s))
+        } else {
+            (trial, added)
+        }
     }
 
-    /// Whether the bodies of an event at this time are those of another event less than a frame away.
-    fn repeats_a_contact(&self, event: &Event, time_s: f64) -> bool {
+    /// The number of its events before a time (s).
+    fn events_before(&self, time_s: f64) -> usize {
+        self.timed_events().take_while(|(_, at_s)| *at_s < time_s).count()
+    }
+
+    /// Whether all bodies of an event at this time take part in another event less than a frame away.
+    fn repeats_an_impact(&self, event: &Event, time_s: f64) -> bool {
         let frame_s = frame_s(&self.model.bodies);
         let same = |other: &Event| event.members.iter().all(|m| other.members.contains(m));
         let near = self.timed_events().filter(|(other, at_s)| same(other) && (at_s - time_s).abs() < frame_s);
         // One of them is the event itself.
-        event.cause == Cause::Contact && near.count() > 1
+        near.count() > 1
     }
 
     /// The loss of the positions alone.
@@ -322,9 +331,7 @@ impl MotionFit {
 
     /// Model and parameters with an event added at a time, at which `body` jumps by `jump`.
     fn inserted(&self, event: Event, time_s: f64, body: usize, jump: Vec2) -> (MotionModel, Vec<f64>) {
-        let times: Vec<f64> =
-            self.layout.events.iter().map(|indices| self.minimum.parameters[indices.time]).collect();
-        let at = times.partition_point(|t| *t < time_s);
+        let at = self.events_before(time_s);
         let mut model = self.model.clone();
         model.events.insert(at, event);
         let layout = model.layout();
@@ -358,24 +365,15 @@ impl MotionFit {
         (model, parameters)
     }
 
-    /// A body's event nearest to a time: its time (s), its velocity jump, and the standard deviation of a component of the
-    /// jump (m/s).
-    fn jump_near(&self, body: usize, time_s: f64) -> Option<(f64, f64, f64)> {
-        let (event, indices) = (self.model.events.iter().zip(&self.layout.events))
-            .filter(|(event, _)| event.members.contains(&body))
-            .min_by(|p, q| {
-                let apart_s = |indices: &EventIndices| (self.minimum.parameters[indices.time] - time_s).abs();
-                apart_s(p.1).total_cmp(&apart_s(q.1))
-            })?;
+    /// An event of a body: its time (s), the velocity jump of the body, and the standard deviation of a component of the jump (m/s).
+    pub(super) fn jump(&self, event: usize, body: usize) -> Option<(f64, f64, f64)> {
+        let (members, indices) = (&self.model.events[event].members, &self.layout.events[event]);
+        let index = indices.velocities[members.iter().position(|&m| m == body)?];
         let at_s = self.minimum.parameters[indices.time];
         let jump = self.paths[body].motion(at_s).velocity - self.paths[body].motion_before(at_s).velocity;
-        let index = indices.velocities[event.members.iter().position(|&m| m == body)?];
         let covariance = &self.minimum.covariance;
-        Some((
-            at_s,
-            jump.length(),
-            f64::midpoint(covariance[(index, index)], covariance[(index + 1, index + 1)]).sqrt(),
-        ))
+        let variance = f64::midpoint(covariance[(index, index)], covariance[(index + 1, index + 1)]);
+        Some((at_s, jump.length(), variance.sqrt()))
     }
 
     /// The fit without outliers among the observed positions.

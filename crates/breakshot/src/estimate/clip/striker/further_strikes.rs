@@ -73,7 +73,7 @@ impl MotionFit {
         let trial = best_start(InitialGuess::from_times(model, &times_s));
         let at_s = trial.minimum.parameters[trial.layout.events[at].time];
         let touches = trial.striker_gap_m(striker, body, at_s).is_some_and(|gap_m| gap_m < STRUCK_AGAIN_M);
-        (touches && self.is_improved_by(&trial, (body, at_s), EVENT_GAIN)).then_some(trial)
+        (touches && self.is_improved_by(&trial, (at, body), EVENT_GAIN)).then_some(trial)
     }
 
     /// The time of the striker's last impact (s).
