@@ -196,7 +196,7 @@ impl MotionFit {
             None if struck_again => Event { cause: Cause::Striker, members: vec![body] },
             None => Event { cause: Cause::Unknown, members: vec![body] },
         };
-        let (model, parameters) = self.inserted(event.clone(), time_s, body, jump);
+        let (model, parameters, added) = self.inserted(event.clone(), time_s, body, jump);
 
         // The fit with the impact; for most candidates a first fit already shows too little gain
 
@@ -205,7 +205,7 @@ impl MotionFit {
             return None;
         }
         let trial = Self::weighted(first.model, first.minimum.parameters, FINAL);
-        let (trial, added) = self.at_contact(trial, &event, body, time_s);
+        let (trial, added) = self.at_contact(trial, added, &event, body);
         let trial = Self { remarks: self.remarks.clone(), ..trial };
 
         let (at_s, ..) = trial.jump(added, body)?;
@@ -236,24 +236,19 @@ impl MotionFit {
             && jump_m_s > EVENT_JUMP * speed_m_s
     }
 
-    /// The fit with an impact that was inserted at a time (s), or that with the impact when its bodies touch, if they are apart in the first and
-    /// the second one fits the positions about as well; and the index of the impact.
-    fn at_contact(&self, trial: Self, event: &Event, body: usize, time_s: f64) -> (Self, usize) {
-        let added = self.events_before(time_s);
+    /// The fit with an impact, of this index, or that with the impact when its bodies touch, if they are apart in the first and the second one
+    /// fits the positions about as well; and the index of the impact.
+    fn at_contact(&self, trial: Self, added: usize, event: &Event, body: usize) -> (Self, usize) {
         let nearer = trial.jump(added, body).and_then(|(at_s, ..)| trial.nearer_approach_s(event, at_s));
         let Some(contact_s) = nearer else { return (trial, added) };
-        let (model, parameters) = self.inserted(event.clone(), contact_s, body, Vec2::ZERO);
+        let (model, parameters, at) = self.inserted(event.clone(), contact_s, body, Vec2::ZERO);
         let touching = Self::run(model, parameters);
         let allowed = trial.position_loss() + EVENT_GAIN * trial.position_variance();
-        if touching.position_loss() < allowed {
-            (touching, self.events_before(contact_s))
-        } else {
-            (trial, added)
-        }
+        if touching.position_loss() < allowed { (touching, at) } else { (trial, added) }
     }
 
     /// The number of its events before a time (s).
-    fn events_before(&self, time_s: f64) -> usize {
+    pub(super) fn events_before(&self, time_s: f64) -> usize {
         self.timed_events().take_while(|(_, at_s)| *at_s < time_s).count()
     }
 
@@ -329,8 +324,8 @@ impl MotionFit {
         PlacedShape { shape: &self.model.bodies[body].shape, pose }
     }
 
-    /// Model and parameters with an event added at a time, at which `body` jumps by `jump`.
-    fn inserted(&self, event: Event, time_s: f64, body: usize, jump: Vec2) -> (MotionModel, Vec<f64>) {
+    /// Model and parameters with an event added at a time, at which `body` jumps by `jump`, and the index of the event.
+    fn inserted(&self, event: Event, time_s: f64, body: usize, jump: Vec2) -> (MotionModel, Vec<f64>, usize) {
         let at = self.events_before(time_s);
         let mut model = self.model.clone();
         model.events.insert(at, event);
@@ -362,11 +357,11 @@ impl MotionFit {
                 parameters[index + 2] = motion.spin_rad_s;
             }
         }
-        (model, parameters)
+        (model, parameters, at)
     }
 
     /// An event of a body: its time (s), the velocity jump of the body, and the standard deviation of a component of the jump (m/s).
-    pub(super) fn jump(&self, event: usize, body: usize) -> Option<(f64, f64, f64)> {
+    fn jump(&self, event: usize, body: usize) -> Option<(f64, f64, f64)> {
         let (members, indices) = (&self.model.events[event].members, &self.layout.events[event]);
         let index = indices.velocities[members.iter().position(|&m| m == body)?];
         let at_s = self.minimum.parameters[indices.time];

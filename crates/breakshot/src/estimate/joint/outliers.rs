@@ -1,6 +1,6 @@
 //! Which measurements contradict those of the other clips, and what explains it?
 
-use super::random_effects::{Group, with_prior};
+use super::random_effects::{Group, repeats, with_prior};
 use crate::estimate::clip::result::Measured;
 use crate::estimate::measure::measurements::{Measurements, grouped};
 use crate::estimate::measure::quantity::{KINDS, Quantity};
@@ -75,9 +75,8 @@ fn consensus(clips: &[Measurements]) -> BTreeMap<Quantity, Consensus> {
     let middle = |group: &Group| median(group.values.iter().map(|m| m.value)).unwrap_or(0.0);
     let mut relative_stds = [0.0; KINDS];
     for (kind, std) in relative_stds.iter_mut().enumerate() {
-        let of_kind = groups.iter().filter(|(q, _)| q.kind() == kind);
-        let repeats: f64 = of_kind.map(|(_, group)| group.degrees_of_freedom()).sum();
-        let deviations = groups.iter().filter(|(q, _)| q.kind() == kind).flat_map(|(_, group)| {
+        let of_kind = || groups.iter().filter(|(q, _)| q.kind() == kind).map(|(_, group)| group);
+        let deviations = of_kind().flat_map(|group| {
             let centre = middle(group);
             // Deviations from the median of a small sample are too small on average.
             let n = group.values.len() as f64;
@@ -85,7 +84,7 @@ fn consensus(clips: &[Measurements]) -> BTreeMap<Quantity, Consensus> {
             group.values.iter().map(move |m| (m.value - centre).abs() * widened)
         });
         let found = median(deviations).unwrap_or(0.0) / NORMAL_MEDIAN_DEVIATION;
-        *std = with_prior(found, repeats);
+        *std = with_prior(found, repeats(of_kind()));
     }
     map_of(groups.iter().map(|(quantity, group)| {
         let consensus = Consensus {
@@ -220,14 +219,19 @@ mod tests {
         }
     }
 
+    /// The measurements without outliers and the warnings, for clips that are named by their numbers.
+    fn kept(clips: &[Measurements]) -> (Vec<Measurements>, Vec<Warning>) {
+        let names: Vec<String> = (0..clips.len()).map(|k| k.to_string()).collect();
+        without_outliers(clips, &names)
+    }
+
     /// The mean over five clips of one pair, four of which agree, and whether there is a warning about the fifth.
     fn mean(fifth: f64) -> (f64, bool) {
         let scattered =
             |pair: usize| [-0.01, -0.005, 0.0, 0.005, 0.01].map(|off| measurement(pair, 0.6 + off));
         let mut clips: Vec<Measurements> = (0..6).flat_map(scattered).collect();
         clips[4] = measurement(0, fifth);
-        let names: Vec<String> = (0..clips.len()).map(|k| k.to_string()).collect();
-        let (kept, warnings) = without_outliers(&clips, &names);
+        let (kept, warnings) = kept(&clips);
         let (quantity, indices) = grouped(&kept).into_iter().next().expect("a pair");
         let between = BetweenClipStd { relative: 0.01, degrees_of_freedom: 12.0 };
         (Group::new(&kept, quantity, &indices).mean(between).expect("values").value, !warnings.is_empty())
@@ -262,8 +266,7 @@ mod tests {
     #[test]
     fn an_outlying_friction_widens_the_other_values_of_its_clip() {
         let clips = frictions(&[0.299, 0.301, 0.3, 0.302, 0.298, 0.6]);
-        let names: Vec<String> = (0..clips.len()).map(|k| k.to_string()).collect();
-        let (kept, warnings) = without_outliers(&clips, &names);
+        let (kept, warnings) = kept(&clips);
         assert_eq!(warnings.len(), 1, "{warnings:?}");
         assert_eq!(kept[5].quantities, [Quantity::Friction("b5".into())]);
         let widened = (kept[5].covariance[(0, 0)] / clips[5].covariance[(1, 1)]).sqrt();
@@ -276,8 +279,7 @@ mod tests {
     fn three_clips_that_agree_by_chance_do_not_outvote_two() {
         // Friction varies by some per cent from clip to clip.
         let clips = frictions(&[0.385, 0.3619, 0.3626, 0.3625, 0.404]);
-        let names: Vec<String> = (0..clips.len()).map(|k| k.to_string()).collect();
-        let (kept, warnings) = without_outliers(&clips, &names);
+        let (kept, warnings) = kept(&clips);
         assert!(warnings.is_empty(), "{warnings:?}");
         assert!(kept.iter().all(|clip| clip.quantities.len() == 2));
     }

@@ -83,7 +83,7 @@ impl Group {
         (mean, self.values.iter().zip(&weights).map(|(m, w)| w * (m.value - mean).powi(2)).sum())
     }
 
-    pub(crate) fn degrees_of_freedom(&self) -> f64 {
+    fn degrees_of_freedom(&self) -> f64 {
         self.values.len().saturating_sub(1) as f64
     }
 
@@ -152,7 +152,7 @@ pub(crate) fn quantile_95(degrees_of_freedom: f64) -> f64 {
 /// The typical variation from clip to clip: the relative standard deviation with which the weighted sum of squares of all
 /// groups has its expectation (Paule and Mandel 1982).
 pub(crate) fn between_clip_std(groups: &[Group]) -> BetweenClipStd {
-    let repeats: f64 = groups.iter().map(Group::degrees_of_freedom).sum();
+    let repeats = repeats(groups);
     if repeats == 0.0 {
         return BetweenClipStd { relative: 0.0, degrees_of_freedom: 0.0 };
     }
@@ -173,13 +173,18 @@ pub(crate) fn between_clip_std(groups: &[Group]) -> BetweenClipStd {
 /// repeats does not claim that clips agree to within their noise.
 pub(crate) fn between_clip_std_with_prior(groups: &[Group]) -> BetweenClipStd {
     let found = between_clip_std(groups);
-    let repeats: f64 = groups.iter().map(Group::degrees_of_freedom).sum();
+    let repeats = repeats(groups);
     let relative = with_prior(found.relative, repeats);
     // By the prior one or two groups are not much more variable than their repeats show.
     let is_from_prior = repeats > 0.0 && !is_comparable(groups);
     let degrees_of_freedom =
         if is_from_prior { ASSUMED_DEGREES_OF_FREEDOM } else { found.degrees_of_freedom };
     BetweenClipStd { relative, degrees_of_freedom }
+}
+
+/// The number of values of the groups beyond the first one of each.
+pub(crate) fn repeats<'a>(groups: impl IntoIterator<Item = &'a Group>) -> f64 {
+    groups.into_iter().map(Group::degrees_of_freedom).sum()
 }
 
 /// A relative standard deviation from clip to clip that this number of repeats shows, with a prior that has the weight of one.

@@ -56,8 +56,8 @@ pub(crate) fn screen(
     without_friction
 }
 
-/// Excludes the impacts before and after a motion that too few positions show: one, or two after a strike, whose instant no other body shows. Any
-/// instant of the first impact then explains the positions, and the fit stops at the earliest, where its covariance is that of the frame before.
+/// Excludes the impacts before and after a motion that too few positions show: none, or a single one after a strike, whose instant no other body
+/// shows. Any instant of the first impact then explains the positions, and the fit stops at the earliest, where its covariance is that of the frame before.
 /// Returns the bodies with such a motion.
 fn exclude_unobserved(fitted: &MotionFit, contacts: &mut [Contact]) -> Vec<usize> {
     let mut unobserved = Vec::new();
@@ -79,9 +79,9 @@ fn exclude_unobserved(fitted: &MotionFit, contacts: &mut [Contact]) -> Vec<usize
             let found = body.observations.iter().filter(shows).count();
             let needed = if contacts[first].a == Partner::Striker { POSITIONS_AFTER_STRIKE } else { 1 };
             if found < needed {
-                let found = if found == 0 { "no position shows" } else { "a single position shows" };
+                let shown = if found == 0 { "no position shows" } else { "a single position shows" };
                 let reason = format!(
-                    "{found} the motion of `{}` between {from_s:.3} and {to_s:.3} s: the impacts before and after it measure nothing",
+                    "{shown} the motion of `{}` between {from_s:.3} and {to_s:.3} s: the impacts before and after it measure nothing",
                     body.object
                 );
                 contacts[first].exclude(reason.clone());

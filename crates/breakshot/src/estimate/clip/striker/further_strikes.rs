@@ -66,7 +66,7 @@ impl MotionFit {
         let (body, time_s) = self.approach_of_striker(striker)?;
         let mut events: Vec<(Event, f64)> =
             self.timed_events().map(|(event, t)| (event.clone(), t)).collect();
-        let at = events.partition_point(|(_, t)| *t < time_s);
+        let at = self.events_before(time_s);
         events.insert(at, (Event { cause: Cause::Striker, members: vec![body] }, time_s));
         let (events, times_s): (Vec<Event>, Vec<f64>) = events.into_iter().unzip();
         let model = MotionModel { events, ..self.model.clone() };
