@@ -65,8 +65,8 @@ fn a_second_strike_changes_neither_friction_nor_restitution() {
     assert!(found.warnings.iter().any(|warning| warning.contains("hits `a` again")), "{:?}", found.warnings);
 }
 
-/// A body that tilts at the strike shows its marker a fraction of a millimetre aside from then on. Two impacts of unknown origin within a
-/// frame would explain that, too, and silence friction or restitution.
+/// Positions that are displaced by a fraction of a millimetre from the strike on. A second impact of unknown origin within a frame would explain
+/// that, too, and friction or restitution would have no value.
 #[test]
 fn a_displacement_at_the_strike_is_no_impact_of_its_own() {
     const NOISE_M: f64 = 2e-5;
