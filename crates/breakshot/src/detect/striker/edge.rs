@@ -1,7 +1,8 @@
 //! How much has changed along the striker's outline, if the striker were at a given point?
 //!
-//! The outline on the table is a known curve. Where the striker is, the grey level steps across that curve, and it did not in the first
-//! frame. A step along the whole curve distinguishes the striker's foot from shadows, the arm and the grain of the table.
+//! The outline of the striker's foot on the table is a known curve, and so is that of its top in the plane above. Where the striker is, the
+//! grey level steps across both curves, and it did not in the first frame. Steps along both distinguish the striker from shadows, the arm and
+//! the grain of the table, and tell its foot from its top.
 
 use super::grid::{Greys, Grid, Inner};
 use crate::capture::Camera;
@@ -26,65 +27,83 @@ const HALF_LEVELS: f32 = 8.0;
 /// The foot is used if the camera sees at least this part of its outline.
 const LEAST_VISIBLE: f64 = 0.25;
 
-/// A point of the outline from the striker's centre, in the strike frame (m), and the unit vector outward.
+/// A point of an outline from the striker's centre, in the strike frame (m), and the unit vector outward.
 #[derive(Clone, Copy)]
 struct EdgePoint {
     at: Vec2,
     outward: Vec2,
 }
 
-/// Which outline of the striker the camera sees along the path.
-pub(super) struct SeenOutline {
-    /// Its height above the table (m).
+/// An outline of the striker, or a part of it.
+pub(super) struct Outline {
+    /// The height of its plane above the table (m).
     pub height_m: f64,
-    /// Standard deviation of that height (m).
-    pub height_std_m: f64,
+    /// The number of its plane.
+    plane: usize,
     points: Vec<EdgePoint>,
+}
+
+/// Which outlines of the striker the camera sees along the path: a part of its foot, and its top.
+pub(super) struct SeenOutlines {
+    /// The lowest one first.
+    pub outlines: Vec<Outline>,
+    /// Standard deviation of the height of the lowest one (m).
+    pub height_std_m: f64,
 }
 
 /// See the [module](self).
 pub(super) struct Edge {
-    points: Vec<EdgePoint>,
     width_m: f64,
+    outlines: Vec<Outline>,
 }
 
 /// The steps across the outline, point by point (grey levels).
 pub(super) type Steps = Vec<f64>;
 
-impl SeenOutline {
+impl SeenOutlines {
     /// The part of a striker's foot that the camera sees along the whole path from start over middle to end, or in its first half if
-    /// the path passes below the camera; where that is too little, its top. A camera without a pose sees the outline at no height.
+    /// the path passes below the camera, and its top; where the part is too little, the top alone. A camera without a pose sees one
+    /// outline, at no height.
     pub(super) fn new(camera: &Camera, shape: &Shape, top_m: f64, path: &[Pose; 3]) -> Self {
         /// A striker moves a few millimetres above the table.
         const FOOT_STD_M: f64 = 0.004;
         let spacing_m = std::f64::consts::TAU * shape.outer_radius_m() / MOST_POINTS as f64;
         let all = outline_points(shape, spacing_m);
         let point = |(at, outward): &(Point, Vec2)| EdgePoint { at: at.to_vec(), outward: *outward };
-        let Some([x, y, _]) = camera.position_m() else {
+        let whole = |height_m: f64, plane: usize| {
             let points = all.iter().map(point).collect();
-            return Self { height_m: 0.0, height_std_m: FOOT_STD_M, points };
+            Outline { height_m, plane, points }
+        };
+        let Some([x, y, _]) = camera.position_m() else {
+            return Self { outlines: vec![whole(0.0, 0)], height_std_m: FOOT_STD_M };
         };
         for part in [&path[..], &path[..2]] {
-            // A side is seen from the camera's side.
-            let is_seen = |(at, outward): &&(Point, Vec2)| {
-                let faces = |pose: &Pose| (pose.body_from_table(Point::new(x, y)) - *at).dot(*outward) > 0.0;
-                part.iter().all(faces)
+            // A side is seen from the camera's side, and the top stands out from the table on the other one.
+            let faces = |(at, outward): &(Point, Vec2), pose: &Pose| {
+                (pose.body_from_table(Point::new(x, y)) - *at).dot(*outward) > 0.0
             };
-            let points: Vec<EdgePoint> = all.iter().filter(is_seen).map(point).collect();
+            let points: Vec<EdgePoint> =
+                all.iter().filter(|at| part.iter().all(|pose| faces(at, pose))).map(point).collect();
             if points.len() as f64 >= LEAST_VISIBLE * all.len() as f64 {
-                return Self { height_m: 0.0, height_std_m: FOOT_STD_M, points };
+                let foot = Outline { height_m: 0.0, plane: 0, points };
+                return Self { outlines: vec![foot, whole(top_m, 1)], height_std_m: FOOT_STD_M };
             }
         }
         // The arm above the top is of unknown width.
-        Self { height_m: top_m, height_std_m: top_m / 4.0, points: all.iter().map(point).collect() }
+        Self { outlines: vec![whole(top_m, 0)], height_std_m: top_m / 4.0 }
     }
 }
 
 impl Edge {
-    /// The outline on a grid, for a motion of up to `blur_m` during the exposure.
-    pub(super) fn new(outline: SeenOutline, step_m: f64, blur_m: f64) -> Self {
+    /// The outlines on a grid, for a motion of up to `blur_m` during the exposure.
+    pub(super) fn new(outlines: Vec<Outline>, step_m: f64, blur_m: f64) -> Self {
         let width_m = (LEAST_WIDTH_NODES * step_m).max(LEAST_WIDTH_M).max(0.8 * blur_m);
-        Self { points: outline.points, width_m }
+        Self { width_m, outlines }
+    }
+
+    /// The outlines, the lowest one first.
+    pub(super) fn outlines(&self) -> &[Outline] {
+        &self.outlines
     }
 
     /// Width of the filter across the outline (m).
@@ -94,13 +113,33 @@ impl Edge {
 
     /// Largest distance from the striker's centre at which the image is read (m).
     pub(super) fn reach_m(&self) -> f64 {
-        self.points.iter().map(|point| point.at.length()).fold(0.0, f64::max) + self.width_m
+        let points = self.outlines.iter().flat_map(|outline| &outline.points);
+        points.map(|point| point.at.length()).fold(0.0, f64::max) + self.width_m
     }
 
-    /// The strength of the change along the outline at each inner node: 0 for none, towards 1 for a strong one all along.
-    pub(super) fn strengths(&self, grid: &Grid, greys: &Greys, inner: &Inner) -> Vec<f32> {
-        let every = self.points.len().div_ceil(SEARCH_POINTS).max(1);
-        let points: Vec<&EdgePoint> = self.points.iter().step_by(every).collect();
+    /// The strength of the change along outlines at each inner node, that of the weakest one: 0 for none, towards 1 for a strong one
+    /// all along.
+    pub(super) fn strengths(
+        &self,
+        outlines: &[Outline],
+        grid: &Grid,
+        greys: &Greys,
+        inner: &Inner,
+    ) -> Vec<f32> {
+        let mut weakest = vec![1.0_f32; inner.along * inner.across];
+        for outline in outlines {
+            let strengths = self.strengths_of(outline, grid, &greys[outline.plane], inner);
+            weakest
+                .iter_mut()
+                .zip(strengths)
+                .for_each(|(weakest, strength)| *weakest = weakest.min(strength));
+        }
+        weakest
+    }
+
+    fn strengths_of(&self, outline: &Outline, grid: &Grid, greys: &[f32], inner: &Inner) -> Vec<f32> {
+        let every = outline.points.len().div_ceil(SEARCH_POINTS).max(1);
+        let points: Vec<&EdgePoint> = outline.points.iter().step_by(every).collect();
         let mut strengths = vec![0.0; inner.along * inner.across];
         let mut sums = strengths.clone();
         for part in points.chunks(points.len().div_ceil(PARTS)) {
@@ -120,14 +159,17 @@ impl Edge {
         strengths
     }
 
-    /// The steps across the outline of a striker at a point of the strike frame.
-    pub(super) fn steps(&self, grid: &Grid, greys: &Greys, centre: Point) -> Steps {
-        let step = |point: &EdgePoint| {
+    /// The steps across outlines of a striker at a point of the strike frame.
+    pub(super) fn steps(&self, outlines: &[Outline], grid: &Grid, greys: &Greys, centre: Point) -> Steps {
+        let step = |(outline, point): (&Outline, &EdgePoint)| {
             let read = |distance: f64| {
-                grid.value(greys, centre + point.at + point.outward * (distance * self.width_m))
+                let at = centre + point.at + point.outward * (distance * self.width_m);
+                grid.value(&greys[outline.plane], at)
             };
             READ_AT.iter().map(|&at| read(at) - read(-at)).sum::<f64>() / READ_AT.len() as f64
         };
-        self.points.iter().map(step).collect()
+        let each =
+            outlines.iter().flat_map(|outline| outline.points.iter().map(move |point| (outline, point)));
+        each.map(step).collect()
     }
 }

@@ -1,6 +1,7 @@
-//! A grid of points on the table around the path of a strike, and its grey levels in each frame.
+//! A grid of points around the path of a strike in planes above the table, and the grey levels there in each frame.
 //!
 //! The grid's axes lie along the given strike and across it, so that an outline that moves along the path keeps its shape on the grid.
+//! The nodes of all planes lie above each other: an outline of the striker's top has the same place on the grid as that of its foot.
 
 use crate::capture::{Camera, GreyImage};
 use crate::geometry::{Pixel, Point, Pose};
@@ -12,8 +13,8 @@ const EXACT_EVERY: usize = 8;
 /// Smallest part of the nodes that must be in the picture.
 const LEAST_IN_VIEW: f64 = 0.5;
 
-/// Grey levels at the nodes of a grid, or differences of grey levels.
-pub(super) type Greys = Vec<f32>;
+/// Grey levels at the nodes of a grid, or differences of grey levels, plane by plane.
+pub(super) type Greys = Vec<Vec<f32>>;
 
 /// The part of the picture that holds the grid.
 #[derive(Clone, Copy)]
@@ -36,8 +37,6 @@ struct Node {
 pub(super) struct Grid {
     /// The strike frame: origin at the given start, x along the given heading.
     pub strike: Pose,
-    /// The height of its plane above the table (m).
-    pub height_m: f64,
     /// Distance of neighbouring nodes (m).
     pub step_m: f64,
     /// The first node, in the strike frame.
@@ -46,15 +45,18 @@ pub(super) struct Grid {
     along: usize,
     across: usize,
     window: Window,
-    nodes: Vec<Node>,
+    /// The nodes of each plane.
+    planes: Vec<Vec<Node>>,
 }
 
 impl Grid {
-    /// The grid between two corners in the strike frame, of about one node a pixel; `None` where the camera sees too little of it.
-    pub(super) fn new(camera: &Camera, (strike, height_m): (Pose, f64), corners: [Point; 2]) -> Option<Self> {
+    /// The grid between two corners in the strike frame, of about one node a pixel, in planes of these heights above the table (m); `None`
+    /// where the camera sees too little of the first one.
+    pub(super) fn new(camera: &Camera, strike: Pose, corners: [Point; 2], heights_m: &[f64]) -> Option<Self> {
         let [from, to] = corners;
         let size_m = [to.x - from.x, to.y - from.y];
         let middle = Point::new(f64::midpoint(from.x, to.x), f64::midpoint(from.y, to.y));
+        let height_m = *heights_m.first()?;
         let middle_px = camera.pixel_from_table(strike.table_from_body(middle), height_m);
         let pixel_m = camera.scale_m_per_px(middle_px, height_m);
         let step_m = pixel_m.max((size_m[0] * size_m[1] / MOST_NODES).sqrt());
@@ -62,17 +64,21 @@ impl Grid {
             return None;
         }
         let [along, across] = size_m.map(|size| (size / step_m).ceil() as usize + 1);
-        let pixels = pixels(along, across, |i, j| {
-            let at = Point::new(from.x + i as f64 * step_m, from.y + j as f64 * step_m);
-            camera.pixel_from_table(strike.table_from_body(at), height_m)
-        });
-        let shown = pixels.iter().filter(|pixel| camera.shows(**pixel)).count();
-        if (shown as f64) < LEAST_IN_VIEW * pixels.len() as f64 {
+        let plane = |height_m: &f64| {
+            pixels(along, across, |i, j| {
+                let at = Point::new(from.x + i as f64 * step_m, from.y + j as f64 * step_m);
+                camera.pixel_from_table(strike.table_from_body(at), *height_m)
+            })
+        };
+        let planes: Vec<Vec<Pixel>> = heights_m.iter().map(plane).collect();
+        let shown = planes[0].iter().filter(|pixel| camera.shows(**pixel)).count();
+        if (shown as f64) < LEAST_IN_VIEW * planes[0].len() as f64 {
             return None;
         }
-        let window = Window::around(&pixels, camera.size_px)?;
-        let nodes = pixels.iter().map(|pixel| window.node(*pixel)).collect();
-        Some(Self { strike, height_m, step_m, from, along, across, window, nodes })
+        let window = Window::around(planes.iter().flatten(), camera.size_px)?;
+        let nodes = |pixels: &Vec<Pixel>| pixels.iter().map(|pixel| window.node(*pixel)).collect();
+        let planes = planes.iter().map(nodes).collect();
+        Some(Self { strike, step_m, from, along, across, window, planes })
     }
 
     /// Number of pixels of the window.
@@ -107,7 +113,7 @@ impl Grid {
             let lower = at(width) + (at(width + 1) - at(width)) * node.right;
             upper + (lower - upper) * node.down
         };
-        self.nodes.iter().map(value).collect()
+        self.planes.iter().map(|nodes| nodes.iter().map(value).collect()).collect()
     }
 
     /// The node nearest to a point of the strike frame, as fractions of nodes.
@@ -196,9 +202,9 @@ fn pixels(along: usize, across: usize, exact: impl Fn(usize, usize) -> Pixel) ->
 
 impl Window {
     /// The smallest window with these pixels, within the picture.
-    fn around(pixels: &[Pixel], size_px: [usize; 2]) -> Option<Self> {
+    fn around<'a>(pixels: impl Iterator<Item = &'a Pixel> + Clone, size_px: [usize; 2]) -> Option<Self> {
         let bounds = |value: fn(&Pixel) -> f64, size: usize| {
-            let values = || pixels.iter().map(value).filter(|v| v.is_finite());
+            let values = || pixels.clone().map(value).filter(|v| v.is_finite());
             let low = values().fold(f64::INFINITY, f64::min).floor().clamp(0.0, size as f64);
             let high = (values().fold(f64::NEG_INFINITY, f64::max).ceil() + 2.0).clamp(0.0, size as f64);
             (low as usize, high as usize)

@@ -1,8 +1,8 @@
 //! How does the striker itself move?
 //!
 //! A film shows the striker before it strikes. What has changed since the first frame around the given path is compared with the
-//! striker's outline, and the points where the outline has moved through in a straight line give its speed and its heading, and
-//! the point that it has left gives its start. The given strike is where the search begins: it may be wrong.
+//! outlines of the striker's foot and of its top, and the points which they have moved through in a straight line give its speed and
+//! its heading, and the point that they have left gives its start. The given strike is where the search begins: it may be wrong.
 
 mod crops;
 mod edge;
@@ -21,7 +21,7 @@ use crate::cell::Striker;
 use crate::geometry::{Point, Pose, Vec2};
 use crate::scene::Strike;
 use crops::Crops;
-use edge::{Edge, SeenOutline, Steps};
+use edge::{Edge, Outline, SeenOutlines, Steps};
 use grid::{Greys, Grid};
 use search::{Candidate, LEAST_PART, Peak, Searched, Struck, UniformMotion};
 
@@ -59,6 +59,8 @@ const LEAST_STD_NODES: f64 = 0.1;
 const MOST_STD_WIDTHS: f64 = 0.5;
 /// Standard deviation of the scale of the table at one place over that at others, by lens and pose of the camera (1).
 const SCALE_STD: f64 = 0.005;
+/// Standard deviation of the height of what is followed, over the striker's, if the rest position does not show it: the foot or the top.
+const HEIGHT_STD: f64 = 0.5;
 /// Offset that all positions may have in common, by shade along the outline (widths of the filter) and by its measure (m).
 const OFFSET_WIDTHS: f64 = 0.25;
 const OFFSET_M: f64 = 5e-4;
@@ -76,7 +78,11 @@ pub(super) struct Follower<'a> {
     camera: &'a Camera,
     grid: Grid,
     edge: Edge,
+    /// The height of the lowest outline above the table (m).
+    height_m: f64,
+    /// Standard deviation of the scale, and that of a motion whose height is not checked by its rest position (1).
     scale_std: f64,
+    height_scale_std: f64,
     crops: Crops,
 }
 
@@ -90,23 +96,26 @@ impl<'a> Follower<'a> {
             Pose { position: strike.start_m + along, yaw_rad: strike.heading_rad }
         };
         let path = [pose(0.0), pose(travel_m / 2.0), pose(travel_m)];
-        let outline = SeenOutline::new(camera, &striker.shape, striker.height_m, &path);
-        let distance_m = camera.position_m().map_or(1.0, |[_, _, z]| z - outline.height_m);
-        let height_m = outline.height_m;
-        let scale_std = SCALE_STD.hypot(outline.height_std_m / distance_m);
+        let seen = SeenOutlines::new(camera, &striker.shape, striker.height_m, &path);
+        let heights_m: Vec<f64> = seen.outlines.iter().map(|outline| outline.height_m).collect();
+        let height_m = heights_m[0];
+        let distance_m = camera.position_m().map_or(1.0, |[_, _, z]| z - height_m);
+        let scale_std = SCALE_STD.hypot(seen.height_std_m / distance_m);
+        let height_scale_std = HEIGHT_STD * striker.height_m / distance_m;
         let pixel_m = camera.scale_m_per_px(camera.pixel_from_table(path[0].position, height_m), height_m);
         if !(pixel_m.is_finite() && distance_m > 0.0) {
             return None;
         }
         let blur_m = strike.speed_m_s * camera.exposure_s.unwrap_or(interval_s / 4.0);
-        let edge = Edge::new(outline, pixel_m, blur_m);
+        let edge = Edge::new(seen.outlines, pixel_m, blur_m);
         let reach_m = edge.reach_m();
         let aside_m = ASIDE_M + ASIDE_TRAVEL * travel_m + reach_m;
         let corners =
             [Point::new(-ALONG_M - reach_m, -aside_m), Point::new(travel_m + ALONG_M + reach_m, aside_m)];
-        let grid = Grid::new(camera, (path[0], height_m), corners)?;
+        let grid = Grid::new(camera, path[0], corners, &heights_m)?;
         let crops = Crops::new(grid.window_width());
-        (grid.window_px() > 0).then_some(Self { given, camera, grid, edge, scale_std, crops })
+        let is_seen = grid.window_px() > 0;
+        is_seen.then_some(Self { given, camera, grid, edge, height_m, scale_std, height_scale_std, crops })
     }
 
     /// Adds the next frame, taken by this camera; a camera that has moved sees the path elsewhere.
@@ -127,15 +136,13 @@ impl<'a> Follower<'a> {
         let greys: Vec<Greys> =
             chosen.iter().map(|crop| self.grid.difference(&crop.pixels, &first.pixels)).collect();
 
-        // The rough motion
-        let peaks: Vec<Peak> = greys.iter().enumerate().flat_map(|(k, g)| self.peaks(k, g)).collect();
         let before_impact =
             impact_s.map_or(times_s.len(), |impact_s| times_s.partition_point(|t| *t < impact_s));
         let tolerance_m = TOLERANCE_NODES * SEARCH_EVERY as f64 * self.grid.step_m;
         let below_camera =
             self.camera.position_m().map(|[x, y, _]| self.grid.strike.body_from_table(Point::new(x, y)));
         let searched = Searched {
-            peaks: &peaks,
+            peaks: &[],
             times_s: &times_s,
             before_impact,
             struck,
@@ -144,18 +151,32 @@ impl<'a> Follower<'a> {
             below_camera,
             tolerance_m,
         };
-        let candidate = searched.best()?;
+        // All outlines together are searched; where the arm hides the top, or nothing distinguishes it, the foot alone.
+        let all = self.edge.outlines();
+        let view = |outlines| View { follower: self, outlines, greys: &greys, times_s: &times_s };
+        let views: Vec<View> = (1..=all.len()).rev().map(|n| view(&all[..n])).collect();
+        (0..views.len()).find_map(|k| {
+            let peaks = views[k].peaks();
+            let searched = Searched { peaks: &peaks, ..searched };
+            let candidate = searched.best()?;
+            self.most_precise(
+                views[k..].iter().filter_map(|view| view.track(&searched, &candidate)).collect(),
+            )
+        })
+    }
 
-        // Its positions
-        let view = View { follower: self, greys: &greys, times_s: &times_s };
-        let positions = without_outliers(view.positions(&candidate, before_impact)?, self.grid.step_m);
-        let rest = view.rest(&candidate, &positions);
-        let motion = UniformMotion::through(&positions)?;
-        let is_checked = is_redundant(&positions, rest, &times_s);
-        if !is_checked || searched.is_elevated(&motion, rest.or(candidate.rest)) {
-            return None;
-        }
-        self.fitted(&positions, rest)
+    /// The most precise of the tracks by different outlines. Where they differ in speed, the outlines are disturbed by edges that move
+    /// otherwise.
+    fn most_precise(&self, mut tracks: Vec<StrikerTrack>) -> Option<StrikerTrack> {
+        tracks.sort_by(|a, b| a.speed_m_s().std.total_cmp(&b.speed_m_s().std));
+        let start_m = tracks.iter().find_map(|track| track.start_m);
+        let speeds_m_s: Vec<f64> = tracks.iter().map(|track| track.speed_m_s().value).collect();
+        let mut best = tracks.into_iter().next()?;
+        let apart = speeds_m_s.iter().map(|other| (other / speeds_m_s[0] - 1.0).abs()).fold(0.0, f64::max);
+        let height_std = if start_m.is_none() { self.height_scale_std } else { 0.0 };
+        best.start_m = start_m;
+        best.scale_std = best.scale_std.hypot(apart).hypot(height_std);
+        Some(best)
     }
 
     /// The first object that is displaced.
@@ -171,34 +192,6 @@ impl<'a> Follower<'a> {
         displaced.min_by(|a, b| a.time_s.total_cmp(&b.time_s))
     }
 
-    /// The points of a frame at which the outline has changed most, the strongest first.
-    fn peaks(&self, frame: usize, greys: &Greys) -> Vec<Peak> {
-        let inner = self.grid.inner(self.edge.reach_m(), SEARCH_EVERY);
-        if inner.along == 0 || inner.across == 0 {
-            return Vec::new();
-        }
-        let mut strengths = self.edge.strengths(&self.grid, greys, &inner);
-        let reach = (PEAK_DISTANCE_M / (SEARCH_EVERY as f64 * self.grid.step_m)).ceil() as usize;
-        let mut peaks = Vec::new();
-        while peaks.len() < MOST_PEAKS {
-            let strongest = strengths.iter().enumerate().max_by(|a, b| a.1.total_cmp(b.1));
-            let Some((k, &strength)) = strongest.filter(|(_, s)| f64::from(**s) > LEAST_STRENGTH) else {
-                break;
-            };
-            let (i, j) = (k / inner.across, k % inner.across);
-            let strength = f64::from(strength);
-            peaks.push(Peak { frame, at: self.grid.inner_point(&inner, i, j), strength });
-            for row in strengths
-                .chunks_exact_mut(inner.across)
-                .take((i + reach + 1).min(inner.along))
-                .skip(i.saturating_sub(reach))
-            {
-                row[j.saturating_sub(reach)..(j + reach + 1).min(inner.across)].fill(0.0);
-            }
-        }
-        peaks
-    }
-
     /// The track from positions in the strike frame.
     fn fitted(&self, positions: &[(f64, Point)], rest: Option<Point>) -> Option<StrikerTrack> {
         let line = UniformMotion::through(positions)?;
@@ -209,7 +202,7 @@ impl<'a> Follower<'a> {
         let table = |at: Point| self.grid.strike.table_from_body(at);
         let sample = |&(time_s, at): &(f64, Point)| {
             let position = table(at);
-            let row_px = self.camera.pixel_from_table(position, self.grid.height_m).y;
+            let row_px = self.camera.pixel_from_table(position, self.height_m).y;
             // A rolling shutter exposes lower rows later.
             let time_s = time_s + self.camera.readout_s * row_px / self.camera.size_px[1] as f64;
             StrikerSample { time_s, x_m: position.x, y_m: position.y }
@@ -255,14 +248,62 @@ fn without_outliers(mut positions: Vec<(f64, Point)>, step_m: f64) -> Vec<(f64, 
     positions
 }
 
-/// The changes of the chosen frames.
+/// The changes of the chosen frames along some outlines.
 struct View<'a> {
     follower: &'a Follower<'a>,
+    outlines: &'a [Outline],
     greys: &'a [Greys],
     times_s: &'a [f64],
 }
 
 impl View<'_> {
+    /// The striker's motion, if these outlines show it.
+    fn track(&self, searched: &Searched, candidate: &Candidate) -> Option<StrikerTrack> {
+        let Follower { grid, .. } = self.follower;
+        let positions = without_outliers(self.positions(candidate, searched.before_impact)?, grid.step_m);
+        let rest = self.rest(candidate, &positions);
+        let motion = UniformMotion::through(&positions)?;
+        let is_checked = is_redundant(&positions, rest, self.times_s);
+        if !is_checked || searched.is_elevated(&motion, rest.or(candidate.rest)) {
+            return None;
+        }
+        self.follower.fitted(&positions, rest)
+    }
+
+    /// The peaks of all frames.
+    fn peaks(&self) -> Vec<Peak> {
+        self.greys.iter().enumerate().flat_map(|(k, greys)| self.peaks_of(k, greys)).collect()
+    }
+
+    /// The points of a frame at which the outline has changed most, the strongest first.
+    fn peaks_of(&self, frame: usize, greys: &Greys) -> Vec<Peak> {
+        let Follower { grid, edge, .. } = self.follower;
+        let inner = grid.inner(edge.reach_m(), SEARCH_EVERY);
+        if inner.along == 0 || inner.across == 0 {
+            return Vec::new();
+        }
+        let mut strengths = edge.strengths(self.outlines, grid, greys, &inner);
+        let reach = (PEAK_DISTANCE_M / (SEARCH_EVERY as f64 * grid.step_m)).ceil() as usize;
+        let mut peaks = Vec::new();
+        while peaks.len() < MOST_PEAKS {
+            let strongest = strengths.iter().enumerate().max_by(|a, b| a.1.total_cmp(b.1));
+            let Some((k, &strength)) = strongest.filter(|(_, s)| f64::from(**s) > LEAST_STRENGTH) else {
+                break;
+            };
+            let (i, j) = (k / inner.across, k % inner.across);
+            let strength = f64::from(strength);
+            peaks.push(Peak { frame, at: grid.inner_point(&inner, i, j), strength });
+            for row in strengths
+                .chunks_exact_mut(inner.across)
+                .take((i + reach + 1).min(inner.along))
+                .skip(i.saturating_sub(reach))
+            {
+                row[j.saturating_sub(reach)..(j + reach + 1).min(inner.across)].fill(0.0);
+            }
+        }
+        peaks
+    }
+
     /// The striker's positions in the frames before the impact.
     fn positions(&self, candidate: &Candidate, before_impact: usize) -> Option<Vec<(f64, Point)>> {
         let width_m = self.follower.edge.width_m();
@@ -291,10 +332,12 @@ impl View<'_> {
         let template: Steps = self.appearance(&at.collect::<Vec<_>>())?.iter().map(|step| -step).collect();
         // The mean of the frames in which it is furthest away
         let far = self.greys.len() / 2;
-        let mut mean = vec![0.0; self.greys[0].len()];
+        let mut mean: Greys = self.greys[0].iter().map(|plane| vec![0.0; plane.len()]).collect();
         for greys in &self.greys[far..] {
             let n = (self.greys.len() - far) as f32;
-            mean.iter_mut().zip(greys).for_each(|(mean, grey)| *mean += grey / n);
+            for (mean, grey) in mean.iter_mut().flatten().zip(greys.iter().flatten()) {
+                *mean += grey / n;
+            }
         }
         self.located(&mean, &template, rest)
     }
@@ -304,7 +347,7 @@ impl View<'_> {
         let Follower { grid, edge, .. } = self.follower;
         let mut sum: Option<Steps> = None;
         for &(k, centre) in at {
-            let steps = edge.steps(grid, &self.greys[k], centre);
+            let steps = edge.steps(self.outlines, grid, &self.greys[k], centre);
             match &mut sum {
                 None => sum = Some(steps),
                 Some(sum) => sum.iter_mut().zip(steps).for_each(|(sum, step)| *sum += step),
@@ -319,7 +362,7 @@ impl View<'_> {
         let Follower { grid, edge, .. } = self.follower;
         let norm: f64 = template.iter().map(|step| step * step).sum();
         let agreement = |at: Point| {
-            let steps = edge.steps(grid, greys, at);
+            let steps = edge.steps(self.outlines, grid, greys, at);
             steps.iter().zip(template).map(|(a, b)| a * b).sum::<f64>() / norm
         };
         let (mut at, mut apart_m) = (near, edge.width_m() / 2.0);

@@ -45,6 +45,7 @@ pub(super) struct Struck {
 }
 
 /// What is searched, and where.
+#[derive(Clone, Copy)]
 pub(super) struct Searched<'a> {
     pub peaks: &'a [Peak],
     pub times_s: &'a [f64],

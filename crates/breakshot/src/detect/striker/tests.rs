@@ -41,7 +41,8 @@ fn view() -> View {
 
 /// What a film of `real` shows if `given` is what the campaign says.
 fn seen(real: &Strike, given: &Strike, striker: &Striker, is_drawn: bool) -> Option<StrikerTrack> {
-    seen_from(view(), real, given, striker, is_drawn)
+    let drawn = if is_drawn { vec![Thing::striker(striker, Pose::default())] } else { Vec::new() };
+    seen_from(view(), real, given, striker, &drawn)
 }
 
 fn seen_from(
@@ -49,7 +50,7 @@ fn seen_from(
     real: &Strike,
     given: &Strike,
     striker: &Striker,
-    is_drawn: bool,
+    drawn: &[Thing],
 ) -> Option<StrikerTrack> {
     let puck = puck();
     let along = Vec2::from_heading(real.heading_rad);
@@ -66,9 +67,8 @@ fn seen_from(
         let slid_m = slid_s * (first_m_s - DECELERATION_M_S2 * slid_s / 2.0);
         let mut things =
             Thing::object(&puck, Pose { position: PUCK + along * slid_m, yaw_rad: 0.0 }).to_vec();
-        if is_drawn {
-            things.push(Thing::striker(striker, pose).moving(velocity, 0.0));
-        }
+        let moving = |thing: &Thing| Thing { pose, velocity, ..thing.clone() };
+        things.extend(drawn.iter().map(moving));
         things
     });
     let mut cell = Cell::from_above(1000.0, Workspace::centred([0.3, 0.2]), striker.clone());
@@ -146,7 +146,27 @@ fn a_striker_that_passes_below_the_camera_is_measured_by_its_foot() {
     let mut camera = Camera::new([640, 400], Lens::pinhole([640, 400], 700.0), at);
     camera.exposure_s = Some(0.004);
     let view = View { shading: [0.3, -0.2], noise: 3.0, ..View::new(camera) };
-    assert_seen(seen_from(view, &real, &real, &striker, true), &real, "below the camera");
+    let drawn = [Thing::striker(&striker, Pose::default())];
+    assert_seen(seen_from(view, &real, &real, &striker, &drawn), &real, "below the camera");
+}
+
+/// Foot and top are as light as each other and equally round, and a dark rod on the top leaves a ring of it.
+#[test]
+fn a_light_striker_below_a_dark_rod_is_measured_by_foot_and_top_together() {
+    let striker = Striker { height_m: 0.055, ..Striker::rod(0.012, [0.1, 1.0]) };
+    let body = Thing { grey: 215.0, side_grey: 165.0, ..Thing::striker(&striker, Pose::default()) };
+    let shape = Shape::Disc { radius_m: 0.0063 };
+    let flat = Thing::flat(shape, Pose::default(), 0.3, 25.0);
+    let rod = Thing { thickness_m: 0.3 - striker.height_m, ..flat };
+    for (speed_m_s, heading_rad) in [(0.45, 0.0), (0.55, 0.1), (0.4, -0.1)] {
+        let real = strike(speed_m_s, heading_rad);
+        let at = Transform { position_m: [0.08, 0.02, 1.12], rpy_rad: [0.0; 3] };
+        let mut camera = Camera::new([640, 400], Lens::pinhole([640, 400], 1100.0), at);
+        camera.exposure_s = Some(0.002);
+        let view = View { table_grey: 90.0, noise: 2.0, ..View::new(camera) };
+        let found = seen_from(view, &real, &real, &striker, &[body.clone(), rod.clone()]);
+        assert_seen(found, &real, &format!("{speed_m_s} m/s, {heading_rad} rad"));
+    }
 }
 
 /// A motion through two or three positions of which one is something else fits as well as one through the striker's.
