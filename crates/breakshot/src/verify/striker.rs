@@ -48,6 +48,8 @@ struct Compared<'a> {
     rate_hz: f64,
     /// Logarithm of the speed over the given one.
     speed: Measured,
+    /// The part of its standard deviation that may be the same in all films: that of the scale.
+    scale_std: f64,
     /// The heading less the given one (rad, counter-clockwise).
     turn: Measured,
     /// The start beside the given one.
@@ -113,8 +115,11 @@ impl Findings {
         }
         if common.aside.median != 0.0 || common.along.median != 0.0 {
             let displaced = displacement(common.aside.median, common.along.median);
+            let lengths = error_of_lengths(group)
+                .map_or(String::new(), |error| format!("; or {}", lengths(1.0 + error)));
             let text = format!(
-                "in {n} clips the striker starts {displaced} the given start (median): strike.start_m or the robot's table frame is displaced"
+                "in {n} clips the striker starts {displaced} the given start (median): strike.start_m or the robot's table frame is \
+                 displaced{lengths}"
             );
             self.warnings.push(Warning::new(Cause::GivenStrike, text));
         }
@@ -151,18 +156,37 @@ fn rate_or_speed(n: usize, factor: f64, rate_hz: f64) -> String {
              {said_hz}: then write frame_rate_hz = {true_hz}"
         )
     };
-    let lengths = if (factor - 1.0).abs() < LENGTH_ERROR {
-        let size = if factor < 1.0 { "small" } else { "large" };
-        format!(
-            "; or lengths on the table are {:.0} % too {size}: check the centres of the tags",
-            100.0 * (factor - 1.0).abs()
-        )
-    } else {
-        String::new()
-    };
+    let is_length = (factor - 1.0).abs() < LENGTH_ERROR;
+    let lengths = if is_length { format!("; or {}", lengths(factor)) } else { String::new() };
     format!(
         "in {n} clips the striker is seen to move {factor:.2} times as fast as given (median): {causes}{lengths}"
     )
+}
+
+/// What is wrong if all lengths on the table are this factor of the true ones.
+fn lengths(factor: f64) -> String {
+    let (percent, size) = (100.0 * (factor - 1.0).abs(), if factor < 1.0 { "small" } else { "large" });
+    format!("lengths on the table are {percent:.0} % too {size}: check the centres of the tags")
+}
+
+/// The error of all lengths on the table (as a fraction) that explains the displacements of the starts from the given ones as well as one
+/// displacement does: each is then along the position from the origin of the table frame.
+fn error_of_lengths(group: &[Compared]) -> Option<f64> {
+    let displaced = |c: &Compared| {
+        let start = c.start?;
+        let (aside, along) = (start.aside, start.along?);
+        let ahead = Vec2::from_heading(c.strike.heading_rad);
+        let displacement = ahead * along.value + ahead.perpendicular() * aside.value;
+        Some((c.strike.start_m.to_vec(), displacement, 2.0 * along.std.powi(2)))
+    };
+    let all: Vec<(Vec2, Vec2, f64)> = group.iter().filter_map(displaced).collect();
+    let squares_m2: f64 = all.iter().map(|(at, ..)| at.dot(*at)).sum();
+    let error = all.iter().map(|(at, by, _)| at.dot(*by)).sum::<f64>() / squares_m2;
+    let mean = all.iter().fold(Vec2::ZERO, |sum, (_, by, _)| sum + *by) / all.len() as f64;
+    let noise_m2: f64 = all.iter().map(|(.., variance)| variance).sum();
+    let left_m2: f64 = all.iter().map(|(at, by, _)| (*by - *at * error).length().powi(2)).sum();
+    let left_by_mean_m2: f64 = all.iter().map(|(_, by, _)| (*by - mean).length().powi(2)).sum();
+    (error.abs() < LENGTH_ERROR && left_m2 <= left_by_mean_m2 + noise_m2).then_some(error)
 }
 
 /// A displacement for people.
@@ -188,6 +212,7 @@ impl<'a> Compared<'a> {
             strike,
             rate_hz,
             speed: Measured { value: ratio.ln(), std: speed.std / speed.value },
+            scale_std: seen.scale_std,
             turn,
             start: Some(start(strike, seen)),
         })
@@ -258,7 +283,7 @@ impl Common {
     }
 
     fn of(group: &[Compared]) -> Self {
-        let of = |value: &dyn Fn(&Compared) -> Option<Measured>, least: f64| {
+        let of = |value: &dyn Fn(&Compared) -> Option<Measured>, least: f64, common_std: Option<f64>| {
             let values: Vec<Measured> = group.iter().filter_map(value).collect();
             let mut spread = Spread::of(values.iter().map(|m| m.value));
             let alike = |m: &&Measured| (m.value - spread.median).abs() < least.max(STDS * m.std);
@@ -266,18 +291,30 @@ impl Common {
             // One clip has nothing in common, and what is accurate enough is taken as exact.
             let is_common = n > 1 && n as f64 >= MOST * values.len() as f64 && 4 * n >= group.len();
             // The height at which the outline is seen is wrong in all clips alike: more clips do not reduce it.
-            let error = median(values.iter().map(|m| m.std)).unwrap_or(0.0);
+            let error = common_std.or_else(|| median(values.iter().map(|m| m.std))).unwrap_or(0.0);
             if !is_common || spread.median.abs() < least.max(COMMON_STDS * error) {
                 spread.median = 0.0;
             }
             spread
         };
         Self {
-            speed: of(&|c| Some(c.speed), LEAST_SPEED_ERROR),
-            turn: of(&|c| Some(c.turn), LEAST_TURN_RAD),
-            aside: of(&|c| c.start.map(|start| start.aside), LEAST_OFFSET_M),
-            along: of(&|c| c.start.and_then(|start| start.along), LEAST_OFFSET_M),
+            speed: of(&|c| Some(c.speed), LEAST_SPEED_ERROR, Self::speed_std(group)),
+            turn: of(&|c| Some(c.turn), LEAST_TURN_RAD, None),
+            aside: of(&|c| c.start.map(|start| start.aside), LEAST_OFFSET_M, None),
+            along: of(&|c| c.start.and_then(|start| start.along), LEAST_OFFSET_M, None),
         }
+    }
+
+    /// The standard deviation of what the speeds have in common: the scale of one clip, and the noise of all. The clips whose striker is
+    /// seen at rest count, if there are some: their rest positions show the height of what is followed.
+    fn speed_std(group: &[Compared]) -> Option<f64> {
+        let at_rest = |c: &&Compared| c.start.is_some_and(|start| start.along.is_some());
+        let chosen: Vec<&Compared> = group.iter().filter(at_rest).collect();
+        let is_enough = chosen.len() > 1 && 4 * chosen.len() >= group.len();
+        let chosen = if is_enough { chosen } else { group.iter().collect() };
+        let noise = |c: &&Compared| (c.speed.std.powi(2) - c.scale_std.powi(2)).max(0.0).sqrt();
+        let noise = median(chosen.iter().map(noise))? / (chosen.len() as f64).sqrt();
+        Some(noise.hypot(median(chosen.iter().map(|c| c.scale_std))?))
     }
 }
 

@@ -3,7 +3,7 @@
 use super::campaign_warnings;
 use crate::detect::{StrikerSample, StrikerTrack};
 use crate::estimate::{ClipTracks, Options, estimation};
-use crate::geometry::Vec2;
+use crate::geometry::{Point, Vec2};
 use crate::scene::Strike;
 use crate::synthetic::campaign::{CampaignSpec, SyntheticCampaign, campaign};
 
@@ -124,6 +124,27 @@ fn a_wrong_strike_of_one_clip_is_named_with_what_the_film_shows() {
         &|strike| strike.start_m += along.perpendicular() * -0.008,
         "8.0 mm to the left of the given start",
     );
+}
+
+/// Lengths that are too large displace every start away from the origin of the table frame.
+#[test]
+fn lengths_on_the_table_are_named_where_they_explain_the_starts() {
+    let drawn = drawn(5);
+    let clips = changed(&drawn, |_, clip| {
+        let striker = clip.tracks.striker.as_mut().expect("a striker");
+        striker.start_m = striker.start_m.map(|start| Point::ORIGIN + start.to_vec() * 1.02);
+        for sample in &mut striker.samples {
+            (sample.x_m, sample.y_m) = (1.02 * sample.x_m, 1.02 * sample.y_m);
+        }
+    });
+    let found = warnings(&drawn, &clips);
+    let named = |text: &&String| text.contains("lengths on the table are 2 % too large");
+    assert_eq!(found.iter().filter(named).count(), 1, "{found:?}");
+    // One displacement of all starts is not along their positions.
+    let displaced = changed(&drawn, |_, clip| strike(clip).start_m += Vec2::new(0.01, -0.02));
+    let found = warnings(&drawn, &displaced);
+    assert!(found.iter().any(|text| text.contains("robot's table frame is displaced")), "{found:?}");
+    assert!(!found.iter().any(|text| text.contains("lengths on the table")), "{found:?}");
 }
 
 #[test]

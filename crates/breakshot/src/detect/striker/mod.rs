@@ -159,23 +159,24 @@ impl<'a> Follower<'a> {
             let peaks = views[k].peaks();
             let searched = Searched { peaks: &peaks, ..searched };
             let candidate = searched.best()?;
-            self.most_precise(
-                views[k..].iter().filter_map(|view| view.track(&searched, &candidate)).collect(),
-            )
+            let motions: Vec<SeenMotion> =
+                views[k..].iter().filter_map(|view| view.motion(&searched, &candidate)).collect();
+            self.most_precise(&motions)
         })
     }
 
-    /// The most precise of the tracks by different outlines. Where they differ in speed, the outlines are disturbed by edges that move
-    /// otherwise.
-    fn most_precise(&self, mut tracks: Vec<StrikerTrack>) -> Option<StrikerTrack> {
+    /// The track by the outlines that show the motion most precisely. Where they differ in speed, edges that move otherwise disturb them.
+    fn most_precise(&self, motions: &[SeenMotion]) -> Option<StrikerTrack> {
+        let mut tracks: Vec<StrikerTrack> = motions.iter().filter_map(|motion| self.fitted(motion)).collect();
         tracks.sort_by(|a, b| a.speed_m_s().std.total_cmp(&b.speed_m_s().std));
         let start_m = tracks.iter().find_map(|track| track.start_m);
-        let speeds_m_s: Vec<f64> = tracks.iter().map(|track| track.speed_m_s().value).collect();
         let mut best = tracks.into_iter().next()?;
-        let apart = speeds_m_s.iter().map(|other| (other / speeds_m_s[0] - 1.0).abs()).fold(0.0, f64::max);
+        let speed_m_s = best.speed_m_s().value;
+        let checking = motions.iter().filter(|motion| motion.positions.len() >= LEAST_POSITIONS);
+        let apart = checking.map(|motion| (motion.line.velocity.length() / speed_m_s - 1.0).abs());
         let height_std = if start_m.is_none() { self.height_scale_std } else { 0.0 };
+        best.scale_std = best.scale_std.hypot(apart.fold(0.0, f64::max)).hypot(height_std);
         best.start_m = start_m;
-        best.scale_std = best.scale_std.hypot(apart).hypot(height_std);
         Some(best)
     }
 
@@ -192,11 +193,11 @@ impl<'a> Follower<'a> {
         displaced.min_by(|a, b| a.time_s.total_cmp(&b.time_s))
     }
 
-    /// The track from positions in the strike frame.
-    fn fitted(&self, positions: &[(f64, Point)], rest: Option<Point>) -> Option<StrikerTrack> {
-        let line = UniformMotion::through(positions)?;
+    /// The track of a motion, if enough of it is seen.
+    fn fitted(&self, motion: &SeenMotion) -> Option<StrikerTrack> {
+        let SeenMotion { positions, rest, line, is_checked } = motion;
         let std_m = line.scatter_m(positions, self.grid.step_m).max(LEAST_STD_NODES * self.grid.step_m);
-        if std_m > MOST_STD_WIDTHS * self.edge.width_m() {
+        if !is_checked || std_m > MOST_STD_WIDTHS * self.edge.width_m() {
             return None;
         }
         let table = |at: Point| self.grid.strike.table_from_body(at);
@@ -248,6 +249,16 @@ fn without_outliers(mut positions: Vec<(f64, Point)>, step_m: f64) -> Vec<(f64, 
     positions
 }
 
+/// The striker's positions along some outlines, in the strike frame.
+struct SeenMotion {
+    positions: Vec<(f64, Point)>,
+    rest: Option<Point>,
+    /// The uniform motion through the positions.
+    line: UniformMotion,
+    /// Whether the positions check each other and are those of the foot.
+    is_checked: bool,
+}
+
 /// The changes of the chosen frames along some outlines.
 struct View<'a> {
     follower: &'a Follower<'a>,
@@ -258,16 +269,14 @@ struct View<'a> {
 
 impl View<'_> {
     /// The striker's motion, if these outlines show it.
-    fn track(&self, searched: &Searched, candidate: &Candidate) -> Option<StrikerTrack> {
-        let Follower { grid, .. } = self.follower;
-        let positions = without_outliers(self.positions(candidate, searched.before_impact)?, grid.step_m);
+    fn motion(&self, searched: &Searched, candidate: &Candidate) -> Option<SeenMotion> {
+        let positions = self.positions(candidate, searched.before_impact)?;
+        let positions = without_outliers(positions, self.follower.grid.step_m);
         let rest = self.rest(candidate, &positions);
-        let motion = UniformMotion::through(&positions)?;
-        let is_checked = is_redundant(&positions, rest, self.times_s);
-        if !is_checked || searched.is_elevated(&motion, rest.or(candidate.rest)) {
-            return None;
-        }
-        self.follower.fitted(&positions, rest)
+        let line = UniformMotion::through(&positions)?;
+        let is_checked = is_redundant(&positions, rest, self.times_s)
+            && !searched.is_elevated(&line, rest.or(candidate.rest));
+        Some(SeenMotion { positions, rest, line, is_checked })
     }
 
     /// The peaks of all frames.
