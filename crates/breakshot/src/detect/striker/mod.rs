@@ -151,32 +151,28 @@ impl<'a> Follower<'a> {
             below_camera,
             tolerance_m,
         };
-        // All outlines together are searched; where the arm hides the top, or nothing distinguishes it, the foot alone.
+        // All outlines together are searched, and the foot alone: the arm may hide the top.
         let all = self.edge.outlines();
         let view = |outlines| View { follower: self, outlines, greys: &greys, times_s: &times_s };
         let views: Vec<View> = (1..=all.len()).rev().map(|n| view(&all[..n])).collect();
-        (0..views.len()).find_map(|k| {
+        let motions = (0..views.len()).flat_map(|k| {
             let peaks = views[k].peaks();
             let searched = Searched { peaks: &peaks, ..searched };
-            let candidate = searched.best()?;
-            let motions: Vec<SeenMotion> =
-                views[k..].iter().filter_map(|view| view.motion(&searched, &candidate)).collect();
-            self.most_precise(&motions)
-        })
+            let candidate = searched.best();
+            let motion = |view: &View| view.motion(&searched, candidate.as_ref()?);
+            views[k..].iter().filter_map(motion).collect::<Vec<SeenMotion>>()
+        });
+        self.most_precise(&motions.collect::<Vec<SeenMotion>>())
     }
 
     /// The track by the outlines that show the motion most precisely. Where they differ in speed, edges that move otherwise disturb them.
     fn most_precise(&self, motions: &[SeenMotion]) -> Option<StrikerTrack> {
-        let mut tracks: Vec<StrikerTrack> = motions.iter().filter_map(|motion| self.fitted(motion)).collect();
-        tracks.sort_by(|a, b| a.speed_m_s().std.total_cmp(&b.speed_m_s().std));
-        let start_m = tracks.iter().find_map(|track| track.start_m);
-        let mut best = tracks.into_iter().next()?;
+        let tracks = motions.iter().filter_map(|motion| self.fitted(motion));
+        let mut best = tracks.min_by(|a, b| a.speed_m_s().std.total_cmp(&b.speed_m_s().std))?;
         let speed_m_s = best.speed_m_s().value;
         let checking = motions.iter().filter(|motion| motion.positions.len() >= LEAST_POSITIONS);
         let apart = checking.map(|motion| (motion.line.velocity.length() / speed_m_s - 1.0).abs());
-        let height_std = if start_m.is_none() { self.height_scale_std } else { 0.0 };
-        best.scale_std = best.scale_std.hypot(apart.fold(0.0, f64::max)).hypot(height_std);
-        best.start_m = start_m;
+        best.scale_std = best.scale_std.hypot(apart.fold(0.0, f64::max));
         Some(best)
     }
 
@@ -213,7 +209,7 @@ impl<'a> Follower<'a> {
             start_m: rest.map(table),
             std_m,
             offset_std_m: OFFSET_M.hypot(OFFSET_WIDTHS * self.edge.width_m()),
-            scale_std: self.scale_std,
+            scale_std: self.scale_std.hypot(if rest.is_none() { self.height_scale_std } else { 0.0 }),
         })
     }
 }
