@@ -66,12 +66,10 @@ const ASSUMED_STD_NODES: f64 = 0.6;
 /// Speeds over the given one, and largest difference of the headings (rad), that are searched: films may play at a wrong rate.
 const SPEED_RATIOS: std::ops::RangeInclusive<f64> = 0.1..=8.0;
 const MOST_TURN_RAD: f64 = 0.4;
-/// How far the given strike may be off, as in a distribution with long tails: aside and along (m), in its heading (rad), and in the
-/// logarithm of its speed.
+/// How far the given strike may be off, as in a distribution with long tails: aside and along (m), and in its heading (rad).
 const ASIDE_M: f64 = 0.006;
 const ALONG_M: f64 = 0.012;
 const TURN_RAD: f64 = 0.15;
-const LOG_SPEED: f64 = 0.3;
 /// The weight of a motion whose rest position is not seen.
 const WITHOUT_REST: f64 = 0.4;
 /// A part above the striker's foot is seen so far from it (m), away from the camera within this deviation (1); the displacement along
@@ -119,12 +117,9 @@ impl UniformMotion {
         ((squares_m2 + assumed_m.powi(2)) / (freedom + 1.0)).sqrt()
     }
 
-    /// How well the motion fits the line of the given strike and its speed, 1 at best.
-    fn weight(&self, speed_m_s: f64) -> f64 {
-        let log_ratio = (self.velocity.length() / speed_m_s).ln();
-        tail(self.aside_m() / ASIDE_M)
-            * tail(self.velocity.heading_rad() / TURN_RAD)
-            * tail(log_ratio / LOG_SPEED)
+    /// How well the motion fits the line of the given strike, 1 at best.
+    fn weight(&self) -> f64 {
+        tail(self.aside_m() / ASIDE_M) * tail(self.velocity.heading_rad() / TURN_RAD)
     }
 
     /// How far to the left of the given start its line passes (m).
@@ -152,7 +147,7 @@ impl Searched<'_> {
                     continue;
                 };
                 // The strength of a frame is at most 1, and refitting hardly changes the weight.
-                let bound = self.before_impact as f64 * motion.weight(self.strike.speed_m_s);
+                let bound = self.before_impact as f64 * motion.weight();
                 if best.as_ref().is_some_and(|best| best.score >= bound) {
                     continue;
                 }
@@ -191,8 +186,7 @@ impl Searched<'_> {
             let off = motion.at(self.times_s[peak.frame]).distance(peak.at) / self.tolerance_m;
             peak.strength * (1.0 - off * off)
         };
-        let score =
-            matched.iter().map(closeness).sum::<f64>() * motion.weight(self.strike.speed_m_s) * near_rest;
+        let score = matched.iter().map(closeness).sum::<f64>() * motion.weight() * near_rest;
         Some(Candidate { motion, rest, strength, score })
     }
 
