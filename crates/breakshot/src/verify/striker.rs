@@ -115,8 +115,7 @@ impl Findings {
         }
         if common.aside.median != 0.0 || common.along.median != 0.0 {
             let displaced = displacement(common.aside.median, common.along.median);
-            let lengths = error_of_lengths(group)
-                .map_or(String::new(), |error| format!("; or {}", lengths(1.0 + error)));
+            let lengths = error_of_lengths(group).map_or(String::new(), |error| or_lengths(1.0 + error));
             let text = format!(
                 "in {n} clips the striker starts {displaced} the given start (median): strike.start_m or the robot's table frame is \
                  displaced{lengths}"
@@ -157,35 +156,32 @@ fn rate_or_speed(n: usize, factor: f64, rate_hz: f64) -> String {
         )
     };
     let is_length = (factor - 1.0).abs() < LENGTH_ERROR;
-    let lengths = if is_length { format!("; or {}", lengths(factor)) } else { String::new() };
+    let lengths = if is_length { or_lengths(factor) } else { String::new() };
     format!(
         "in {n} clips the striker is seen to move {factor:.2} times as fast as given (median): {causes}{lengths}"
     )
 }
 
-/// What is wrong if all lengths on the table are this factor of the true ones.
-fn lengths(factor: f64) -> String {
+/// The cause, beside others, that all lengths on the table are this factor of the true ones.
+fn or_lengths(factor: f64) -> String {
     let (percent, size) = (100.0 * (factor - 1.0).abs(), if factor < 1.0 { "small" } else { "large" });
-    format!("lengths on the table are {percent:.0} % too {size}: check the centres of the tags")
+    format!("; or lengths on the table are {percent:.0} % too {size}: check the centres of the tags")
 }
 
 /// The error of all lengths on the table (as a fraction) that explains the displacements of the starts from the given ones as well as one
 /// displacement does: each is then along the position from the origin of the table frame.
 fn error_of_lengths(group: &[Compared]) -> Option<f64> {
     let displaced = |c: &Compared| {
-        let start = c.start?;
-        let (aside, along) = (start.aside, start.along?);
-        let ahead = Vec2::from_heading(c.strike.heading_rad);
-        let displacement = ahead * along.value + ahead.perpendicular() * aside.value;
-        Some((c.strike.start_m.to_vec(), displacement, 2.0 * along.std.powi(2)))
+        let (given, seen) = (c.strike.start_m, c.clip.tracks.striker.as_ref()?.start_m?);
+        Some((given.to_vec(), seen - given, 2.0 * c.start?.aside.std.powi(2)))
     };
     let all: Vec<(Vec2, Vec2, f64)> = group.iter().filter_map(displaced).collect();
-    let squares_m2: f64 = all.iter().map(|(at, ..)| at.dot(*at)).sum();
+    let squares_m2: f64 = all.iter().map(|(at, ..)| at.length_squared()).sum();
     let error = all.iter().map(|(at, by, _)| at.dot(*by)).sum::<f64>() / squares_m2;
     let mean = all.iter().fold(Vec2::ZERO, |sum, (_, by, _)| sum + *by) / all.len() as f64;
     let noise_m2: f64 = all.iter().map(|(.., variance)| variance).sum();
-    let left_m2: f64 = all.iter().map(|(at, by, _)| (*by - *at * error).length().powi(2)).sum();
-    let left_by_mean_m2: f64 = all.iter().map(|(_, by, _)| (*by - mean).length().powi(2)).sum();
+    let left_m2: f64 = all.iter().map(|(at, by, _)| (*by - *at * error).length_squared()).sum();
+    let left_by_mean_m2: f64 = all.iter().map(|(_, by, _)| (*by - mean).length_squared()).sum();
     (error.abs() < LENGTH_ERROR && left_m2 <= left_by_mean_m2 + noise_m2).then_some(error)
 }
 

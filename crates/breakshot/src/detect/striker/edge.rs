@@ -38,14 +38,12 @@ struct EdgePoint {
 pub(super) struct Outline {
     /// The height of its plane above the table (m).
     pub height_m: f64,
-    /// The number of its plane.
-    plane: usize,
     points: Vec<EdgePoint>,
 }
 
 /// Which outlines of the striker the camera sees along the path: a part of its foot, and its top.
 pub(super) struct SeenOutlines {
-    /// The lowest one first.
+    /// The lowest one first, each in a plane of its own.
     pub outlines: Vec<Outline>,
     /// Standard deviation of the height of the lowest one (m).
     pub height_std_m: f64,
@@ -70,27 +68,24 @@ impl SeenOutlines {
         let spacing_m = std::f64::consts::TAU * shape.outer_radius_m() / MOST_POINTS as f64;
         let all = outline_points(shape, spacing_m);
         let point = |(at, outward): &(Point, Vec2)| EdgePoint { at: at.to_vec(), outward: *outward };
-        let whole = |height_m: f64, plane: usize| {
-            let points = all.iter().map(point).collect();
-            Outline { height_m, plane, points }
-        };
+        let whole = |height_m: f64| Outline { height_m, points: all.iter().map(point).collect() };
         let Some([x, y, _]) = camera.position_m() else {
-            return Self { outlines: vec![whole(0.0, 0)], height_std_m: FOOT_STD_M };
+            return Self { outlines: vec![whole(0.0)], height_std_m: FOOT_STD_M };
         };
         for part in [&path[..], &path[..2]] {
-            // A side is seen from the camera's side, and the top stands out from the table on the other one.
+            // A side is seen from the camera's side.
             let faces = |(at, outward): &(Point, Vec2), pose: &Pose| {
                 (pose.body_from_table(Point::new(x, y)) - *at).dot(*outward) > 0.0
             };
             let points: Vec<EdgePoint> =
                 all.iter().filter(|at| part.iter().all(|pose| faces(at, pose))).map(point).collect();
             if points.len() as f64 >= LEAST_VISIBLE * all.len() as f64 {
-                let foot = Outline { height_m: 0.0, plane: 0, points };
-                return Self { outlines: vec![foot, whole(top_m, 1)], height_std_m: FOOT_STD_M };
+                let foot = Outline { height_m: 0.0, points };
+                return Self { outlines: vec![foot, whole(top_m)], height_std_m: FOOT_STD_M };
             }
         }
         // The arm above the top is of unknown width.
-        Self { outlines: vec![whole(top_m, 0)], height_std_m: top_m / 4.0 }
+        Self { outlines: vec![whole(top_m)], height_std_m: top_m / 4.0 }
     }
 }
 
@@ -127,8 +122,8 @@ impl Edge {
         inner: &Inner,
     ) -> Vec<f32> {
         let mut weakest = vec![1.0_f32; inner.along * inner.across];
-        for outline in outlines {
-            let strengths = self.strengths_of(outline, grid, &greys[outline.plane], inner);
+        for (outline, greys) in outlines.iter().zip(greys) {
+            let strengths = self.strengths_of(outline, grid, greys, inner);
             weakest
                 .iter_mut()
                 .zip(strengths)
@@ -161,15 +156,13 @@ impl Edge {
 
     /// The steps across outlines of a striker at a point of the strike frame.
     pub(super) fn steps(&self, outlines: &[Outline], grid: &Grid, greys: &Greys, centre: Point) -> Steps {
-        let step = |(outline, point): (&Outline, &EdgePoint)| {
+        let step = |(greys, point): (&Vec<f32>, &EdgePoint)| {
             let read = |distance: f64| {
-                let at = centre + point.at + point.outward * (distance * self.width_m);
-                grid.value(&greys[outline.plane], at)
+                grid.value(greys, centre + point.at + point.outward * (distance * self.width_m))
             };
             READ_AT.iter().map(|&at| read(at) - read(-at)).sum::<f64>() / READ_AT.len() as f64
         };
-        let each =
-            outlines.iter().flat_map(|outline| outline.points.iter().map(move |point| (outline, point)));
-        each.map(step).collect()
+        let planes = outlines.iter().zip(greys);
+        planes.flat_map(|(outline, greys)| outline.points.iter().map(move |p| (greys, p))).map(step).collect()
     }
 }
