@@ -4,7 +4,7 @@ use super::means::{JointMeans, exponential};
 use super::refusal::{self, Refused};
 use super::sliding::tilt::Slope;
 use super::sliding::{friction, support};
-use super::{contact_friction, outliers};
+use super::{conditioning, contact_friction, outliers};
 use crate::estimate::clip::result::Measured;
 use crate::estimate::measure::ClipMeasurements;
 use crate::estimate::measure::measurements::{Measurements, grouped, without_replaceable_double_contacts};
@@ -59,9 +59,9 @@ pub(crate) fn properties(
     });
     let contact = between_objects.friction.unwrap_or(ContactFriction::assumed());
     let contact = Measured { value: contact.mean, std: contact.standard_error };
-    let measurements: Vec<Measurements> = measurements
+    let measurements: Vec<Measurements> = conditioning::conditioned_on_other_clips(&measurements)
         .iter()
-        .map(|m| m.conditioned_on_friction(&expected).corrected_for_table_friction(&expected, contact.value))
+        .map(|m| m.corrected_for_table_friction(&expected, contact.value))
         .collect();
 
     // Means

@@ -70,7 +70,7 @@ impl Group {
     }
 
     /// Inverse variances of the values: noise plus a relative standard deviation from clip to clip.
-    fn weights(&self, relative: f64) -> Vec<f64> {
+    pub(super) fn weights(&self, relative: f64) -> Vec<f64> {
         let between = relative * self.scale;
         self.values.iter().map(|m| 1.0 / (m.std * m.std + between * between).max(f64::MIN_POSITIVE)).collect()
     }

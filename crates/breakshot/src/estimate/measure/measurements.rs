@@ -107,38 +107,36 @@ impl Measurements {
         }
     }
 
-    /// The other measurements, conditioned on the friction that all clips together give: their noise is correlated with
-    /// that of the clip's own friction (a Kalman update).
+    /// The measurements whose quantity satisfies `is_updated`, conditioned on what is `expected` of others: their noise is correlated (a
+    /// Kalman update).  Those others stay as the clip measures them.
     ///
-    /// `expected` holds the mean friction of an object and its standard deviation from clip to clip, where known.
-    pub(crate) fn conditioned_on_friction(&self, expected: &BTreeMap<String, Measured>) -> Self {
-        let known: Vec<(usize, Measured)> = (self.quantities.iter().enumerate())
-            .filter_map(|(k, quantity)| match quantity {
-                Quantity::Friction(object) => expected.get(object).map(|m| (k, *m)),
-                _ => None,
-            })
-            .collect();
-        let rows: Vec<usize> = known.iter().map(|(k, _)| *k).collect();
+    /// `expected` holds indices of values, each with the value that the clip is expected to have and its standard deviation.
+    pub(crate) fn conditioned(
+        &self,
+        expected: &[(usize, Measured)],
+        is_updated: impl Fn(&Quantity) -> bool,
+    ) -> Self {
+        let rows: Vec<usize> = expected.iter().map(|(k, _)| *k).collect();
         let cross = self.covariance.select_columns(&rows);
         let mut own = cross.select_rows(&rows);
-        for (r, (_, friction)) in known.iter().enumerate() {
-            own[(r, r)] += friction.std.powi(2);
+        for (r, (_, value)) in expected.iter().enumerate() {
+            own[(r, r)] += value.std.powi(2);
         }
         let Some(factor) = own.cholesky() else { return self.clone() };
         let gain = factor.solve(&cross.transpose()).transpose();
         let innovation =
-            DVector::from_iterator(known.len(), known.iter().map(|(k, m)| self.values[*k] - m.value));
+            DVector::from_iterator(expected.len(), expected.iter().map(|(k, m)| self.values[*k] - m.value));
         let change = &gain * innovation;
         let reduction = &gain * cross.transpose();
         let reduction = (&reduction + reduction.transpose()) / 2.0;
-        // The frictions stay as the clip measures them; without the reduction of the cross terms, the matrix would be no covariance.
-        let is_friction = |k: usize| matches!(self.quantities[k], Quantity::Friction(_));
+        // Without the reduction of the cross terms with what stays, the matrix would be no covariance.
+        let stays = |k: usize| !is_updated(&self.quantities[k]);
         let mut updated = self.clone();
-        for k in (0..self.quantities.len()).filter(|&k| !is_friction(k)) {
+        for k in (0..self.quantities.len()).filter(|&k| !stays(k)) {
             updated.values[k] -= change[k];
             for l in 0..self.quantities.len() {
                 updated.covariance[(k, l)] -= reduction[(k, l)];
-                if is_friction(l) {
+                if stays(l) {
                     updated.covariance[(l, k)] -= reduction[(l, k)];
                 }
             }
@@ -213,7 +211,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_is_conditioned_on_a_friction_keeps_a_covariance() {
+    fn what_is_conditioned_keeps_a_covariance() {
         // A friction that the clip itself hardly measures, and two values that depend on it almost entirely.
         let slopes = DVector::from_vec(vec![1.0, -0.9, 0.7, 0.2]);
         let noise = DVector::from_vec(vec![1e-8, 1e-6, 1e-6, 1e-5]);
@@ -232,8 +230,9 @@ mod tests {
             double_contact: vec![false; 4],
             by_slope: Vec::new(),
         };
-        let expected = [(of("a"), Measured { value: 0.3, std: 0.01 })].into();
-        let updated = measurements.conditioned_on_friction(&expected);
+        let expected = [(0, Measured { value: 0.3, std: 0.01 })];
+        let updated =
+            measurements.conditioned(&expected, |quantity| !matches!(quantity, Quantity::Friction(_)));
         let least = updated.covariance.clone().symmetric_eigenvalues().min();
         assert!(least > 0.0, "{least}: {}", updated.covariance);
         // With the variance s2 of the friction that is expected: the line of regression, and the cross covariance s2 / (s2 + own) times its own.
