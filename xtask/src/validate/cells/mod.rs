@@ -2,7 +2,8 @@
 //!
 //! `cells.py` of the lab draws each cell from a seed: its objects, markers, lamps, shadows, table, lens and camera. An easy cell is
 //! what `docs/filming.md` asks for, a hard one what people have. The films are kept in `target/validate/cells`. The true poses of the same films
-//! are estimated as well: what these miss is not due to the tracks.
+//! are estimated as well: what these miss is not due to the tracks. The velocities of the bodies themselves show the mass ratios only as far as an impact
+//! exchanges no momentum with the table.
 
 mod true_poses;
 
@@ -49,6 +50,13 @@ struct Camera {
     shutter_s: f64,
 }
 
+/// A mass ratio as the velocities of the bodies themselves show it.
+#[derive(Deserialize)]
+struct MassByVelocities {
+    log_ratio: f64,
+    truth: f64,
+}
+
 /// What was found in one cell or several.
 #[derive(Default)]
 struct Figures {
@@ -75,6 +83,8 @@ struct Figures {
     learned: Vec<(Truth, Properties)>,
     /// The same from the true poses in place of the tracks.
     by_true_poses: Vec<(Truth, Properties)>,
+    /// Relative errors of the mass ratios by the velocities of the bodies.
+    masses_by_velocities: Vec<f64>,
 }
 
 /// Measures the cells of these seeds, each with at least this number of films; whether every target holds.
@@ -85,6 +95,7 @@ pub(crate) fn validate(program: &Program, lab: &Path, seeds: &str, clips: u64) -
         let folder = filmed(&python, lab, drawn, clips)?;
         let mut figures = Figures::default();
         figures.add(program, &folder, drawn)?;
+        figures.masses_by_velocities = masses_by_velocities(&python, lab, &folder, drawn)?;
         println!("{}: {}", drawn.name(), figures.line());
         if drawn.hard { &mut hard } else { &mut easy }.join(figures);
     }
@@ -137,6 +148,19 @@ fn filmed(python: &Path, lab: &Path, drawn: Drawn, clips: u64) -> Result<PathBuf
         .args([clips.to_string().as_str(), drawn.level()]);
     venv::succeed(command.arg(&folder).env("MUJOCO_GL", "osmesa"))?;
     Ok(folder)
+}
+
+/// Relative errors of the mass ratios that the velocities of the bodies of a cell show.
+fn masses_by_velocities(python: &Path, lab: &Path, folder: &Path, drawn: Drawn) -> Result<Vec<f64>, String> {
+    let path = folder.join("momentum.json");
+    if !path.exists() {
+        let mut command = Command::new(python);
+        command.arg("xtask/peers/drawn_momentum.py").arg(lab);
+        command.arg(folder.join(format!("campaign_{}.json", drawn.seed))).arg(&path);
+        venv::succeed(command.env("MUJOCO_GL", "osmesa"))?;
+    }
+    let ratios: Vec<MassByVelocities> = files::read_json(&path).map_err(|e| e.to_string())?;
+    Ok(ratios.iter().map(|ratio| ((ratio.log_ratio - ratio.truth).exp() - 1.0).abs()).collect())
 }
 
 impl Figures {
@@ -263,6 +287,7 @@ impl Figures {
         self.silent.extend(other.silent);
         self.learned.extend(other.learned);
         self.by_true_poses.extend(other.by_true_poses);
+        self.masses_by_velocities.extend(other.masses_by_velocities);
     }
 
     /// Prints the rows; whether every target holds. What the true poses miss does not count.
@@ -271,6 +296,10 @@ impl Figures {
         row::print_all(
             &format!("{title}, the true poses in place of the tracks"),
             &pooled_rows(&self.by_true_poses),
+        );
+        row::print_all(
+            &format!("{title}, the velocities of the lab's bodies in place of positions"),
+            &self.momentum_rows(),
         );
         all_hold
     }
@@ -290,6 +319,20 @@ impl Figures {
             rms(&self.standardized),
             if silent.is_empty() { "none".into() } else { silent.join(", ") }
         )
+    }
+
+    fn momentum_rows(&self) -> Vec<Row> {
+        let errors = &self.masses_by_velocities;
+        let mean = errors.iter().sum::<f64>() / errors.len().max(1) as f64;
+        let worst = errors.iter().copied().fold(0.0, f64::max);
+        vec![
+            Row::plain(
+                format!("mass ratio of a first impact: mean error of {}", errors.len()),
+                100.0 * mean,
+                "%",
+            ),
+            Row::plain("mass ratio of a first impact: worst error", 100.0 * worst, "%"),
+        ]
     }
 
     fn rows(&self) -> Vec<Row> {

@@ -306,7 +306,13 @@ impl MotionFit {
         rows
     }
 
-    fn next_event_s(&self, k: usize, after_s: f64) -> f64 {
+    /// Whether the residuals of a body may demand a further event.
+    pub(super) fn demands_an_event(&self) -> bool {
+        self.best_jump().is_some_and(|(gain, ..)| gain >= EVENT_GAIN / 4.0 * self.position_variance())
+    }
+
+    /// The time of the first event of a body after a time (s).
+    pub(super) fn next_event_s(&self, k: usize, after_s: f64) -> f64 {
         self.timed_events()
             .filter(|(event, time_s)| event.members.contains(&k) && *time_s > after_s)
             .map(|(_, time_s)| time_s)

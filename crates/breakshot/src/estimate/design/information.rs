@@ -10,7 +10,7 @@ use super::simulated_clip::SimulatedCamera;
 use crate::error::Result;
 use crate::estimate::clip::ClipEstimate;
 use crate::estimate::clip::exposure;
-use crate::estimate::joint::means::ROCKING_STD;
+use crate::estimate::joint::mass_network;
 use crate::estimate::joint::random_effects::{Group, between_clip_std};
 use crate::estimate::measure::measurements::{Measurements, grouped};
 use crate::estimate::measure::quantity::{KINDS, Quantity};
@@ -38,6 +38,8 @@ pub(crate) struct LearnedNoise {
     exposure_frames: Option<f64>,
     /// Relative standard deviation from clip to clip, by kind of quantity.
     between_clip_stds: [f64; KINDS],
+    /// Standard deviation of the logarithm of a pair's mass ratio that no repetition reduces.
+    pair_std: f64,
 }
 
 /// Candidate speeds as fractions of the speed at which the struck object stays in its half of the workspace.
@@ -76,7 +78,12 @@ impl LearnedNoise {
                 *relative = found.relative;
             }
         }
-        Self { camera, exposure_frames: exposure::best_frames(&chi2_by_exposure), between_clip_stds }
+        Self {
+            camera,
+            exposure_frames: exposure::best_frames(&chi2_by_exposure),
+            between_clip_stds,
+            pair_std: mass_network::pair_std(&measurements),
+        }
     }
 }
 
@@ -211,7 +218,7 @@ impl LearnedNoise {
     fn variance(&self, quantity: &Quantity, value: f64) -> f64 {
         let relative = self.between_clip_stds[quantity.kind()];
         match quantity {
-            Quantity::MassRatio(..) => relative.powi(2) + ROCKING_STD.powi(2),
+            Quantity::MassRatio(..) => relative.powi(2) + self.pair_std.powi(2),
             _ => (relative * value).powi(2),
         }
     }

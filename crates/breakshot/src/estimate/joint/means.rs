@@ -24,10 +24,6 @@ pub(crate) struct JointMeans {
     pub(crate) covariance: Covariance,
 }
 
-/// Standard deviation of the logarithm of a pair's mass ratio that no repetition reduces: bodies rock after an impact and
-/// exchange impulse with the table within it, equally in all clips of the pair.
-pub(crate) const ROCKING_STD: f64 = 0.005;
-
 impl JointMeans {
     /// The means over all clips; mass ratios refer to the object `reference`.  `slope` is the tilt for which the measurements are
     /// corrected.
@@ -53,7 +49,7 @@ impl JointMeans {
         // Masses from all pairs, and the systematic errors that repetitions do not reduce
         let masses = MassNetwork::new(&groups, reference);
         let errors = SystematicErrors {
-            pair_std: masses.closure_std.max(ROCKING_STD),
+            pair_std: masses.pair_std,
             vertical_impulse_std: vertical_impulse_std(contact_friction),
         };
         let shifts = masses.common_shifts(&frictions, reference, errors.vertical_impulse_std);
@@ -119,10 +115,9 @@ fn add_systematic_errors(
     errors: SystematicErrors,
 ) {
     for (quantity, (_, mean)) in groups {
-        if let Quantity::MassRatio(a, b) = quantity
-            && a != b
-        {
+        if let Quantity::MassRatio(a, b) = quantity {
             let difference = match (frictions.get(a), frictions.get(b)) {
+                _ if a == b => 0.0,
                 (Some(a), Some(b)) => a - b,
                 _ => ASSUMED_FRICTION_DIFFERENCE,
             };

@@ -11,6 +11,10 @@ use crate::estimate::closest_points::closest_points;
 const APPROACHED_M: f64 = 0.006;
 /// A body nearer than this to the striker that has approached it until it retracts may have been pushed (m).
 const NEARLY_CAUGHT_M: f64 = 1.5e-3;
+/// Where an impact is missing, the fitted motion is off by some millimetres: a body nearer than this has not parted from the striker (m).
+const NOT_PARTED_M: f64 = 0.01;
+/// A second impact is tried at most at this many frames in which the striker is still near.
+const MOST_NEAR_FRAMES: usize = 5;
 /// Most impacts of the striker on one body; more are a push.
 const MOST_STRIKES: usize = 3;
 
@@ -61,9 +65,17 @@ impl MotionFit {
         fitted
     }
 
-    /// The fit with one more impact of the striker when it is nearest to the struck body again.
+    /// The fit with one more impact of the striker when it is nearest to the struck body again, or, where they hardly part, when it is near.
     fn with_another_strike(&self, striker: &StrikerPath) -> Option<Self> {
-        let (body, time_s) = self.approach_of_striker(striker)?;
+        let approach = self.approach_of_striker(striker).and_then(|at| self.with_strike_at(striker, at));
+        approach.or_else(|| {
+            let mut near = self.times_near_striker(striker).into_iter();
+            near.find_map(|at| self.with_strike_at(striker, at))
+        })
+    }
+
+    /// The fit with one more impact of the striker on a body at about a time (s), if the observations demand one.
+    fn with_strike_at(&self, striker: &StrikerPath, (body, time_s): (usize, f64)) -> Option<Self> {
         let mut events: Vec<(Event, f64)> =
             self.timed_events().map(|(event, t)| (event.clone(), t)).collect();
         let at = self.events_before(time_s);
@@ -96,6 +108,25 @@ impl MotionFit {
         let furthest = (0..gaps.len()).max_by(|&p, &q| gaps[p].1.total_cmp(&gaps[q].1))?;
         let nearest = gaps[furthest + 1..].iter().min_by(|p, q| p.1.total_cmp(&q.1));
         nearest.filter(|(_, gap_m)| *gap_m < APPROACHED_M).map(|(t, _)| (body, *t))
+    }
+
+    /// The struck body, and instants after the striker's last impact and before its retraction at which it is still near (s); none unless the
+    /// observations demand an impact.  A corner of a body that spins comes near before the body has parted from the striker.
+    fn times_near_striker(&self, striker: &StrikerPath) -> Vec<(usize, f64)> {
+        let (Some(first), Some(last_s)) = (self.first_strike(striker), self.last_strike_s()) else {
+            return Vec::new();
+        };
+        if !self.demands_an_event() {
+            return Vec::new();
+        }
+        let FirstStrike { body, turns_s, .. } = first;
+        let frame_s = frame_s(&self.model.bodies);
+        let until_s = turns_s.min(self.next_event_s(body, last_s));
+        let near = (self.model.bodies[body].observations.iter())
+            .map(|observation| observation.time_s)
+            .filter(|t| (last_s + frame_s..until_s - frame_s / 2.0).contains(t))
+            .take_while(|t| self.gap_after_m(striker, first, body, *t) < NOT_PARTED_M);
+        near.take(MOST_NEAR_FRAMES).map(|t| (body, t)).collect()
     }
 
     /// The fit without the struck body's observations after the striker catches up with it and pushes it.
