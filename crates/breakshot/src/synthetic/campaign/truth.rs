@@ -84,7 +84,10 @@ pub(super) fn model(objects: &[Object], spec: &CampaignSpec, random: &mut Pcg64M
     let unit_kg = masses_kg.get(&objects[0].name).copied().unwrap_or(1.0);
     truth.mass_ratio = masses_kg.iter().map(|(name, kg)| (name.clone(), kg / unit_kg)).collect();
     let [least, most] = ROCKING_MEANS;
-    let rocking_mean = least * (most / least).powf(random.random_range(0.0..1.0));
+    // From numbers of its own, so that the other draws of a seed do not depend on it.
+    let mut of_rocking = random.clone();
+    of_rocking.advance(1 << 64);
+    let rocking_mean = least * (most / least).powf(of_rocking.random_range(0.0..1.0));
     let mut rocking = BTreeMap::new();
     for (k, one) in objects.iter().enumerate() {
         for other in &objects[k..] {

@@ -13,6 +13,8 @@ const APPROACHED_M: f64 = 0.006;
 const NEARLY_CAUGHT_M: f64 = 1.5e-3;
 /// Where an impact is missing, the fitted motion is off by some millimetres: a body nearer than this has not parted from the striker (m).
 const NOT_PARTED_M: f64 = 0.01;
+/// It is then hit again no earlier than this many frames after the strike: two positions lie between.
+const LEAST_FRAMES_APART: f64 = 2.0;
 /// A second impact is tried at most at this many frames in which the striker is still near.
 const MOST_NEAR_FRAMES: usize = 5;
 /// Most impacts of the striker on one body; more are a push.
@@ -70,7 +72,7 @@ impl MotionFit {
         let approach = self.approach_of_striker(striker).and_then(|at| self.with_strike_at(striker, at));
         approach.or_else(|| {
             let mut near = self.times_near_striker(striker).into_iter();
-            near.find_map(|at| self.with_strike_at(striker, at))
+            near.find_map(|at| self.with_strike_at(striker, at).filter(Self::shows_motion_between_strikes))
         })
     }
 
@@ -86,6 +88,15 @@ impl MotionFit {
         let at_s = trial.minimum.parameters[trial.layout.events[at].time];
         let touches = trial.striker_gap_m(striker, body, at_s).is_some_and(|gap_m| gap_m < STRUCK_AGAIN_M);
         (touches && self.is_improved_by(&trial, (at, body), EVENT_GAIN)).then_some(trial)
+    }
+
+    /// Whether at least two positions show the motion between the last two impacts of the striker; otherwise any error of a position after a strike is
+    /// explained by a second one.
+    fn shows_motion_between_strikes(&self) -> bool {
+        let times: Vec<f64> =
+            self.timed_events().filter(|(event, _)| event.cause == Cause::Striker).map(|(_, t)| t).collect();
+        let least_s = LEAST_FRAMES_APART * frame_s(&self.model.bodies);
+        times.windows(2).all(|pair| pair[1] - pair[0] > least_s)
     }
 
     /// The time of the striker's last impact (s).
