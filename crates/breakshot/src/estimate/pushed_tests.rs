@@ -30,10 +30,10 @@ fn pushed(mut drawn: SyntheticCampaign) -> SyntheticCampaign {
     drawn
 }
 
-/// Root mean square errors of friction and mass ratios (relative) and of restitution, and how many are absent.
-fn errors(campaigns: impl Iterator<Item = SyntheticCampaign>) -> ([f64; 3], usize) {
-    let (mut squares, mut counts, mut absent) = ([0.0; 3], [0.0; 3], 0);
-    for drawn in campaigns {
+/// Root mean square errors of friction and mass ratios (relative) and of restitution, and which values are absent.
+fn errors(campaigns: impl Iterator<Item = SyntheticCampaign>) -> ([f64; 3], Vec<String>) {
+    let (mut squares, mut counts, mut absent) = ([0.0; 3], [0.0; 3], Vec::new());
+    for (campaign, drawn) in campaigns.enumerate() {
         let found =
             estimation(&drawn.clips, &drawn.cell, &drawn.objects, &Options::default()).expect("properties");
         let Properties { friction, restitution, mass_ratio, .. } = found.properties;
@@ -45,7 +45,7 @@ fn errors(campaigns: impl Iterator<Item = SyntheticCampaign>) -> ([f64; 3], usiz
         for (kind, (truth, found)) in kinds.into_iter().enumerate() {
             for (name, truth) in truth {
                 let Some(found) = found.get(name) else {
-                    absent += 1;
+                    absent.push(format!("campaign {campaign}, kind {kind}: {name}"));
                     continue;
                 };
                 let scale = if kind == 2 { 1.0 } else { *truth };

@@ -1,4 +1,4 @@
-//! What the other clips say about a clip: its impacts are measured better if its frictions and its strikes are known.
+//! What all clips say about one of them: its impacts are measured better if its frictions and its strikes are known.
 //!
 //! The velocities before and after an impact follow from few positions.  Their errors are correlated with those of the friction and of the striker
 //! restitution that the same positions give, and both are known from other clips, up to the variation from clip to clip.
@@ -7,37 +7,46 @@ use super::random_effects::{Group, between_clip_std_with_prior};
 use crate::estimate::clip::result::Measured;
 use crate::estimate::measure::measurements::{Measurements, grouped};
 use crate::estimate::measure::quantity::Quantity;
+use std::collections::BTreeMap;
 
-/// The measurements of each clip, conditioned on what the other clips say: restitutions and mass ratios on the frictions, then restitutions of pairs
-/// and mass ratios on the restitution between striker and object.
-pub(crate) fn conditioned_on_other_clips(clips: &[Measurements]) -> Vec<Measurements> {
+/// Values that a clip is expected to have, each with its index in the clip.
+type Expected = Vec<(usize, Measured)>;
+
+/// The measurements of each clip, conditioned on what all clips say: restitutions and mass ratios on the frictions, then restitutions of pairs and mass
+/// ratios on the restitution between striker and object.
+///
+/// `frictions` holds the mean friction of an object and its standard deviation from clip to clip, where known.
+pub(crate) fn conditioned_on_all_clips(
+    clips: &[Measurements],
+    frictions: &BTreeMap<String, Measured>,
+) -> Vec<Measurements> {
     let is_friction = |quantity: &Quantity| matches!(quantity, Quantity::Friction(_));
     let is_of_striker = |quantity: &Quantity| matches!(quantity, Quantity::StrikerRestitution(_));
-    let known_frictions = conditioned_on(clips, is_friction, |quantity| !is_friction(quantity));
-    conditioned_on(&known_frictions, is_of_striker, |quantity| {
-        !is_friction(quantity) && !is_of_striker(quantity)
-    })
+    let clips: Vec<Measurements> = clips
+        .iter()
+        .map(|clip| clip.conditioned(&expected_frictions(clip, frictions), |quantity| !is_friction(quantity)))
+        .collect();
+    let strikes = expected_strikes(&clips);
+    let is_of_pair = |quantity: &Quantity| !is_friction(quantity) && !is_of_striker(quantity);
+    clips.iter().zip(&strikes).map(|(clip, expected)| clip.conditioned(expected, is_of_pair)).collect()
 }
 
-fn conditioned_on(
-    clips: &[Measurements],
-    is_known: impl Fn(&Quantity) -> bool,
-    is_updated: impl Fn(&Quantity) -> bool,
-) -> Vec<Measurements> {
-    let expected = expected_from_other_clips(clips, is_known);
-    clips.iter().zip(&expected).map(|(clip, expected)| clip.conditioned(expected, &is_updated)).collect()
+/// The frictions of a clip that are known.
+fn expected_frictions(clip: &Measurements, frictions: &BTreeMap<String, Measured>) -> Expected {
+    let known = clip.quantities.iter().enumerate().filter_map(|(k, quantity)| match quantity {
+        Quantity::Friction(object) => frictions.get(object).map(|friction| (k, *friction)),
+        _ => None,
+    });
+    known.collect()
 }
 
-/// For each clip the values that the other clips let expect, with their index in the clip; none of a quantity that no other clip measures.
+/// For each clip the restitutions against the striker that its other clips let expect; none of an object that the striker hits in no other clip.
 ///
 /// The standard deviation is that of a clip's value about the mean of the other clips.
-fn expected_from_other_clips(
-    clips: &[Measurements],
-    is_known: impl Fn(&Quantity) -> bool,
-) -> Vec<Vec<(usize, Measured)>> {
+fn expected_strikes(clips: &[Measurements]) -> Vec<Expected> {
     let groups: Vec<(Vec<(usize, usize)>, Group)> = grouped(clips)
         .into_iter()
-        .filter(|(quantity, _)| is_known(quantity))
+        .filter(|(quantity, _)| matches!(quantity, Quantity::StrikerRestitution(_)))
         .map(|(quantity, indices)| {
             let group = Group::new(clips, quantity, &indices);
             (indices, group)
@@ -45,7 +54,7 @@ fn expected_from_other_clips(
         .collect();
     let typical =
         between_clip_std_with_prior(&groups.iter().map(|(_, group)| group.clone()).collect::<Vec<_>>());
-    let mut expected = vec![Vec::new(); clips.len()];
+    let mut expected = vec![Expected::new(); clips.len()];
     for (indices, group) in &groups {
         let Some(mean) = group.mean(typical) else { continue };
         let weights = group.weights(typical.relative);
@@ -96,7 +105,7 @@ mod tests {
     #[test]
     fn a_strike_that_other_clips_know_corrects_the_mass_ratio_of_its_clip() {
         let clips = [clip(0.09, 0.06), clip(0.001, 0.002), clip(-0.002, 0.002), clip(0.001, 0.002)];
-        let conditioned = conditioned_on_other_clips(&clips);
+        let conditioned = conditioned_on_all_clips(&clips, &BTreeMap::new());
         let errors: Vec<f64> = conditioned.iter().map(|clip| clip.values[1] - 0.3).collect();
         // The first one was off by 0.27; what remains is the variation from clip to clip that is assumed.
         assert!(errors[0].abs() < 0.06, "{errors:?}");
@@ -110,9 +119,9 @@ mod tests {
     }
 
     #[test]
-    fn what_no_other_clip_measures_changes_nothing() {
+    fn a_strike_that_no_other_clip_measures_changes_nothing() {
         let clips = [clip(0.09, 0.06)];
-        assert_eq!(conditioned_on_other_clips(&clips)[0].values, clips[0].values);
-        assert_eq!(conditioned_on_other_clips(&clips)[0].covariance, clips[0].covariance);
+        assert_eq!(conditioned_on_all_clips(&clips, &BTreeMap::new())[0].values, clips[0].values);
+        assert_eq!(conditioned_on_all_clips(&clips, &BTreeMap::new())[0].covariance, clips[0].covariance);
     }
 }

@@ -1,7 +1,7 @@
 //! Which properties explain the measurements of all clips, and how uncertain are they?
 //!
 //! Repeated measurements of one quantity are averaged with a random-effects model (`random_effects`) after clips that
-//! contradict the majority have been left out (`outliers`), and what the other clips say about the frictions and strikes of a clip has been
+//! contradict the majority have been left out (`outliers`), and what all clips say about the frictions and strikes of one has been
 //! used for its other values (`conditioning`).  The mass ratios of all pairs are adjusted so that they agree
 //! around every loop (`mass_network`).  `sliding` holds what the table does to all of them.  `means` carries the covariance of the clips' noise through to that of the result,
 //! `refusal` removes what is impossible or too uncertain, `frame_rate` examines the rate of the films, `properties` assembles the

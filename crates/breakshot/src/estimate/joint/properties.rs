@@ -59,7 +59,7 @@ pub(crate) fn properties(
     });
     let contact = between_objects.friction.unwrap_or(ContactFriction::assumed());
     let contact = Measured { value: contact.mean, std: contact.standard_error };
-    let measurements: Vec<Measurements> = conditioning::conditioned_on_other_clips(&measurements)
+    let measurements: Vec<Measurements> = conditioning::conditioned_on_all_clips(&measurements, &expected)
         .iter()
         .map(|m| m.corrected_for_table_friction(&expected, contact.value))
         .collect();

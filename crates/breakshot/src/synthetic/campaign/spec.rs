@@ -32,6 +32,8 @@ pub struct CampaignSpec {
     pub drawn_supports: bool,
     /// Gravity's component along the table over gravity, along x and y.
     pub slope: [f64; 2],
+    /// Mean over the pairs of the relative loss of apparent mass of the taller body, because it rocks.
+    pub rocking: f64,
 }
 
 impl Default for CampaignSpec {
@@ -52,6 +54,7 @@ impl Default for CampaignSpec {
             bar_markers: false,
             drawn_supports: false,
             slope: [0.0; 2],
+            rocking: 0.004,
         }
     }
 }

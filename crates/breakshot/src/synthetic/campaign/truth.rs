@@ -43,12 +43,6 @@ pub(super) struct TrueModel {
     pub(super) rocking: BTreeMap<String, f64>,
 }
 
-/// Mean of the relative loss of apparent mass by rocking in the campaigns with flat objects and in those with tall ones; equally often any power between.
-///
-/// The generator's own values: of the order that an independent simulation shows (`cargo xtask validate cells`), but with another distribution
-/// (one-sided exponential) and another law than the estimator's allowance for it, so that the coverage of mass ratios is a result and not an input.
-const ROCKING_MEANS: [f64; 2] = [0.002, 0.03];
-
 /// A random object: the `k`-th of a campaign, named `a`, `b`, ...
 pub(super) fn object(k: usize, spec: &CampaignSpec, random: &mut Pcg64Mcg) -> Object {
     const EVERY_THIRD: usize = 3;
@@ -83,18 +77,14 @@ pub(super) fn model(objects: &[Object], spec: &CampaignSpec, random: &mut Pcg64M
     }
     let unit_kg = masses_kg.get(&objects[0].name).copied().unwrap_or(1.0);
     truth.mass_ratio = masses_kg.iter().map(|(name, kg)| (name.clone(), kg / unit_kg)).collect();
-    let [least, most] = ROCKING_MEANS;
-    // From numbers of its own, so that the other draws of a seed do not depend on it.
-    let mut of_rocking = random.clone();
-    of_rocking.advance(1 << 64);
-    let rocking_mean = least * (most / least).powf(of_rocking.random_range(0.0..1.0));
     let mut rocking = BTreeMap::new();
     for (k, one) in objects.iter().enumerate() {
         for other in &objects[k..] {
             let key = pair_key(&one.name, &other.name);
             truth.restitution.insert(key.clone(), random.random_range(0.35..0.85));
-            // An exponential distribution: a rocking body seems lighter, never heavier, and few pairs rock much.
-            rocking.insert(key, -rocking_mean * (1.0 - random.random_range(0.0f64..1.0)).ln());
+            // An exponential distribution: a rocking body seems lighter, never heavier, and few pairs rock much.  The estimator has another distribution
+            // and another law, so that the coverage of mass ratios is a result and not an input.
+            rocking.insert(key, -spec.rocking * (1.0 - random.random_range(0.0f64..1.0)).ln());
         }
     }
     let mut supports_m = BTreeMap::new();
