@@ -75,9 +75,11 @@ impl MassNetwork {
         let design = design(&pairs, &objects);
         let ratios = DVector::from_iterator(pairs.len(), pairs.iter().map(|p| p.mean.value));
         let variances: Vec<f64> = pairs.iter().map(|p| p.mean.standard_error.powi(2)).collect();
-        let solve = |pair_std: f64| {
-            let weights: Vec<f64> =
-                variances.iter().map(|v| 1.0 / (v + pair_std * pair_std).max(f64::MIN_POSITIVE)).collect();
+        let solve = |closure_std: f64| {
+            let weights: Vec<f64> = variances
+                .iter()
+                .map(|v| 1.0 / (v + closure_std * closure_std).max(f64::MIN_POSITIVE))
+                .collect();
             let from_pairs = weighted_pseudo_inverse(&design, &weights);
             let values = &from_pairs * &ratios;
             let residuals = &ratios - &design * &values;
@@ -89,7 +91,8 @@ impl MassNetwork {
         let pair_std = ((loops * closure_std.powi(2) + ROCKING_LOOPS * ROCKING_STD.powi(2))
             / (loops + ROCKING_LOOPS))
             .sqrt();
-        let Solution { from_pairs, values, .. } = solve(pair_std);
+        // The weights contain what the loops show; the prior widens the intervals only.
+        let Solution { from_pairs, values, .. } = solve(closure_std);
         let degrees_of_freedom = pairs.iter().map(|p| p.mean.degrees_of_freedom).sum();
         let pairs = pairs.into_iter().map(|p| p.quantity.clone()).collect();
         Self { objects, pairs, from_pairs, values, pair_std, degrees_of_freedom }
