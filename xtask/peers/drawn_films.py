@@ -14,6 +14,7 @@ os.makedirs(folder, exist_ok=True)
 spec_path = os.path.join(folder, f"campaign_{seed}.json")
 run = lambda *command: subprocess.run([sys.executable, *command], check=True, stdout=sys.stderr)
 camera_path = os.path.join(folder, "camera.json")
+momentum_path = os.path.join(folder, "momentum.json")  # of drawn_momentum.py
 
 
 def read_spec():
@@ -30,8 +31,9 @@ if drawn is None or drawn < int(clips):
     run(os.path.join(lab, "cells.py"), seed, folder, "--clips", clips, f"--{level}")
     with open(drawn_path, "w") as file:
         file.write(clips)
-    if os.path.exists(camera_path):
-        os.remove(camera_path)
+    for path in camera_path, momentum_path:
+        if os.path.exists(path):
+            os.remove(path)
 spec = read_spec()
 
 # A film moves to its folder when it is complete.

@@ -96,12 +96,9 @@ fn a_displacement_at_the_strike_is_no_impact_of_its_own() {
 /// in a simulation that shares no model with the estimator (MuJoCo), which itself shows a restitution of 0.725, friction 0.418 and the second strike at 0.2475 s.
 #[test]
 fn a_corner_that_meets_the_striker_before_they_part_is_a_second_strike() {
-    const POSES: [[f64; 3]; 13] = [
-        [-0.11638, 0.03379, -1.06630],
-        [-0.11638, 0.03379, -1.06630],
-        [-0.11638, 0.03379, -1.06630],
-        [-0.11638, 0.03379, -1.06630],
-        [-0.11638, 0.03379, -1.06630],
+    const AT_REST: [f64; 3] = [-0.11638, 0.03379, -1.06630];
+    const FRAMES_AT_REST: usize = 5;
+    const MOVING: [[f64; 3]; 8] = [
         [-0.11324, 0.03430, -1.16010],
         [-0.10891, 0.03505, -1.28361],
         [-0.10471, 0.03580, -1.39773],
@@ -125,7 +122,8 @@ fn a_corner_that_meets_the_striker_before_they_part_is_a_second_strike() {
         speed_m_s: 0.547,
         travel_m: 0.07,
     };
-    let samples = POSES.into_iter().enumerate().map(sample).collect();
+    let poses = [AT_REST; FRAMES_AT_REST].into_iter().chain(MOVING);
+    let samples = poses.enumerate().map(sample).collect();
     let found = properties_of(samples, strike, 0.0142, Shape::Polygon { points_m });
     let restitution = found.striker_restitution.get("a").map(|restitution| restitution.mean);
     println!("restitution {restitution:?}: {:?}", found.warnings);

@@ -9,7 +9,7 @@ mod true_poses;
 
 use super::Program;
 use super::estimation::properties::pooled_rows;
-use super::row::{self, Row, rms};
+use super::row::{self, Row, mean_and_worst, rms};
 use super::truth::{Clip, Truth};
 use crate::venv;
 use breakshot::detect::{Sample, Tracks};
@@ -160,7 +160,7 @@ fn masses_by_velocities(python: &Path, lab: &Path, folder: &Path, drawn: Drawn) 
         venv::succeed(command.env("MUJOCO_GL", "osmesa"))?;
     }
     let ratios: Vec<MassByVelocities> = files::read_json(&path).map_err(|e| e.to_string())?;
-    Ok(ratios.iter().map(|ratio| ((ratio.log_ratio - ratio.truth).exp() - 1.0).abs()).collect())
+    Ok(ratios.iter().map(|ratio| (ratio.log_ratio - ratio.truth).exp() - 1.0).collect())
 }
 
 impl Figures {
@@ -323,8 +323,7 @@ impl Figures {
 
     fn momentum_rows(&self) -> Vec<Row> {
         let errors = &self.masses_by_velocities;
-        let mean = errors.iter().sum::<f64>() / errors.len().max(1) as f64;
-        let worst = errors.iter().copied().fold(0.0, f64::max);
+        let (mean, worst) = mean_and_worst(errors);
         vec![
             Row::plain(
                 format!("mass ratio of a first impact: mean error of {}", errors.len()),

@@ -80,7 +80,7 @@ fn spec(n: u64) -> CampaignSpec {
         drawn_supports: !n.is_multiple_of(3),
         // Every other pair of campaigns lies on a tilted table: up to 0.6 degrees in another direction each.
         slope: if (n / 2).is_multiple_of(2) { [0.0; 2] } else { slope(n) },
-        // As flat objects of one height rock, and as tall ones do on a rough table (`validate cells`).
+        // Less, and somewhat more than the bodies of drawn cells (`validate cells`).
         rocking: pick(5, [0.002, 0.008, 0.03]),
         ..CampaignSpec::default()
     }

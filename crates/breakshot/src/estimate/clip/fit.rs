@@ -179,13 +179,7 @@ impl MotionFit {
     ///
     /// If they demand one with no partner near it, the same fit, marked as not Coulomb's.
     fn with_one_more_event(&self, striker: Option<&StrikerPath>) -> Option<Self> {
-        // Body and instant with the largest gain to first order
-        let variance = self.position_variance();
-        let (gain, body, time_s, jump) = self.best_jump()?;
-        // The score is a lower bound of the gain, and a weak one far from the true instant.
-        if gain < EVENT_GAIN / 4.0 * variance {
-            return None;
-        }
+        let (_, body, time_s, jump) = self.demanded_jump()?;
 
         // Its partner
         let partner = fitted_partner(&self.model.bodies, &self.paths, body, time_s);
@@ -269,6 +263,12 @@ impl MotionFit {
         rows.iter().map(|r| self.minimum.residuals[r.row].loss()).sum()
     }
 
+    /// The jump with the largest gain to first order, if the residuals may demand a further event.
+    pub(super) fn demanded_jump(&self) -> Option<(f64, usize, f64, Vec2)> {
+        // The score is a lower bound of the gain, and a weak one far from the true instant.
+        self.best_jump().filter(|(gain, ..)| *gain >= EVENT_GAIN / 4.0 * self.position_variance())
+    }
+
     /// The velocity jump of one body that would lower the loss most: gain, body, time (s), jump (m/s).
     fn best_jump(&self) -> Option<(f64, usize, f64, Vec2)> {
         let mut best: Option<(f64, usize, f64, Vec2)> = None;
@@ -304,11 +304,6 @@ impl MotionFit {
             *row += if body.yaw_observed && observation.yaw_rad.is_some() { 2 } else { 1 };
         }
         rows
-    }
-
-    /// Whether the residuals of a body may demand a further event.
-    pub(super) fn demands_an_event(&self) -> bool {
-        self.best_jump().is_some_and(|(gain, ..)| gain >= EVENT_GAIN / 4.0 * self.position_variance())
     }
 
     /// The time of the first event of a body after a time (s).

@@ -11,8 +11,8 @@ use crate::error::Result;
 use crate::estimate::clip::ClipEstimate;
 use crate::estimate::clip::exposure;
 use crate::estimate::joint::mass_network;
-use crate::estimate::joint::random_effects::{Group, between_clip_std};
-use crate::estimate::measure::measurements::{Measurements, grouped};
+use crate::estimate::joint::random_effects::{Group, between_clip_std, groups_of_kind};
+use crate::estimate::measure::measurements::Measurements;
 use crate::estimate::measure::quantity::{KINDS, Quantity};
 use crate::estimate::measure::restitution::DOUBLE_CONTACT_STD;
 use crate::estimate::measure::{self, ClipMeasurements};
@@ -68,11 +68,7 @@ impl LearnedNoise {
         let measurements: Vec<Measurements> = clips.iter().map(|c| c.measurements.clone()).collect();
         let mut between_clip_stds = [ASSUMED_BETWEEN_CLIP_STD; KINDS];
         for (kind, relative) in between_clip_stds.iter_mut().enumerate() {
-            let groups: Vec<Group> = grouped(&measurements)
-                .iter()
-                .filter(|(quantity, _)| quantity.kind() == kind)
-                .map(|(quantity, indices)| Group::new(&measurements, quantity, indices))
-                .collect();
+            let groups: Vec<Group> = groups_of_kind(&measurements, kind).map(|(.., group)| group).collect();
             let found = between_clip_std(&groups);
             if found.degrees_of_freedom > 0.0 {
                 *relative = found.relative;

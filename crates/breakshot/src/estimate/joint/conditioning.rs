@@ -3,9 +3,9 @@
 //! The velocities before and after an impact follow from few positions.  Their errors are correlated with those of the friction and of the striker
 //! restitution that the same positions give, and both are known from other clips, up to the variation from clip to clip.
 
-use super::random_effects::{Group, between_clip_std_with_prior};
+use super::random_effects::{between_clip_std_with_prior, groups_of_kind};
 use crate::estimate::clip::result::Measured;
-use crate::estimate::measure::measurements::{Measurements, grouped};
+use crate::estimate::measure::measurements::Measurements;
 use crate::estimate::measure::quantity::Quantity;
 use std::collections::BTreeMap;
 
@@ -44,18 +44,11 @@ fn expected_frictions(clip: &Measurements, frictions: &BTreeMap<String, Measured
 ///
 /// The standard deviation is that of a clip's value about the mean of the other clips.
 fn expected_strikes(clips: &[Measurements]) -> Vec<Expected> {
-    let groups: Vec<(Vec<(usize, usize)>, Group)> = grouped(clips)
-        .into_iter()
-        .filter(|(quantity, _)| matches!(quantity, Quantity::StrikerRestitution(_)))
-        .map(|(quantity, indices)| {
-            let group = Group::new(clips, quantity, &indices);
-            (indices, group)
-        })
-        .collect();
+    let groups: Vec<_> = groups_of_kind(clips, Quantity::STRIKER_RESTITUTION).collect();
     let typical =
-        between_clip_std_with_prior(&groups.iter().map(|(_, group)| group.clone()).collect::<Vec<_>>());
+        between_clip_std_with_prior(&groups.iter().map(|(.., group)| group.clone()).collect::<Vec<_>>());
     let mut expected = vec![Expected::new(); clips.len()];
-    for (indices, group) in &groups {
+    for (_, indices, group) in &groups {
         let Some(mean) = group.mean(typical) else { continue };
         let weights = group.weights(typical.relative);
         let between = typical.relative * group.scale;

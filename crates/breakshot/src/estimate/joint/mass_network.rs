@@ -1,7 +1,7 @@
 //! The masses of all objects from the mass ratios of all pairs (Eq. 33 and 34 as corrected).
 
-use super::random_effects::{Group, Mean, between_clip_std};
-use crate::estimate::measure::measurements::{Measurements, grouped};
+use super::random_effects::{Group, Mean, between_clip_std, groups_of_kind};
+use crate::estimate::measure::measurements::Measurements;
 use crate::estimate::measure::quantity::Quantity;
 use crate::ordered_map::map_of;
 use nalgebra::{DMatrix, DVector};
@@ -11,8 +11,8 @@ use std::collections::{BTreeMap, BTreeSet};
 pub(crate) const ASSUMED_FRICTION_DIFFERENCE: f64 = 0.1;
 
 /// The standard deviation of the logarithm of a pair's mass ratio that no repetition reduces, before the loops of pairs show it: bodies rock within an
-/// impact and after it and exchange impulse with the table, about equally in all clips of a pair.  That is 0.2 % for flat objects of one height, and
-/// 2 to 3 % for tall ones on a rough table (`cargo xtask validate cells`).
+/// impact and after it and exchange impulse with the table, about equally in all clips of a pair.  `cargo xtask validate cells` prints what it is in an independent
+/// simulation of drawn cells, in the mean and at worst.
 const ROCKING_STD: f64 = 0.025;
 /// The number of loops that this prior is worth.
 const ROCKING_LOOPS: f64 = 1.0;
@@ -134,22 +134,16 @@ impl MassNetwork {
 
 /// The standard deviation of a pair's logarithm that no repetition reduces, as these clips show it.
 pub(crate) fn pair_std(clips: &[Measurements]) -> f64 {
-    let groups: BTreeMap<&Quantity, Group> = map_of(
-        grouped(clips)
-            .into_iter()
-            .filter(|(quantity, _)| matches!(quantity, Quantity::MassRatio(..)))
-            .map(|(quantity, indices)| (quantity, Group::new(clips, quantity, &indices))),
-    );
-    let typical = between_clip_std(&groups.values().cloned().collect::<Vec<_>>());
-    let reference = groups.keys().find_map(|quantity| match quantity {
+    let groups: Vec<_> = groups_of_kind(clips, Quantity::MASS_RATIO).collect();
+    let typical = between_clip_std(&groups.iter().map(|(.., group)| group.clone()).collect::<Vec<_>>());
+    let reference = groups.iter().find_map(|(quantity, ..)| match quantity {
         Quantity::MassRatio(a, _) => Some(a.clone()),
         _ => None,
     });
-    let with_mean = |(quantity, group): (&Quantity, Group)| {
+    let groups = map_of(groups.into_iter().filter_map(|(quantity, _, group)| {
         let mean = group.mean(typical)?;
         Some((quantity.clone(), (group, mean)))
-    };
-    let groups = map_of(groups.into_iter().filter_map(with_mean));
+    }));
     MassNetwork::new(&groups, &reference.unwrap_or_default()).pair_std
 }
 

@@ -5,7 +5,7 @@
 //! method of Paule and Mandel (1982), and serves as a prior for groups with few clips (empirical Bayes).
 
 use crate::estimate::clip::result::Measured;
-use crate::estimate::measure::measurements::Measurements;
+use crate::estimate::measure::measurements::{Measurements, grouped};
 use crate::estimate::measure::quantity::Quantity;
 use crate::statistics::median;
 use crate::uncertain::{Estimate, student_t_95};
@@ -28,6 +28,18 @@ pub(crate) struct Group {
     pub(crate) clips: usize,
     /// The value to which relative standard deviations refer.
     pub(crate) scale: f64,
+}
+
+/// Every quantity of one [kind](Quantity::kind): indices of the clip and within its measurements of its values, and their group.
+pub(crate) fn groups_of_kind(
+    clips: &[Measurements],
+    kind: usize,
+) -> impl Iterator<Item = (&Quantity, Vec<(usize, usize)>, Group)> {
+    let of_kind = grouped(clips).into_iter().filter(move |(quantity, _)| quantity.kind() == kind);
+    of_kind.map(|(quantity, indices)| {
+        let group = Group::new(clips, quantity, &indices);
+        (quantity, indices, group)
+    })
 }
 
 /// The mean of a group.

@@ -24,14 +24,18 @@ pub(crate) enum Quantity {
 pub(crate) const KINDS: usize = 4;
 
 impl Quantity {
+    /// The index of the kind of frictions.
+    pub(crate) const FRICTION: usize = 0;
+    /// The index of the kind of restitutions against the striker.
+    pub(crate) const STRIKER_RESTITUTION: usize = 1;
     /// The index of the kind of mass ratios.
     pub(crate) const MASS_RATIO: usize = 3;
 
     /// The index of its kind, below [`KINDS`].
     pub(crate) fn kind(&self) -> usize {
         match self {
-            Self::Friction(_) => 0,
-            Self::StrikerRestitution(_) => 1,
+            Self::Friction(_) => Self::FRICTION,
+            Self::StrikerRestitution(_) => Self::STRIKER_RESTITUTION,
             Self::Restitution(..) => 2,
             Self::MassRatio(..) => Self::MASS_RATIO,
         }

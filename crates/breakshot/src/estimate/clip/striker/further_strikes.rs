@@ -13,7 +13,7 @@ const APPROACHED_M: f64 = 0.006;
 const NEARLY_CAUGHT_M: f64 = 1.5e-3;
 /// Where an impact is missing, the fitted motion is off by some millimetres: a body nearer than this has not parted from the striker (m).
 const NOT_PARTED_M: f64 = 0.01;
-/// It is then hit again no earlier than this many frames after the strike: two positions lie between.
+/// A body that has not parted is hit again no earlier than this many frames after the strike: two positions lie between.
 const LEAST_FRAMES_APART: f64 = 2.0;
 /// A second impact is tried at most at this many frames in which the striker is still near.
 const MOST_NEAR_FRAMES: usize = 5;
@@ -90,18 +90,22 @@ impl MotionFit {
         (touches && self.is_improved_by(&trial, (at, body), EVENT_GAIN)).then_some(trial)
     }
 
-    /// Whether at least two positions show the motion between the last two impacts of the striker; otherwise any error of a position after a strike is
+    /// Whether at least two positions show the motion between any two impacts of the striker; otherwise any error of a position after a strike is
     /// explained by a second one.
     fn shows_motion_between_strikes(&self) -> bool {
-        let times: Vec<f64> =
-            self.timed_events().filter(|(event, _)| event.cause == Cause::Striker).map(|(_, t)| t).collect();
+        let times: Vec<f64> = self.strike_times_s().collect();
         let least_s = LEAST_FRAMES_APART * frame_s(&self.model.bodies);
         times.windows(2).all(|pair| pair[1] - pair[0] > least_s)
     }
 
+    /// The times of the striker's impacts (s).
+    fn strike_times_s(&self) -> impl Iterator<Item = f64> + '_ {
+        self.timed_events().filter(|(event, _)| event.cause == Cause::Striker).map(|(_, t)| t)
+    }
+
     /// The time of the striker's last impact (s).
     fn last_strike_s(&self) -> Option<f64> {
-        self.timed_events().filter(|(event, _)| event.cause == Cause::Striker).map(|(_, t)| t).last()
+        self.strike_times_s().last()
     }
 
     /// The struck body, and when the striker comes nearest to it between their last impact and its retraction (s); `None` if that is not
@@ -127,17 +131,18 @@ impl MotionFit {
         let (Some(first), Some(last_s)) = (self.first_strike(striker), self.last_strike_s()) else {
             return Vec::new();
         };
-        if !self.demands_an_event() {
-            return Vec::new();
-        }
         let FirstStrike { body, turns_s, .. } = first;
         let frame_s = frame_s(&self.model.bodies);
         let until_s = turns_s.min(self.next_event_s(body, last_s));
-        let near = (self.model.bodies[body].observations.iter())
+        let near: Vec<(usize, f64)> = (self.model.bodies[body].observations.iter())
             .map(|observation| observation.time_s)
             .filter(|t| (last_s + frame_s..until_s - frame_s / 2.0).contains(t))
-            .take_while(|t| self.gap_after_m(striker, first, body, *t) < NOT_PARTED_M);
-        near.take(MOST_NEAR_FRAMES).map(|t| (body, t)).collect()
+            .take_while(|t| self.gap_after_m(striker, first, body, *t) < NOT_PARTED_M)
+            .take(MOST_NEAR_FRAMES)
+            .map(|t| (body, t))
+            .collect();
+        // The scores of all instants take longer than the gaps of a few.
+        if near.is_empty() || self.demanded_jump().is_none() { Vec::new() } else { near }
     }
 
     /// The fit without the struck body's observations after the striker catches up with it and pushes it.

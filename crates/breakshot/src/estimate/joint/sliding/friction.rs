@@ -1,8 +1,8 @@
 //! The friction of each object over all clips, and whether its deceleration is Coulomb's (Eq. 29 and 30).
 
 use crate::estimate::clip::result::Measured;
-use crate::estimate::joint::random_effects::{BetweenClipStd, Group, between_clip_std};
-use crate::estimate::measure::measurements::{Measurements, grouped};
+use crate::estimate::joint::random_effects::{BetweenClipStd, Group, between_clip_std, groups_of_kind};
+use crate::estimate::measure::measurements::Measurements;
 use crate::estimate::measure::quantity::Quantity;
 use crate::estimate::measure::sliding::drag::Drag;
 use crate::ordered_map::map_of;
@@ -29,8 +29,8 @@ pub(crate) fn expected(clips: &[Measurements]) -> BTreeMap<String, Measured> {
 }
 
 fn groups(clips: &[Measurements]) -> (BTreeMap<String, Group>, BetweenClipStd) {
-    let groups = map_of(grouped(clips).into_iter().filter_map(|(key, indices)| match key {
-        Quantity::Friction(object) => Some((object.clone(), Group::new(clips, key, &indices))),
+    let groups = map_of(groups_of_kind(clips, Quantity::FRICTION).filter_map(|(key, _, group)| match key {
+        Quantity::Friction(object) => Some((object.clone(), group)),
         _ => None,
     }));
     let typical = between_clip_std(&groups.values().cloned().collect::<Vec<_>>());

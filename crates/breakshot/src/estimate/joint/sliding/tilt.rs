@@ -3,8 +3,8 @@
 //! Two kinds of evidence give the slope.  Across a slide, gravity bends the path: every clip shows the component of the slope across
 //! its slides.  Along a slide, gravity changes the apparent friction: that of one object differs between slides up and down.
 
-use crate::estimate::joint::random_effects::{Group, between_clip_std_with_prior, quantile_95};
-use crate::estimate::measure::measurements::{Measurements, grouped};
+use crate::estimate::joint::random_effects::{between_clip_std_with_prior, groups_of_kind, quantile_95};
+use crate::estimate::measure::measurements::Measurements;
 use crate::estimate::measure::quantity::Quantity;
 use crate::estimate::measure::sliding::tilt::ClipTilt;
 use crate::properties::Tilt;
@@ -158,9 +158,9 @@ fn scatter_of(components: &[Component], slope: Vector2<f64>) -> f64 {
 
 /// What the frictions of each object in slides of different directions say about the slope.
 fn of_frictions(measurements: &[Measurements]) -> (Matrix2<f64>, Vector2<f64>) {
-    let groups: Vec<_> = (grouped(measurements).into_iter())
-        .filter(|(quantity, indices)| matches!(quantity, Quantity::Friction(_)) && indices.len() > 1)
-        .map(|(quantity, indices)| (Group::new(measurements, quantity, &indices), indices))
+    let groups: Vec<_> = groups_of_kind(measurements, Quantity::FRICTION)
+        .filter(|(_, indices, _)| indices.len() > 1)
+        .map(|(_, indices, group)| (group, indices))
         .collect();
     let typical = between_clip_std_with_prior(&groups.iter().map(|(g, _)| g.clone()).collect::<Vec<_>>());
     let (mut information, mut gradient) = (Matrix2::zeros(), Vector2::zeros());
