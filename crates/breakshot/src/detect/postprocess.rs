@@ -15,7 +15,7 @@ use super::tracks::{Sample, Track};
 use super::why::reason::Doubt;
 use crate::capture::Camera;
 use crate::geometry::moments::principal_axes;
-use crate::geometry::{Pixel, Pose, Vec2, wrapped_rad};
+use crate::geometry::{Pixel, Pose, Vec2, half_turn_wrapped_rad, wrapped_rad};
 use crate::statistics::{STD_OVER_MEDIAN_ABSOLUTE, upper_median};
 use std::f64::consts::PI;
 
@@ -34,8 +34,10 @@ const BLUR_UNCERTAINTY: f64 = 0.1;
 /// A position by a part of the marker's outline is doubtful if its standard deviation is larger than this (px), or that of its yaw (rad).
 const TRUSTED_STD_PX: f64 = 0.25;
 const TRUSTED_STD_RAD: f64 = 0.02;
-/// The yaw of a whole marker is doubtful if the standard deviation by its outline is larger than this (rad).
+/// The yaw of a whole marker is doubtful if the standard deviation by its outline is larger than this (rad), ...
 const DOUBTFUL_YAW_STD_RAD: f64 = 0.04;
+/// ... or if the yaws by its second moments and by its outline are further apart than this (rad).
+const YAWS_APART_RAD: f64 = 0.05;
 /// A marker further from its outline than this (standard deviations) is disturbed by something beside it: the outline counts if it is
 /// sharp, with a standard deviation below this (px).
 const APART_STDS: f64 = 3.0;
@@ -221,18 +223,37 @@ impl Seen<'_> {
         })
     }
 
+    /// A pose by the marker's centroid and second moments, with the mean of their yaw and that of the marker's outline, if this has one, and
+    /// how far the two are apart (rad). Uneven light rotates the moments, and noise of few edges the outline: their errors are not the same.
+    fn with_outline_yaw(&self, pose: Pose) -> (Pose, f64) {
+        let has_outline = self.has_outline() && self.target.has_axis();
+        let Some(fit) = self.point.outline.filter(|fit| has_outline && fit.knows_yaw()) else {
+            return (pose, 0.0);
+        };
+        let apart_rad = half_turn_wrapped_rad(fit.pose.yaw_rad - pose.yaw_rad);
+        let at_m = self.target.feature.at_m;
+        let yaw_rad = pose.yaw_rad + apart_rad / 2.0;
+        let position = pose.table_from_body(at_m) - at_m.to_vec().rotated(yaw_rad);
+        (Pose { position, yaw_rad }, apart_rad.abs())
+    }
+
     /// The pose by the grey levels of the marker; by the object's own outline if it has none, or its marker is covered.
     fn by_marker(&self, yaw_near_rad: f64) -> Measured {
         let Self { target, point, .. } = *self;
-        let pose = match self.appearance {
+        let (pose, yaws_apart_rad) = match self.appearance {
             Some(appearance) if !target.is_markerless() && target.feature.dot.is_none() => {
                 let observed = ImagePose { centroid: point.blob.centroid, axis_rad: appearance.axis_rad };
-                target.pose(self.camera, observed, yaw_near_rad)
+                self.with_outline_yaw(target.pose(self.camera, observed, yaw_near_rad))
             }
-            _ => point.pose,
+            _ => (point.pose, 0.0),
         };
-        let yaw_std_rad =
+        let outline_std_rad =
             point.outline.filter(|_| target.has_observable_yaw()).map_or(0.0, |fit| fit.yaw_std_rad);
+        let yaw_std_rad = if yaws_apart_rad > YAWS_APART_RAD {
+            yaws_apart_rad.max(outline_std_rad)
+        } else {
+            outline_std_rad
+        };
         let is_partial = target.is_markerless() && !point.complete;
         let is_rough = !is_partial && point.measured_fraction < LEAST_MEASURED;
         let is_covered = point.source == Source::ObjectOutline;
