@@ -61,3 +61,25 @@ fn a_level_table_is_said_to_be_level() {
     let tilt = drawn_and_found(&spec, 9).1.tilt.expect("a slope");
     assert!(tilt.level && tilt.angle_rad() < 0.002, "{tilt:?}");
 }
+
+#[test]
+fn bodies_that_curl_on_a_level_table_do_not_tilt_it() {
+    // Strikes along nearly one direction, light contacts off the centre, and bodies that press ahead of their centroids.
+    for seed in [3, 4, 6] {
+        let spec = CampaignSpec {
+            objects: 3,
+            clips_per_case: 2,
+            max_offset: 0.6,
+            bar_markers: true,
+            pressed_ahead: 1.0,
+            ..CampaignSpec::default()
+        };
+        let (drawn, found) = drawn_and_found(&spec, seed);
+        if let Some(tilt) = &found.tilt {
+            assert!(tilt.level, "seed {seed}: {tilt:?}");
+        }
+        for (name, friction) in &found.friction {
+            agrees(&format!("friction of `{name}`"), friction, drawn.truth.friction[name]);
+        }
+    }
+}

@@ -82,6 +82,8 @@ fn spec(n: u64) -> CampaignSpec {
         slope: if (n / 2).is_multiple_of(2) { [0.0; 2] } else { slope(n) },
         // Less, and somewhat more than the bodies of drawn cells (`validate cells`).
         rocking: pick(5, [0.002, 0.008, 0.03]),
+        // Bodies with spin slide straight, curl a little, or as much as those that a linear pressure supports.
+        pressed_ahead: pick(7, [0.0, 0.3, 1.0]),
         ..CampaignSpec::default()
     }
 }

@@ -2,16 +2,16 @@
 
 use super::fit::{MotionFit, PositionRow};
 use crate::geometry::Vec2;
-use nalgebra::{DMatrix, DVector, Matrix2, Vector2};
+use nalgebra::{DMatrix, DVector};
 
-/// What the residuals of all bodies say about two causes of motion that no parameter describes.
+/// What the residuals of all bodies say about causes of motion that no parameter describes.
 #[derive(Clone, Debug)]
 pub(crate) struct AddedCauses {
     /// Information about their sizes, the other parameters adapted.
-    pub(crate) information: Matrix2<f64>,
+    pub(crate) information: DMatrix<f64>,
     /// The information times the sizes with the least loss.
-    pub(crate) gradient: Vector2<f64>,
-    /// The change of each parameter per size.
+    pub(crate) gradient: DVector<f64>,
+    /// The change of each parameter (row) per size of each cause (column).
     pub(crate) shifts: DMatrix<f64>,
 }
 
@@ -66,20 +66,28 @@ impl MotionFit {
         (free > ROUNDING * own && free > 0.0).then(|| (-gradient / free, 1.0 / free))
     }
 
-    /// What the residuals say about two causes that displace the bodies by `displacements` per unit, given body and time (s).
-    pub(crate) fn added_causes(&self, displacements: impl Fn(usize, f64) -> [Vec2; 2]) -> AddedCauses {
+    /// What the residuals say about `count` causes; `displace` writes by how much each of them, per unit, displaces a body at a time (s).
+    pub(crate) fn added_causes(
+        &self,
+        count: usize,
+        displace: impl Fn(usize, f64, &mut [Vec2]),
+    ) -> AddedCauses {
         let minimum = &self.minimum;
-        let mut cross = DMatrix::zeros(minimum.parameters.len(), 2);
-        let (mut own, mut gradient) = (Matrix2::zeros(), Vector2::zeros());
+        let mut cross = DMatrix::zeros(minimum.parameters.len(), count);
+        let (mut own, mut gradient) = (DMatrix::zeros(count, count), DVector::zeros(count));
+        let (mut displaced, mut slopes) = (vec![Vec2::ZERO; count], DVector::zeros(count));
         let mut row = 0;
         for body in 0..self.model.bodies.len() {
             for PositionRow { row, time_s, std_m } in self.position_rows(body, &mut row) {
-                let [one, other] = displacements(body, time_s).map(|d| <[f64; 2]>::from(d / -std_m));
+                displaced.fill(Vec2::ZERO);
+                displace(body, time_s, &mut displaced);
                 let weight = minimum.weights[row];
                 for axis in 0..2 {
-                    let slopes = Vector2::new(one[axis], other[axis]);
-                    own += slopes * slopes.transpose() * weight;
-                    gradient -= slopes * (weight * minimum.residuals[row].value[axis]);
+                    for (slope, &displaced) in slopes.iter_mut().zip(&displaced) {
+                        *slope = <[f64; 2]>::from(displaced / -std_m)[axis];
+                    }
+                    own.ger(weight, &slopes, &slopes, 1.0);
+                    gradient.axpy(-weight * minimum.residuals[row].value[axis], &slopes, 1.0);
                     let jacobian = minimum.jacobian.row(2 * row + axis);
                     for (column, slope) in slopes.iter().enumerate().filter(|(_, slope)| **slope != 0.0) {
                         for (parameter, derivative) in jacobian.iter().enumerate() {
@@ -90,8 +98,7 @@ impl MotionFit {
             }
         }
         let shifts = -(&minimum.covariance * &cross);
-        let adapted = cross.transpose() * &shifts;
-        let adapted = Matrix2::new(adapted[(0, 0)], adapted[(0, 1)], adapted[(1, 0)], adapted[(1, 1)]);
-        AddedCauses { information: own + adapted, gradient, shifts }
+        let information = own + cross.transpose() * &shifts;
+        AddedCauses { information, gradient, shifts }
     }
 }

@@ -315,7 +315,7 @@ impl MotionFit {
     }
 
     /// Its events, each with its fitted time (s).
-    pub(super) fn timed_events(&self) -> impl Iterator<Item = (&Event, f64)> {
+    pub(crate) fn timed_events(&self) -> impl Iterator<Item = (&Event, f64)> {
         let times_s = self.layout.events.iter().map(|indices| self.minimum.parameters[indices.time]);
         self.model.events.iter().zip(times_s)
     }

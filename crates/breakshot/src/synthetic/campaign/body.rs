@@ -20,8 +20,10 @@ pub(super) struct Body {
     friction: f64,
     /// Gravity's component along the table (m/s2).
     downhill_m_s2: Vec2,
-    /// Points of the support in the body's frame; each carries the same fraction of the weight.
+    /// Points of the support in the body's frame; each carries the same fraction of the weight while the body does not slide.
     support_m: Vec<Vec2>,
+    /// How far ahead of the centroid the body presses on the table while it slides (m).
+    ahead_m: f64,
     pub(super) yaw_visible: bool,
     pub(super) position: Point,
     pub(super) yaw_rad: f64,
@@ -40,15 +42,17 @@ impl Body {
     ) -> Self {
         let of = |values: &BTreeMap<String, f64>| values.get(&object.name).copied().unwrap_or(f64::NAN);
         let mass_kg = of(&model.masses_kg);
+        let friction = of(&model.truth.friction) * friction_scale;
         Self {
             object: name,
             shape: object.shape.clone(),
             height_m: object.height_m,
             mass_kg,
             inertia_kg_m2: mass_kg * object.shape.radius_of_gyration_m().powi(2),
-            friction: of(&model.truth.friction) * friction_scale,
+            friction,
             downhill_m_s2: Vec2::from(model.truth.slope) * GRAVITY_M_S2,
             support_m: model.supports_m.get(&object.name).cloned().unwrap_or_default(),
+            ahead_m: model.pressed_ahead * friction * object.height_m / 2.0,
             yaw_visible: !matches!(object.feature().shape, Shape::Disc { .. }),
             position: pose.position,
             yaw_rad: pose.yaw_rad,
@@ -77,12 +81,16 @@ impl Body {
         // In the body's frame the support points are constant.
         let own = velocity.rotated(-self.yaw_rad);
         let (mut force, mut torque) = (Vec2::ZERO, 0.0);
+        let ahead = own.direction().unwrap_or_default();
+        let squares_m2: f64 = self.support_m.iter().map(|arm| arm.dot(ahead).powi(2)).sum();
+        let per_m = self.ahead_m * self.support_m.len() as f64 / squares_m2.max(f64::MIN_POSITIVE);
         for arm in &self.support_m {
             let slip = own + arm.perpendicular() * yaw_rate_rad_s;
             let speed = slip.length_squared().sqrt();
             if speed > 0.0 {
-                force -= slip / speed;
-                torque -= arm.cross(slip) / speed;
+                let pressure = 1.0 + per_m * arm.dot(ahead);
+                force -= slip * (pressure / speed);
+                torque -= arm.cross(slip) * (pressure / speed);
             }
         }
         let force = force.rotated(self.yaw_rad);

@@ -34,6 +34,9 @@ pub struct CampaignSpec {
     pub slope: [f64; 2],
     /// Mean over the pairs of the relative loss of apparent mass of the taller body, because it rocks.
     pub rocking: f64,
+    /// How far ahead of the centroid a sliding body presses on the table, over half its height times friction, where a pressure that varies
+    /// linearly balances the torque of friction: with it, a body that spins curls.
+    pub pressed_ahead: f64,
 }
 
 impl Default for CampaignSpec {
@@ -55,6 +58,7 @@ impl Default for CampaignSpec {
             drawn_supports: false,
             slope: [0.0; 2],
             rocking: 0.004,
+            pressed_ahead: 0.0,
         }
     }
 }

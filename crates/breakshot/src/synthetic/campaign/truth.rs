@@ -41,6 +41,8 @@ pub(super) struct TrueModel {
     pub(super) pressing_level: f64,
     /// Relative loss of apparent mass of the taller body of a pair because it rocks, by [`pair_key`].
     pub(super) rocking: BTreeMap<String, f64>,
+    /// See [`CampaignSpec::pressed_ahead`].
+    pub(super) pressed_ahead: f64,
 }
 
 /// A random object: the `k`-th of a campaign, named `a`, `b`, ...
@@ -96,7 +98,7 @@ pub(super) fn model(objects: &[Object], spec: &CampaignSpec, random: &mut Pcg64M
             .insert(object.name.clone(), mean_arm_m(&points) / mean_arm_m(&support_m(&object.shape, 0.0)));
         supports_m.insert(object.name.clone(), points);
     }
-    TrueModel { truth, masses_kg, supports_m, pressing_level, rocking }
+    TrueModel { truth, masses_kg, supports_m, pressing_level, rocking, pressed_ahead: spec.pressed_ahead }
 }
 
 /// The mean distance of points from the centroid (m).

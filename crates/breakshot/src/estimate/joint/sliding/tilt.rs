@@ -33,6 +33,8 @@ const NEGLIGIBLE: f64 = 0.005;
 const PASSES: usize = 4;
 /// Largest scatter of the components from clip to clip.
 const LARGEST_SCATTER: f64 = 0.1;
+/// Least scatter of them: friction that differs by half a per cent between the directions of a body or of the table bends a path as much.
+const LEAST_SCATTER: f64 = 0.001;
 
 /// The slope of the table with its covariance.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -137,10 +139,10 @@ fn sum(components: &[Component], scatter: f64) -> (Matrix2<f64>, Vector2<f64>) {
 
 /// A first, robust scatter: the median size of the components over that of a standard normal number.
 fn typical_scatter(components: &[Component]) -> f64 {
-    median(components.iter().map(|c| c.value.abs())).unwrap_or(0.0) / 0.6745
+    (median(components.iter().map(|c| c.value.abs())).unwrap_or(0.0) / 0.6745).max(LEAST_SCATTER)
 }
 
-/// The scatter with which the squared residuals have their expectation (Paule and Mandel 1982).
+/// The scatter with which the squared residuals have their expectation (Paule and Mandel 1982), at least [`LEAST_SCATTER`].
 fn scatter_of(components: &[Component], slope: Vector2<f64>) -> f64 {
     let expected = (components.len() - 2) as f64;
     let excess = |scatter: f64| {
@@ -148,7 +150,7 @@ fn scatter_of(components: &[Component], slope: Vector2<f64>) -> f64 {
             components.iter().map(|c| c.residual(slope).powi(2) / (c.std * c.std + scatter * scatter));
         squares.sum::<f64>() - expected
     };
-    let (mut low, mut high) = (0.0, LARGEST_SCATTER);
+    let (mut low, mut high) = (LEAST_SCATTER, LARGEST_SCATTER);
     for _ in 0..50 {
         let middle = f64::midpoint(low, high);
         if excess(middle) > 0.0 { low = middle } else { high = middle }
@@ -212,7 +214,7 @@ mod tests {
         let found = Slope::new(&clips([0.01, -0.004]), &[]).expect("a slope");
         let tilt = found.tilt(0.2);
         assert!((tilt.x.mean - 0.01).abs() < 3e-4 && (tilt.y.mean + 0.004).abs() < 3e-4, "{tilt:?}");
-        assert!((1e-4..4e-4).contains(&tilt.x.standard_error) && !tilt.level, "{tilt:?}");
+        assert!((1e-4..6e-4).contains(&tilt.x.standard_error) && !tilt.level, "{tilt:?}");
     }
 
     #[test]
@@ -225,6 +227,15 @@ mod tests {
     fn slides_along_one_direction_leave_the_other_component_open() {
         let along: Vec<_> = (0..12).map(|_| Some(clip(0.0, [0.01, 0.01], 0.0))).collect();
         assert_eq!(Slope::new(&along, &[]), None);
+    }
+
+    #[test]
+    fn a_body_that_bends_its_path_does_not_tilt_the_table_on_which_others_slide_straight() {
+        let mut clips: Vec<_> =
+            (0..6).map(|k| Some(clip(0.05 * f64::from(k) - 0.15, [0.0; 2], 0.0))).collect();
+        clips.extend([0.16, 0.17].map(|heading_rad| Some(clip(heading_rad, [0.0; 2], 0.0025))));
+        let found = Slope::new(&clips, &[]);
+        assert!(found.is_none_or(|slope| slope.tilt(0.2).level), "{found:?}");
     }
 
     #[test]
