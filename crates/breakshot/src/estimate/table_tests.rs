@@ -64,20 +64,19 @@ fn a_level_table_is_said_to_be_level() {
 
 #[test]
 fn bodies_that_curl_on_a_level_table_do_not_tilt_it() {
-    // Strikes along nearly one direction, light contacts off the centre, and bodies that press ahead of their centroids.
-    for seed in [3, 4, 6] {
+    // Few clips along nearly one direction, light contacts off the centre, and bodies that press ahead of their centroids: in the second
+    // campaign the curls look like a slope of 0.039, which changes a friction by 25 %.
+    for seed in [18, 19, 20] {
         let spec = CampaignSpec {
             objects: 3,
-            clips_per_case: 2,
-            max_offset: 0.6,
+            clips_per_case: 1,
+            max_offset: 0.8,
             bar_markers: true,
             pressed_ahead: 1.0,
             ..CampaignSpec::default()
         };
         let (drawn, found) = drawn_and_found(&spec, seed);
-        if let Some(tilt) = &found.tilt {
-            assert!(tilt.level, "seed {seed}: {tilt:?}");
-        }
+        assert!(found.tilt.is_none_or(|tilt| tilt.level), "seed {seed}: {:?}", found.tilt);
         for (name, friction) in &found.friction {
             agrees(&format!("friction of `{name}`"), friction, drawn.truth.friction[name]);
         }

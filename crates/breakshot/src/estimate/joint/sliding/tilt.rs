@@ -231,9 +231,10 @@ mod tests {
 
     #[test]
     fn a_body_that_bends_its_path_does_not_tilt_the_table_on_which_others_slide_straight() {
+        let error = |k: i32| 3e-4 * f64::from(k * 7 % 5 - 2);
         let mut clips: Vec<_> =
-            (0..6).map(|k| Some(clip(0.05 * f64::from(k) - 0.15, [0.0; 2], 0.0))).collect();
-        clips.extend([0.16, 0.17].map(|heading_rad| Some(clip(heading_rad, [0.0; 2], 0.0025))));
+            (0..10).map(|k| Some(clip(0.04 * f64::from(k) - 0.2, [0.0; 2], error(k)))).collect();
+        clips.extend([0.16, 0.18, 0.20].map(|heading_rad| Some(clip(heading_rad, [0.0; 2], 0.002))));
         let found = Slope::new(&clips, &[]);
         assert!(found.is_none_or(|slope| slope.tilt(0.2).level), "{found:?}");
     }
