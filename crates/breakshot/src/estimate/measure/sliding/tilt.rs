@@ -69,12 +69,12 @@ impl TiltEffect {
         });
         // The two components of the slope, and the curl of each slide with spin
         let curling = |leg: &&Deflection| leg.curl.is_some();
-        let curls_before = |body: usize| bodies[..body].iter().flatten().filter(curling).count();
-        let count = 2 + curls_before(bodies.len());
-        let across = fitted.added_causes(count, |body, time_s, displaced| {
+        let first_curls: Vec<usize> =
+            (0..=bodies.len()).map(|k| 2 + bodies[..k].iter().flatten().filter(curling).count()).collect();
+        let across = fitted.added_causes(first_curls[bodies.len()], |body, time_s, displaced| {
             displaced[..2].copy_from_slice(&by_slope(Deflection::across, body, time_s));
             let curls = bodies[body].iter().filter_map(|leg| leg.curled(time_s));
-            displaced[2 + curls_before(body)..].iter_mut().zip(curls).for_each(|(d, curled)| *d = curled);
+            displaced[first_curls[body]..].iter_mut().zip(curls).for_each(|(d, curled)| *d = curled);
         });
         Self { shifts: along_and_across.shifts, tilt: clip_tilt(&across) }
     }
