@@ -74,6 +74,8 @@ impl Layout {
 pub(super) struct Start {
     pub candidate: Candidate,
     pub pose: Pose,
+    /// Whether the outline tells the yaw from the one that is half a turn off, or half a turn changes nothing.
+    pub half_turn_known: bool,
 }
 
 /// One candidate as the marker of one target.
@@ -165,8 +167,9 @@ pub(super) fn starts(
         .enumerate()
         .map(|(row, column)| {
             let column = (*column)?;
-            let Match { pose, blob, .. } = matches[row][column]?;
-            Some(Start { candidate: Candidate { blob, ..candidates[column] }, pose })
+            let Match { pose, blob, yaw_margin, .. } = matches[row][column]?;
+            let candidate = Candidate { blob, ..candidates[column] };
+            Some(Start { candidate, pose, half_turn_known: yaw_margin >= CLEAR_MARGIN })
         })
         .collect();
     warnings.extend(misplacements(targets, &starts, layout));

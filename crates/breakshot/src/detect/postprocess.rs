@@ -108,6 +108,9 @@ pub(super) fn track(camera: &Camera, state: &TrackState, exposure_s: f64) -> Dou
         };
         let mut measured = seen.measured(always_by_outline, yaw_near_rad);
         yaw_near_rad = measured.pose.yaw_rad;
+        if !state.half_turn_known {
+            measured = measured.at_marker(target);
+        }
         // A rolling shutter exposes lower rows later.
         let time_s = point.time_s + camera.readout_s * point.blob.centroid.y / camera.size_px[1] as f64;
         let yaw_rad = (target.has_observable_yaw() && measured.yaw_known).then_some(measured.pose.yaw_rad);
@@ -295,6 +298,17 @@ impl Measured {
     /// Whether two measurements are further apart than this many standard deviations.
     fn is_apart(&self, other: &Self, stds: f64) -> bool {
         self.pose.position.distance(other.pose.position) > stds * self.std_m.hypot(other.std_m)
+    }
+
+    /// The mean of this position and the one with the object turned by half a turn about its marker, which is the marker's own.
+    fn at_marker(mut self, target: &Target) -> Self {
+        let (at_m, off_m) = (target.feature.at_m, target.feature.at_m.to_vec().length());
+        self.pose.position = self.pose.table_from_body(at_m);
+        self.std_m = self.std_m.hypot(off_m);
+        if off_m > OUTLINE_STD_M {
+            self.doubts.push(Doubt::HalfTurn { off_m });
+        }
+        self
     }
 
     /// The pose by the marker; doubtful if the marker's outline is elsewhere.

@@ -1,5 +1,7 @@
 //! What is known about one object while it is tracked: where it was, where it will be, and how its marker appears.
 
+use super::association::Start;
+use super::candidates::Candidate;
 use super::marker::blob::Blob;
 use super::marker::outline::{Appearance, MarkerFit};
 use super::marker::target::Target;
@@ -100,6 +102,8 @@ pub(super) struct TrackPoint {
 pub(super) struct TrackState<'a> {
     pub target: Target<'a>,
     pub points: Vec<TrackPoint>,
+    /// See [`Start`].
+    pub half_turn_known: bool,
     start: Pose,
     /// Running mean of the marker's area over the expected one.
     area_ratio: f64,
@@ -126,8 +130,10 @@ pub(super) const DISTURBED_LEVELS: f64 = 3.0;
 const SHARP_PX: f64 = 2.0;
 
 impl<'a> TrackState<'a> {
-    /// The state before the first frame, of a target whose marker is the given blob.
-    pub(super) fn new(target: Target<'a>, blob: &Blob, start: Pose, camera: &Camera) -> Self {
+    /// The state before the first frame.
+    pub(super) fn new(target: Target<'a>, start: Start, camera: &Camera) -> Self {
+        let Start { candidate: Candidate { blob, .. }, pose: start, half_turn_known } = start;
+        let blob = &blob;
         let target = target.with_polarity_of(blob);
         let projection = target.projection(camera, start);
         let area_ratio = blob.area_px2 / projection.area;
@@ -135,6 +141,7 @@ impl<'a> TrackState<'a> {
         Self {
             target,
             points: Vec::new(),
+            half_turn_known,
             start,
             area_ratio,
             moment_ratio,

@@ -18,7 +18,7 @@ use super::marker::target::Target;
 use super::tracks::{Sample, Track};
 use crate::capture::{Camera, Frame};
 use crate::cell::Striker;
-use crate::geometry::{Point, Pose, Vec2};
+use crate::geometry::{Pixel, Point, Pose, Vec2, outline};
 use crate::scene::Strike;
 use crops::Crops;
 use edge::{Edge, Outline, SeenOutlines, Steps};
@@ -53,6 +53,8 @@ const OUTLIER_STDS: f64 = 4.0;
 /// Fewest points, positions and the rest position together, that make a motion: two positions fit a line exactly, and three that
 /// are not all the striker's fit one well enough by chance.
 const LEAST_POINTS: usize = 4;
+/// Intervals of the striker's height in which a line of sight is looked at.
+const HEIGHTS: usize = 16;
 /// Least noise of a position (nodes).
 const LEAST_STD_NODES: f64 = 0.1;
 /// Largest noise of a position with which it is a uniform motion (widths of the filter).
@@ -70,6 +72,19 @@ const OFFSET_M: f64 = 5e-4;
 pub(super) struct GivenStrike<'a> {
     pub strike: &'a Strike,
     pub striker: &'a Striker,
+}
+
+impl GivenStrike<'_> {
+    /// Whether the line of sight through a pixel meets the striker where it starts, or where it may be after it has moved.
+    pub(super) fn is_in_sight(&self, camera: &Camera, pixel: Pixel, has_moved: bool) -> bool {
+        let Self { strike, striker } = *self;
+        let start = Pose { position: strike.start_m, yaw_rad: strike.heading_rad };
+        let travel_m = if has_moved { strike.travel_m } else { 0.0 };
+        let swept =
+            outline::Outline::swept(&striker.shape, start, Vec2::from_heading(strike.heading_rad) * travel_m);
+        let mut heights_m = (0..=HEIGHTS).map(|k| striker.height_m * k as f64 / HEIGHTS as f64);
+        heights_m.any(|height_m| swept.contains(camera.table_from_pixel(pixel, height_m)))
+    }
 }
 
 /// Collects what the frames show around the path of the striker.

@@ -11,6 +11,7 @@ mod blurred;
 mod covered;
 mod dot;
 mod markerless;
+mod starts;
 mod why;
 
 fn object(name: &str, shape: Shape, marker: Shape) -> Object {

@@ -59,10 +59,8 @@ impl<'a> Tracker<'a> {
         let all = component_areas_px(camera, &targets);
         // Partly covered markers are smaller.
         let areas_px = (*all.start() as f64 * 2.0 * AREA_RATIOS.start()) as u64..=*all.end();
-        let state = |(target, start): (Target<'a>, Start)| {
-            TrackState::new(target, &start.candidate.blob, start.pose, camera)
-        };
-        let states = starts.into_iter().map(state).collect();
+        let states =
+            starts.into_iter().map(|(target, start)| TrackState::new(target, start, camera)).collect();
         let labeller = Labeller::default();
         Self { camera, states, areas_px, labeller, threshold, times_s: Vec::new(), interval_s }
     }

@@ -19,6 +19,11 @@ pub enum Doubt {
     },
     /// The marker is off the object's centre and the yaw was not measured.
     Yaw,
+    /// The object may be turned by half a turn about its marker, which is off its centre.
+    HalfTurn {
+        /// The distance of the marker from the object's centre (m).
+        off_m: f64,
+    },
     /// The position is that of the visible part of the marker's outline, which determines it or the yaw badly.
     PartOfMarker {
         /// Standard deviation of the position (px).
@@ -110,6 +115,11 @@ impl Display for Doubt {
                     "the dot beside its marker is not seen: its yaw, and with it its centre, is the expected one"
                 )
             }
+            Self::HalfTurn { off_m } => write!(
+                f,
+                "its outline does not tell its yaw from one that is half a turn off, and its marker is {:.1} mm off its centre",
+                1e3 * off_m
+            ),
             Self::PartOfMarker { std_px } => write!(
                 f,
                 "only a part of its marker's outline is sharp: the position is known to {std_px:.2} px by it"
