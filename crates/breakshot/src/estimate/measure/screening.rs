@@ -18,6 +18,8 @@ const FRAMES_UNTIL_REPEATED: f64 = 3.0;
 const FRAMES_OF_MOTION: f64 = 8.0;
 /// Number of positions after a strike that show its instant and the velocity.
 const POSITIONS_AFTER_STRIKE: usize = 2;
+/// The instant of a strike is known if it is further from the positions before and after it than this many of its standard deviations.
+const INSTANT_STDS: f64 = 3.0;
 /// Number of positions of a body in motion that show its deceleration, among those of motions that more than one shows.
 const POSITIONS_OF_FRICTION: usize = 3;
 /// A position shows a motion between two impacts if the body moves by at least this many of its standard deviations.
@@ -56,8 +58,8 @@ pub(crate) fn screen(
     without_friction
 }
 
-/// Excludes the impacts before and after a motion that too few positions show: none, or a single one after a strike, whose instant no other body
-/// shows. Any instant of the first impact then explains the positions, and the fit stops at the earliest, where its covariance is that of the frame before.
+/// Excludes the impacts before and after a motion that too few positions show: none, or a single one after a strike whose instant is not clear.
+/// Any instant of the first impact then explains the positions, and the fit stops at the earliest, where its covariance is that of the frame before.
 /// Returns the bodies with such a motion.
 fn exclude_unobserved(fitted: &MotionFit, contacts: &mut [Contact]) -> Vec<usize> {
     let mut unobserved = Vec::new();
@@ -77,7 +79,9 @@ fn exclude_unobserved(fitted: &MotionFit, contacts: &mut [Contact]) -> Vec<usize
             let shows =
                 |o: &&Observation| !o.excluded && (from_s..to_s).contains(&o.time_s) && o.std_m < least_m;
             let found = body.observations.iter().filter(shows).count();
-            let needed = if contacts[first].a == Partner::Striker { POSITIONS_AFTER_STRIKE } else { 1 };
+            let is_open =
+                contacts[first].a == Partner::Striker && !is_instant_known(fitted, &contacts[first]);
+            let needed = if is_open { POSITIONS_AFTER_STRIKE } else { 1 };
             if found < needed {
                 let shown = if found == 0 { "no position shows" } else { "a single position shows" };
                 let reason = format!(
@@ -91,6 +95,19 @@ fn exclude_unobserved(fitted: &MotionFit, contacts: &mut [Contact]) -> Vec<usize
         }
     }
     unobserved
+}
+
+/// Whether the instant of a strike lies clearly between two positions of the struck body, by what else the clip shows: the place where the body
+/// hits another one and the instant, which the other body shows.
+fn is_instant_known(fitted: &MotionFit, strike: &Contact) -> bool {
+    let observations = &fitted.model.bodies[strike.b].observations;
+    let (index, time_s) = (strike.time_index, strike.time_s(fitted));
+    let std_s = fitted.minimum.covariance[(index, index)].sqrt();
+    let after = observations.partition_point(|o| o.time_s <= time_s);
+    let (Some(before), Some(next)) = (observations[..after].last(), observations.get(after)) else {
+        return false;
+    };
+    (time_s - before.time_s).min(next.time_s - time_s) > INSTANT_STDS * std_s
 }
 
 /// Whether enough positions show how body `k` decelerates.
