@@ -23,6 +23,9 @@ struct Component {
 const LARGEST_STD: f64 = 0.1;
 /// A slope is given if each component is known to within this, 0.2 degrees: a worse one would change friction by more than it corrects.
 const LARGEST_ERROR: f64 = 0.0035;
+/// It is known to within this many times as much without any one of the components: one slide alone that gives the slope in a direction may
+/// bend for another reason.
+const ERRORS_WITHOUT_ONE: f64 = 1.5;
 /// A component this many standard deviations off the common slope is left out.
 const OUTLIER_STDS: f64 = 6.0;
 /// Number of components from which the slope is estimated.
@@ -68,8 +71,14 @@ impl Slope {
         let (information, gradient) = sum(&components, scatter);
         let covariance = (information + friction_information).try_inverse()?;
         let value = covariance * (gradient + friction_gradient);
-        let known = covariance[(0, 0)].max(covariance[(1, 1)]).sqrt() < LARGEST_ERROR;
-        known.then(|| Self {
+        let is_known_without = |c: &Component| {
+            let others = information + friction_information - c.information(scatter);
+            others
+                .try_inverse()
+                .is_some_and(|covariance| largest_std(covariance) < ERRORS_WITHOUT_ONE * LARGEST_ERROR)
+        };
+        let is_known = largest_std(covariance) < LARGEST_ERROR && components.iter().all(is_known_without);
+        is_known.then(|| Self {
             value: [value[0], value[1]],
             covariance,
             degrees_of_freedom: (components.len() - 2) as f64,
@@ -123,7 +132,17 @@ fn components(tilt: &ClipTilt) -> Vec<Component> {
     (0..2).filter_map(component).collect()
 }
 
+/// The larger standard deviation of the two components of a slope.
+fn largest_std(covariance: Matrix2<f64>) -> f64 {
+    covariance[(0, 0)].max(covariance[(1, 1)]).sqrt()
+}
+
 impl Component {
+    /// What it says about both components of the slope, if they scatter so much from clip to clip.
+    fn information(&self, scatter: f64) -> Matrix2<f64> {
+        self.along * self.along.transpose() / (self.std * self.std + scatter * scatter)
+    }
+
     fn residual(&self, slope: Vector2<f64>) -> f64 {
         self.value - self.along.dot(&slope)
     }
@@ -132,8 +151,8 @@ impl Component {
 /// Information and gradient of all components, if they scatter so much from clip to clip.
 fn sum(components: &[Component], scatter: f64) -> (Matrix2<f64>, Vector2<f64>) {
     components.iter().fold((Matrix2::zeros(), Vector2::zeros()), |(information, gradient), c| {
-        let weight = (c.std * c.std + scatter * scatter).recip();
-        (information + c.along * c.along.transpose() * weight, gradient + c.along * (c.value * weight))
+        let weighted = c.information(scatter);
+        (information + weighted, gradient + weighted * c.along * c.value)
     })
 }
 
@@ -227,6 +246,16 @@ mod tests {
     fn slides_along_one_direction_leave_the_other_component_open() {
         let along: Vec<_> = (0..12).map(|_| Some(clip(0.0, [0.01, 0.01], 0.0))).collect();
         assert_eq!(Slope::new(&along, &[]), None);
+    }
+
+    #[test]
+    fn one_slide_in_another_direction_does_not_give_the_slope_in_it() {
+        let mut along: Vec<_> = (0..12).map(|k| Some(clip(0.01 * f64::from(k), [0.0; 2], 0.0))).collect();
+        along.push(Some(clip(1.4, [0.015; 2], 0.0)));
+        assert_eq!(Slope::new(&along, &[]), None);
+        along.push(Some(clip(1.3, [0.0; 2], 0.0)));
+        along.push(Some(clip(1.5, [0.0; 2], 0.0)));
+        assert!(Slope::new(&along, &[]).is_some());
     }
 
     #[test]
