@@ -412,7 +412,7 @@ impl Clip<'_> {
         let mut candidates =
             candidates::candidates(image, self.camera, &self.targets, options.threshold, &mut labeller);
         if let Some(given) = self.given {
-            candidates.retain(|c| !given.is_in_sight(self.camera, c.blob.centroid, is_later));
+            candidates.retain(|c| !given.covers(self.camera, c.blob.centroid, is_later));
         }
         if self.targets.iter().any(Target::is_markerless) {
             self.check_size(image, options.table)?;

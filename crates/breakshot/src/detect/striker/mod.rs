@@ -76,7 +76,7 @@ pub(super) struct GivenStrike<'a> {
 
 impl GivenStrike<'_> {
     /// Whether the line of sight through a pixel meets the striker where it starts, or where it may be after it has moved.
-    pub(super) fn is_in_sight(&self, camera: &Camera, pixel: Pixel, has_moved: bool) -> bool {
+    pub(super) fn covers(&self, camera: &Camera, pixel: Pixel, has_moved: bool) -> bool {
         let Self { strike, striker } = *self;
         let start = Pose { position: strike.start_m, yaw_rad: strike.heading_rad };
         let travel_m = if has_moved { strike.travel_m } else { 0.0 };
