@@ -1,7 +1,5 @@
 //! What is known about one object while it is tracked: where it was, where it will be, and how its marker appears.
 
-use super::association::Start;
-use super::candidates::Candidate;
 use super::marker::blob::Blob;
 use super::marker::outline::{Appearance, MarkerFit};
 use super::marker::target::Target;
@@ -102,7 +100,7 @@ pub(super) struct TrackPoint {
 pub(super) struct TrackState<'a> {
     pub target: Target<'a>,
     pub points: Vec<TrackPoint>,
-    /// See [`Start`].
+    /// Whether the outline tells the yaw from the one that is half a turn off, or half a turn changes nothing.
     pub half_turn_known: bool,
     start: Pose,
     /// Running mean of the marker's area over the expected one.
@@ -130,10 +128,13 @@ pub(super) const DISTURBED_LEVELS: f64 = 3.0;
 const SHARP_PX: f64 = 2.0;
 
 impl<'a> TrackState<'a> {
-    /// The state before the first frame.
-    pub(super) fn new(target: Target<'a>, start: Start, camera: &Camera) -> Self {
-        let Start { candidate: Candidate { blob, .. }, pose: start, half_turn_known } = start;
-        let blob = &blob;
+    /// The state before the first frame, of a target whose marker is the given blob: with its pose, and whether its half turn is known.
+    pub(super) fn new(
+        target: Target<'a>,
+        blob: &Blob,
+        (start, half_turn_known): (Pose, bool),
+        camera: &Camera,
+    ) -> Self {
         let target = target.with_polarity_of(blob);
         let projection = target.projection(camera, start);
         let area_ratio = blob.area_px2 / projection.area;

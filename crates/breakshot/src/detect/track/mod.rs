@@ -59,8 +59,11 @@ impl<'a> Tracker<'a> {
         let all = component_areas_px(camera, &targets);
         // Partly covered markers are smaller.
         let areas_px = (*all.start() as f64 * 2.0 * AREA_RATIOS.start()) as u64..=*all.end();
-        let states =
-            starts.into_iter().map(|(target, start)| TrackState::new(target, start, camera)).collect();
+        let state = |(target, start): (Target<'a>, Start)| {
+            let Start { candidate, pose, half_turn_known } = start;
+            TrackState::new(target, &candidate.blob, (pose, half_turn_known), camera)
+        };
+        let states = starts.into_iter().map(state).collect();
         let labeller = Labeller::default();
         Self { camera, states, areas_px, labeller, threshold, times_s: Vec::new(), interval_s }
     }
