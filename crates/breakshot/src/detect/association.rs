@@ -17,6 +17,7 @@ use super::threshold::Level;
 use crate::campaign::ClipStart;
 use crate::capture::{Camera, GreyImage};
 use crate::geometry::moments::principal_axes;
+use crate::geometry::outline::Outline;
 use crate::geometry::{Pixel, Point, Pose, Vec2, wrapped_rad};
 use crate::object::{Shape, kind};
 use crate::scene::Placed;
@@ -134,30 +135,18 @@ pub(super) fn starts(
         let row = row.collect();
         with_merged_outlines(target, with_merged_dots(row, candidates))
     };
-    let matches: Vec<Vec<Option<Match>>> = targets.iter().map(row).collect();
-    let by_appearance = costs(&matches, |_, m| m.cost);
+    let mut matches: Vec<Vec<Option<Match>>> = targets.iter().map(row).collect();
 
-    // Assignment by appearance and layout
-    let mut order_warning = None;
-    let placed_cost = |row: usize, m: &Match| m.cost + placement_cost(layout, &targets[row], m.pose);
+    // Assignment by appearance and layout, without overlaps
     let known = layout.beside_starts();
-    let assigned = match known {
-        Layout::Unknown | Layout::Placed(_) | Layout::Started { .. } => {
-            assignment(&costs(&matches, placed_cost))
-        }
-        Layout::AlongStrike { heading_rad, start_m } => {
-            let ahead = Vec2::from_heading(*heading_rad);
-            let by_line = costs(&matches, |row, m| {
-                let start_m = start_m.filter(|_| layout.start(&targets[row]).is_none());
-                placed_cost(row, m) + line_cost(row, m.pose, start_m, ahead)
-            });
-            ordered_assignment(&by_line, &matches, ahead).unwrap_or_else(|| {
-                let warning = "doubtful: the markers are not in the given order along the strike";
-                order_warning = Some(warning.to_string());
-                assignment(&by_line)
-            })
-        }
+    let (assigned, order_warning) = loop {
+        let (assigned, order_warning) = assigned(targets, &matches, layout);
+        let Some((row, column)) = overlapping(targets, &matches, &assigned) else {
+            break (assigned, order_warning);
+        };
+        matches[row][column] = None;
     };
+    let by_appearance = costs(&matches, |_, m| m.cost);
     let mut warnings = ambiguities(targets, &by_appearance, &assigned, known);
     warnings.extend(order_warning);
 
@@ -175,6 +164,56 @@ pub(super) fn starts(
     warnings.extend(misplacements(targets, &starts, layout));
     warnings.extend(ambiguous_yaws(targets, &matches, &assigned));
     (in_canonical_order(targets, starts, layout), warnings)
+}
+
+/// The column of each row by appearance and layout, and a warning if they do not have the given order along the strike.
+fn assigned(
+    targets: &[Target],
+    matches: &[Vec<Option<Match>>],
+    layout: &Layout,
+) -> (Vec<Option<usize>>, Option<String>) {
+    let placed_cost = |row: usize, m: &Match| m.cost + placement_cost(layout, &targets[row], m.pose);
+    let Layout::AlongStrike { heading_rad, start_m } = layout.beside_starts() else {
+        return (assignment(&costs(matches, placed_cost)), None);
+    };
+    let ahead = Vec2::from_heading(*heading_rad);
+    let by_line = costs(matches, |row, m| {
+        let start_m = start_m.filter(|_| layout.start(&targets[row]).is_none());
+        placed_cost(row, m) + line_cost(row, m.pose, start_m, ahead)
+    });
+    match ordered_assignment(&by_line, matches, ahead) {
+        Some(ordered) => (ordered, None),
+        None => {
+            let warning = "doubtful: the markers are not in the given order along the strike";
+            (assignment(&by_line), Some(warning.to_string()))
+        }
+    }
+}
+
+/// Row and column of an assigned outline without a marker that lies on another assigned object: it is the other one's. Of two outlines it is the
+/// less visible one.
+fn overlapping(
+    targets: &[Target],
+    matches: &[Vec<Option<Match>>],
+    assigned: &[Option<usize>],
+) -> Option<(usize, usize)> {
+    let found: Vec<(usize, usize, Match)> = (assigned.iter().enumerate())
+        .filter_map(|(row, column)| Some((row, (*column)?, matches[row][(*column)?]?)))
+        .collect();
+    let covers = |row: usize, pose: Pose, other: Pose| {
+        Outline::new(&targets[row].object.shape, pose).contains(other.position)
+    };
+    let overlaps = |&(row, _, one): &(usize, usize, Match),
+                    &(other_row, _, other): &(usize, usize, Match)| {
+        row != other_row && (covers(row, one.pose, other.pose) || covers(other_row, other.pose, one.pose))
+    };
+    let yields = |one: &(usize, usize, Match), other: &(usize, usize, Match)| {
+        !targets[other.0].is_markerless() || one.2.cost >= other.2.cost
+    };
+    let outlines = found.iter().filter(|(row, ..)| targets[*row].is_markerless());
+    let mut displaced =
+        outlines.filter(|one| found.iter().any(|other| overlaps(one, other) && yields(one, other)));
+    displaced.next().map(|&(row, column, _)| (row, column))
 }
 
 fn half_squared(deviation: f64) -> f64 {

@@ -85,3 +85,25 @@ fn a_round_spot_on_the_striker_is_not_the_marker_of_the_object_that_it_strikes()
         assert!(error_mm(s, pose) < 0.3, "{} mm off at {:.3} s", error_mm(s, pose), s.time_s);
     }
 }
+
+#[test]
+fn the_outline_of_an_object_with_a_marker_is_not_that_of_one_without() {
+    let view = View { table_grey: 120.0, ..view() };
+    let plain = Object { marker: None, ..object("a", disc(0.03), disc(0.01)) };
+    let objects = [plain, object("c", disc(0.0297), disc(0.009))];
+    let poses = [Pose::new(-0.08, 0.0, 0.0), Pose::new(0.03, 0.02, 0.0)];
+    let frames = film(&view, &times_s(4), |_| {
+        let [mut dim, _] = Thing::object(&objects[0], poses[0]);
+        let [mut bright, marker] = Thing::object(&objects[1], poses[1]);
+        (dim.grey, dim.side_grey) = (105.0, 100.0);
+        (bright.grey, bright.side_grey) = (220.0, 60.0);
+        vec![dim, bright, marker]
+    });
+    for layout in [Layout::Unknown, Layout::AlongStrike { heading_rad: 0.0, start_m: None }] {
+        let tracks = found(&view, frames.clone(), &objects, &layout).expect("tracks");
+        for (track, pose) in tracks.tracks.iter().zip(poses) {
+            let off_mm = error_mm(&track.samples[0], pose);
+            assert!(off_mm < 0.5, "`{}` is {off_mm} mm off: {:?}", track.object, tracks.warnings);
+        }
+    }
+}
