@@ -181,13 +181,11 @@ fn assigned(
         let start_m = start_m.filter(|_| layout.start(&targets[row]).is_none());
         placed_cost(row, m) + line_cost(row, m.pose, start_m, ahead)
     });
-    match ordered_assignment(&by_line, matches, ahead) {
-        Some(ordered) => (ordered, None),
-        None => {
-            let warning = "doubtful: the markers are not in the given order along the strike";
-            (assignment(&by_line), Some(warning.to_string()))
-        }
+    if let Some(ordered) = ordered_assignment(&by_line, matches, ahead) {
+        return (ordered, None);
     }
+    let warning = "doubtful: the markers are not in the given order along the strike";
+    (assignment(&by_line), Some(warning.to_string()))
 }
 
 /// Row and column of an assigned outline without a marker that lies on another assigned object: it is the other one's. Of two outlines it is the
