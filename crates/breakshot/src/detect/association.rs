@@ -75,7 +75,7 @@ impl Layout {
 pub(super) struct Start {
     pub candidate: Candidate,
     pub pose: Pose,
-    /// Whether the outline tells the yaw from the one that is half a turn off, or half a turn changes nothing.
+    /// Whether the outline distinguishes the yaw from the one that is half a turn off, or half a turn changes nothing.
     pub half_turn_known: bool,
 }
 
@@ -516,7 +516,7 @@ fn ambiguities(
     warnings
 }
 
-/// Warnings of objects whose outline does not tell which of two yaws half a turn apart they have.
+/// Warnings of objects whose outline does not distinguish two yaws half a turn apart.
 fn ambiguous_yaws(
     targets: &[Target],
     matches: &[Vec<Option<Match>>],

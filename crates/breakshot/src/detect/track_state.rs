@@ -100,7 +100,7 @@ pub(super) struct TrackPoint {
 pub(super) struct TrackState<'a> {
     pub target: Target<'a>,
     pub points: Vec<TrackPoint>,
-    /// Whether the outline tells the yaw from the one that is half a turn off, or half a turn changes nothing.
+    /// Whether the outline distinguishes the yaw from the one that is half a turn off, or half a turn changes nothing.
     pub half_turn_known: bool,
     start: Pose,
     /// Running mean of the marker's area over the expected one.

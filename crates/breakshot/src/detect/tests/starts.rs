@@ -1,4 +1,4 @@
-//! Where an object is in the first frames, where its marker alone does not tell.
+//! Where an object is in the first frames, where its marker alone does not show it.
 
 use super::*;
 
@@ -36,14 +36,14 @@ fn where_half_a_turn_is_open_the_position_is_the_markers_known_to_its_distance_f
 
 #[test]
 fn where_half_a_turn_is_open_and_the_marker_far_off_the_centre_the_positions_are_doubtful() {
-    // As grey as the table: no outline tells on which side of the marker the object is.
+    // As grey as the table: no outline shows on which side of the marker the object is.
     let (samples, warnings, pose) = slid_disc(4e-3, 150.0);
     assert!(warnings.iter().any(|w| w.contains("half a turn")), "{warnings:?}");
     for s in &samples {
         let off_m = s.position().distance(pose(s.time_s).position);
         assert!(s.doubtful && off_m < 1.1 * s.std_m, "{s:?} is {off_m} m off");
     }
-    // A visible outline tells it.
+    // A visible outline shows it.
     let (samples, warnings, pose) = slid_disc(4e-3, 90.0);
     assert!(warnings.is_empty(), "{warnings:?}");
     let off: Vec<f64> = samples.iter().map(|s| error_mm(s, pose(s.time_s))).collect();

@@ -117,7 +117,7 @@ impl Display for Doubt {
             }
             Self::HalfTurn { off_m } => write!(
                 f,
-                "its outline does not tell its yaw from one that is half a turn off, and its marker is {:.1} mm off its centre",
+                "its outline does not distinguish its yaw from one that is half a turn off, and its marker is {:.1} mm off its centre",
                 1e3 * off_m
             ),
             Self::PartOfMarker { std_px } => write!(

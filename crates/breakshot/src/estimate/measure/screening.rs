@@ -16,7 +16,7 @@ const FRAMES_BETWEEN: f64 = 1.5;
 const FRAMES_UNTIL_REPEATED: f64 = 3.0;
 /// A motion of fewer frames between two impacts is fitted wrongly at both ends if it is at one.
 const FRAMES_OF_MOTION: f64 = 8.0;
-/// Number of positions after a strike that show its instant and the velocity.
+/// Number of positions after a strike that show its instant and the velocity, where the instant is not known otherwise.
 const POSITIONS_AFTER_STRIKE: usize = 2;
 /// The instant of a strike is known if it is further from the positions before and after it than this many of its standard deviations.
 const INSTANT_STDS: f64 = 3.0;
