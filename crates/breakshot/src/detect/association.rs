@@ -93,6 +93,13 @@ struct Match {
     yaw_margin: f64,
 }
 
+impl Match {
+    /// Whether the outline distinguishes the yaw from the one that is half a turn off, or half a turn changes nothing.
+    fn is_half_turn_known(&self) -> bool {
+        self.yaw_margin >= CLEAR_MARGIN
+    }
+}
+
 /// Standard deviation of a marker's lengths (ratio's logarithm): cut by hand and measured with a ruler.
 const LENGTH_STD: f64 = 0.05;
 /// Cost of an invisible outline: the visibility of the right outline is at least a half, of a wrong one about a
@@ -138,16 +145,15 @@ pub(super) fn starts(
     let mut matches: Vec<Vec<Option<Match>>> = targets.iter().map(row).collect();
 
     // Assignment by appearance and layout, without overlaps
-    let known = layout.beside_starts();
     let (assigned, order_warning) = loop {
-        let (assigned, order_warning) = assigned(targets, &matches, layout);
+        let (assigned, order_warning) = least_cost_assignment(targets, &matches, layout);
         let Some((row, column)) = overlapping(targets, &matches, &assigned) else {
             break (assigned, order_warning);
         };
         matches[row][column] = None;
     };
     let by_appearance = costs(&matches, |_, m| m.cost);
-    let mut warnings = ambiguities(targets, &by_appearance, &assigned, known);
+    let mut warnings = ambiguities(targets, &by_appearance, &assigned, layout.beside_starts());
     warnings.extend(order_warning);
 
     // Poses
@@ -156,9 +162,9 @@ pub(super) fn starts(
         .enumerate()
         .map(|(row, column)| {
             let column = (*column)?;
-            let Match { pose, blob, yaw_margin, .. } = matches[row][column]?;
-            let candidate = Candidate { blob, ..candidates[column] };
-            Some(Start { candidate, pose, half_turn_known: yaw_margin >= CLEAR_MARGIN })
+            let found = matches[row][column]?;
+            let candidate = Candidate { blob: found.blob, ..candidates[column] };
+            Some(Start { candidate, pose: found.pose, half_turn_known: found.is_half_turn_known() })
         })
         .collect();
     warnings.extend(misplacements(targets, &starts, layout));
@@ -167,7 +173,7 @@ pub(super) fn starts(
 }
 
 /// The column of each row by appearance and layout, and a warning if they do not have the given order along the strike.
-fn assigned(
+fn least_cost_assignment(
     targets: &[Target],
     matches: &[Vec<Option<Match>>],
     layout: &Layout,
@@ -195,23 +201,20 @@ fn overlapping(
     matches: &[Vec<Option<Match>>],
     assigned: &[Option<usize>],
 ) -> Option<(usize, usize)> {
-    let found: Vec<(usize, usize, Match)> = (assigned.iter().enumerate())
-        .filter_map(|(row, column)| Some((row, (*column)?, matches[row][(*column)?]?)))
-        .collect();
-    let covers = |row: usize, pose: Pose, other: Pose| {
-        Outline::new(&targets[row].object.shape, pose).contains(other.position)
+    let found = |row: usize| matches[row][assigned[row]?].as_ref();
+    let covers = |row: usize, one: &Match, other: &Match| {
+        Outline::new(&targets[row].object.shape, one.pose).contains(other.pose.position)
     };
-    let overlaps = |&(row, _, one): &(usize, usize, Match),
-                    &(other_row, _, other): &(usize, usize, Match)| {
-        row != other_row && (covers(row, one.pose, other.pose) || covers(other_row, other.pose, one.pose))
+    let yields = |row: usize, other_row: usize| {
+        let (Some(one), Some(other)) = (found(row), found(other_row)) else { return false };
+        row != other_row
+            && (covers(row, one, other) || covers(other_row, other, one))
+            && (!targets[other_row].is_markerless() || one.cost >= other.cost)
     };
-    let yields = |one: &(usize, usize, Match), other: &(usize, usize, Match)| {
-        !targets[other.0].is_markerless() || one.2.cost >= other.2.cost
-    };
-    let outlines = found.iter().filter(|(row, ..)| targets[*row].is_markerless());
-    let mut displaced =
-        outlines.filter(|one| found.iter().any(|other| overlaps(one, other) && yields(one, other)));
-    displaced.next().map(|&(row, column, _)| (row, column))
+    let rows = 0..targets.len();
+    let mut outlines = rows.clone().filter(|&row| targets[row].is_markerless());
+    let row = outlines.find(|&row| rows.clone().any(|other_row| yields(row, other_row)))?;
+    Some((row, assigned[row]?))
 }
 
 fn half_squared(deviation: f64) -> f64 {
@@ -524,7 +527,7 @@ fn ambiguous_yaws(
 ) -> Vec<String> {
     let ambiguous = targets.iter().zip(matches).zip(assigned).filter_map(|((target, row), column)| {
         let found = row[(*column)?].as_ref()?;
-        (found.yaw_margin < CLEAR_MARGIN).then(|| {
+        (!found.is_half_turn_known()).then(|| {
             let name = target.name;
             format!(
                 "doubtful: `{name}` may be turned by half a turn: its outline fits both yaws almost equally"

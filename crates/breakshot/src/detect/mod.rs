@@ -47,7 +47,7 @@ use markerless::edge_visibility::OutlineView;
 use markerless::{background, outline_size};
 use postprocess::DoubtedTrack;
 use std::collections::BTreeSet;
-use striker::{Follower, GivenStrike};
+use striker::{Follower, GivenStrike, StrikerPlace};
 use track::Tracker;
 use why::recorder::Recorder;
 
@@ -163,12 +163,12 @@ pub fn placed(
     let clip = Clip { name, camera: &camera, targets, given: None, is_recorded: false };
     let frames = first_frames(&clip.name, &mut footage)?;
     let layout = Layout::Unknown;
-    let opening = Opening { starts: clip.starts(&frames, false, &layout, options), frames, earlier: 0 };
+    let found = |clip: &Clip, frames: &[Frame]| clip.starts(frames, StrikerPlace::Start, &layout, options);
+    let opening = Opening { starts: found(&clip, &frames), frames, earlier: 0 };
     let (starts, warnings) = match clip.resized(objects, &opening, &layout, options) {
         None => opening.starts?,
         Some(Resized { objects, warnings: sizes }) => {
-            let (starts, warnings) =
-                clip.with_objects(&objects)?.starts(&opening.frames, false, &layout, options)?;
+            let (starts, warnings) = found(&clip.with_objects(&objects)?, &opening.frames)?;
             (starts, [warnings, sizes].concat())
         }
     };
@@ -270,7 +270,8 @@ impl Clip<'_> {
         let most = LATEST_START.min(MOST_PIXELS / read[0].image.pixels.len().max(1));
         let mut earlier = 0;
         loop {
-            let starts = self.starts(&read[earlier..], earlier > 0, layout, options);
+            let striker = if earlier > 0 { StrikerPlace::Path } else { StrikerPlace::Start };
+            let starts = self.starts(&read[earlier..], striker, layout, options);
             let next = if starts.is_err() && earlier < most { frames.next() } else { None };
             let Some(frame) = next else { return Ok(Opening { frames: read, earlier, starts }) };
             earlier = read.len();
@@ -386,12 +387,12 @@ impl Clip<'_> {
     fn starts(
         &self,
         opening: &[Frame],
-        is_later: bool,
+        striker: StrikerPlace,
         layout: &Layout,
         options: &Options,
     ) -> Result<(Vec<Start>, Vec<String>)> {
         let image = mean_image(opening);
-        let Found { starts, warnings, candidates } = self.found(&image, is_later, layout, options)?;
+        let Found { starts, warnings, candidates } = self.found(&image, striker, layout, options)?;
         let missing: Vec<&str> = self
             .targets
             .iter()
@@ -405,14 +406,21 @@ impl Clip<'_> {
         Err(self.too_few(&image, candidates, &missing, layout))
     }
 
-    /// Which targets an image shows. What looks like a marker and belongs to the striker, which may have moved in a later image, is none.
-    fn found(&self, image: &GreyImage, is_later: bool, layout: &Layout, options: &Options) -> Result<Found> {
+    /// Which targets an image shows. What looks like a marker and belongs to the striker is none.
+    fn found(
+        &self,
+        image: &GreyImage,
+        striker: StrikerPlace,
+        layout: &Layout,
+        options: &Options,
+    ) -> Result<Found> {
         // Candidates
         let mut labeller = Labeller::default();
         let mut candidates =
             candidates::candidates(image, self.camera, &self.targets, options.threshold, &mut labeller);
         if let Some(given) = self.given {
-            candidates.retain(|c| !given.covers(self.camera, c.blob.centroid, is_later));
+            let covers = given.covers(self.camera, striker);
+            candidates.retain(|c| !covers(c.blob.centroid));
         }
         if self.targets.iter().any(Target::is_markerless) {
             self.check_size(image, options.table)?;
@@ -492,7 +500,7 @@ impl Clip<'_> {
                 let mut scaled = objects.to_vec();
                 scaled[number].shape = given.shape.scaled(factor);
                 let clip = self.with_objects(&scaled).ok()?;
-                let found = clip.found(&image, false, layout, options).ok()?;
+                let found = clip.found(&image, StrikerPlace::Start, layout, options).ok()?;
                 clip.outline_fit(&image, &found.starts, Some(kind))
             };
             let in_given_size = fit(1.0);

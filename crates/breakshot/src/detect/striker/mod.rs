@@ -74,16 +74,36 @@ pub(super) struct GivenStrike<'a> {
     pub striker: &'a Striker,
 }
 
+/// Where the striker is in an image.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum StrikerPlace {
+    /// At its start.
+    Start,
+    /// Somewhere on its path.
+    Path,
+}
+
 impl GivenStrike<'_> {
-    /// Whether the line of sight through a pixel meets the striker where it starts, or where it may be after it has moved.
-    pub(super) fn covers(&self, camera: &Camera, pixel: Pixel, has_moved: bool) -> bool {
+    /// Whether the line of sight through a pixel may meet the striker.
+    pub(super) fn covers(&self, camera: &Camera, place: StrikerPlace) -> impl Fn(Pixel) -> bool {
         let Self { strike, striker } = *self;
-        let start = Pose { position: strike.start_m, yaw_rad: strike.heading_rad };
-        let travel_m = if has_moved { strike.travel_m } else { 0.0 };
-        let swept =
-            outline::Outline::swept(&striker.shape, start, Vec2::from_heading(strike.heading_rad) * travel_m);
-        let mut heights_m = (0..=HEIGHTS).map(|k| striker.height_m * k as f64 / HEIGHTS as f64);
-        heights_m.any(|height_m| swept.contains(camera.table_from_pixel(pixel, height_m)))
+        let travel_m = match place {
+            StrikerPlace::Start => 0.0,
+            StrikerPlace::Path => strike.travel_m,
+        };
+        let along = Vec2::from_heading(strike.heading_rad) * travel_m;
+        let swept = outline::Outline::swept(&striker.shape, self.pose(0.0), along);
+        move |pixel| {
+            let mut heights_m = (0..=HEIGHTS).map(|k| striker.height_m * k as f64 / HEIGHTS as f64);
+            heights_m.any(|height_m| swept.contains(camera.table_from_pixel(pixel, height_m)))
+        }
+    }
+
+    /// The pose of the striker after a part of its travel.
+    fn pose(&self, along_m: f64) -> Pose {
+        let Strike { start_m, heading_rad, .. } = *self.strike;
+        let position = start_m + Vec2::from_heading(heading_rad) * along_m;
+        Pose { position, yaw_rad: heading_rad }
     }
 }
 
@@ -106,11 +126,7 @@ impl<'a> Follower<'a> {
     pub(super) fn new(camera: &'a Camera, given: GivenStrike<'a>, interval_s: f64) -> Option<Self> {
         let GivenStrike { strike, striker } = given;
         let travel_m = strike.travel_m.min(LONGEST_M);
-        let pose = |along_m: f64| {
-            let along = Vec2::from_heading(strike.heading_rad) * along_m;
-            Pose { position: strike.start_m + along, yaw_rad: strike.heading_rad }
-        };
-        let path = [pose(0.0), pose(travel_m / 2.0), pose(travel_m)];
+        let path = [0.0, travel_m / 2.0, travel_m].map(|along_m| given.pose(along_m));
         let seen = SeenOutlines::new(camera, &striker.shape, striker.height_m, &path);
         let heights_m: Vec<f64> = seen.outlines.iter().map(|outline| outline.height_m).collect();
         let height_m = heights_m[0];
