@@ -83,15 +83,16 @@ const FOOT_WEIGHT: f64 = 0.3;
 /// Steps of a search in position (px) and in yaw (rad).
 const SEARCH_STEP_PX: f64 = 3.0;
 const SEARCH_STEP_RAD: f64 = 0.1;
-/// Number of poses of a search that are fitted.
-const FITTED_POSES: usize = 8;
+/// Number of poses of a search that are fitted. A pose a few pixels off the object can be more visible than the nearest one of the grid, and
+/// the far edge of a shadow more than both: there are enough for all of these.
+const FITTED_POSES: usize = 16;
 /// Poses nearer to each other than this many steps of the search lead to the same fit.
-const NEAR_STEPS: f64 = 2.5;
+const NEAR_STEPS: f64 = 1.5;
 /// A search starts in a reduced image, as long as the outline has this radius there (px) and up to this factor; so
 /// many of its best poses are tried again in the full image.
 const REDUCED_RADIUS_PX: f64 = 10.0;
 const LARGEST_REDUCTION: usize = 2;
-const RETRIED_POSES: usize = 64;
+const RETRIED_POSES: usize = 128;
 
 /// An edge in the image near an outline.
 #[derive(Clone, Copy, Debug)]

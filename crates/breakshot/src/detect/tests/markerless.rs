@@ -5,6 +5,7 @@ use crate::detect::marker::target::Target;
 use crate::detect::markerless::edge_fit::LEAST_MEASURED;
 use crate::detect::markerless::edge_visibility::OutlineView;
 use crate::synthetic::film::picture;
+use std::f64::consts::{FRAC_PI_4, TAU};
 
 fn bare(name: &str, shape: Shape) -> Object {
     Object { marker: None, ..object(name, shape, disc(0.01)) }
@@ -243,10 +244,37 @@ fn an_object_as_grey_as_its_long_shadow_is_not_taken_for_it() {
 }
 
 #[test]
+fn a_dark_pentagon_is_not_taken_for_its_darker_shadow() {
+    let view = View { table_grey: 118.0, ..view() };
+    let corner = |k: u32| Point::ORIGIN + Vec2::new(0.03, 0.0).rotated(f64::from(k) * TAU / 5.0);
+    let shape = Shape::Polygon { points_m: (0..5).map(corner).collect() };
+    let pentagon = bare("a", shape.clone());
+    for k in 0..30 {
+        // Places, lengths of the shadow and directions of the light, spread evenly by irrational steps.
+        let n = f64::from(10 * k);
+        let spread = |step: f64| (n * step).fract() - 0.5;
+        let pose = Pose::new(0.3 * spread(0.618_034), 0.2 * spread(0.754_878), 0.37 * n);
+        let shadow_m = Vec2::from_heading(0.8 * n) * (0.026 + 0.012 * spread(0.4142));
+        let mut top = body(&pentagon, pose, Vec2::ZERO, 0.0);
+        (top.grey, top.side_grey) = (58.0, 11.0);
+        // The shadow of the sides, and of the top at its end.
+        let shadows = (0..=12).map(|part| {
+            let position = pose.position + shadow_m * (f64::from(part) / 12.0);
+            Thing::flat(shape.clone(), Pose { position, ..pose }, 0.0, 32.0)
+        });
+        let things: Vec<Thing> = shadows.chain([top]).collect();
+        let frames = film(&view, &times_s(1), |_| things.clone());
+        let tracks = found(&view, frames, std::slice::from_ref(&pentagon), &Layout::Unknown).expect("tracks");
+        let sample = tracks.tracks[0].samples[0];
+        let off_mm = error_mm(&sample, pose);
+        assert!(off_mm < 0.3 || sample.doubtful, "{k}: {off_mm} mm off");
+    }
+}
+
+#[test]
 fn an_octagon_that_is_struck_between_two_of_thirty_frames_a_second_does_not_rotate_by_its_symmetry() {
     let view = view();
-    let corner =
-        |k: u32| Point::ORIGIN + Vec2::new(0.03, 0.0).rotated(f64::from(k) * std::f64::consts::FRAC_PI_4);
+    let corner = |k: u32| Point::ORIGIN + Vec2::new(0.03, 0.0).rotated(f64::from(k) * FRAC_PI_4);
     let octagon = bare("a", Shape::Polygon { points_m: (0..8).map(corner).collect() });
     let times_s: Vec<f64> = (0..9).map(|k| f64::from(k) / 30.0).collect();
     for variant in 0..6 {
