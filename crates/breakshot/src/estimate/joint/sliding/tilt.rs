@@ -32,6 +32,9 @@ const OUTLIER_STDS: f64 = 6.0;
 const COMPONENTS_NEEDED: usize = 4;
 /// A slope below this part of the least friction changes no slide by more than a third of what friction varies between clips.
 const NEGLIGIBLE: f64 = 0.005;
+/// The friction of a straight slide changes by as much as the slope along it; that of a body which hardly slid can change by many times as much,
+/// and not in proportion: beyond this it says nothing about the slope.
+const LARGEST_CHANGE: f64 = 3.0;
 /// Passes of estimating the slope and the scatter of the components in turn.
 const PASSES: usize = 4;
 /// Largest scatter of the components from clip to clip.
@@ -179,6 +182,8 @@ fn scatter_of(components: &[Component], slope: Vector2<f64>) -> f64 {
 
 /// What the frictions of each object in slides of different directions say about the slope.
 fn of_frictions(measurements: &[Measurements]) -> (Matrix2<f64>, Vector2<f64>) {
+    let slides: Vec<Measurements> = measurements.iter().map(of_slides).collect();
+    let measurements = slides.as_slice();
     let groups: Vec<_> = groups_of_kind(measurements, Quantity::FRICTION)
         .filter(|(_, indices, _)| indices.len() > 1)
         .map(|(_, indices, group)| (group, indices))
@@ -208,14 +213,28 @@ fn of_frictions(measurements: &[Measurements]) -> (Matrix2<f64>, Vector2<f64>) {
     (information, gradient)
 }
 
+/// The frictions of a clip that change with the slope as those of slides do.
+fn of_slides(clip: &Measurements) -> Measurements {
+    clip.retained(|k| {
+        let [x, y] = clip.by_slope(k);
+        matches!(clip.quantities[k], Quantity::Friction(_)) && x.hypot(y) < LARGEST_CHANGE
+    })
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+    use nalgebra::{DMatrix, DVector};
 
     fn clip(heading_rad: f64, slope: [f64; 2], error: f64) -> ClipTilt {
+        known_clip(heading_rad, slope, error, 1e-4)
+    }
+
+    /// The same with a standard deviation of the component across the slide.
+    fn known_clip(heading_rad: f64, slope: [f64; 2], error: f64, std: f64) -> ClipTilt {
         let across = [-heading_rad.sin(), heading_rad.cos()];
         let value = across[0] * slope[0] + across[1] * slope[1] + error;
-        let information = 1.0 / 1e-4f64.powi(2);
+        let information = 1.0 / std.powi(2);
         let products = [across[0] * across[0], across[0] * across[1], across[1] * across[1]];
         let tilt = serde_json::json!({
             "information": products.map(|part| part * information),
@@ -266,6 +285,30 @@ mod tests {
         clips.extend([0.16, 0.18, 0.20].map(|heading_rad| Some(clip(heading_rad, [0.0; 2], 0.002))));
         let found = Slope::new(&clips, &[]);
         assert!(found.is_none_or(|slope| slope.tilt(0.2).level), "{found:?}");
+    }
+
+    #[test]
+    fn the_friction_of_a_body_that_hardly_slid_does_not_tilt_the_table() {
+        let friction = |value: f64, std: f64, by_slope: [f64; 2]| Measurements {
+            quantities: vec![Quantity::Friction("f".into())],
+            values: DVector::from_element(1, value),
+            covariance: DMatrix::from_element(1, 1, std * std),
+            vertical_fractions: vec![0.0],
+            double_contact: vec![false],
+            by_slope: vec![by_slope],
+        };
+        let mut clips: Vec<_> =
+            (0..12).map(|k| Some(clip(0.01 * f64::from(k), [0.0; 2], 3e-4 * f64::from(k % 3 - 1)))).collect();
+        clips.extend((0..10).map(|k| {
+            Some(known_clip(1.4 + 0.03 * f64::from(k), [0.0; 2], 3e-3 * f64::from(k % 3 - 1), 0.01))
+        }));
+        let mut frictions: Vec<_> =
+            (0..12).map(|k| friction(0.33 + 0.003 * f64::from(k % 3 - 1), 1e-3, [1.0, 0.0])).collect();
+        let level = Slope::new(&clips, &frictions).expect("a slope").tilt(0.2);
+        assert!(level.level && level.x.mean.abs() < 2e-3, "{level:?}");
+        frictions.extend([friction(0.98, 0.095, [25.6, 64.5]), friction(0.64, 0.047, [14.1, 35.8])]);
+        let found = Slope::new(&clips, &frictions).expect("a slope").tilt(0.2);
+        assert!(found.level && (found.x.mean - level.x.mean).abs() < 1e-4, "{found:?} beside {level:?}");
     }
 
     #[test]
