@@ -67,13 +67,6 @@ const HEIGHT_STD: f64 = 0.5;
 const OFFSET_WIDTHS: f64 = 0.25;
 const OFFSET_M: f64 = 5e-4;
 
-/// The strike that is given for a film, and the striker.
-#[derive(Clone, Copy)]
-pub(super) struct GivenStrike<'a> {
-    pub strike: &'a Strike,
-    pub striker: &'a Striker,
-}
-
 /// Where the striker is in an image.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum StrikerPlace {
@@ -81,6 +74,13 @@ pub(super) enum StrikerPlace {
     Start,
     /// Somewhere on its path.
     Path,
+}
+
+/// The strike that is given for a film, and the striker.
+#[derive(Clone, Copy)]
+pub(super) struct GivenStrike<'a> {
+    pub strike: &'a Strike,
+    pub striker: &'a Striker,
 }
 
 impl GivenStrike<'_> {

@@ -5,7 +5,7 @@ use crate::detect::marker::target::Target;
 use crate::detect::markerless::edge_fit::LEAST_MEASURED;
 use crate::detect::markerless::edge_visibility::OutlineView;
 use crate::synthetic::film::picture;
-use std::f64::consts::{FRAC_PI_4, TAU};
+use std::f64::consts::TAU;
 
 fn bare(name: &str, shape: Shape) -> Object {
     Object { marker: None, ..object(name, shape, disc(0.01)) }
@@ -14,6 +14,21 @@ fn bare(name: &str, shape: Shape) -> Object {
 fn body(object: &Object, pose: Pose, velocity: Vec2, rate: f64) -> Thing {
     let [body, _] = Thing::object(object, pose);
     body.moving(velocity, rate)
+}
+
+/// A regular polygon with corners at 30 mm.
+fn regular(corners: u32) -> Shape {
+    let step_rad = TAU / f64::from(corners);
+    let corner = |k: u32| Point::ORIGIN + Vec2::new(0.03, 0.0).rotated(f64::from(k) * step_rad);
+    Shape::Polygon { points_m: (0..corners).map(corner).collect() }
+}
+
+/// The shadow that a thing casts on the table in one direction, drawn in some parts from its foot to the shadow of its top at a distance.
+fn shadow(shape: &Shape, pose: Pose, top_m: Vec2, parts: u32, grey: f64) -> impl Iterator<Item = Thing> {
+    (0..=parts).map(move |k| {
+        let position = pose.position + top_m * (f64::from(k) / f64::from(parts));
+        Thing::flat(shape.clone(), Pose { position, ..pose }, 0.0, grey)
+    })
 }
 
 fn corner() -> Shape {
@@ -230,12 +245,8 @@ fn an_object_as_grey_as_its_long_shadow_is_not_taken_for_it() {
     let mut top = body(&brick, pose, Vec2::ZERO, 0.0);
     (top.grey, top.side_grey) = (112.0, 95.0);
     // The shadow reaches from the foot to the image of the outline 58 mm away.
-    let shadows = (0..=24).map(|k| {
-        let part = f64::from(k) / 24.0;
-        let at = Pose::new(pose.position.x + 0.026 * part, pose.position.y + 0.052 * part, pose.yaw_rad);
-        Thing::flat(bar(0.06, 0.045), at, 0.0, 95.0)
-    });
-    let things: Vec<Thing> = shadows.chain([top]).collect();
+    let things: Vec<Thing> =
+        shadow(&brick.shape, pose, Vec2::new(0.026, 0.052), 24, 95.0).chain([top]).collect();
     let frames = film(&view, &times_s(6), |_| things.clone());
     let tracks = found(&view, frames, &[brick], &Layout::Unknown).expect("tracks");
     for s in &tracks.tracks[0].samples {
@@ -246,23 +257,16 @@ fn an_object_as_grey_as_its_long_shadow_is_not_taken_for_it() {
 #[test]
 fn a_dark_pentagon_is_not_taken_for_its_darker_shadow() {
     let view = View { table_grey: 118.0, ..view() };
-    let corner = |k: u32| Point::ORIGIN + Vec2::new(0.03, 0.0).rotated(f64::from(k) * TAU / 5.0);
-    let shape = Shape::Polygon { points_m: (0..5).map(corner).collect() };
-    let pentagon = bare("a", shape.clone());
+    let pentagon = bare("a", regular(5));
     for k in 0..30 {
-        // Places, lengths of the shadow and directions of the light, spread evenly by irrational steps.
+        // Multiples of irrational numbers modulo one are uniformly distributed.
         let n = f64::from(10 * k);
-        let spread = |step: f64| (n * step).fract() - 0.5;
-        let pose = Pose::new(0.3 * spread(0.618_034), 0.2 * spread(0.754_878), 0.37 * n);
-        let shadow_m = Vec2::from_heading(0.8 * n) * (0.026 + 0.012 * spread(0.4142));
+        let uniform = |factor: f64| (n * factor).fract() - 0.5;
+        let pose = Pose::new(0.3 * uniform(0.618_034), 0.2 * uniform(0.754_878), 0.37 * n);
+        let shadow_m = Vec2::from_heading(0.8 * n) * (0.026 + 0.012 * uniform(0.4142));
         let mut top = body(&pentagon, pose, Vec2::ZERO, 0.0);
         (top.grey, top.side_grey) = (58.0, 11.0);
-        // The shadow of the sides, and of the top at its end.
-        let shadows = (0..=12).map(|part| {
-            let position = pose.position + shadow_m * (f64::from(part) / 12.0);
-            Thing::flat(shape.clone(), Pose { position, ..pose }, 0.0, 32.0)
-        });
-        let things: Vec<Thing> = shadows.chain([top]).collect();
+        let things: Vec<Thing> = shadow(&pentagon.shape, pose, shadow_m, 12, 32.0).chain([top]).collect();
         let frames = film(&view, &times_s(1), |_| things.clone());
         let tracks = found(&view, frames, std::slice::from_ref(&pentagon), &Layout::Unknown).expect("tracks");
         let sample = tracks.tracks[0].samples[0];
@@ -274,8 +278,7 @@ fn a_dark_pentagon_is_not_taken_for_its_darker_shadow() {
 #[test]
 fn an_octagon_that_is_struck_between_two_of_thirty_frames_a_second_does_not_rotate_by_its_symmetry() {
     let view = view();
-    let corner = |k: u32| Point::ORIGIN + Vec2::new(0.03, 0.0).rotated(f64::from(k) * FRAC_PI_4);
-    let octagon = bare("a", Shape::Polygon { points_m: (0..8).map(corner).collect() });
+    let octagon = bare("a", regular(8));
     let times_s: Vec<f64> = (0..9).map(|k| f64::from(k) / 30.0).collect();
     for variant in 0..6 {
         let start = Pose::new(-0.15, -0.02, 0.12 * f64::from(variant));

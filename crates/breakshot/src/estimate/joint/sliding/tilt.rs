@@ -183,8 +183,7 @@ fn scatter_of(components: &[Component], slope: Vector2<f64>) -> f64 {
 /// What the frictions of each object in slides of different directions say about the slope.
 fn of_frictions(measurements: &[Measurements]) -> (Matrix2<f64>, Vector2<f64>) {
     let slides: Vec<Measurements> = measurements.iter().map(of_slides).collect();
-    let measurements = slides.as_slice();
-    let groups: Vec<_> = groups_of_kind(measurements, Quantity::FRICTION)
+    let groups: Vec<_> = groups_of_kind(&slides, Quantity::FRICTION)
         .filter(|(_, indices, _)| indices.len() > 1)
         .map(|(_, indices, group)| (group, indices))
         .collect();
@@ -194,11 +193,10 @@ fn of_frictions(measurements: &[Measurements]) -> (Matrix2<f64>, Vector2<f64>) {
         let values: Vec<(f64, f64, Vector2<f64>)> = (indices.iter().zip(&group.values))
             .map(|(&(clip, k), measured)| {
                 // The friction of all objects of one clip varies together: they are one piece of evidence.
-                let frictions =
-                    measurements[clip].quantities.iter().filter(|q| matches!(q, Quantity::Friction(_)));
+                let frictions = slides[clip].quantities.len() as f64;
                 let variance = measured.std.powi(2) + (typical.relative * group.scale).powi(2);
-                let weight = 1.0 / (variance * frictions.count().max(1) as f64);
-                (weight, measured.value, Vector2::from(measurements[clip].by_slope(k)))
+                let weight = 1.0 / (variance * frictions);
+                (weight, measured.value, Vector2::from(slides[clip].by_slope(k)))
             })
             .collect();
         let total: f64 = values.iter().map(|v| v.0).sum();
