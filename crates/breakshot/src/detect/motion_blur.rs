@@ -30,10 +30,15 @@ pub(super) struct FrameView<'a> {
 }
 
 impl FrameView<'_> {
+    /// Exposure time (s): the camera's, or a usual one where it is unknown.
+    pub(super) fn exposure_s(&self) -> f64 {
+        self.camera.exposure_s.unwrap_or(USUAL_SHUTTER * self.interval_s)
+    }
+
     /// Predicted motion of a target's marker in the image during the exposure (px); zero where the camera does not
     /// see it.
     pub(super) fn blur_px(&self, target: &Target, pose: Pose, velocity: Vec2) -> [f64; 2] {
-        let exposure_s = self.camera.exposure_s.unwrap_or(USUAL_SHUTTER * self.interval_s);
+        let exposure_s = self.exposure_s();
         let height_m = target.height_m();
         let from = self.camera.pixel_from_table(pose.position, height_m);
         let to = self.camera.pixel_from_table(pose.position + velocity * exposure_s, height_m);
@@ -53,11 +58,21 @@ pub(super) fn exposure_s(camera: &Camera, states: &[TrackState]) -> Option<f64> 
         let Some(usual_px2) = upper_median(at_rest) else { continue };
         let fast = spreads.iter().filter(|s| s.speed_px_s > FAST_PX_S);
         squares_s2.extend(fast.map(|s| 12.0 * (s.excess_px2 - usual_px2) / (s.speed_px_s * s.speed_px_s)));
+        squares_s2.extend((0..state.points.len()).filter_map(|k| fitted_exposure_s2(state, k)));
     }
     if squares_s2.len() < LEAST_FAST {
         return None;
     }
     upper_median(squares_s2).map(|square_s2| square_s2.max(0.0).sqrt())
+}
+
+/// Square of the exposure time by a blurred marker whose motion was fitted (s2).
+fn fitted_exposure_s2(state: &TrackState, k: usize) -> Option<f64> {
+    let point = &state.points[k];
+    let [bx, by] = point.measured_blur_px.filter(|_| point.source == Source::MarkerOutline)?;
+    let [vx, vy] = velocity_px_s(&state.points, k);
+    let speed_px_s = vx.hypot(vy);
+    (speed_px_s > FAST_PX_S).then(|| (bx * bx + by * by) / (speed_px_s * speed_px_s))
 }
 
 /// Speed of a marker and the trace of its second moments beyond the expected one. Blur adds the same to the trace in

@@ -125,7 +125,7 @@ const SEPARATING_FRACTIONS: [f64; 2] = [0.35, 0.65];
 /// An increase of the background's residual by this much (grey levels) is an object beside the marker, or a change of the light.
 pub(super) const DISTURBED_LEVELS: f64 = 3.0;
 /// More motion blur than this (px) reduces a marker's contrast.
-const SHARP_PX: f64 = 2.0;
+pub(super) const SHARP_PX: f64 = 2.0;
 
 impl<'a> TrackState<'a> {
     /// The state before the first frame, of a target whose marker is the given blob: with its pose, and whether its half turn is known.

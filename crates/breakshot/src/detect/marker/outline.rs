@@ -29,7 +29,7 @@ pub(in crate::detect) struct MarkerFit {
 }
 
 /// Yaws that a marker does not determine have about this standard deviation (rad).
-const UNKNOWN_YAW_STD_RAD: f64 = 0.3;
+pub(super) const UNKNOWN_YAW_STD_RAD: f64 = 0.3;
 /// A yaw is measured if its standard deviation is below this (rad).
 const KNOWN_YAW_STD_RAD: f64 = 0.06;
 /// Distance between points of an outline (px): closer ones share their pixels.

@@ -1,6 +1,7 @@
 //! Markers that are struck during an exposure, by a camera whose exposure nobody knows.
 
 use super::*;
+use crate::object::Dot;
 
 /// A strike of the object: it is at rest until then, and slides on with constant speed.
 struct Blow {
@@ -43,14 +44,15 @@ impl Blow {
         view: &View,
         time_s: f64,
         exposure_s: f64,
-        things: impl Fn(Pose) -> [Thing; 2],
+        things: impl Fn(Pose) -> Vec<Thing>,
     ) -> Frame {
         let mut sums = vec![0.0; view.camera.size_px.iter().product()];
         for [from_s, to_s] in self.parts(time_s, exposure_s) {
             let (pose, velocity) = self.between(from_s, to_s);
             let mut view = View { seed: (1e6 * from_s.abs()) as u64, ..view.clone() };
             view.camera.exposure_s = Some(to_s - from_s);
-            let moving = things(pose).map(|thing| thing.moving(velocity, 0.0));
+            let moving: Vec<Thing> =
+                things(pose).into_iter().map(|thing| thing.moving(velocity, 0.0)).collect();
             let image = picture(&view, &moving);
             let part = (to_s - from_s) / exposure_s;
             sums.iter_mut().zip(&image.pixels).for_each(|(sum, &grey)| *sum += part * f64::from(grey));
@@ -69,17 +71,22 @@ const DARK: [f64; 2] = [150.0, 20.0];
 const LIGHT: [f64; 2] = [80.0, 200.0];
 
 /// Checks that an object struck at this speed is where it was on average during each exposure: by about a pixel where doubtful.
-fn struck(marker: Shape, greys: [f64; 2], speed_m_s: f64, exposure_s: f64) {
+fn struck(marker: Marker, greys: [f64; 2], speed_m_s: f64, exposure_s: f64) {
     let mut view = View { noise: 2.0, ..view() };
-    let objects = [object("a", disc(0.035), marker)];
+    let objects = [Object { marker: Some(marker), ..object("a", disc(0.035), disc(0.01)) }];
     for (struck_s, heading_rad) in [(0.0507, 0.1), (0.0557, -0.5), (0.0617, 2.5)] {
         let velocity = Vec2::from_heading(heading_rad) * speed_m_s;
         let start = Pose { position: Point::new(0.0, 0.0) + velocity * -0.05, yaw_rad: 0.2 };
         let blow = Blow { start, velocity, time_s: struck_s };
         let things = |pose: Pose| {
-            let [mut body, mut marker] = Thing::object(&objects[0], pose);
-            [body.grey, marker.grey] = greys;
-            [body, marker]
+            let [mut body, marker] = Thing::object(&objects[0], pose);
+            let mut things: Vec<Thing> = [marker].into_iter().chain(Thing::dot(&objects[0], pose)).collect();
+            for thing in &mut things {
+                thing.grey = greys[1];
+            }
+            body.grey = greys[0];
+            things.insert(0, body);
+            things
         };
         let frames = times_s(9).into_iter().map(|t| blow.picture(&view, t, exposure_s, things)).collect();
         view.camera.exposure_s = None;
@@ -99,13 +106,21 @@ fn struck(marker: Shape, greys: [f64; 2], speed_m_s: f64, exposure_s: f64) {
 #[test]
 fn a_dark_disc_that_is_struck_is_at_its_mean_position_during_each_exposure() {
     for (speed_m_s, exposure_s) in [(0.2, 0.016), (0.6, 0.004), (0.6, 0.016), (1.2, 0.008)] {
-        struck(disc(0.011), DARK, speed_m_s, exposure_s);
+        struck(Marker::centred(disc(0.011)), DARK, speed_m_s, exposure_s);
     }
 }
 
 #[test]
 fn a_light_bar_that_is_struck_is_at_its_mean_position_during_each_exposure() {
     for (speed_m_s, exposure_s) in [(0.5, 0.012), (0.8, 0.016), (1.2, 0.004)] {
-        struck(bar(0.012, 0.024), LIGHT, speed_m_s, exposure_s);
+        struck(Marker::centred(bar(0.012, 0.024)), LIGHT, speed_m_s, exposure_s);
+    }
+}
+
+#[test]
+fn a_disc_with_a_dot_that_is_struck_is_at_its_mean_position_during_each_exposure() {
+    let dot = Some(Dot { radius_m: 0.004, at_m: Point::new(0.016, 0.0) });
+    for (greys, speed_m_s, exposure_s) in [(DARK, 0.6, 0.004), (DARK, 0.6, 0.016), (LIGHT, 0.8, 0.012)] {
+        struck(Marker { dot, ..Marker::centred(disc(0.008)) }, greys, speed_m_s, exposure_s);
     }
 }

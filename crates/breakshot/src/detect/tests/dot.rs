@@ -178,3 +178,34 @@ fn the_shaded_side_of_a_light_marker_causes_no_bias() {
         assert!(off < 0.1, "{off} mm off at {pose:?}");
     }
 }
+
+#[test]
+fn a_disc_and_its_dot_that_fade_and_merge_while_they_move_are_followed() {
+    // Along the line through both, across it and at an angle; the camera's exposure is known or not.
+    let dot = Dot { radius_m: 0.0035, at_m: Point::new(0.009, 0.003) };
+    let marker =
+        Marker { shape: disc(0.006), at_m: Point::new(-0.005, 0.003), dot: Some(dot), thickness_m: 0.0 };
+    let object = Object { marker: Some(marker), ..object("a", disc(0.032), disc(0.006)) };
+    let exposure_s = 0.012;
+    let mut view = View { noise: 2.0, ..view() };
+    view.camera.exposure_s = Some(exposure_s);
+    let cases = [(0.2, 0.0, true), (0.2 + PI, 3.0, false), (0.2 + PI / 2.0, 0.0, false), (0.9, -5.0, true)];
+    for (yaw_rad, rate, is_known) in cases {
+        let velocity = Vec2::from_heading(0.2) * 0.9;
+        let motion = |t: f64| slid(Pose::new(-0.13, -0.05, yaw_rad), velocity, rate, t);
+        let frames = film(&view, &times_s(34), |t| drawn(&object, motion(t)));
+        let mut seen = view.clone();
+        seen.camera.exposure_s = is_known.then_some(exposure_s);
+        let tracks = found(&seen, frames, std::slice::from_ref(&object), &Layout::Unknown).expect("tracks");
+        let samples = &tracks.tracks[0].samples;
+        let case = format!("yaw {yaw_rad:.2}, {rate} rad/s, exposure known: {is_known}");
+        assert_eq!(samples.len(), 34, "{case}: {:?}", tracks.warnings);
+        let off: Vec<f64> = samples.iter().map(|s| error_mm(s, motion(s.time_s).0)).collect();
+        let off_rad = |s: &Sample| wrapped_rad(s.yaw_rad.expect("a yaw") - motion(s.time_s).0.yaw_rad);
+        let off_deg: Vec<f64> = samples.iter().map(|s| off_rad(s).to_degrees()).collect();
+        println!("{case}: {:.3} mm, {:.2} deg", rms(&off), rms(&off_deg));
+        assert!(rms(&off) < 0.03, "{case}: position rms {} mm", rms(&off));
+        assert!(rms(&off_deg) < 0.2, "{case}: yaw rms {} deg", rms(&off_deg));
+        assert!(samples.iter().all(|s| !s.doubtful), "{case}: nothing covers the marker");
+    }
+}

@@ -14,7 +14,7 @@ use crate::geometry::moments::principal_axes;
 
 /// Levels between the background (0) and the marker's own grey level (1) at which a moving marker is separated. Of a path with constant speed
 /// about this fraction is fainter; a faint level separates less from noise and from what is beside the marker.
-const FAINT_FRACTIONS: [f64; 3] = [0.24, 0.12, 0.06];
+pub(super) const FAINT_FRACTIONS: [f64; 3] = [0.24, 0.12, 0.06];
 
 impl Prediction<'_, '_> {
     /// The whole marker of which a detection is the most distinct part; `None` if it is not seen whole and alone.

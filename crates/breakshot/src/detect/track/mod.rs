@@ -4,6 +4,7 @@
 //! objects at least total cost of distance and appearance. Each marker is searched at a threshold about halfway
 //! between its own grey level and its background's, which adapts to the illumination.
 
+mod blurred_pair;
 mod exposed;
 mod outlined;
 mod prediction;

@@ -32,6 +32,16 @@ impl Prediction<'_, '_> {
         number: usize,
     ) -> Option<Observation> {
         let Self { state, pose: predicted } = *self;
+        let free = |pose: Pose| {
+            let height_m = state.target.height_m();
+            let at = view.camera.pixel_from_table(pose.table_from_body(state.target.feature.at_m), height_m);
+            let reach_px = state.expected_area_px2(view.camera, pose).sqrt() / 2.0;
+            let mut others = observations.iter().enumerate().filter(|(k, _)| *k != number);
+            !others.any(|(_, other)| other.is_some_and(|other| other.covers(at, reach_px)))
+        };
+        if let Some(found) = self.blurred_pair(view, observations[number].as_ref()).filter(|o| free(o.pose)) {
+            return Some(found);
+        }
         let mut observed = observations[number].map(|observation| self.beside_outline(view, &observation));
         let pixel = view.camera.pixel_from_table(predicted.position, state.target.height_m());
         let most_std_m = MOST_STD_PX * view.camera.scale_m_per_px(pixel, state.target.height_m());
@@ -57,13 +67,6 @@ impl Prediction<'_, '_> {
         // Where it is predicted, or near there, clear of all other markers
         let velocity = state.velocity_at(view.frame.time_s);
         let marker = self.marker(view, view.blur_px(&state.target, predicted, velocity));
-        let free = |pose: Pose| {
-            let height_m = state.target.height_m();
-            let at = view.camera.pixel_from_table(pose.table_from_body(state.target.feature.at_m), height_m);
-            let reach_px = state.expected_area_px2(view.camera, pose).sqrt() / 2.0;
-            let mut others = observations.iter().enumerate().filter(|(k, _)| *k != number);
-            !others.any(|(_, other)| other.is_some_and(|other| other.covers(at, reach_px)))
-        };
         let here = marker.fitted(predicted).filter(|fit| is_visible(fit) && free(fit.pose));
         if let Some(fit) = here {
             return Some(self.by_outline(view, fit));
@@ -118,7 +121,7 @@ impl Prediction<'_, '_> {
     }
 
     /// The observation that a fit of the marker's outline implies.
-    fn by_outline(&self, view: &FrameView, fit: MarkerFit) -> Observation {
+    pub(super) fn by_outline(&self, view: &FrameView, fit: MarkerFit) -> Observation {
         let Self { state, .. } = *self;
         let at = view.camera.pixel_from_table(fit.pose.position, state.target.height_m());
         let std_px = fit.std_m / view.camera.scale_m_per_px(at, state.target.height_m());
