@@ -65,17 +65,36 @@ impl Truth {
     /// Restitution of every pair, `a/b` or `a/striker`: the mean over all single impacts; bodies that still approach each other after
     /// one have not separated.
     pub(crate) fn mean_restitution(&self) -> BTreeMap<String, f64> {
-        let mut values: BTreeMap<String, Vec<f64>> = BTreeMap::new();
-        for impact in self.clips.values().flat_map(|clip| &clip.measured.impacts) {
-            if let (true, Some(restitution @ 0.0..)) = (impact.single, impact.restitution) {
-                let mut kinds = [kind(&impact.pair[0]), kind(&impact.pair[1])];
-                // The striker is named last whatever the alphabet says.
-                kinds.sort_by_key(|k| (*k == "striker", *k));
-                values.entry(kinds.join("/")).or_default().push(restitution);
-            }
-        }
-        means(values)
+        restitutions(self.clips.values().flat_map(|clip| &clip.measured.impacts))
     }
+
+    /// The same over the first impact of every pair in each clip. Later ones are slower, and corners of bodies that spin meet in them.
+    pub(crate) fn first_restitution(&self) -> BTreeMap<String, f64> {
+        restitutions(self.clips.values().flat_map(Clip::first_impacts))
+    }
+}
+
+impl Clip {
+    /// The first impact of every pair.
+    fn first_impacts(&self) -> Vec<&Impact> {
+        let impacts = &self.measured.impacts;
+        let is_first = |&(k, impact): &(usize, &Impact)| impacts[..k].iter().all(|i| i.pair != impact.pair);
+        impacts.iter().enumerate().filter(is_first).map(|(_, impact)| impact).collect()
+    }
+}
+
+/// Mean restitution of every pair over the single impacts after which its bodies part.
+fn restitutions<'a>(impacts: impl Iterator<Item = &'a Impact>) -> BTreeMap<String, f64> {
+    let mut values: BTreeMap<String, Vec<f64>> = BTreeMap::new();
+    for impact in impacts {
+        if let (true, Some(restitution @ 0.0..)) = (impact.single, impact.restitution) {
+            let mut kinds = [kind(&impact.pair[0]), kind(&impact.pair[1])];
+            // The striker is named last whatever the alphabet says.
+            kinds.sort_by_key(|k| (*k == "striker", *k));
+            values.entry(kinds.join("/")).or_default().push(restitution);
+        }
+    }
+    means(values)
 }
 
 fn means(groups: BTreeMap<String, Vec<f64>>) -> BTreeMap<String, f64> {

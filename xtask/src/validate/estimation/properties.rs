@@ -36,13 +36,15 @@ pub(super) struct ByKind {
     friction: Vec<Pair>,
     striker_restitution: Vec<Pair>,
     pair_restitution: Vec<Pair>,
+    /// The same estimates beside the first impacts of each clip.
+    first_restitution: Vec<Pair>,
     pair_masses: Vec<Pair>,
     masses: Vec<Pair>,
 }
 
 impl ByKind {
     pub(super) fn new(truth: &Truth, estimated: &Properties) -> Self {
-        let restitutions = truth.mean_restitution();
+        let (restitutions, first) = (truth.mean_restitution(), truth.first_restitution());
         let mass = |name: &str| truth.mass_kg.get(name).copied();
         let ratio = |name: &str| name.split_once('/').and_then(|(a, b)| Some(mass(a)? / mass(b)?));
         let reference_kg = mass(&estimated.reference).unwrap_or(f64::NAN);
@@ -54,6 +56,7 @@ impl ByKind {
                 restitutions.get(&format!("{name}/striker")).copied()
             }),
             pair_restitution: pairs(&estimated.restitution, |name| restitutions.get(name).copied()),
+            first_restitution: pairs(&estimated.restitution, |name| first.get(name).copied()),
             pair_masses: pairs(&estimated.pair_mass_ratio, ratio),
             masses,
         }
@@ -150,7 +153,7 @@ pub(crate) fn thin_rows(truth: &Truth, whole: &Properties, thin: &Properties) ->
 
 /// Errors of all estimated values, and their coverage; `details` prints every value.
 pub(crate) fn rows(truth: &Truth, estimated: &Properties, details: bool) -> Vec<Row> {
-    let ByKind { friction, striker_restitution, pair_restitution, pair_masses, masses } =
+    let ByKind { friction, striker_restitution, pair_restitution, pair_masses, masses, .. } =
         ByKind::new(truth, estimated);
     let mut rows = Vec::new();
     let groups = [
@@ -188,6 +191,9 @@ pub(crate) fn pooled_rows(cells: &[(Truth, Properties)]) -> Vec<Row> {
             Row::plain(format!("{what}: worst error"), worst, "%"),
         ]
     };
+    let first: Vec<f64> = kinds.iter().flat_map(|k| &k.first_restitution).map(Pair::error_percent).collect();
+    let first_row =
+        Row::plain("pair restitution beside first impacts: mean error", mean_and_worst(&first).0, "%");
     let all: Vec<&Pair> = kinds.iter().flat_map(ByKind::counted).flatten().collect();
     let covered = 100.0 * all.iter().filter(|p| p.covered()).count() as f64 / all.len().max(1) as f64;
     [
@@ -199,6 +205,7 @@ pub(crate) fn pooled_rows(cells: &[(Truth, Properties)]) -> Vec<Row> {
     .into_iter()
     .flatten()
     .chain([
+        first_row,
         Row::at_least(format!("95 % intervals that hold, of {}", all.len()), covered, 90.0, "%"),
         Row::at_most("the same", covered, 99.0, "%"),
     ])
