@@ -29,7 +29,7 @@ const MOST_OBLIQUE: f64 = 1.5;
 /// A path that reaches further from the object's centre than this multiple of its radius is not that of its marker.
 const MOST_REACH: f64 = 4.0;
 /// Steps along the path of a disc, in widths of its edge.
-const STEPS_PER_EDGE: f64 = 3.0;
+const STEPS_PER_EDGE: f64 = 1.5;
 const MOST_STEPS: f64 = 64.0;
 /// The template is fitted to a region that follows it, in at most this many rounds of this many steps each.
 const ROUNDS: usize = 4;
@@ -187,18 +187,23 @@ impl PairView<'_> {
                 .map(|pose| pose.body_from_table(at))
                 .all(|body| top.contains(body) && top.border_distance_m(body) > RIM_PX * scale_m_per_px)
         };
+        // Which pixels take part is decided where the camera is linear, which it nearly is over a marker.
+        let [[xx, xy], [yx, yy]] = self.camera.table_per_pixel_m(at, height_m);
+        let nearly = |dx: f64, dy: f64| middle.position + Vec2::new(xx * dx + xy * dy, yx * dx + yy * dy);
         let mut region = Vec::new();
         for y in window.y[0]..window.y[1] {
             for x in window.x[0]..window.x[1] {
-                let at = self.camera.table_from_pixel(Pixel::new(x as f64, y as f64), height_m);
-                if paths.iter().any(|path| path.contains(at)) && is_top(at) {
-                    if x == 0 || y == 0 || x + 1 == self.image.width || y + 1 == self.image.height {
-                        // The border of the image cuts the marker off.
-                        return None;
-                    }
-                    let grey = f64::from(self.image.pixels[y * self.image.width + x]);
-                    region.push(TablePixel { at, grey });
+                let near = nearly(x as f64 - at.x, y as f64 - at.y);
+                if !paths.iter().any(|path| path.contains(near)) || !is_top(near) {
+                    continue;
                 }
+                if x == 0 || y == 0 || x + 1 == self.image.width || y + 1 == self.image.height {
+                    // The border of the image cuts the marker off.
+                    return None;
+                }
+                let grey = f64::from(self.image.pixels[y * self.image.width + x]);
+                let at = self.camera.table_from_pixel(Pixel::new(x as f64, y as f64), height_m);
+                region.push(TablePixel { at, grey });
             }
         }
         (region.len() > 4 * UNKNOWNS).then_some(region)
@@ -321,11 +326,16 @@ impl Template<'_> {
             let body = instant.body_from_table(at);
             for disc in &self.discs {
                 let from_centre = body - disc.at_m;
-                let distance_m = from_centre.length() - disc.radius_m;
+                let squared_m2 = from_centre.length_squared();
+                if squared_m2 >= (disc.radius_m + edge_m / 2.0).powi(2) {
+                    continue;
+                }
+                let from_centre_m = squared_m2.sqrt();
+                let distance_m = from_centre_m - disc.radius_m;
                 let inside = 0.5 - distance_m / edge_m;
-                sum.fraction += inside.clamp(0.0, 1.0);
-                if 0.0 < inside && inside < 1.0 {
-                    let outward = from_centre.direction().unwrap_or_default();
+                sum.fraction += inside.min(1.0);
+                if inside < 1.0 && from_centre_m > 0.0 {
+                    let outward = from_centre / from_centre_m;
                     let slope = instant.table_from_body(outward) / edge_m;
                     let by_yaw = body.to_vec().perpendicular().dot(outward) / edge_m;
                     sum.by_edge += distance_m / (edge_m * edge_m);
@@ -402,7 +412,7 @@ mod tests {
         let unknowns = Unknowns::from_row_slice(&[
             0.016, 0.012, 0.4, 0.006, -0.003, 0.1, 90.0, 150.0, 300.0, -200.0, 1.1e-3,
         ]);
-        let steps = [1e-7, 1e-7, 1e-5, 1e-7, 1e-7, 1e-5, 1e-2, 1e-2, 1e-1, 1e-1, 1e-8];
+        let steps = [1e-9, 1e-9, 1e-7, 1e-9, 1e-9, 1e-7, 1e-2, 1e-2, 1e-1, 1e-1, 1e-9];
         let sums = template.sums(&unknowns);
         for (i, step) in steps.into_iter().enumerate() {
             let squares_at = |sign: f64| {
