@@ -65,6 +65,10 @@ const MAX_RELATIVE_STD: f64 = 1.0;
 const ASSUMED_GROUPS: f64 = 4.0;
 /// From this number of groups the most deviating one is left out of the comparison of their variances.
 const MANY_GROUPS: usize = 6;
+/// Values of a group that are further apart than this (standard deviations, root mean square) contradict each other, ...
+const CONTRADICTING_STDS: f64 = 6.0;
+/// ... if at least this many repeats of the other groups show the variation from clip to clip.
+const SHOWING_REPEATS: f64 = 3.0;
 /// Smallest scale, for quantities near zero.
 const MIN_SCALE: f64 = 1e-3;
 
@@ -162,8 +166,34 @@ pub(crate) fn quantile_95(degrees_of_freedom: f64) -> f64 {
 }
 
 /// The typical variation from clip to clip: the relative standard deviation with which the weighted sum of squares of all
-/// groups has its expectation (Paule and Mandel 1982).
+/// groups has its expectation (Paule and Mandel 1982). A group whose values contradict each other says nothing about the others; its own
+/// dispersion widens its interval.
 pub(crate) fn between_clip_std(groups: &[Group]) -> BetweenClipStd {
+    let mut groups = groups.to_vec();
+    while let Some(contradicting) = most_contradicting(&groups) {
+        groups.remove(contradicting);
+    }
+    paule_mandel(&groups)
+}
+
+/// The group whose values deviate the most from each other, if they do by more than [`CONTRADICTING_STDS`] with the variation of the other
+/// groups.
+fn most_contradicting(groups: &[Group]) -> Option<usize> {
+    let deviation_stds = |k: usize| {
+        let others: Vec<Group> = [&groups[..k], &groups[k + 1..]].concat();
+        let repeats = repeats(&others);
+        if repeats < SHOWING_REPEATS || groups[k].values.len() < 2 {
+            return 0.0;
+        }
+        let relative = with_prior(paule_mandel(&others).relative, repeats);
+        (groups[k].squares(relative) / groups[k].degrees_of_freedom()).sqrt()
+    };
+    let deviations = (0..groups.len()).map(|k| (k, deviation_stds(k)));
+    let (k, stds) = deviations.max_by(|a, b| a.1.total_cmp(&b.1))?;
+    (stds > CONTRADICTING_STDS).then_some(k)
+}
+
+fn paule_mandel(groups: &[Group]) -> BetweenClipStd {
     let repeats = repeats(groups);
     if repeats == 0.0 {
         return BetweenClipStd { relative: 0.0, degrees_of_freedom: 0.0 };
@@ -294,6 +324,24 @@ mod tests {
         let found = between_clip_std(&groups);
         assert!((found.relative - 0.2).abs() < 1e-6, "{}", found.relative);
         assert_eq!(found.degrees_of_freedom, MAX_DEGREES_OF_FREEDOM);
+    }
+
+    #[test]
+    fn two_values_that_contradict_each_other_do_not_widen_other_groups() {
+        let agreeing: Vec<_> =
+            (0..3).map(|_| group(&[0.97, 1.0, 1.03].map(|value| (value, 0.005)))).collect();
+        let contradicting = group(&[(0.98, 0.005), (0.1, 0.02)]);
+        let all = [agreeing.as_slice(), &[contradicting]].concat();
+        let (with, without) = (between_clip_std(&all), between_clip_std(&agreeing));
+        assert_eq!(with, without);
+        let estimate = |k: usize| {
+            let group: &Group = &all[k];
+            group.mean(with).expect("values").estimate(group)
+        };
+        let [low, high] = estimate(0).interval_95;
+        assert!(high - low < 0.1, "{low} to {high}");
+        let [low, high] = estimate(3).interval_95;
+        assert!(high - low > 0.5, "{low} to {high}");
     }
 
     #[test]
