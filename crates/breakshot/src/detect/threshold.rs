@@ -18,6 +18,11 @@ impl Level {
         if dark { Self::Below(threshold) } else { Self::Above(threshold) }
     }
 
+    /// The threshold nearest to a grey level that separates it from both ends of the range.
+    pub(super) fn nearest(dark: bool, grey: f64) -> Self {
+        Self::new(dark, grey.round().clamp(1.0, 254.0) as u8)
+    }
+
     /// Whether a pixel of this grey level is foreground.
     #[must_use]
     pub const fn is_foreground(self, grey: u8) -> bool {

@@ -3,6 +3,7 @@
 use super::marker::blob::Blob;
 use super::marker::outline::{Appearance, MarkerFit};
 use super::marker::target::Target;
+use super::threshold::Level;
 use crate::capture::Camera;
 use crate::geometry::moments::Moments;
 use crate::geometry::{Pixel, Pose, Vec2, nearest_equivalent_rad};
@@ -226,9 +227,14 @@ impl<'a> TrackState<'a> {
         self.relative_contrast
     }
 
-    /// The grey level between that of the background (0) and the marker's own (1).
-    pub(super) fn grey_at(&self, fraction: f64) -> f64 {
-        self.background * (1.0 - fraction * self.relative_contrast)
+    /// The usual grey level of the background.
+    pub(super) fn background(&self) -> f64 {
+        self.background
+    }
+
+    /// The level between the background (0) and the marker's own grey level (1).
+    pub(super) fn level_at(&self, fraction: f64) -> Level {
+        Level::nearest(self.is_dark(), self.background * (1.0 - fraction * self.relative_contrast))
     }
 
     /// Expected second moments of the marker at a pose, with the blur of the lens and without motion blur (px2).

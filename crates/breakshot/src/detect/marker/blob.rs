@@ -69,8 +69,7 @@ impl Blob {
 
     /// The level halfway between the marker and its background.
     pub(in crate::detect) fn level(&self) -> Level {
-        let middle = (self.background - self.contrast / 2.0).round().clamp(1.0, 254.0) as u8;
-        Level::new(self.contrast > 0.0, middle)
+        Level::nearest(self.contrast > 0.0, self.background - self.contrast / 2.0)
     }
 }
 

@@ -4,7 +4,7 @@
 //! two discs of known size, blurred along their path, on a background that is a plane. Position, yaw, motion and contrast follow from all
 //! pixels at once.
 
-use super::outline::{MarkerFit, UNKNOWN_YAW_STD_RAD};
+use super::outline::{MarkerFit, UNKNOWN_YAW_STD_RAD, pose_stds};
 use super::target::{BLUR_VARIANCE_PX2, Target};
 use crate::capture::{Camera, GreyImage};
 use crate::detect::label::Window;
@@ -216,14 +216,12 @@ impl PairFit {
         let residual_rms = (sums.squares / pixels as f64).sqrt();
         let variance = CORRELATED * residual_rms.max(LEAST_NOISE).powi(2);
         let covariance = sums.information.try_inverse()? * variance;
-        let (xx, xy, yy) = (covariance[(0, 0)], covariance[(0, 1)], covariance[(1, 1)]);
-        let half = f64::midpoint(xx, yy);
-        let std_m = (half + (half * half - xx * yy + xy * xy).max(0.0).sqrt()).sqrt();
+        let (std_m, yaw_std_rad) = pose_stds(&covariance);
         let fit = MarkerFit {
             pose: pose_of(unknowns, 0.0),
             visible_fraction: 1.0,
             std_m: std_m.hypot(FLOOR_STD_PX * scale_m_per_px),
-            yaw_std_rad: covariance[(2, 2)].max(0.0).sqrt(),
+            yaw_std_rad,
         };
         let all_finite = unknowns.iter().all(|u| u.is_finite()) && fit.std_m.is_finite();
         let motion_m = Vec2::new(unknowns[3], unknowns[4]);

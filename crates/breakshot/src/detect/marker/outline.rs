@@ -12,7 +12,7 @@ use crate::detect::markerless::side_band::parabola_minimum;
 use crate::geometry::{Pixel, Point, Pose, Vec2};
 use crate::object::Shape;
 use crate::statistics::{STD_OVER_MEDIAN_ABSOLUTE, upper_median};
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::{Matrix3, SMatrix, Vector3};
 
 /// A marker's outline fitted to the image.
 #[derive(Clone, Copy, Debug)]
@@ -377,18 +377,25 @@ impl Solution {
             residuals_px.fold((0.0, 0.0), |(n, sum), off_px| (n + 1.0, sum + off_px * off_px));
         let on_px = f64::sqrt(squares / f64::max(count, 1.0)).max(LEAST_SCATTER_PX);
         let covariance = seen.try_inverse()? * (on_px * on_px * CORRELATED);
-        let (xx, xy, yy) = (covariance[(0, 0)], covariance[(0, 1)], covariance[(1, 1)]);
-        let half = f64::midpoint(xx, yy);
-        let variance_m2 = half + (half * half - xx * yy + xy * xy).max(0.0).sqrt();
+        let (std_m, yaw_std_rad) = pose_stds(&covariance);
         let largest_px = rows.iter().map(|row| row.derivatives.dot(&change).abs()).fold(0.0, f64::max);
         let fit = MarkerFit {
             pose: Pose::default(),
             visible_fraction: least_ratio(whole, seen)?,
-            std_m: variance_m2.sqrt(),
-            yaw_std_rad: covariance[(2, 2)].max(0.0).sqrt(),
+            std_m,
+            yaw_std_rad,
         };
         Some(Self { change, largest_px, fit })
     }
+}
+
+/// Standard deviations of the position, along the direction in which it is largest (m), and of the yaw (rad), by a covariance whose first
+/// three rows are those of x, y and yaw.
+pub(super) fn pose_stds<const N: usize>(covariance: &SMatrix<f64, N, N>) -> (f64, f64) {
+    let (xx, xy, yy) = (covariance[(0, 0)], covariance[(0, 1)], covariance[(1, 1)]);
+    let half = f64::midpoint(xx, yy);
+    let variance_m2 = half + (half * half - xx * yy + xy * xy).max(0.0).sqrt();
+    (variance_m2.sqrt(), covariance[(2, 2)].max(0.0).sqrt())
 }
 
 /// The least of the ratios x.seen.x / x.whole.x over all directions x.

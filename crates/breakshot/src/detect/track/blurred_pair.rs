@@ -5,9 +5,8 @@ use super::prediction::Prediction;
 use crate::detect::label::{Component, Labeller, Window};
 use crate::detect::marker::blurred_pair::{Guess, PairFit, PairView};
 use crate::detect::motion_blur::FrameView;
-use crate::detect::threshold::Level;
 use crate::detect::track_state::{COMPLETE, Observation, SHARP_PX};
-use crate::geometry::{Pixel, Point, Pose};
+use crate::geometry::{Pixel, Pose};
 use crate::object::Dot;
 
 /// A speed during the exposure over the mean one since the previous frame: an object may have been struck halfway.
@@ -50,8 +49,8 @@ impl Prediction<'_, '_> {
             image: &view.frame.image,
             camera: view.camera,
             target: &state.target,
-            contrast: state.relative_contrast() * state.grey_at(0.0),
-            background: state.grey_at(0.0),
+            contrast: state.relative_contrast() * state.background(),
+            background: state.background(),
         };
         let is_whole = |found: &PairFit| {
             let contrast_ratio = found.contrast / found.background / state.relative_contrast();
@@ -97,8 +96,7 @@ impl Prediction<'_, '_> {
             return Vec::new();
         }
         let window = Window::around(at, reach_px, &view.frame.image);
-        let threshold = state.grey_at(FAINT_FRACTIONS[0]).round().clamp(1.0, 254.0) as u8;
-        let level = Level::new(state.is_dark(), threshold);
+        let level = state.level_at(FAINT_FRACTIONS[0]);
         let area_px2 = state.expected_area_px2(view.camera, predicted);
         let [least_px, most_px] = STREAK_AREAS.map(|ratio| (ratio * area_px2) as u64);
         let mut labeller = Labeller::default();
@@ -106,7 +104,7 @@ impl Prediction<'_, '_> {
         let mut centroids: Vec<Pixel> = found.iter().map(Component::centroid).collect();
         centroids.sort_by(|a, b| a.distance_px(at).total_cmp(&b.distance_px(at)));
         let pose = |pixel: &Pixel| {
-            let position: Point = view.camera.table_from_pixel(*pixel, height_m);
+            let position = view.camera.table_from_pixel(*pixel, height_m);
             Pose { position: position - centre.to_vec().rotated(predicted.yaw_rad), ..predicted }
         };
         centroids.iter().take(NEAREST).map(pose).collect()

@@ -29,8 +29,7 @@ impl Prediction<'_, '_> {
     /// The same, separated at this fraction of the contrast.
     fn exposed_at(&self, view: &FrameView, detection: &Detection, fraction: f64) -> Option<Observation> {
         let state = self.state;
-        let threshold = state.grey_at(fraction).round().clamp(1.0, 254.0) as u8;
-        let level = Level::new(state.is_dark(), threshold);
+        let level = state.level_at(fraction);
         let component = self.around(view, detection, level)?;
         let blob = blob::exposed(&view.frame.image, &component, level, state.relative_contrast())?;
         let blur_px = self.measured_blur_px(view, &blob)?;

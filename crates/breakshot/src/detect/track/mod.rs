@@ -194,8 +194,8 @@ impl<'a> Tracker<'a> {
             }
         }
         let level = |LevelRange { dark, low, high }| {
-            let middle = self.threshold.unwrap_or(f64::midpoint(low, high).round().clamp(1.0, 254.0) as u8);
-            Level::new(dark, middle)
+            let middle = || Level::nearest(dark, f64::midpoint(low, high));
+            self.threshold.map_or_else(middle, |threshold| Level::new(dark, threshold))
         };
         let mut levels: Vec<Level> = shared.into_iter().map(level).collect();
         levels.dedup();

@@ -193,6 +193,7 @@ fn most_contradicting(groups: &[Group]) -> Option<usize> {
     (stds > CONTRADICTING_STDS).then_some(k)
 }
 
+/// The typical variation of these groups, whether or not their values contradict each other.
 fn paule_mandel(groups: &[Group]) -> BetweenClipStd {
     let repeats = repeats(groups);
     if repeats == 0.0 {
