@@ -5,6 +5,7 @@ use super::{impulse_ratio, restitution};
 use crate::estimate::clip::fit::MotionFit;
 use crate::estimate::clip::initial_guess::frame_s;
 use crate::estimate::clip::motion_model::Observation;
+use crate::estimate::clip::striker::further_strikes::APPROACHED_M;
 use crate::estimate::clip::striker::path::StrikerPath;
 use crate::geometry::outline::Outline;
 
@@ -24,6 +25,10 @@ const INSTANT_STDS: f64 = 3.0;
 const POSITIONS_OF_FRICTION: usize = 3;
 /// A position shows a motion between two impacts if the body moves by at least this many of its standard deviations.
 const LEAST_STDS_MOVED: f64 = 10.0;
+/// A struck body is near the striker for this number of frames, whether or not it is hit again.
+const FRAMES_UNTIL_MET_AGAIN: f64 = 2.0;
+/// Number of instants of an unobserved motion at which its distance from the striker is determined.
+const UNSEEN_STEPS: u32 = 8;
 /// Repeated impacts of a pair follow each other like those of a bouncing ball: each interval is the restitution times the one
 /// before it. It is taken as this part, since the restitution is not known yet.
 const REPEATED_INTERVAL: f64 = 0.5;
@@ -54,6 +59,9 @@ pub(crate) fn screen(
     exclude_wrong(fitted, contacts, &wrong);
     exclude_repeated(fitted, contacts);
     exclude_after_further_strike(fitted, contacts);
+    if let Some(striker) = striker {
+        exclude_after_hidden_strike(fitted, striker, contacts);
+    }
     exclude_crowded(fitted, contacts);
     without_friction
 }
@@ -187,6 +195,41 @@ fn exclude_after_further_strike(fitted: &MotionFit, contacts: &mut [Contact]) {
                 "the striker hits `{object}` again {apart_ms:.1} ms before the impact at {time_s:.3} s"
             ));
         }
+    }
+}
+
+/// Excludes an impact of the struck body, and the strike, where the striker is near the body just before the impact and no trusted position shows the
+/// motion from then on: a second strike would change the velocity with which the body arrives, and the fit explains that by the first one.
+fn exclude_after_hidden_strike(fitted: &MotionFit, striker: &StrikerPath, contacts: &mut [Contact]) {
+    let frame_s = frame_s(&fitted.model.bodies);
+    let Some(strike) = contacts.iter().rposition(|contact| contact.a == Partner::Striker) else { return };
+    let (struck, strike_s) = (contacts[strike].b, contacts[strike].time_s(fitted));
+    let next = (0..contacts.len())
+        .filter(|&k| contacts[k].time_s(fitted) > strike_s && partners(&contacts[k]).contains(&struck))
+        .min_by(|&p, &q| contacts[p].time_s(fitted).total_cmp(&contacts[q].time_s(fitted)));
+    let Some(next) = next else { return };
+    let impact_s = contacts[next].time_s(fitted);
+    let observations = fitted.model.bodies[struck].observations.iter();
+    let trusted_s = observations.filter(|o| !o.excluded && !o.doubtful).map(|o| o.time_s);
+    let last_s = trusted_s.filter(|t| *t < impact_s).fold(strike_s, f64::max);
+    // First they part.
+    let parted_s = last_s.max(strike_s + FRAMES_UNTIL_MET_AGAIN * frame_s);
+    if impact_s - last_s < FRAMES_BETWEEN * frame_s || impact_s < parted_s {
+        return;
+    }
+    let gaps_m = (0..=UNSEEN_STEPS).filter_map(|step| {
+        let time_s = parted_s + (impact_s - parted_s) * f64::from(step) / f64::from(UNSEEN_STEPS);
+        fitted.striker_gap_m(striker, struck, time_s)
+    });
+    let gap_m = gaps_m.fold(f64::INFINITY, f64::min);
+    if gap_m < APPROACHED_M {
+        let reason = format!(
+            "the striker may hit `{}` again before the impact at {impact_s:.3} s: the gap is {:.1} mm, and no trusted position shows the motion after {last_s:.3} s",
+            fitted.model.bodies[struck].object,
+            1e3 * gap_m
+        );
+        contacts[strike].exclude(reason.clone());
+        contacts[next].exclude(reason);
     }
 }
 

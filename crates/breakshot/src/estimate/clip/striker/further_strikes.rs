@@ -8,7 +8,7 @@ use crate::estimate::closest_points::closest_points;
 
 /// A body nearer to the striker than this may be hit by it again, where its motion is fitted as if it were not: a mean of those before and
 /// after (m).
-const APPROACHED_M: f64 = 0.006;
+pub(crate) const APPROACHED_M: f64 = 0.006;
 /// A body nearer than this to the striker that has approached it until it retracts may have been pushed (m).
 const NEARLY_CAUGHT_M: f64 = 1.5e-3;
 /// Where an impact is missing, the fitted motion is off by some millimetres: a body nearer than this has not parted from the striker (m).
@@ -156,8 +156,10 @@ impl MotionFit {
         let frame_s = frame_s(&self.model.bodies);
         let gap_m = |t: f64| self.gap_after_m(striker, first, struck, t);
         let touches = |t: f64| gap_m(t) <= 0.0;
-        // A fit to the motion before and after a short push keeps the body just ahead of the striker.
-        let is_nearly_caught = turns_s > last_s + frame_s
+        // A fit to the motion before and after a short push keeps the body just ahead of the striker, and deviates from both.
+        let deviates = self.noise.position.squares > self.noise.position.freedom;
+        let is_nearly_caught = deviates
+            && turns_s > last_s + frame_s
             && gap_m(turns_s) < NEARLY_CAUGHT_M
             && gap_m(turns_s) < gap_m(turns_s - frame_s);
 
