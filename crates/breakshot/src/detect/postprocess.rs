@@ -217,11 +217,15 @@ impl Seen<'_> {
         let fit = self.point.outline.filter(|fit| fit.visible_fraction > LEAST_VISIBLE)?;
         let yaw_rad = yaw_near_rad + wrapped_rad(fit.pose.yaw_rad - yaw_near_rad);
         let std_px = fit.std_m / self.scale_m_per_px;
-        let is_rough = std_px > TRUSTED_STD_PX || fit.yaw_std_rad > TRUSTED_STD_RAD && fit.knows_yaw();
+        let is_yaw_rough = fit.yaw_std_rad > TRUSTED_STD_RAD && fit.knows_yaw();
+        // A disc and its dot that shade or blur leave the position of an object known where they hardly show its yaw.
+        let is_position_alone =
+            is_yaw_rough && self.target.feature.dot.is_some() && !self.target.is_off_centre();
+        let is_rough = std_px > TRUSTED_STD_PX || is_yaw_rough && !is_position_alone;
         Some(Measured {
             pose: Pose { yaw_rad, ..fit.pose },
             std_m: fit.std_m,
-            yaw_known: fit.knows_yaw(),
+            yaw_known: fit.knows_yaw() && !is_position_alone,
             doubts: is_rough.then_some(Doubt::PartOfMarker { std_px }).into_iter().collect(),
         })
     }

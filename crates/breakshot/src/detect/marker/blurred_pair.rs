@@ -1,8 +1,8 @@
 //! Where are a disc and the dot beside it that move during the exposure?
 //!
 //! Both fade, and they may merge into one streak. A template is fitted to the grey levels by least squares (compare Baker and Matthews 2004):
-//! two discs of known size, blurred along their path, on a background that is a plane. Position, yaw, motion and contrast follow from all
-//! pixels at once.
+//! two discs of known size, blurred along their path, on a background that is a polynomial of second degree, since a shadow may lie over
+//! part of it. Position, yaw, motion and contrast follow from all pixels at once.
 
 use super::outline::{MarkerFit, UNKNOWN_YAW_STD_RAD, pose_stds};
 use super::target::{BLUR_VARIANCE_PX2, Target};
@@ -11,12 +11,18 @@ use crate::detect::label::Window;
 use crate::geometry::outline::Outline;
 use crate::geometry::{Pixel, Point, Pose, Vec2};
 use nalgebra::{SMatrix, SVector};
+use std::collections::BTreeMap;
 
-/// Unknowns of the fit: x, y (m), yaw (rad), motion along x and y (m) and rotation (rad) during the exposure, contrast, the plane of the
-/// background (grey levels; grey levels per m), and the width of an edge that lens and pixels blur (m).
-const UNKNOWNS: usize = 11;
-/// Index of the last one.
-const EDGE: usize = UNKNOWNS - 1;
+/// Unknowns of the fit: x, y (m), yaw (rad), motion along x and y (m) and rotation (rad) during the exposure, contrast (grey levels), the
+/// coefficients of the background (grey levels; see [`background_terms`]), and the width of an edge that lens and pixels blur (m).
+const UNKNOWNS: usize = 14;
+/// Index of the contrast.
+const CONTRAST: usize = 6;
+/// Index of the first coefficient of the background, and their number.
+const BACKGROUND: usize = 7;
+const TERMS: usize = 6;
+/// Index of the width of an edge.
+const EDGE: usize = BACKGROUND + TERMS;
 type Unknowns = SVector<f64, UNKNOWNS>;
 type Information = SMatrix<f64, UNKNOWNS, UNKNOWNS>;
 
@@ -50,6 +56,8 @@ const LEAST_EDGE_PX: f64 = 1.0;
 const EDGE_STD: f64 = 0.5;
 /// Number of neighbouring pixels that count as one: compression distorts them together.
 const CORRELATED: f64 = 4.0;
+/// The errors within a square of this side (px) count as one where they are larger than that, at the borders of shadows.
+const BLOCK_PX: usize = 16;
 /// Least standard deviation of the grey levels.
 const LEAST_NOISE: f64 = 1.0;
 /// Compression leaves an error that does not average out (px).
@@ -79,7 +87,7 @@ pub(in crate::detect) struct PairFit {
     pub fit: MarkerFit,
     /// Motion of the object's centroid during the exposure (m).
     pub motion_m: Vec2,
-    /// The background less the marker, and the background (grey levels).
+    /// The background less the marker, and the background at the object's centroid (grey levels).
     pub contrast: f64,
     pub background: f64,
     /// Root mean square difference of the grey levels from the template.
@@ -91,6 +99,8 @@ pub(in crate::detect) struct PairFit {
 struct TablePixel {
     at: Point,
     grey: f64,
+    /// Column and row of its block.
+    block: [usize; 2],
 }
 
 /// The disc or the dot, in the object's frame (m).
@@ -138,7 +148,7 @@ impl PairView<'_> {
         let mut unknowns = Unknowns::zeros();
         let known =
             [position.x, position.y, yaw_rad, motion_m.x, motion_m.y, 0.0, self.contrast, self.background];
-        unknowns.as_mut_slice()[..known.len()].copy_from_slice(&known);
+        unknowns.as_mut_slice()[..=BACKGROUND].copy_from_slice(&known);
         unknowns[EDGE] = expected_edge_m;
         let mut solved = None;
         for _ in 0..ROUNDS {
@@ -153,13 +163,12 @@ impl PairView<'_> {
             let (best, sums) = template.solved(unknowns)?;
             let moved_m = Vec2::new(best[0] - unknowns[0], best[1] - unknowns[1]).length();
             unknowns = best;
-            solved = Some((sums, region.len()));
+            solved = Some(PairFit::new(&template, &unknowns, &sums, scale_m_per_px)?);
             if moved_m < SETTLED_PX * scale_m_per_px {
                 break;
             }
         }
-        let (sums, pixels) = solved?;
-        PairFit::new(&unknowns, &sums, pixels, scale_m_per_px)
+        solved
     }
 
     /// The pixels near the blurred discs that show the top of the object during the whole exposure.
@@ -203,7 +212,7 @@ impl PairView<'_> {
                 }
                 let grey = f64::from(self.image.pixels[y * self.image.width + x]);
                 let at = self.camera.table_from_pixel(Pixel::new(x as f64, y as f64), height_m);
-                region.push(TablePixel { at, grey });
+                region.push(TablePixel { at, grey, block: [x / BLOCK_PX, y / BLOCK_PX] });
             }
         }
         (region.len() > 4 * UNKNOWNS).then_some(region)
@@ -211,12 +220,14 @@ impl PairView<'_> {
 }
 
 impl PairFit {
-    /// The unknowns with what the residuals of this number of pixels say about them; `None` where they are not determined.
-    fn new(unknowns: &Unknowns, sums: &Sums, pixels: usize, scale_m_per_px: f64) -> Option<Self> {
-        let residual_rms = (sums.squares / pixels as f64).sqrt();
+    /// The unknowns with what the residuals say about them; `None` where they are not determined.
+    fn new(template: &Template, unknowns: &Unknowns, sums: &Sums, scale_m_per_px: f64) -> Option<Self> {
+        let residual_rms = (sums.squares / template.region.len() as f64).sqrt();
         let variance = CORRELATED * residual_rms.max(LEAST_NOISE).powi(2);
-        let covariance = sums.information.try_inverse()? * variance;
-        let (std_m, yaw_std_rad) = pose_stds(&covariance);
+        let inverse = sums.information.try_inverse()?;
+        let by_pixel = pose_stds(&(inverse * variance));
+        let by_block = pose_stds(&(inverse * template.block_information(unknowns) * inverse));
+        let (std_m, yaw_std_rad) = (by_pixel.0.max(by_block.0), by_pixel.1.max(by_block.1));
         let fit = MarkerFit {
             pose: pose_of(unknowns, 0.0),
             visible_fraction: 1.0,
@@ -225,9 +236,21 @@ impl PairFit {
         };
         let all_finite = unknowns.iter().all(|u| u.is_finite()) && fit.std_m.is_finite();
         let motion_m = Vec2::new(unknowns[3], unknowns[4]);
-        let (contrast, background) = (unknowns[6], unknowns[7]);
+        let (contrast, background) = (unknowns[CONTRAST], unknowns[BACKGROUND]);
         all_finite.then_some(Self { fit, motion_m, contrast, background, residual_rms })
     }
+}
+
+/// The terms of the background at a distance from the object's centroid (radii of the disc), each with its derivatives by x and y.
+fn background_terms(Vec2 { x, y }: Vec2) -> [[f64; 3]; TERMS] {
+    [
+        [1.0, 0.0, 0.0],
+        [x, 1.0, 0.0],
+        [y, 0.0, 1.0],
+        [x * x, 2.0 * x, 0.0],
+        [x * y, y, x],
+        [y * y, 0.0, 2.0 * y],
+    ]
 }
 
 /// The pose at a time from -1/2 to 1/2 of the exposure.
@@ -268,24 +291,9 @@ impl Template<'_> {
 
     fn sums(&self, unknowns: &Unknowns) -> Sums {
         let instants = self.instants(unknowns);
-        let origin = Point::new(unknowns[0], unknowns[1]);
         let mut sums = Sums { information: Information::zeros(), side: Unknowns::zeros(), squares: 0.0 };
         for pixel in self.region {
-            let off = pixel.at - origin;
-            let Coverage { fraction, by_pose, by_edge } = self.coverage(&instants, pixel.at, unknowns[EDGE]);
-            let mut derivatives = Unknowns::zeros();
-            for (i, by_pose) in by_pose.iter().enumerate() {
-                derivatives[i] = -unknowns[6] * by_pose;
-            }
-            derivatives[0] -= unknowns[8];
-            derivatives[1] -= unknowns[9];
-            derivatives[6] = -fraction;
-            derivatives[7] = 1.0;
-            derivatives[8] = off.x;
-            derivatives[9] = off.y;
-            derivatives[EDGE] = -unknowns[6] * by_edge;
-            let background = unknowns[7] + unknowns[8] * off.x + unknowns[9] * off.y;
-            let residual = pixel.grey - (background - unknowns[6] * fraction);
+            let (derivatives, residual) = self.linearized(unknowns, &instants, pixel);
             sums.information += derivatives * derivatives.transpose();
             sums.side += derivatives * residual;
             sums.squares += residual * residual;
@@ -303,6 +311,40 @@ impl Template<'_> {
             sums.squares += weight * (expected - unknowns[i]).powi(2);
         }
         sums
+    }
+
+    /// The derivatives of the grey level of a pixel by the unknowns, and its residual.
+    fn linearized(&self, unknowns: &Unknowns, instants: &[Instant], pixel: &TablePixel) -> (Unknowns, f64) {
+        let Coverage { fraction, by_pose, by_edge } = self.coverage(instants, pixel.at, unknowns[EDGE]);
+        let contrast = unknowns[CONTRAST];
+        let mut derivatives = Unknowns::zeros();
+        for (i, by_pose) in by_pose.iter().enumerate() {
+            derivatives[i] = -contrast * by_pose;
+        }
+        derivatives[CONTRAST] = -fraction;
+        derivatives[EDGE] = -contrast * by_edge;
+        let unit_m = self.discs[0].radius_m;
+        let from_centroid = (pixel.at - Point::new(unknowns[0], unknowns[1])) / unit_m;
+        let mut background = 0.0;
+        for (i, [term, by_x, by_y]) in background_terms(from_centroid).into_iter().enumerate() {
+            let coefficient = unknowns[BACKGROUND + i];
+            background += coefficient * term;
+            derivatives[BACKGROUND + i] = term;
+            derivatives[0] -= coefficient * by_x / unit_m;
+            derivatives[1] -= coefficient * by_y / unit_m;
+        }
+        (derivatives, pixel.grey - (background - contrast * fraction))
+    }
+
+    /// The covariance of the right side of the normal equations, whose errors are independent from block to block (Liang and Zeger 1986).
+    fn block_information(&self, unknowns: &Unknowns) -> Information {
+        let instants = self.instants(unknowns);
+        let mut blocks: BTreeMap<[usize; 2], Unknowns> = BTreeMap::new();
+        for pixel in self.region {
+            let (derivatives, residual) = self.linearized(unknowns, &instants, pixel);
+            *blocks.entry(pixel.block).or_default() += derivatives * residual;
+        }
+        blocks.values().fold(Information::zeros(), |sum, side| sum + side * side.transpose())
     }
 
     /// Instants of the exposure between which an edge moves by less than its width.
@@ -393,7 +435,8 @@ mod tests {
         let region: Vec<TablePixel> = (0..80 * 60)
             .map(|k| {
                 let (x, y) = (f64::from(k % 80) * 0.4e-3, f64::from(k / 80) * 0.4e-3);
-                TablePixel { at: Point::new(x, y), grey: 120.0 + 40.0 * (2100.0 * x + 900.0 * y).sin() }
+                let grey = 120.0 + 40.0 * (2100.0 * x + 900.0 * y).sin();
+                TablePixel { at: Point::new(x, y), grey, block: [0, 0] }
             })
             .collect();
         let discs = [
@@ -408,9 +451,9 @@ mod tests {
             least_edge_m: 0.4e-3,
         };
         let unknowns = Unknowns::from_row_slice(&[
-            0.016, 0.012, 0.4, 0.006, -0.003, 0.1, 90.0, 150.0, 300.0, -200.0, 1.1e-3,
+            0.016, 0.012, 0.4, 0.006, -0.003, 0.1, 90.0, 150.0, 1.5, -1.0, 3.0, -2.0, 4.0, 1.1e-3,
         ]);
-        let steps = [1e-9, 1e-9, 1e-7, 1e-9, 1e-9, 1e-7, 1e-2, 1e-2, 1e-1, 1e-1, 1e-9];
+        let steps = [1e-9, 1e-9, 1e-7, 1e-9, 1e-9, 1e-7, 1e-2, 1e-2, 1e-3, 1e-3, 1e-3, 1e-3, 1e-3, 1e-9];
         let sums = template.sums(&unknowns);
         for (i, step) in steps.into_iter().enumerate() {
             let squares_at = |sign: f64| {

@@ -139,6 +139,42 @@ fn a_light_disc_and_its_dot_are_found_although_a_shadow_lies_across_them_in_all_
     doubtful_samples(samples, |t| motion(t).0);
 }
 
+/// The number of doubtful samples of a disc and its dot that are struck and slide, blurred by some pixels, along the border of a shadow, which is
+/// this far beside the centre of the disc.
+fn doubtful_along_shadow([top_grey, ink_grey]: [f64; 2], beside_m: f64) -> usize {
+    const REMAINING_LIGHT: f64 = 0.6;
+    let mut view = View { table_grey: TABLE_GREY, noise: 2.0, ..view() };
+    view.camera.exposure_s = Some(0.014);
+    let dot = Some(Dot { radius_m: 0.006, at_m: Point::new(0.004, 0.021) });
+    let marker = Some(Marker { dot, ..Marker::centred(disc(0.0125)) });
+    let puck = Object { marker, ..object("puck", disc(0.038), disc(0.01)) };
+    let start = Pose::new(-0.05, 0.0, 0.3);
+    let motion = |t: f64| slid(start, Vec2::new(0.5, 0.0), 0.0, t);
+    let mut frames = film(&view, &times_s(20), |t| {
+        let (pose, velocity, rate) = motion(t);
+        let [mut body, mut marker] = Thing::object(&puck, pose);
+        let mut dot = Thing::dot(&puck, pose).expect("a dot");
+        (body.grey, marker.grey, dot.grey) = (top_grey, ink_grey, ink_grey);
+        [body, marker, dot].map(|thing| thing.moving(velocity, rate)).to_vec()
+    });
+    let is_in_shadow = |at: Point, t: f64| t > 0.1 && at.y > beside_m;
+    shade_by(REMAINING_LIGHT, &view, &mut frames, puck.height_m, is_in_shadow);
+    let tracks = found(&view, frames, &[puck], &Layout::Unknown).expect("tracks");
+    let samples = &tracks.tracks[0].samples;
+    assert_eq!(samples.len(), 20, "{:?}", tracks.warnings);
+    doubtful_samples(samples, |t| motion(t).0)
+}
+
+#[test]
+fn a_disc_and_its_dot_are_followed_while_they_slide_along_a_shadow() {
+    for greys in [[150.0, 20.0], [80.0, 200.0]] {
+        for beside_m in [0.0, 0.008] {
+            let doubtful = doubtful_along_shadow(greys, beside_m);
+            assert!(doubtful <= 1, "{doubtful} of {greys:?}, {beside_m} m beside the centre");
+        }
+    }
+}
+
 /// Checks that no trusted sample is wrong of a light bar that lies or slides under two shadows: the first one ends this far ahead of the bar's
 /// start and follows at half of its speed, and the second one lies along a line of this slope at this distance from it (m).
 fn check_under_two_shadows(ahead_m: f64, slope: f64, beside_m: f64, speed_m_s: f64) {

@@ -6,15 +6,19 @@ use crate::detect::label::{Component, Labeller, Window};
 use crate::detect::marker::blurred_pair::{Guess, PairFit, PairView};
 use crate::detect::motion_blur::FrameView;
 use crate::detect::track_state::{COMPLETE, Observation, SHARP_PX};
-use crate::geometry::{Pixel, Pose};
+use crate::geometry::{Pixel, Pose, Vec2};
 use crate::object::Dot;
 
 /// A speed during the exposure over the mean one since the previous frame: an object may have been struck halfway.
 const SPEED_RATIOS: [f64; 2] = [1.0, 2.0];
 /// Largest residual of a fit: noise (grey levels), ...
 const MOST_RESIDUAL: f64 = 3.0;
-/// ... and a part of the contrast. Edges that are a pixel off add about a tenth.
+/// ... and a part of the contrast. Edges that are a pixel off add about a tenth, ...
 const MOST_MISFIT: f64 = 0.06;
+/// ... and the borders of shadows on the top, where the marker is near its prediction, as much again.
+const MOST_SHADED_MISFIT: f64 = 0.15;
+/// A shadow that lies on the marker in one frame and not in others changes its contrast by up to this factor.
+const MOST_SHADE: f64 = 2.5;
 /// Largest motion during an exposure over the distance from the position before: 2 for an object at rest that was struck at the beginning of
 /// the exposure or later, and less if it was struck before.
 const MOST_MOTION: f64 = 1.8;
@@ -25,8 +29,8 @@ const STREAK_AREAS: [f64; 2] = [0.5, 4.0];
 const NEAREST: usize = 2;
 
 impl Prediction<'_, '_> {
-    /// The fit of the disc and its dot to the grey levels; `None` for other markers, for one that hardly moved and was found, and where
-    /// something else than its motion changes the image.
+    /// The fit of the disc and its dot to the grey levels; `None` for other markers, for one that hardly moved, and where something else than
+    /// motion and shadows changes the image.
     pub(super) fn blurred_pair(
         &self,
         view: &FrameView,
@@ -52,26 +56,45 @@ impl Prediction<'_, '_> {
             contrast: state.relative_contrast() * state.background(),
             background: state.background(),
         };
-        let is_whole = |found: &PairFit| {
-            let contrast_ratio = found.contrast / found.background / state.relative_contrast();
-            found.residual_rms < MOST_RESIDUAL.hypot(MOST_MISFIT * found.contrast)
-                && contrast_ratio.ln().abs() < COMPLETE
-                && found.motion_m.length() > sharp_m
-                && self.moved_throughout(found)
-        };
-        let exposure_s = view.exposure_s();
-        let fitted = |pose: Pose| {
-            let velocity = state.velocity_to(pose, view.frame.time_s).unwrap_or_default();
-            let motions_m = SPEED_RATIOS.map(|ratio| velocity * (ratio * exposure_s));
-            let moving = motions_m.into_iter().filter(|motion_m| motion_m.length() > sharp_m / 2.0);
-            moving.filter_map(|motion_m| pair.fitted(Guess { pose, motion_m })).find(is_whole)
-        };
-        let mut known = observed.map(|o| o.pose).into_iter().chain([self.pose]);
-        let found = known
-            .find_map(fitted)
-            .or_else(|| self.component_poses(view, dot).into_iter().find_map(fitted))?;
-        let blur_px = view.blur_px(&state.target, found.fit.pose, found.motion_m / exposure_s);
+        let fits =
+            |pose: Pose| self.guesses(view, pose, sharp_m).into_iter().filter_map(|guess| pair.fitted(guess));
+        let moved = |found: &PairFit| found.motion_m.length() > sharp_m && self.moved_throughout(found);
+        let near = observed.map(|o| o.pose).into_iter().chain([self.pose]).flat_map(fits);
+        let near: Vec<PairFit> = near.filter(|found| self.is_shaded_marker(found)).collect();
+        let found = if near.is_empty() {
+            let mut elsewhere = self.component_poses(view, dot).into_iter().flat_map(fits);
+            elsewhere.find(|found| self.is_marker(found) && moved(found))
+        } else {
+            near.into_iter().find(moved)
+        }?;
+        let blur_px = view.blur_px(&state.target, found.fit.pose, found.motion_m / view.exposure_s());
         Some(Observation { measured_blur_px: Some(blur_px), ..self.by_outline(view, found.fit) })
+    }
+
+    /// The motions of the object at a pose from which fits start: for one that hardly moved since the previous frame, one that is just noticed.
+    fn guesses(&self, view: &FrameView, pose: Pose, sharp_m: f64) -> Vec<Guess> {
+        let velocity = self.state.velocity_to(pose, view.frame.time_s).unwrap_or_default();
+        let motions_m = SPEED_RATIOS.map(|ratio| velocity * (ratio * view.exposure_s()));
+        let moving = motions_m.into_iter().filter(|motion_m| motion_m.length() > sharp_m / 2.0);
+        let mut guesses: Vec<Guess> = moving.map(|motion_m| Guess { pose, motion_m }).collect();
+        if guesses.is_empty() {
+            guesses.push(Guess { pose, motion_m: Vec2::new(sharp_m / 2.0, 0.0) });
+        }
+        guesses
+    }
+
+    /// Whether a fit explains the grey levels, with the contrast over background of the marker.
+    fn is_marker(&self, found: &PairFit) -> bool {
+        let contrast_ratio = found.contrast / found.background / self.state.relative_contrast();
+        found.residual_rms < MOST_RESIDUAL.hypot(MOST_MISFIT * found.contrast)
+            && contrast_ratio.ln().abs() < COMPLETE
+    }
+
+    /// Whether a fit explains the grey levels of the marker with a shadow over it or over a part of it.
+    fn is_shaded_marker(&self, found: &PairFit) -> bool {
+        let shade = found.contrast / (self.state.relative_contrast() * self.state.background());
+        found.residual_rms < MOST_RESIDUAL.hypot(MOST_SHADED_MISFIT * found.contrast)
+            && shade.ln().abs() < MOST_SHADE.ln()
     }
 
     /// Whether an object moved during the whole exposure. The path of one that is struck meanwhile begins where it was at rest, and its mean
