@@ -132,7 +132,7 @@ impl MotionFit {
         fitted
     }
 
-    /// The fit without the impacts whose velocity change is negligible.
+    /// The fit without the impacts whose velocity change is negligible, unless the observations demand them all the same.
     fn without_negligible_events(self) -> Self {
         let negligible = (0..self.model.events.len()).find(|&n| {
             let at_s = self.minimum.parameters[self.layout.events[n].time];
@@ -148,7 +148,9 @@ impl MotionFit {
         let indices = &self.layout.events[n];
         let mut parameters = self.minimum.parameters.clone();
         parameters.drain(indices.time..indices.time + event_len(&self.layout, indices));
-        Self { remarks: self.remarks.clone(), ..Self::run(model, parameters) }.without_negligible_events()
+        let without = Self { remarks: self.remarks.clone(), ..Self::run(model, parameters) };
+        let loss = without.position_loss() - self.position_loss();
+        if loss > EVENT_GAIN * self.position_variance() { self } else { without.without_negligible_events() }
     }
 
     /// The fit that starts from these parameters.
