@@ -23,8 +23,8 @@ const FRAME_S: f64 = 1.0 / 120.0;
 /// When the striker starts (s).
 const START_S: f64 = 0.05;
 
-/// The displacements of a body that the striker hits whenever it catches up with it (m), frame by frame, and the number of impacts.
-fn displacements_m() -> (Vec<f64>, usize) {
+/// The displacements of a body that the striker hits whenever it catches up with it (m), at this interval (s), and the number of impacts.
+fn displacements_m(frame_s: f64) -> (Vec<f64>, usize) {
     const STEP_S: f64 = 1e-5;
     let (mut moved_m, mut speed_m_s, mut impacts) = (0.0, 0.0, 0);
     let (mut all, mut next_s) = (Vec::new(), 0.0);
@@ -32,7 +32,7 @@ fn displacements_m() -> (Vec<f64>, usize) {
         let time_s = STEP_S * f64::from(k);
         if time_s >= next_s {
             all.push(moved_m);
-            next_s += FRAME_S;
+            next_s += frame_s;
         }
         let out_m = SPEED_M_S * (time_s - START_S).max(0.0);
         if out_m <= TRAVEL_M && out_m - GAP_M >= moved_m && speed_m_s < SPEED_M_S {
@@ -49,7 +49,7 @@ fn displacements_m() -> (Vec<f64>, usize) {
 #[test]
 fn a_second_strike_changes_neither_friction_nor_restitution() {
     const NOISE_M: f64 = 3e-5;
-    let (displacements_m, impacts) = displacements_m();
+    let (displacements_m, impacts) = displacements_m(FRAME_S);
     assert_eq!(impacts, 2, "the drawn striker hits the body twice");
     // Noise that repeats after three frames, along and across.
     let noise_m = |k: usize| NOISE_M * ([0.0, 1.2, -1.2][k % 3]);
@@ -63,6 +63,27 @@ fn a_second_strike_changes_neither_friction_nor_restitution() {
     assert!((friction / FRICTION - 1.0).abs() < 0.02, "friction {friction}");
     assert!((restitution - RESTITUTION).abs() < 0.01, "restitution {restitution}");
     assert!(found.warnings.iter().any(|warning| warning.contains("hits `a` again")), "{:?}", found.warnings);
+}
+
+/// The strikes are 58 ms apart: 1.8 intervals of a film of 30 frames per second.
+#[test]
+fn a_second_strike_after_a_single_position_is_found() {
+    const NOISE_M: f64 = 3e-5;
+    const SLOW_FRAME_S: f64 = 1.0 / 30.0;
+    let noise_m = |k: usize| NOISE_M * ([0.0, 1.0, -1.0][k % 3]);
+    let sample = |(k, moved_m): (usize, &f64)| {
+        let at = Point::new(moved_m + noise_m(k), noise_m(k + 1));
+        Sample::new(SLOW_FRAME_S * k as f64, at, None, NOISE_M)
+    };
+    let found =
+        properties(displacements_m(SLOW_FRAME_S).0.iter().enumerate().map(sample).collect(), TRAVEL_M);
+    println!("friction {:?}: {:?}", found.friction, found.warnings);
+    assert!(found.warnings.iter().any(|warning| warning.contains("hits `a` again")), "{:?}", found.warnings);
+    assert!(
+        found.friction.get("a").is_none_or(|f| (f.mean / FRICTION - 1.0).abs() < 0.03),
+        "{:?}",
+        found.friction
+    );
 }
 
 /// Positions that are displaced by a fraction of a millimetre from the strike on. A second impact of unknown origin within a frame would explain
