@@ -23,8 +23,8 @@ const FRAME_S: f64 = 1.0 / 120.0;
 /// When the striker starts (s).
 const START_S: f64 = 0.05;
 
-/// The displacements of a body that the striker hits whenever it catches up with it (m), at this interval (s), and the number of impacts.
-fn displacements_m(frame_s: f64) -> (Vec<f64>, usize) {
+/// The displacements of a body that the striker hits whenever it catches up with it (m), frame by frame, and the number of impacts.
+fn displacements_m() -> (Vec<f64>, usize) {
     const STEP_S: f64 = 1e-5;
     let (mut moved_m, mut speed_m_s, mut impacts) = (0.0, 0.0, 0);
     let (mut all, mut next_s) = (Vec::new(), 0.0);
@@ -32,7 +32,7 @@ fn displacements_m(frame_s: f64) -> (Vec<f64>, usize) {
         let time_s = STEP_S * f64::from(k);
         if time_s >= next_s {
             all.push(moved_m);
-            next_s += frame_s;
+            next_s += FRAME_S;
         }
         let out_m = SPEED_M_S * (time_s - START_S).max(0.0);
         if out_m <= TRAVEL_M && out_m - GAP_M >= moved_m && speed_m_s < SPEED_M_S {
@@ -49,7 +49,7 @@ fn displacements_m(frame_s: f64) -> (Vec<f64>, usize) {
 #[test]
 fn a_second_strike_changes_neither_friction_nor_restitution() {
     const NOISE_M: f64 = 3e-5;
-    let (displacements_m, impacts) = displacements_m(FRAME_S);
+    let (displacements_m, impacts) = displacements_m();
     assert_eq!(impacts, 2, "the drawn striker hits the body twice");
     // Noise that repeats after three frames, along and across.
     let noise_m = |k: usize| NOISE_M * ([0.0, 1.2, -1.2][k % 3]);
@@ -63,27 +63,6 @@ fn a_second_strike_changes_neither_friction_nor_restitution() {
     assert!((friction / FRICTION - 1.0).abs() < 0.02, "friction {friction}");
     assert!((restitution - RESTITUTION).abs() < 0.01, "restitution {restitution}");
     assert!(found.warnings.iter().any(|warning| warning.contains("hits `a` again")), "{:?}", found.warnings);
-}
-
-/// The strikes are 58 ms apart: 1.8 intervals of a film of 30 frames per second.
-#[test]
-fn a_second_strike_after_a_single_position_is_found() {
-    const NOISE_M: f64 = 3e-5;
-    const SLOW_FRAME_S: f64 = 1.0 / 30.0;
-    let noise_m = |k: usize| NOISE_M * ([0.0, 1.0, -1.0][k % 3]);
-    let sample = |(k, moved_m): (usize, &f64)| {
-        let at = Point::new(moved_m + noise_m(k), noise_m(k + 1));
-        Sample::new(SLOW_FRAME_S * k as f64, at, None, NOISE_M)
-    };
-    let found =
-        properties(displacements_m(SLOW_FRAME_S).0.iter().enumerate().map(sample).collect(), TRAVEL_M);
-    println!("friction {:?}: {:?}", found.friction, found.warnings);
-    assert!(found.warnings.iter().any(|warning| warning.contains("hits `a` again")), "{:?}", found.warnings);
-    assert!(
-        found.friction.get("a").is_none_or(|f| (f.mean / FRICTION - 1.0).abs() < 0.03),
-        "{:?}",
-        found.friction
-    );
 }
 
 /// Positions that are displaced by a fraction of a millimetre from the strike on. A second impact of unknown origin within a frame would explain
@@ -167,11 +146,73 @@ fn a_corner_that_meets_the_striker_before_they_part_is_a_second_strike() {
     };
     let poses = [AT_REST; FRAMES_AT_REST].into_iter().chain(MOVING);
     let samples = poses.enumerate().map(sample).collect();
-    let found = properties_of(samples, strike, 0.0142, Shape::Polygon { points_m });
+    let found = properties_of(vec![(Shape::Polygon { points_m }, samples)], strike, 0.0142);
     let restitution = found.striker_restitution.get("a").map(|restitution| restitution.mean);
     println!("restitution {restitution:?}: {:?}", found.warnings);
     assert!(restitution.is_some_and(|e| (e - 0.725).abs() < 0.02), "{restitution:?}");
     assert!(found.warnings.iter().any(|warning| warning.contains("hits `a` again")), "{:?}", found.warnings);
+}
+
+/// The same where the corner meets the striker after 1.9 frames, at 0.2498 s, and the pentagon another body at 0.2932 s. Without the second strike
+/// the mean velocity before that impact is too low: a restitution of 0.57 in place of 0.68, and a ratio of the masses of 3.4 in place of 9.5.
+#[test]
+fn a_second_strike_after_a_single_position_is_found() {
+    const SLOW_FRAME_S: f64 = 1.0 / 59.94;
+    const FIRST_FRAME: usize = 9;
+    const AT_REST: [[f64; 3]; 2] = [[-0.09976, 0.02434, -2.82410], [-0.017098, 0.054076, 2.8802]];
+    const FRAMES_AT_REST: [usize; 2] = [5, 9];
+    const MOVING: [&[[f64; 3]]; 2] = [
+        &[
+            [-0.092608, 0.022677, -2.619147],
+            [-0.085459, 0.021001, -2.432476],
+            [-0.075014, 0.020074, -2.350236],
+            [-0.065562, 0.019239, -2.276163],
+            [-0.057252, 0.018266, -2.207726],
+            [-0.050172, 0.017135, -2.147185],
+            [-0.044038, 0.016149, -2.096008],
+            [-0.038820, 0.015300, -2.053372],
+            [-0.034538, 0.014592, -2.019544],
+            [-0.031202, 0.014030, -1.993938],
+        ],
+        &[
+            [-0.015042, 0.055931, 2.839876],
+            [-0.010790, 0.059788, 2.758736],
+            [-0.007216, 0.063058, 2.690915],
+            [-0.004320, 0.065749, 2.636465],
+            [-0.002098, 0.067853, 2.595433],
+            [-0.000547, 0.069347, 2.567283],
+        ],
+    ];
+    let corners: [&[(f64, f64)]; 2] = [
+        &[(0.0339, 0.0), (0.01048, 0.03224), (-0.02743, 0.01993), (-0.02743, -0.01993), (0.01048, -0.03224)],
+        &[
+            (0.03113, 0.00591),
+            (0.02016, 0.02098),
+            (-0.01384, 0.02439),
+            (-0.0313, -0.00521),
+            (-0.01045, -0.02557),
+            (0.01599, -0.02342),
+        ],
+    ];
+    let body = |k: usize| {
+        let points_m = corners[k].iter().map(|&(x, y)| Point::new(x, y)).collect();
+        let poses = [AT_REST[k]].repeat(FRAMES_AT_REST[k]).into_iter().chain(MOVING[k].iter().copied());
+        let sample = |(k, [x, y, yaw]): (usize, [f64; 3])| {
+            Sample::new(SLOW_FRAME_S * (FIRST_FRAME + k) as f64, Point::new(x, y), Some(yaw), 2e-5)
+        };
+        (Shape::Polygon { points_m }, poses.enumerate().map(sample).collect())
+    };
+    let strike = Strike {
+        object: None,
+        start_m: Point::new(-0.19874, 0.02229),
+        heading_rad: 0.02575,
+        speed_m_s: 0.509,
+        travel_m: 0.07,
+    };
+    let found = properties_of(vec![body(0), body(1)], strike, 0.0192);
+    println!("{:?}, {:?}: {:?}", found.restitution, found.pair_mass_ratio, found.warnings);
+    assert!(found.warnings.iter().any(|warning| warning.contains("hits `a` again")), "{:?}", found.warnings);
+    assert!(found.restitution.is_empty() && found.pair_mass_ratio.is_empty(), "{found:?}");
 }
 
 /// The properties by one clip with these samples of a struck disc and this travel of the striker (m).
@@ -183,17 +224,21 @@ fn properties(samples: Vec<Sample>, travel_m: f64) -> Properties {
         speed_m_s: SPEED_M_S,
         travel_m,
     };
-    properties_of(samples, strike, STRIKER_RADIUS_M, Shape::Disc { radius_m: RADIUS_M })
+    properties_of(vec![(Shape::Disc { radius_m: RADIUS_M }, samples)], strike, STRIKER_RADIUS_M)
 }
 
-/// The properties by one clip with these samples of a struck body, and a round striker.
-fn properties_of(samples: Vec<Sample>, strike: Strike, striker_radius_m: f64, shape: Shape) -> Properties {
-    let tracks =
-        Tracks { version: 1, tracks: vec![Track { object: "a".into(), samples }], ..Tracks::default() };
-    let clip = ClipTracks { name: "again".into(), objects: vec!["a".into()], strike: Some(strike), tracks };
+/// The properties by one clip with the shapes and samples of bodies, of which the first one is struck, and a round striker.
+fn properties_of(bodies: Vec<(Shape, Vec<Sample>)>, strike: Strike, striker_radius_m: f64) -> Properties {
+    let (mut tracks, mut objects) = (Vec::new(), Vec::new());
+    for ((shape, samples), name) in bodies.into_iter().zip(["a", "b"]) {
+        tracks.push(Track { object: name.into(), samples });
+        let name = name.into();
+        objects.push(Object { name, shape, height_m: 0.02, marker: None, mass_kg: None, support: None });
+    }
+    let names = objects.iter().map(|object| object.name.clone()).collect();
+    let tracks = Tracks { version: 1, tracks, ..Tracks::default() };
+    let clip = ClipTracks { name: "again".into(), objects: names, strike: Some(strike), tracks };
     let striker = Striker::rod(striker_radius_m, [0.1, 1.0]);
     let cell = Cell::from_above(1000.0, Workspace::centred([1.0, 1.0]), striker);
-    let object =
-        Object { name: "a".into(), shape, height_m: 0.02, marker: None, mass_kg: None, support: None };
-    estimation(&[clip], &cell, &[object], &Options::default()).expect("properties").properties
+    estimation(&[clip], &cell, &objects, &Options::default()).expect("properties").properties
 }
