@@ -132,7 +132,8 @@ impl MotionFit {
         fitted
     }
 
-    /// The fit without the impacts whose velocity change is negligible, unless the observations demand them all the same.
+    /// The fit without the impacts whose velocity change is negligible. A further impact of the striker stays if the positions demand it all the
+    /// same: that it comes near is known, and the short motion from there to another impact leaves the velocity change uncertain.
     fn without_negligible_events(self) -> Self {
         let negligible = (0..self.model.events.len()).find(|&n| {
             let at_s = self.minimum.parameters[self.layout.events[n].time];
@@ -149,8 +150,9 @@ impl MotionFit {
         let mut parameters = self.minimum.parameters.clone();
         parameters.drain(indices.time..indices.time + event_len(&self.layout, indices));
         let without = Self { remarks: self.remarks.clone(), ..Self::run(model, parameters) };
-        let loss = without.position_loss() - self.position_loss();
-        if loss > EVENT_GAIN * self.position_variance() { self } else { without.without_negligible_events() }
+        let is_demanded = self.model.events[n].cause == Cause::Striker
+            && without.position_loss() - self.position_loss() > EVENT_GAIN * self.position_variance();
+        if is_demanded { self } else { without.without_negligible_events() }
     }
 
     /// The fit that starts from these parameters.
