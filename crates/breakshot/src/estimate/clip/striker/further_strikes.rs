@@ -13,8 +13,8 @@ pub(crate) const APPROACHED_M: f64 = 0.006;
 const NEARLY_CAUGHT_M: f64 = 1.5e-3;
 /// Where an impact is missing, the fitted motion is off by some millimetres: a body nearer than this has not parted from the striker (m).
 const NOT_PARTED_M: f64 = 0.01;
-/// A body that has not parted is hit again no earlier than this many frames after the strike: two positions lie between.
-const LEAST_FRAMES_APART: f64 = 2.0;
+/// A body that has not parted is hit again no earlier than this many frames after the strike: at least one position shows the motion between.
+const LEAST_FRAMES_APART: f64 = 1.5;
 /// A second impact is tried at most at this many frames in which the striker is still near.
 const MOST_NEAR_FRAMES: usize = 5;
 /// Most impacts of the striker on one body; more are a push.
@@ -90,7 +90,7 @@ impl MotionFit {
         (touches && self.is_improved_by(&trial, (at, body), EVENT_GAIN)).then_some(trial)
     }
 
-    /// Whether at least two positions show the motion between any two impacts of the striker; otherwise any error of a position after a strike is
+    /// Whether a position shows the motion between any two impacts of the striker; otherwise any error of a position after a strike is
     /// explained by a second one.
     fn shows_motion_between_strikes(&self) -> bool {
         let times: Vec<f64> = self.strike_times_s().collect();
@@ -156,10 +156,8 @@ impl MotionFit {
         let frame_s = frame_s(&self.model.bodies);
         let gap_m = |t: f64| self.gap_after_m(striker, first, struck, t);
         let touches = |t: f64| gap_m(t) <= 0.0;
-        // A fit to the motion before and after a short push keeps the body just ahead of the striker, and deviates from both.
-        let deviates = self.noise.position.squares > self.noise.position.freedom;
-        let is_nearly_caught = deviates
-            && turns_s > last_s + frame_s
+        // A fit to the motion before and after a short push keeps the body just ahead of the striker.
+        let is_nearly_caught = turns_s > last_s + frame_s
             && gap_m(turns_s) < NEARLY_CAUGHT_M
             && gap_m(turns_s) < gap_m(turns_s - frame_s);
 
