@@ -111,10 +111,6 @@ fn a_corner_that_meets_the_striker_before_they_part_is_a_second_strike() {
     const FIRST_S: f64 = 0.175;
     let corners =
         [(0.0402, 0.0), (0.01242, 0.03823), (-0.03252, 0.02363), (-0.03252, -0.02363), (0.01242, -0.03823)];
-    let points_m = corners.map(|(x, y)| Point::new(x, y)).to_vec();
-    let sample = |(k, [x, y, yaw]): (usize, [f64; 3])| {
-        Sample::new(FIRST_S + FRAME_S * k as f64, Point::new(x, y), Some(yaw), 2e-5)
-    };
     let strike = Strike {
         object: None,
         start_m: Point::new(-0.21444, 0.05340),
@@ -123,8 +119,7 @@ fn a_corner_that_meets_the_striker_before_they_part_is_a_second_strike() {
         travel_m: 0.07,
     };
     let poses = [AT_REST; FRAMES_AT_REST].into_iter().chain(MOVING);
-    let samples = poses.enumerate().map(sample).collect();
-    let found = properties_of(vec![(Shape::Polygon { points_m }, samples)], strike, 0.0142);
+    let found = properties_of(vec![polygon(&corners, poses, FIRST_S, FRAME_S)], strike, 0.0142);
     let restitution = found.striker_restitution.get("a").map(|restitution| restitution.mean);
     println!("restitution {restitution:?}: {:?}", found.warnings);
     assert!(restitution.is_some_and(|e| (e - 0.725).abs() < 0.02), "{restitution:?}");
@@ -136,7 +131,7 @@ fn a_corner_that_meets_the_striker_before_they_part_is_a_second_strike() {
 #[test]
 fn a_second_strike_after_a_single_position_is_found() {
     const SLOW_FRAME_S: f64 = 1.0 / 59.94;
-    const FIRST_FRAME: usize = 9;
+    const FIRST_S: f64 = 9.0 * SLOW_FRAME_S;
     const AT_REST: [[f64; 3]; 2] = [[-0.09976, 0.02434, -2.82410], [-0.017098, 0.054076, 2.8802]];
     const FRAMES_AT_REST: [usize; 2] = [5, 9];
     const MOVING: [&[[f64; 3]]; 2] = [
@@ -173,12 +168,8 @@ fn a_second_strike_after_a_single_position_is_found() {
         ],
     ];
     let body = |k: usize| {
-        let points_m = corners[k].iter().map(|&(x, y)| Point::new(x, y)).collect();
         let poses = [AT_REST[k]].repeat(FRAMES_AT_REST[k]).into_iter().chain(MOVING[k].iter().copied());
-        let sample = |(k, [x, y, yaw]): (usize, [f64; 3])| {
-            Sample::new(SLOW_FRAME_S * (FIRST_FRAME + k) as f64, Point::new(x, y), Some(yaw), 2e-5)
-        };
-        (Shape::Polygon { points_m }, poses.enumerate().map(sample).collect())
+        polygon(corners[k], poses, FIRST_S, SLOW_FRAME_S)
     };
     let strike = Strike {
         object: None,
@@ -191,6 +182,20 @@ fn a_second_strike_after_a_single_position_is_found() {
     println!("{:?}, {:?}: {:?}", found.restitution, found.pair_mass_ratio, found.warnings);
     assert!(found.warnings.iter().any(|warning| warning.contains("hits `a` again")), "{:?}", found.warnings);
     assert!(found.restitution.is_empty() && found.pair_mass_ratio.is_empty(), "{found:?}");
+}
+
+/// A polygon, and samples of it at these poses from a time on, at this interval (s).
+fn polygon(
+    corners: &[(f64, f64)],
+    poses: impl Iterator<Item = [f64; 3]>,
+    first_s: f64,
+    frame_s: f64,
+) -> (Shape, Vec<Sample>) {
+    let points_m = corners.iter().map(|&(x, y)| Point::new(x, y)).collect();
+    let sample = |(k, [x, y, yaw]): (usize, [f64; 3])| {
+        Sample::new(first_s + frame_s * k as f64, Point::new(x, y), Some(yaw), 2e-5)
+    };
+    (Shape::Polygon { points_m }, poses.enumerate().map(sample).collect())
 }
 
 /// The properties by one clip with these samples of a struck disc and this travel of the striker (m).

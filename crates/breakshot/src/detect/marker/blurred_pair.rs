@@ -111,9 +111,9 @@ struct Disc {
 }
 
 /// The template on the pixels of a region.
-struct Template<'a> {
+struct Template {
     discs: [Disc; 2],
-    region: &'a [TablePixel],
+    region: Vec<TablePixel>,
     /// Yaw of the guess (rad), a weak prior.
     guessed_yaw_rad: f64,
     /// Expected width of an edge that a sharp lens and pixels blur, and the least one (m).
@@ -150,25 +150,25 @@ impl PairView<'_> {
             [position.x, position.y, yaw_rad, motion_m.x, motion_m.y, 0.0, self.contrast, self.background];
         unknowns.as_mut_slice()[..=BACKGROUND].copy_from_slice(&known);
         unknowns[EDGE] = expected_edge_m;
+        let mut template = Template {
+            discs,
+            region: Vec::new(),
+            guessed_yaw_rad: yaw_rad,
+            expected_edge_m,
+            least_edge_m: LEAST_EDGE_PX * scale_m_per_px,
+        };
         let mut solved = None;
         for _ in 0..ROUNDS {
-            let region = self.region(&discs, &unknowns, scale_m_per_px)?;
-            let template = Template {
-                discs,
-                region: &region,
-                guessed_yaw_rad: yaw_rad,
-                expected_edge_m,
-                least_edge_m: LEAST_EDGE_PX * scale_m_per_px,
-            };
+            template.region = self.region(&discs, &unknowns, scale_m_per_px)?;
             let (best, sums) = template.solved(unknowns)?;
             let moved_m = Vec2::new(best[0] - unknowns[0], best[1] - unknowns[1]).length();
             unknowns = best;
-            solved = Some(PairFit::new(&template, &unknowns, &sums, scale_m_per_px)?);
+            solved = Some(sums);
             if moved_m < SETTLED_PX * scale_m_per_px {
                 break;
             }
         }
-        solved
+        PairFit::new(&template, &unknowns, &solved?, scale_m_per_px)
     }
 
     /// The pixels near the blurred discs that show the top of the object during the whole exposure.
@@ -259,7 +259,7 @@ fn pose_of(unknowns: &Unknowns, time: f64) -> Pose {
     Pose::new(at(0), at(1), at(2))
 }
 
-impl Template<'_> {
+impl Template {
     /// The unknowns of least squares, from a guess (Levenberg-Marquardt).
     fn solved(&self, guess: Unknowns) -> Option<(Unknowns, Sums)> {
         let (mut unknowns, mut sums) = (guess, self.sums(&guess));
@@ -292,7 +292,7 @@ impl Template<'_> {
     fn sums(&self, unknowns: &Unknowns) -> Sums {
         let instants = self.instants(unknowns);
         let mut sums = Sums { information: Information::zeros(), side: Unknowns::zeros(), squares: 0.0 };
-        for pixel in self.region {
+        for pixel in &self.region {
             let (derivatives, residual) = self.linearized(unknowns, &instants, pixel);
             sums.information += derivatives * derivatives.transpose();
             sums.side += derivatives * residual;
@@ -340,7 +340,7 @@ impl Template<'_> {
     fn block_information(&self, unknowns: &Unknowns) -> Information {
         let instants = self.instants(unknowns);
         let mut blocks: BTreeMap<[usize; 2], Unknowns> = BTreeMap::new();
-        for pixel in self.region {
+        for pixel in &self.region {
             let (derivatives, residual) = self.linearized(unknowns, &instants, pixel);
             *blocks.entry(pixel.block).or_default() += derivatives * residual;
         }
@@ -443,13 +443,8 @@ mod tests {
             Disc { at_m: Point::new(-0.003, 0.001), radius_m: 0.005 },
             Disc { at_m: Point::new(0.008, 0.002), radius_m: 0.003 },
         ];
-        let template = Template {
-            discs,
-            region: &region,
-            guessed_yaw_rad: 0.3,
-            expected_edge_m: 0.9e-3,
-            least_edge_m: 0.4e-3,
-        };
+        let template =
+            Template { discs, region, guessed_yaw_rad: 0.3, expected_edge_m: 0.9e-3, least_edge_m: 0.4e-3 };
         let unknowns = Unknowns::from_row_slice(&[
             0.016, 0.012, 0.4, 0.006, -0.003, 0.1, 90.0, 150.0, 1.5, -1.0, 3.0, -2.0, 4.0, 1.1e-3,
         ]);

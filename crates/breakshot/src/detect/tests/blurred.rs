@@ -78,12 +78,7 @@ fn struck(marker: Marker, greys: [f64; 2], speed_m_s: f64, exposure_s: f64) {
         let velocity = Vec2::from_heading(heading_rad) * speed_m_s;
         let start = Pose { position: Point::new(0.0, 0.0) + velocity * -0.05, yaw_rad: 0.2 };
         let blow = Blow { start, velocity, time_s: struck_s };
-        let things = |pose: Pose| {
-            let [mut body, mut marker] = Thing::object(&objects[0], pose);
-            [body.grey, marker.grey] = greys;
-            let dot = Thing::dot(&objects[0], pose).map(|dot| Thing { grey: greys[1], ..dot });
-            [body, marker].into_iter().chain(dot).collect()
-        };
+        let things = |pose: Pose| painted(&objects[0], pose, greys);
         let frames = times_s(9).into_iter().map(|t| blow.picture(&view, t, exposure_s, things)).collect();
         view.camera.exposure_s = None;
         let tracks = found(&view, frames, &objects, &Layout::Unknown).expect("tracks");

@@ -127,10 +127,8 @@ fn a_light_disc_and_its_dot_are_found_although_a_shadow_lies_across_them_in_all_
     let motion = |t: f64| slid(start, Vec2::new(0.5, 0.0), 3.0, t);
     let mut frames = film(&view, &times_s(32), |t| {
         let (pose, velocity, rate) = motion(t);
-        let [mut body, mut marker] = Thing::object(&puck, pose);
-        let mut dot = Thing::dot(&puck, pose).expect("a dot");
-        (body.grey, marker.grey, dot.grey) = (75.0, 240.0, 240.0);
-        [body, marker, dot].map(|thing| thing.moving(velocity, rate)).to_vec()
+        let things = painted(&puck, pose, [75.0, 240.0]).into_iter();
+        things.map(|thing| thing.moving(velocity, rate)).collect()
     });
     shade(&view, &mut frames, puck.height_m, |at, _| (0.0..0.018).contains(&at.y));
     let tracks = found(&view, frames, &[puck], &Layout::Unknown).expect("tracks");
@@ -141,7 +139,7 @@ fn a_light_disc_and_its_dot_are_found_although_a_shadow_lies_across_them_in_all_
 
 /// The number of doubtful samples of a disc and its dot that are struck and slide, blurred by some pixels, along the border of a shadow, which is
 /// this far beside the centre of the disc.
-fn doubtful_along_shadow([top_grey, ink_grey]: [f64; 2], beside_m: f64) -> usize {
+fn doubtful_along_shadow(greys: [f64; 2], beside_m: f64) -> usize {
     const REMAINING_LIGHT: f64 = 0.6;
     let mut view = View { table_grey: TABLE_GREY, noise: 2.0, ..view() };
     view.camera.exposure_s = Some(0.014);
@@ -152,10 +150,7 @@ fn doubtful_along_shadow([top_grey, ink_grey]: [f64; 2], beside_m: f64) -> usize
     let motion = |t: f64| slid(start, Vec2::new(0.5, 0.0), 0.0, t);
     let mut frames = film(&view, &times_s(20), |t| {
         let (pose, velocity, rate) = motion(t);
-        let [mut body, mut marker] = Thing::object(&puck, pose);
-        let mut dot = Thing::dot(&puck, pose).expect("a dot");
-        (body.grey, marker.grey, dot.grey) = (top_grey, ink_grey, ink_grey);
-        [body, marker, dot].map(|thing| thing.moving(velocity, rate)).to_vec()
+        painted(&puck, pose, greys).into_iter().map(|thing| thing.moving(velocity, rate)).collect()
     });
     let is_in_shadow = |at: Point, t: f64| t > 0.1 && at.y > beside_m;
     shade_by(REMAINING_LIGHT, &view, &mut frames, puck.height_m, is_in_shadow);

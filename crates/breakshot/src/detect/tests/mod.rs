@@ -70,6 +70,14 @@ fn slid(start: Pose, velocity: Vec2, yaw_rate_rad_s: f64, time_s: f64) -> (Pose,
     (pose, velocity * remaining, yaw_rate_rad_s * remaining)
 }
 
+/// An object, its marker and the dot beside it, if it has one, in the grey levels of its top and of the ink.
+fn painted(object: &Object, pose: Pose, [top_grey, ink_grey]: [f64; 2]) -> Vec<Thing> {
+    let [body, marker] = Thing::object(object, pose);
+    let inked = [marker].into_iter().chain(Thing::dot(object, pose));
+    let inked = inked.map(|thing| Thing { grey: ink_grey, ..thing });
+    [Thing { grey: top_grey, ..body }].into_iter().chain(inked).collect()
+}
+
 fn error_mm(sample: &Sample, truth: Pose) -> f64 {
     sample.position().distance(truth.position) * 1e3
 }

@@ -59,13 +59,15 @@ impl Prediction<'_, '_> {
         let fits =
             |pose: Pose| self.guesses(view, pose, sharp_m).into_iter().filter_map(|guess| pair.fitted(guess));
         let moved = |found: &PairFit| found.motion_m.length() > sharp_m && self.moved_throughout(found);
+        let mut is_near = false;
         let near = observed.map(|o| o.pose).into_iter().chain([self.pose]).flat_map(fits);
-        let near: Vec<PairFit> = near.filter(|found| self.is_shaded_marker(found)).collect();
-        let found = if near.is_empty() {
-            let mut elsewhere = self.component_poses(view, dot).into_iter().flat_map(fits);
-            elsewhere.find(|found| self.is_marker(found) && moved(found))
-        } else {
-            near.into_iter().find(moved)
+        let mut near = near.filter(|found| self.is_shaded_marker(found)).inspect(|_| is_near = true);
+        let found = match near.find(moved) {
+            None if !is_near => {
+                let mut elsewhere = self.component_poses(view, dot).into_iter().flat_map(fits);
+                elsewhere.find(|found| self.is_marker(found) && moved(found))
+            }
+            near => near,
         }?;
         let blur_px = view.blur_px(&state.target, found.fit.pose, found.motion_m / view.exposure_s());
         Some(Observation { measured_blur_px: Some(blur_px), ..self.by_outline(view, found.fit) })
@@ -86,15 +88,13 @@ impl Prediction<'_, '_> {
     /// Whether a fit explains the grey levels, with the contrast over background of the marker.
     fn is_marker(&self, found: &PairFit) -> bool {
         let contrast_ratio = found.contrast / found.background / self.state.relative_contrast();
-        found.residual_rms < MOST_RESIDUAL.hypot(MOST_MISFIT * found.contrast)
-            && contrast_ratio.ln().abs() < COMPLETE
+        is_explained(found, MOST_MISFIT) && contrast_ratio.ln().abs() < COMPLETE
     }
 
     /// Whether a fit explains the grey levels of the marker with a shadow over it or over a part of it.
     fn is_shaded_marker(&self, found: &PairFit) -> bool {
         let shade = found.contrast / (self.state.relative_contrast() * self.state.background());
-        found.residual_rms < MOST_RESIDUAL.hypot(MOST_SHADED_MISFIT * found.contrast)
-            && shade.ln().abs() < MOST_SHADE.ln()
+        is_explained(found, MOST_SHADED_MISFIT) && shade.ln().abs() < MOST_SHADE.ln()
     }
 
     /// Whether an object moved during the whole exposure. The path of one that is struck meanwhile begins where it was at rest, and its mean
@@ -132,4 +132,9 @@ impl Prediction<'_, '_> {
         };
         centroids.iter().take(NEAREST).map(pose).collect()
     }
+}
+
+/// Whether the residuals of a fit are noise and at most this part of its contrast.
+fn is_explained(found: &PairFit, misfit: f64) -> bool {
+    found.residual_rms < MOST_RESIDUAL.hypot(misfit * found.contrast)
 }

@@ -27,7 +27,7 @@ const POSITIONS_OF_FRICTION: usize = 3;
 const LEAST_STDS_MOVED: f64 = 10.0;
 /// A struck body is near the striker for this number of frames, whether or not it is hit again.
 const FRAMES_UNTIL_MET_AGAIN: f64 = 2.0;
-/// Number of instants of an unobserved motion at which its distance from the striker is determined.
+/// Number of steps of an unobserved motion at whose ends its distance from the striker is determined.
 const UNSEEN_STEPS: u32 = 8;
 /// Repeated impacts of a pair follow each other like those of a bouncing ball: each interval is the restitution times the one
 /// before it. It is taken as this part, since the restitution is not known yet.
@@ -198,16 +198,26 @@ fn exclude_after_further_strike(fitted: &MotionFit, contacts: &mut [Contact]) {
     }
 }
 
+/// The least gap between the striker and body `k` (m) at the ends of equal steps from a time on; infinite unless the first impact is the striker's.
+fn least_striker_gap_m(
+    fitted: &MotionFit,
+    striker: &StrikerPath,
+    k: usize,
+    (from_s, duration_s, steps): (f64, f64, u32),
+) -> f64 {
+    let times_s = (0..=steps).map(|n| from_s + duration_s * f64::from(n) / f64::from(steps));
+    let gaps_m = times_s.filter_map(|time_s| fitted.striker_gap_m(striker, k, time_s));
+    gaps_m.fold(f64::INFINITY, f64::min)
+}
+
 /// Excludes an impact of the struck body, and the strike, where the striker is near the body just before the impact and no trusted position shows the
 /// motion from then on: a second strike would change the velocity with which the body arrives, and the fit explains that by the first one.
 fn exclude_after_hidden_strike(fitted: &MotionFit, striker: &StrikerPath, contacts: &mut [Contact]) {
     let frame_s = frame_s(&fitted.model.bodies);
     let Some(strike) = contacts.iter().rposition(|contact| contact.a == Partner::Striker) else { return };
     let (struck, strike_s) = (contacts[strike].b, contacts[strike].time_s(fitted));
-    let next = (0..contacts.len())
-        .filter(|&k| contacts[k].time_s(fitted) > strike_s && partners(&contacts[k]).contains(&struck))
-        .min_by(|&p, &q| contacts[p].time_s(fitted).total_cmp(&contacts[q].time_s(fitted)));
-    let Some(next) = next else { return };
+    let mut later = strike + 1..contacts.len();
+    let Some(next) = later.find(|&k| partners(&contacts[k]).contains(&struck)) else { return };
     let impact_s = contacts[next].time_s(fitted);
     let observations = fitted.model.bodies[struck].observations.iter();
     let trusted_s = observations.filter(|o| !o.excluded && !o.doubtful).map(|o| o.time_s);
@@ -217,11 +227,7 @@ fn exclude_after_hidden_strike(fitted: &MotionFit, striker: &StrikerPath, contac
     if impact_s - last_s < FRAMES_BETWEEN * frame_s || impact_s < parted_s {
         return;
     }
-    let gaps_m = (0..=UNSEEN_STEPS).filter_map(|step| {
-        let time_s = parted_s + (impact_s - parted_s) * f64::from(step) / f64::from(UNSEEN_STEPS);
-        fitted.striker_gap_m(striker, struck, time_s)
-    });
-    let gap_m = gaps_m.fold(f64::INFINITY, f64::min);
+    let gap_m = least_striker_gap_m(fitted, striker, struck, (parted_s, impact_s - parted_s, UNSEEN_STEPS));
     if gap_m < APPROACHED_M {
         let reason = format!(
             "the striker may hit `{}` again before the impact at {impact_s:.3} s: the gap is {:.1} mm, and no trusted position shows the motion after {last_s:.3} s",
@@ -248,13 +254,8 @@ fn exclude_squeezed(fitted: &MotionFit, striker: &StrikerPath, contact: &mut Con
     let frame_s = frame_s(&fitted.model.bodies);
     for partner in [contact.a, Partner::Body(contact.b)] {
         let Partner::Body(k) = partner else { continue };
-        let smallest_gap_m = (0..=STEPS)
-            .filter_map(|n| {
-                let later_s = UNOBSERVED_FRAMES * frame_s * f64::from(n) / f64::from(STEPS);
-                fitted.striker_gap_m(striker, k, time_s + later_s)
-            })
-            .fold(f64::INFINITY, f64::min);
-        if smallest_gap_m < STRIKER_CONTACT_M {
+        let during = (time_s, UNOBSERVED_FRAMES * frame_s, STEPS);
+        if least_striker_gap_m(fitted, striker, k, during) < STRIKER_CONTACT_M {
             let object = &fitted.model.bodies[k].object;
             contact.exclude(format!("the striker touches `{object}` at the impact"));
         }
