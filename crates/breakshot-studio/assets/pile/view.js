@@ -245,6 +245,7 @@ export class Pile {
 
   /** The pile was changed. */
   touch() {
+    this.#message.clear();
     this.#isDirty = true;
     this.#tellSaved();
     this.map.clear();
@@ -284,6 +285,7 @@ export class Pile {
 
   /** Shows another strike. */
   setStrike(strike, source = DRAWN) {
+    this.#message.clear();
     this.strike = strike;
     byId("strike-source").value = source;
     this.handles.draw();
@@ -324,8 +326,8 @@ export class Pile {
       if (answer.strike) return this.setStrike(written(answer.strike), `${AIMED} ${object}`);
       obstacle = answer.obstacle;
     }
-    this.#message.error(new Error(`No free line to ${object}: ${obstacle} is in the way.`));
-    return this.setStrike(this.#fallback(object, heading));
+    this.setStrike(this.#fallback(object, heading));
+    return this.#message.error(new Error(`No free line to ${object}: ${obstacle} is in the way.`));
   }
 
   #headingToOthers(object) {
@@ -388,7 +390,6 @@ export class Pile {
 
   #showMotion(motion) {
     this.#motion = motion;
-    this.#message.clear();
     const names = [...Object.keys(motion.trajectory.final)];
     const paths = Object.fromEntries(names.map((name) => [name, path(motion.trajectory, name)]));
     this.table.showExpected(paths, motion.trajectory.final);

@@ -783,6 +783,10 @@ def takes_a_pile_from_a_picture(studio):
     page.set_input_files("#picture-picker", {"name": "none.png", "mimeType": "image/png", "buffer": b"none"})
     expect(page.locator("#message.error")).to_be_visible(timeout=FIT_MS)
     assert not (folder / "none.png").exists()
+    # A motion that comes afterwards does not hide the reason.
+    page.locator("#properties").dispatch_event("change")
+    page.wait_for_timeout(1500)
+    expect(page.locator("#message.error")).to_be_visible()
     studio.problems = [problem for problem in studio.problems if "422" not in problem]
     (folder / "command.scene.toml").unlink()
     page.select_option("#scene", "pile.scene.toml")
