@@ -23,26 +23,37 @@ struct Tally {
     covered: usize,
     /// Sum of the squares of error over standard error.
     chi_square: f64,
+    /// The largest of them, with the number of its campaign.
+    worst: (f64, u64),
     errors_percent: Vec<f64>,
     half_widths_percent: Vec<f64>,
 }
 
 impl Tally {
-    fn add(&mut self, estimate: &Estimate, truth: f64) {
+    fn add(&mut self, campaign: u64, estimate: &Estimate, truth: f64) {
         let [low, high] = estimate.interval_95;
         self.count += 1;
         self.covered += usize::from((low..=high).contains(&truth));
-        self.chi_square += ((estimate.mean - truth) / estimate.standard_error).powi(2);
+        let square = ((estimate.mean - truth) / estimate.standard_error).powi(2);
+        self.chi_square += square;
+        if square > self.worst.0 {
+            self.worst = (square, campaign);
+        }
         if truth != 0.0 {
             self.errors_percent.push(100.0 * (estimate.mean / truth - 1.0).abs());
             self.half_widths_percent.push(50.0 * (high - low) / truth.abs());
         }
     }
 
-    fn add_all(&mut self, estimates: &BTreeMap<String, Estimate>, truth: &BTreeMap<String, f64>) {
+    fn add_all(
+        &mut self,
+        campaign: u64,
+        estimates: &BTreeMap<String, Estimate>,
+        truth: &BTreeMap<String, f64>,
+    ) {
         for (name, estimate) in estimates.iter().filter(|(_, e)| e.standard_error > 0.0) {
             if let Some(&truth) = truth.get(name) {
-                self.add(estimate, truth);
+                self.add(campaign, estimate, truth);
             }
         }
     }
@@ -103,7 +114,7 @@ pub(crate) fn validate(count: u64) -> Result<bool, String> {
         let drawn = campaign(&spec(n), n);
         let estimated = estimated(&drawn)?;
         verdicts.add(&estimated, &drawn.truth);
-        add(&mut tallies, &estimated, &drawn.truth);
+        add(&mut tallies, n, &estimated, &drawn.truth);
     }
     print_table(&tallies);
     let mut rows = vec![Row::plain("campaigns", count as f64, "")];
@@ -155,8 +166,8 @@ impl Verdicts {
     }
 }
 
-/// Adds all estimates of one campaign.
-fn add(tallies: &mut BTreeMap<&str, Tally>, estimated: &Properties, truth: &Truth) {
+/// Adds all estimates of the campaign of this number.
+fn add(tallies: &mut BTreeMap<&str, Tally>, campaign: u64, estimated: &Properties, truth: &Truth) {
     let groups = [
         ("friction", &estimated.friction, &truth.friction),
         ("striker restitution", &estimated.striker_restitution, &truth.striker_restitution),
@@ -165,7 +176,7 @@ fn add(tallies: &mut BTreeMap<&str, Tally>, estimated: &Properties, truth: &Trut
         ("support", &estimated.support, &truth.support),
     ];
     for (what, estimates, values) in groups {
-        tallies.entry(what).or_default().add_all(estimates, values);
+        tallies.entry(what).or_default().add_all(campaign, estimates, values);
     }
     let pair_truth: BTreeMap<String, f64> = (estimated.pair_mass_ratio.keys())
         .filter_map(|pair| {
@@ -173,10 +184,10 @@ fn add(tallies: &mut BTreeMap<&str, Tally>, estimated: &Properties, truth: &Trut
             Some((pair.clone(), truth.mass_ratio.get(a)? / truth.mass_ratio.get(b)?))
         })
         .collect();
-    tallies.entry("pair mass ratio").or_default().add_all(&estimated.pair_mass_ratio, &pair_truth);
+    tallies.entry("pair mass ratio").or_default().add_all(campaign, &estimated.pair_mass_ratio, &pair_truth);
     if let Some(tilt) = estimated.tilt {
         for (found, truth) in [tilt.x, tilt.y].iter().zip(truth.slope) {
-            tallies.entry("slope").or_default().add(found, truth);
+            tallies.entry("slope").or_default().add(campaign, found, truth);
         }
     }
     let contact = [
@@ -185,21 +196,24 @@ fn add(tallies: &mut BTreeMap<&str, Tally>, estimated: &Properties, truth: &Trut
     ];
     for (what, estimate, value) in contact {
         if let Some(estimate) = estimate {
-            tallies.entry(what).or_default().add(&estimate, value);
+            tallies.entry(what).or_default().add(campaign, &estimate, value);
         }
     }
 }
 
 fn print_table(tallies: &BTreeMap<&str, Tally>) {
-    println!("{:<20} {:>6} {:>9} {:>8} {:>9} {:>8}", "", "count", "covered %", "chi^2", "error %", "+-95 %");
+    let [count, covered, error, half] = ["count", "covered %", "error %", "+-95 %"];
+    println!("{:<20} {count:>6} {covered:>9} {:>8} {error:>9} {half:>8} {:>12}", "", "chi^2", "worst chi^2");
     for (what, tally) in tallies {
         println!(
-            "{what:<20} {:>6} {:>9.2} {:>8.3} {:>9.3} {:>8.3}",
+            "{what:<20} {:>6} {:>9.2} {:>8.3} {:>9.3} {:>8.3} {:>12.1} (campaign {})",
             tally.count,
             tally.coverage_percent(),
             tally.chi_square / tally.count as f64,
             median(tally.errors_percent.clone()),
-            median(tally.half_widths_percent.clone())
+            median(tally.half_widths_percent.clone()),
+            tally.worst.0,
+            tally.worst.1,
         );
     }
 }
