@@ -3,7 +3,10 @@
 //! Two kinds of evidence give the slope.  Across a slide, gravity bends the path: every clip shows the component of the slope across
 //! its slides.  Along a slide, gravity changes the apparent friction: that of one object differs between slides up and down.
 
-use crate::estimate::joint::random_effects::{between_clip_std_with_prior, groups_of_kind, quantile_95};
+use crate::estimate::clip::result::Measured;
+use crate::estimate::joint::random_effects::{
+    Group, between_clip_std_with_prior, groups_of_kind, quantile_95,
+};
 use crate::estimate::measure::measurements::Measurements;
 use crate::estimate::measure::quantity::Quantity;
 use crate::estimate::measure::sliding::tilt::ClipTilt;
@@ -11,6 +14,7 @@ use crate::properties::Tilt;
 use crate::statistics::median;
 use crate::uncertain::Estimate;
 use nalgebra::{Matrix2, SymmetricEigen, Vector2};
+use std::collections::BTreeSet;
 
 /// A component of the slope that one clip shows.
 struct Component {
@@ -26,7 +30,7 @@ const LARGEST_ERROR: f64 = 0.0035;
 /// It is known to within this many times as much without any one of the components: one slide alone that gives the slope in a direction may
 /// bend for another reason.
 const ERRORS_WITHOUT_ONE: f64 = 1.5;
-/// A component this many standard deviations off the common slope is left out.
+/// A component this many standard deviations off the common slope is left out, and so is a friction that is as far off the median of its object.
 const OUTLIER_STDS: f64 = 6.0;
 /// Number of components from which the slope is estimated.
 const COMPONENTS_NEEDED: usize = 4;
@@ -55,33 +59,26 @@ impl Slope {
     /// The slope that all clips show together; `None` if they do not determine it.
     pub(crate) fn new(tilts: &[Option<ClipTilt>], measurements: &[Measurements]) -> Option<Self> {
         let mut components: Vec<Component> = tilts.iter().flatten().flat_map(components).collect();
-        let (friction_information, friction_gradient) = of_frictions(measurements);
+        let groups = groups_of_frictions(measurements);
+        let mut frictions = comparisons(&groups, Vector2::zeros());
         let mut scatter = typical_scatter(&components);
         for _ in 0..PASSES {
-            let (information, gradient) = sum(&components, scatter);
-            let value = (information + friction_information).try_inverse()? * (gradient + friction_gradient);
-            let before = components.len();
+            let (value, _) = common_slope(&components, scatter, &frictions)?;
+            let before = (components.len(), frictions.len());
             components.retain(|c| c.residual(value).abs() <= OUTLIER_STDS * c.std.hypot(scatter));
             if components.len() < COMPONENTS_NEEDED {
                 return None;
             }
+            frictions = comparisons(&groups, value);
             let found = scatter_of(&components, value);
-            if before == components.len() && (found - scatter).abs() < 1e-3 * scatter {
+            let is_settled = before == (components.len(), frictions.len());
+            if is_settled && (found - scatter).abs() < 1e-3 * scatter {
                 break;
             }
             scatter = found;
         }
-        let (information, gradient) = sum(&components, scatter);
-        let covariance = (information + friction_information).try_inverse()?;
-        let value = covariance * (gradient + friction_gradient);
-        let is_known_without = |c: &Component| {
-            let others = information + friction_information - c.information(scatter);
-            others
-                .try_inverse()
-                .is_some_and(|covariance| largest_std(covariance) < ERRORS_WITHOUT_ONE * LARGEST_ERROR)
-        };
-        let is_known = largest_std(covariance) < LARGEST_ERROR && components.iter().all(is_known_without);
-        is_known.then(|| Self {
+        let (value, covariance) = common_slope(&components, scatter, &frictions)?;
+        is_known_without_any_one(covariance, &components, scatter, &frictions).then(|| Self {
             value: [value[0], value[1]],
             covariance,
             degrees_of_freedom: (components.len() - 2) as f64,
@@ -135,6 +132,43 @@ fn components(tilt: &ClipTilt) -> Vec<Component> {
     (0..2).filter_map(component).collect()
 }
 
+/// The slope of all components and frictions, with its covariance; `None` if they show no component in some direction.
+fn common_slope(
+    components: &[Component],
+    scatter: f64,
+    frictions: &[Comparison],
+) -> Option<(Vector2<f64>, Matrix2<f64>)> {
+    let (mut information, mut gradient) = sum(components, scatter);
+    for friction in frictions {
+        information += friction.information();
+        gradient += friction.gradient();
+    }
+    let covariance = information.try_inverse()?;
+    Some((covariance * gradient, covariance))
+}
+
+/// Whether the slope is known, and remains known without any one of the components and without the frictions of any one clip.
+fn is_known_without_any_one(
+    covariance: Matrix2<f64>,
+    components: &[Component],
+    scatter: f64,
+    frictions: &[Comparison],
+) -> bool {
+    let Some(information) = covariance.try_inverse() else { return false };
+    let is_known = |information: Matrix2<f64>, error: f64| {
+        information.try_inverse().is_some_and(|covariance| largest_std(covariance) < error)
+    };
+    let is_known_without =
+        |part: Matrix2<f64>| is_known(information - part, ERRORS_WITHOUT_ONE * LARGEST_ERROR);
+    let clips: BTreeSet<usize> = frictions.iter().map(|f| f.clip).collect();
+    let of_clip = |clip: usize| -> Matrix2<f64> {
+        frictions.iter().filter(|f| f.clip == clip).map(Comparison::information).sum()
+    };
+    is_known(information, LARGEST_ERROR)
+        && components.iter().all(|c| is_known_without(c.information(scatter)))
+        && clips.into_iter().all(|clip| is_known_without(of_clip(clip)))
+}
+
 /// The larger standard deviation of the two components of a slope.
 fn largest_std(covariance: Matrix2<f64>) -> f64 {
     covariance[(0, 0)].max(covariance[(1, 1)]).sqrt()
@@ -180,35 +214,81 @@ fn scatter_of(components: &[Component], slope: Vector2<f64>) -> f64 {
     high
 }
 
-/// What the frictions of each object in slides of different directions say about the slope.
-fn of_frictions(measurements: &[Measurements]) -> (Matrix2<f64>, Vector2<f64>) {
+/// The friction of an object in one clip.
+struct SlideFriction {
+    clip: usize,
+    value: f64,
+    /// With the variation from clip to clip.
+    variance: f64,
+    by_slope: Vector2<f64>,
+    /// Number of frictions of its clip.
+    of_clip: f64,
+}
+
+/// A friction of an object in one clip compared with the mean of all clips.
+struct Comparison {
+    clip: usize,
+    difference: f64,
+    by_slope: Vector2<f64>,
+    weight: f64,
+}
+
+impl Comparison {
+    fn information(&self) -> Matrix2<f64> {
+        self.by_slope * self.by_slope.transpose() * self.weight
+    }
+
+    fn gradient(&self) -> Vector2<f64> {
+        -self.by_slope * (self.difference * self.weight)
+    }
+}
+
+/// The frictions of each object in several clips.
+fn groups_of_frictions(measurements: &[Measurements]) -> Vec<Vec<SlideFriction>> {
     let slides: Vec<Measurements> = measurements.iter().map(of_slides).collect();
     let groups: Vec<_> = groups_of_kind(&slides, Quantity::FRICTION)
         .filter(|(_, indices, _)| indices.len() > 1)
         .map(|(_, indices, group)| (group, indices))
         .collect();
     let typical = between_clip_std_with_prior(&groups.iter().map(|(g, _)| g.clone()).collect::<Vec<_>>());
-    let (mut information, mut gradient) = (Matrix2::zeros(), Vector2::zeros());
-    for (group, indices) in &groups {
-        let values: Vec<(f64, f64, Vector2<f64>)> = (indices.iter().zip(&group.values))
-            .map(|(&(clip, k), measured)| {
-                // The friction of all objects of one clip varies together: they are one piece of evidence.
-                let frictions = slides[clip].quantities.len() as f64;
-                let variance = measured.std.powi(2) + (typical.relative * group.scale).powi(2);
-                let weight = 1.0 / (variance * frictions);
-                (weight, measured.value, Vector2::from(slides[clip].by_slope(k)))
-            })
-            .collect();
-        let total: f64 = values.iter().map(|v| v.0).sum();
-        let mean = values.iter().map(|v| v.0 * v.1).sum::<f64>() / total;
-        let mean_slope = values.iter().fold(Vector2::zeros(), |sum, v| sum + v.2 * (v.0 / total));
-        for (weight, value, by_slope) in values {
-            let off = by_slope - mean_slope;
-            information += off * off.transpose() * weight;
-            gradient -= off * ((value - mean) * weight);
-        }
-    }
-    (information, gradient)
+    let of_group = |(group, indices): &(Group, Vec<(usize, usize)>)| {
+        let friction = |(&(clip, k), measured): (&(usize, usize), &Measured)| SlideFriction {
+            clip,
+            value: measured.value,
+            variance: measured.std.powi(2) + (typical.relative * group.scale).powi(2),
+            by_slope: Vector2::from(slides[clip].by_slope(k)),
+            of_clip: slides[clip].quantities.len() as f64,
+        };
+        indices.iter().zip(&group.values).map(friction).collect()
+    };
+    groups.iter().map(of_group).collect()
+}
+
+/// What the frictions of each object in slides of different directions say about the slope. Those that contradict the other clips on a table of this
+/// slope are left out: one wrong friction with a small standard deviation would tilt the table.
+fn comparisons(groups: &[Vec<SlideFriction>], slope: Vector2<f64>) -> Vec<Comparison> {
+    groups.iter().flat_map(|frictions| comparisons_of_object(frictions, slope)).collect()
+}
+
+fn comparisons_of_object(frictions: &[SlideFriction], slope: Vector2<f64>) -> Vec<Comparison> {
+    let on_level = |f: &SlideFriction| f.value + f.by_slope.dot(&slope);
+    let middle = median(frictions.iter().map(on_level)).unwrap_or(0.0);
+    let agreeing: Vec<&SlideFriction> = (frictions.iter())
+        .filter(|f| (on_level(f) - middle).abs() <= OUTLIER_STDS * f.variance.sqrt())
+        .collect();
+    // The frictions of all objects of one clip vary together: they are one piece of evidence.
+    let weight = |f: &SlideFriction| 1.0 / (f.variance * f.of_clip);
+    let total: f64 = agreeing.iter().map(|f| weight(f)).sum();
+    let mean = agreeing.iter().map(|f| weight(f) * f.value).sum::<f64>() / total;
+    let mean_by_slope =
+        agreeing.iter().fold(Vector2::zeros(), |sum, f| sum + f.by_slope * (weight(f) / total));
+    let compared = |f: &&SlideFriction| Comparison {
+        clip: f.clip,
+        difference: f.value - mean,
+        by_slope: f.by_slope - mean_by_slope,
+        weight: weight(f),
+    };
+    agreeing.iter().map(compared).collect()
 }
 
 /// The frictions of a clip that change with the slope as those of slides do.
