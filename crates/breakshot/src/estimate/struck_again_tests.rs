@@ -92,6 +92,28 @@ fn a_displacement_at_the_strike_is_no_impact_of_its_own() {
     assert!(restitution.is_some_and(|e| (e - RESTITUTION).abs() < 0.01), "{restitution:?}");
 }
 
+/// The striker retracts when the gap is 1 mm.
+#[test]
+fn a_striker_that_nearly_catches_up_with_a_body_is_no_push() {
+    const NOISE_M: f64 = 3e-5;
+    const FOLLOWED_M: f64 = 0.0163;
+    const STRUCK_S: f64 = START_S + GAP_M / SPEED_M_S;
+    const SLOWED_M_S2: f64 = FRICTION * GRAVITY_M_S2;
+    let speed_m_s = (1.0 + RESTITUTION) * SPEED_M_S;
+    let noise_m = |k: usize| NOISE_M * ([0.0, 1.0, -1.0][k % 3]);
+    let sample = |k: usize| {
+        let time_s = FRAME_S * k as f64;
+        let slid_s = (time_s - STRUCK_S).clamp(0.0, speed_m_s / SLOWED_M_S2);
+        let moved_m = (speed_m_s - SLOWED_M_S2 * slid_s / 2.0) * slid_s;
+        Sample::new(time_s, Point::new(moved_m + noise_m(k), noise_m(k + 1)), None, NOISE_M)
+    };
+    let found = properties((0..80).map(sample).collect(), GAP_M + FOLLOWED_M);
+    let friction = found.friction.get("a").map(|friction| friction.mean);
+    println!("friction {friction:?}: {:?}", found.warnings);
+    assert!(friction.is_some_and(|f| (f / FRICTION - 1.0).abs() < 0.02), "{friction:?}");
+    assert!(!found.warnings.iter().any(|warning| warning.contains("pushes it")), "{:?}", found.warnings);
+}
+
 /// A pentagon that is struck off its centre spins, and its next corner meets the striker 37 ms later, before the two have parted: true poses of one strike
 /// in a simulation that shares no model with the estimator (MuJoCo), which itself shows a restitution of 0.725, friction 0.418 and the second strike at 0.2475 s.
 #[test]

@@ -156,8 +156,10 @@ impl MotionFit {
         let frame_s = frame_s(&self.model.bodies);
         let gap_m = |t: f64| self.gap_after_m(striker, first, struck, t);
         let touches = |t: f64| gap_m(t) <= 0.0;
-        // A fit to the motion before and after a short push keeps the body just ahead of the striker.
-        let is_nearly_caught = turns_s > last_s + frame_s
+        // A fit to the motion before and after a short push keeps the body just ahead of the striker, and deviates from both.
+        let deviates = self.noise.position.squares > self.noise.position.freedom;
+        let is_nearly_caught = deviates
+            && turns_s > last_s + frame_s
             && gap_m(turns_s) < NEARLY_CAUGHT_M
             && gap_m(turns_s) < gap_m(turns_s - frame_s);
 
