@@ -53,8 +53,26 @@ struct Camera {
 /// A mass ratio as the velocities of the bodies themselves show it.
 #[derive(Deserialize)]
 struct MassByVelocities {
+    pair: [String; 2],
     log_ratio: f64,
     truth: f64,
+}
+
+impl MassByVelocities {
+    /// Error of the logarithm.
+    fn error(&self) -> f64 {
+        self.log_ratio - self.truth
+    }
+
+    /// The product of the errors of two pairs that share one body, with the sign of an error of that body in both; `None` for other pairs.
+    fn product(&self, other: &Self) -> Option<f64> {
+        let sides = [(0, 0, 1.0), (1, 1, 1.0), (0, 1, -1.0), (1, 0, -1.0)];
+        let shared: Vec<f64> = (sides.iter())
+            .filter(|(own, others, _)| self.pair[*own] == other.pair[*others])
+            .map(|(.., sign)| sign * self.error() * other.error())
+            .collect();
+        (shared.len() == 1).then(|| shared[0])
+    }
 }
 
 /// What was found in one cell or several.
@@ -83,8 +101,8 @@ struct Figures {
     learned: Vec<(Truth, Properties)>,
     /// The same from the true poses in place of the tracks.
     by_true_poses: Vec<(Truth, Properties)>,
-    /// Relative errors of the mass ratios by the velocities of the bodies.
-    masses_by_velocities: Vec<f64>,
+    /// The mass ratios by the velocities of the bodies of each cell.
+    masses_by_velocities: Vec<Vec<MassByVelocities>>,
 }
 
 /// Measures the cells of these seeds, each with at least this number of films; whether every target holds.
@@ -95,7 +113,7 @@ pub(crate) fn validate(program: &Program, lab: &Path, seeds: &str, clips: u64) -
         let folder = filmed(&python, lab, drawn, clips)?;
         let mut figures = Figures::default();
         figures.add(program, &folder, drawn)?;
-        figures.masses_by_velocities = masses_by_velocities(&python, lab, &folder, drawn)?;
+        figures.masses_by_velocities.push(masses_by_velocities(&python, lab, &folder, drawn)?);
         println!("{}: {}", drawn.name(), figures.line());
         if drawn.hard { &mut hard } else { &mut easy }.join(figures);
     }
@@ -150,8 +168,13 @@ fn filmed(python: &Path, lab: &Path, drawn: Drawn, clips: u64) -> Result<PathBuf
     Ok(folder)
 }
 
-/// Relative errors of the mass ratios that the velocities of the bodies of a cell show.
-fn masses_by_velocities(python: &Path, lab: &Path, folder: &Path, drawn: Drawn) -> Result<Vec<f64>, String> {
+/// The mass ratios that the velocities of the bodies of a cell show.
+fn masses_by_velocities(
+    python: &Path,
+    lab: &Path,
+    folder: &Path,
+    drawn: Drawn,
+) -> Result<Vec<MassByVelocities>, String> {
     let path = folder.join("momentum.json");
     if !path.exists() {
         let mut command = Command::new(python);
@@ -159,8 +182,7 @@ fn masses_by_velocities(python: &Path, lab: &Path, folder: &Path, drawn: Drawn) 
         command.arg(folder.join(format!("campaign_{}.json", drawn.seed))).arg(&path);
         venv::succeed(command.env("MUJOCO_GL", "osmesa"))?;
     }
-    let ratios: Vec<MassByVelocities> = files::read_json(&path).map_err(|e| e.to_string())?;
-    Ok(ratios.iter().map(|ratio| (ratio.log_ratio - ratio.truth).exp() - 1.0).collect())
+    files::read_json(&path).map_err(|e| e.to_string())
 }
 
 impl Figures {
@@ -322,8 +344,17 @@ impl Figures {
     }
 
     fn momentum_rows(&self) -> Vec<Row> {
-        let errors = &self.masses_by_velocities;
-        let (mean, worst) = mean_and_worst(errors);
+        let ratios: Vec<&MassByVelocities> = self.masses_by_velocities.iter().flatten().collect();
+        let errors: Vec<f64> = ratios.iter().map(|ratio| ratio.error().exp() - 1.0).collect();
+        let (mean, worst) = mean_and_worst(&errors);
+        let products: Vec<f64> = (self.masses_by_velocities.iter())
+            .flat_map(|cell| {
+                cell.iter().enumerate().flat_map(|(k, one)| cell[..k].iter().filter_map(|o| one.product(o)))
+            })
+            .collect();
+        let variance =
+            ratios.iter().map(|ratio| ratio.error().powi(2)).sum::<f64>() / ratios.len().max(1) as f64;
+        let covariance = products.iter().sum::<f64>() / products.len().max(1) as f64;
         vec![
             Row::plain(
                 format!("mass ratio of a first impact: mean error of {}", errors.len()),
@@ -331,6 +362,11 @@ impl Figures {
                 "%",
             ),
             Row::plain("mass ratio of a first impact: worst error", 100.0 * worst, "%"),
+            Row::plain(
+                format!("correlation of their errors in {} pairs of pairs that share a body", products.len()),
+                covariance / variance,
+                "",
+            ),
         ]
     }
 

@@ -16,6 +16,9 @@ pub(crate) const ASSUMED_FRICTION_DIFFERENCE: f64 = 0.1;
 const ROCKING_STD: f64 = 0.025;
 /// The number of loops that this prior is worth.
 const ROCKING_LOOPS: f64 = 1.0;
+/// The part of the variance of such an error that one body has in all of its pairs. `cargo xtask validate cells` prints the correlation of pairs that share a
+/// body in drawn cells.
+const ROCKING_OF_BODY: f64 = 0.25;
 
 /// Logarithms of all masses over the reference's, by weighted least squares on those of the pairs' ratios.
 ///
@@ -147,6 +150,16 @@ pub(crate) fn pair_std(clips: &[Measurements]) -> f64 {
     MassNetwork::new(&groups, &reference.unwrap_or_default()).pair_std
 }
 
+/// The covariance of the errors of two pairs' logarithms that no repetition reduces: a body that rocks exchanges impulse with the table in all of
+/// its pairs, so that the mean of several pairs has a larger error than that of as many independent ones.
+pub(crate) fn systematic_covariance(pair: &Quantity, other: &Quantity, pair_std: f64) -> f64 {
+    let (Quantity::MassRatio(a, b), Quantity::MassRatio(c, d)) = (pair, other) else { return 0.0 };
+    let equal = |x: &str, y: &str| f64::from(u8::from(x == y));
+    let shared = equal(a, c) + equal(b, d) - equal(a, d) - equal(b, c);
+    let of_pair = f64::from(u8::from(pair == other)) * (1.0 - 2.0 * ROCKING_OF_BODY);
+    (of_pair + ROCKING_OF_BODY * shared) * pair_std.powi(2)
+}
+
 /// The smallest additional standard deviation of every pair with which chi-square is at most the number of independent
 /// loops, its expectation (as Paule and Mandel 1982 do for one group).
 fn closure_std(loops: f64, chi2: impl Fn(f64) -> f64) -> f64 {
@@ -192,6 +205,29 @@ fn connected(start: &str, pairs: &[Pair]) -> BTreeSet<String> {
         }
         if reached.len() == before {
             return reached;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn errors_of_pairs_that_share_a_body_are_correlated() {
+        let pair = |first: &str, second: &str| Quantity::MassRatio(first.into(), second.into());
+        let correlation = |p: [&str; 2], q: [&str; 2]| {
+            systematic_covariance(&pair(p[0], p[1]), &pair(q[0], q[1]), 0.02) / 4e-4
+        };
+        for (p, q, expected) in [
+            (["a", "b"], ["a", "b"], 1.0),
+            (["a", "b"], ["a", "c"], ROCKING_OF_BODY),
+            (["a", "c"], ["b", "c"], ROCKING_OF_BODY),
+            (["a", "b"], ["b", "c"], -ROCKING_OF_BODY),
+            (["b", "c"], ["a", "b"], -ROCKING_OF_BODY),
+            (["a", "b"], ["c", "d"], 0.0),
+        ] {
+            assert!((correlation(p, q) - expected).abs() < 1e-12, "{p:?} and {q:?}: {}", correlation(p, q));
         }
     }
 }

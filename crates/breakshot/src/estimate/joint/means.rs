@@ -1,6 +1,8 @@
 //! The means of all quantities over all clips, and their joint covariance.
 
-use super::mass_network::{ASSUMED_FRICTION_DIFFERENCE, MassNetwork, SystematicErrors};
+use super::mass_network::{
+    ASSUMED_FRICTION_DIFFERENCE, MassNetwork, SystematicErrors, systematic_covariance,
+};
 use super::random_effects::{
     BetweenClipStd, Group, Mean, between_clip_std, between_clip_std_with_prior, quantile_95,
 };
@@ -185,7 +187,9 @@ fn transformed_covariance(
     let columns: Vec<usize> = masses.pairs.iter().filter_map(column).collect();
     let mut widened = base.clone();
     for &pair in &columns {
-        widened[(pair, pair)] += pair_std * pair_std;
+        for &other in &columns {
+            widened[(pair, other)] += systematic_covariance(quantities[pair], quantities[other], pair_std);
+        }
     }
     let mut transform = DMatrix::zeros(size, quantities.len());
     for (row, &k) in direct.iter().enumerate() {

@@ -63,7 +63,8 @@ impl Slope {
         let mut frictions = comparisons(&groups, Vector2::zeros());
         let mut scatter = typical_scatter(&components);
         for _ in 0..PASSES {
-            let (value, _) = common_slope(&components, scatter, &frictions)?;
+            let (information, gradient) = of_all(&components, scatter, &frictions);
+            let value = information.try_inverse()? * gradient;
             let before = (components.len(), frictions.len());
             components.retain(|c| c.residual(value).abs() <= OUTLIER_STDS * c.std.hypot(scatter));
             if components.len() < COMPONENTS_NEEDED {
@@ -77,8 +78,10 @@ impl Slope {
             }
             scatter = found;
         }
-        let (value, covariance) = common_slope(&components, scatter, &frictions)?;
-        is_known_without_any_one(covariance, &components, scatter, &frictions).then(|| Self {
+        let (information, gradient) = of_all(&components, scatter, &frictions);
+        let covariance = information.try_inverse()?;
+        let value = covariance * gradient;
+        is_known_without_any_one(information, &components, scatter, &frictions).then(|| Self {
             value: [value[0], value[1]],
             covariance,
             degrees_of_freedom: (components.len() - 2) as f64,
@@ -132,29 +135,20 @@ fn components(tilt: &ClipTilt) -> Vec<Component> {
     (0..2).filter_map(component).collect()
 }
 
-/// The slope of all components and frictions, with its covariance; `None` if they show no component in some direction.
-fn common_slope(
-    components: &[Component],
-    scatter: f64,
-    frictions: &[Comparison],
-) -> Option<(Vector2<f64>, Matrix2<f64>)> {
-    let (mut information, mut gradient) = sum(components, scatter);
-    for friction in frictions {
-        information += friction.information();
-        gradient += friction.gradient();
-    }
-    let covariance = information.try_inverse()?;
-    Some((covariance * gradient, covariance))
+/// Information and gradient of all components and frictions.
+fn of_all(components: &[Component], scatter: f64, frictions: &[Comparison]) -> (Matrix2<f64>, Vector2<f64>) {
+    frictions.iter().fold(sum(components, scatter), |(information, gradient), friction| {
+        (information + friction.information(), gradient + friction.gradient())
+    })
 }
 
 /// Whether the slope is known, and remains known without any one of the components and without the frictions of any one clip.
 fn is_known_without_any_one(
-    covariance: Matrix2<f64>,
+    information: Matrix2<f64>,
     components: &[Component],
     scatter: f64,
     frictions: &[Comparison],
 ) -> bool {
-    let Some(information) = covariance.try_inverse() else { return false };
     let is_known = |information: Matrix2<f64>, error: f64| {
         information.try_inverse().is_some_and(|covariance| largest_std(covariance) < error)
     };
@@ -321,6 +315,50 @@ mod tests {
         serde_json::from_value(tilt).expect("a tilt")
     }
 
+    /// The friction of one object in a clip.
+    fn friction(object: &str, value: f64, std: f64, by_slope: [f64; 2]) -> Measurements {
+        Measurements {
+            quantities: vec![Quantity::Friction(object.into())],
+            values: DVector::from_element(1, value),
+            covariance: DMatrix::from_element(1, 1, std * std),
+            vertical_fractions: vec![0.0],
+            double_contact: vec![false],
+            by_slope: vec![by_slope],
+        }
+    }
+
+    /// The frictions 0.2 of three objects on a level table in slides along x, in this many of twelve against it.
+    fn frictions_along_x(against: usize) -> Vec<Measurements> {
+        let along = |k: usize| if k % 12 < against { [-1.0, 0.0] } else { [1.0, 0.0] };
+        let value = |k: usize| 0.2 + 0.002 * (k * 5 % 3) as f64;
+        (0..36).map(|k| friction(["a", "b", "c"][k / 12], value(k), 1e-3, along(k))).collect()
+    }
+
+    /// Clips whose paths show the component of a level table's slope along y alone.
+    fn clips_along_x() -> Vec<Option<ClipTilt>> {
+        (0..12).map(|k| Some(clip(0.0, [0.0; 2], 3e-4 * f64::from(k % 3 - 1)))).collect()
+    }
+
+    #[test]
+    fn one_wrong_friction_does_not_tilt_the_table() {
+        let mut frictions = frictions_along_x(4);
+        let right = Slope::new(&clips_along_x(), &frictions).expect("a slope");
+        frictions.push(friction("a", 0.35, 1e-3, [2.5, 0.0]));
+        let found = Slope::new(&clips_along_x(), &frictions).expect("a slope");
+        let off = found.value[0] - right.value[0];
+        assert!(right.tilt(0.2).level && off.abs() < 2e-4, "{found:?} beside {right:?}");
+    }
+
+    #[test]
+    fn the_frictions_of_one_clip_alone_do_not_give_the_slope() {
+        assert_eq!(Slope::new(&clips_along_x(), &frictions_along_x(0)), None);
+        let mut frictions = frictions_along_x(0);
+        frictions.push(friction("a", 0.2, 1e-3, [-2.5, 0.0]));
+        assert_eq!(Slope::new(&clips_along_x(), &frictions), None);
+        frictions.push(friction("b", 0.2, 1e-3, [-2.5, 0.0]));
+        assert!(Slope::new(&clips_along_x(), &frictions).is_some());
+    }
+
     fn clips(slope: [f64; 2]) -> Vec<Option<ClipTilt>> {
         (0..24).map(|k| Some(clip(0.5 * f64::from(k), slope, 3e-4 * f64::from(k * 7 % 5 - 2)))).collect()
     }
@@ -367,14 +405,7 @@ mod tests {
 
     #[test]
     fn the_friction_of_a_body_that_hardly_slid_does_not_tilt_the_table() {
-        let friction = |value: f64, std: f64, by_slope: [f64; 2]| Measurements {
-            quantities: vec![Quantity::Friction("f".into())],
-            values: DVector::from_element(1, value),
-            covariance: DMatrix::from_element(1, 1, std * std),
-            vertical_fractions: vec![0.0],
-            double_contact: vec![false],
-            by_slope: vec![by_slope],
-        };
+        let friction = |value: f64, std: f64, by_slope: [f64; 2]| friction("f", value, std, by_slope);
         let mut clips: Vec<_> =
             (0..12).map(|k| Some(clip(0.01 * f64::from(k), [0.0; 2], 3e-4 * f64::from(k % 3 - 1)))).collect();
         clips.extend((0..10).map(|k| {
