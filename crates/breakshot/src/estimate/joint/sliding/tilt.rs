@@ -60,7 +60,7 @@ impl Slope {
     pub(crate) fn new(tilts: &[Option<ClipTilt>], measurements: &[Measurements]) -> Option<Self> {
         let mut components: Vec<Component> = tilts.iter().flatten().flat_map(components).collect();
         let groups = groups_of_frictions(measurements);
-        let mut frictions = comparisons(&groups, Vector2::zeros());
+        let mut frictions = comparisons(&groups, Vector2::zeros(), None);
         let mut scatter = typical_scatter(&components);
         for _ in 0..PASSES {
             let (information, gradient) = of_all(&components, scatter, &frictions);
@@ -70,7 +70,7 @@ impl Slope {
             if components.len() < COMPONENTS_NEEDED {
                 return None;
             }
-            frictions = comparisons(&groups, value);
+            frictions = comparisons(&groups, value, None);
             let found = scatter_of(&components, value);
             let is_settled = before == (components.len(), frictions.len());
             if is_settled && (found - scatter).abs() < 1e-3 * scatter {
@@ -81,7 +81,7 @@ impl Slope {
         let (information, gradient) = of_all(&components, scatter, &frictions);
         let covariance = information.try_inverse()?;
         let value = covariance * gradient;
-        is_known_without_any_one(information, &components, scatter, &frictions).then(|| Self {
+        is_known_without_any_one(value, &components, scatter, &groups).then(|| Self {
             value: [value[0], value[1]],
             covariance,
             degrees_of_freedom: (components.len() - 2) as f64,
@@ -144,23 +144,25 @@ fn of_all(components: &[Component], scatter: f64, frictions: &[Comparison]) -> (
 
 /// Whether the slope is known, and remains known without any one of the components and without the frictions of any one clip.
 fn is_known_without_any_one(
-    information: Matrix2<f64>,
+    slope: Vector2<f64>,
     components: &[Component],
     scatter: f64,
-    frictions: &[Comparison],
+    groups: &[Vec<SlideFriction>],
 ) -> bool {
     let is_known = |information: Matrix2<f64>, error: f64| {
         information.try_inverse().is_some_and(|covariance| largest_std(covariance) < error)
     };
     let is_known_without =
-        |part: Matrix2<f64>| is_known(information - part, ERRORS_WITHOUT_ONE * LARGEST_ERROR);
-    let clips: BTreeSet<usize> = frictions.iter().map(|f| f.clip).collect();
-    let of_clip = |clip: usize| -> Matrix2<f64> {
-        frictions.iter().filter(|f| f.clip == clip).map(Comparison::information).sum()
+        |information: Matrix2<f64>| is_known(information, ERRORS_WITHOUT_ONE * LARGEST_ERROR);
+    let of_frictions = |except: Option<usize>| -> Matrix2<f64> {
+        comparisons(groups, slope, except).iter().map(Comparison::information).sum()
     };
-    is_known(information, LARGEST_ERROR)
-        && components.iter().all(|c| is_known_without(c.information(scatter)))
-        && clips.into_iter().all(|clip| is_known_without(of_clip(clip)))
+    let (of_components, _) = sum(components, scatter);
+    let all = of_components + of_frictions(None);
+    let clips: BTreeSet<usize> = groups.iter().flatten().map(|friction| friction.clip).collect();
+    is_known(all, LARGEST_ERROR)
+        && components.iter().all(|c| is_known_without(all - c.information(scatter)))
+        && clips.into_iter().all(|clip| is_known_without(of_components + of_frictions(Some(clip))))
 }
 
 /// The larger standard deviation of the two components of a slope.
@@ -259,15 +261,21 @@ fn groups_of_frictions(measurements: &[Measurements]) -> Vec<Vec<SlideFriction>>
 }
 
 /// What the frictions of each object in slides of different directions say about the slope. Those that contradict the other clips on a table of this
-/// slope are left out: one wrong friction with a small standard deviation would tilt the table.
-fn comparisons(groups: &[Vec<SlideFriction>], slope: Vector2<f64>) -> Vec<Comparison> {
-    groups.iter().flat_map(|frictions| comparisons_of_object(frictions, slope)).collect()
+/// slope are left out: one wrong friction with a small standard deviation would tilt the table. So
+/// are those of the clip `except`.
+fn comparisons(groups: &[Vec<SlideFriction>], slope: Vector2<f64>, except: Option<usize>) -> Vec<Comparison> {
+    groups.iter().flat_map(|frictions| comparisons_of_object(frictions, slope, except)).collect()
 }
 
-fn comparisons_of_object(frictions: &[SlideFriction], slope: Vector2<f64>) -> Vec<Comparison> {
+fn comparisons_of_object(
+    frictions: &[SlideFriction],
+    slope: Vector2<f64>,
+    except: Option<usize>,
+) -> Vec<Comparison> {
     let on_level = |f: &SlideFriction| f.value + f.by_slope.dot(&slope);
     let middle = median(frictions.iter().map(on_level)).unwrap_or(0.0);
     let agreeing: Vec<&SlideFriction> = (frictions.iter())
+        .filter(|f| except != Some(f.clip))
         .filter(|f| (on_level(f) - middle).abs() <= OUTLIER_STDS * f.variance.sqrt())
         .collect();
     // The frictions of all objects of one clip vary together: they are one piece of evidence.
