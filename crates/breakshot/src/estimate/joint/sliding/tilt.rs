@@ -223,7 +223,6 @@ struct SlideFriction {
 
 /// A friction of an object in one clip compared with the mean of all clips.
 struct Comparison {
-    clip: usize,
     difference: f64,
     by_slope: Vector2<f64>,
     weight: f64,
@@ -285,7 +284,6 @@ fn comparisons_of_object(
     let mean_by_slope =
         agreeing.iter().fold(Vector2::zeros(), |sum, f| sum + f.by_slope * (weight(f) / total));
     let compared = |f: &&SlideFriction| Comparison {
-        clip: f.clip,
         difference: f.value - mean,
         by_slope: f.by_slope - mean_by_slope,
         weight: weight(f),
