@@ -45,6 +45,15 @@ fn displacements_m() -> (Vec<f64>, usize) {
     (all, impacts)
 }
 
+/// The displacement of a body that the striker hits once (m).
+fn slid_m(time_s: f64) -> f64 {
+    const STRUCK_S: f64 = START_S + GAP_M / SPEED_M_S;
+    const SLOWED_M_S2: f64 = FRICTION * GRAVITY_M_S2;
+    let speed_m_s = (1.0 + RESTITUTION) * SPEED_M_S;
+    let slid_s = (time_s - STRUCK_S).clamp(0.0, speed_m_s / SLOWED_M_S2);
+    (speed_m_s - SLOWED_M_S2 * slid_s / 2.0) * slid_s
+}
+
 /// Without an impact of its own the second strike looks like less friction and a smaller restitution.
 #[test]
 fn a_second_strike_changes_neither_friction_nor_restitution() {
@@ -73,15 +82,11 @@ fn a_displacement_at_the_strike_is_no_impact_of_its_own() {
     const ASIDE_M: f64 = 3e-4;
     // The striker stops before it could catch up.
     const FOLLOWED_M: f64 = 0.01;
-    const STRUCK_S: f64 = START_S + GAP_M / SPEED_M_S;
-    const SLOWED_M_S2: f64 = FRICTION * GRAVITY_M_S2;
-    let speed_m_s = (1.0 + RESTITUTION) * SPEED_M_S;
     let noise_m = |k: usize| NOISE_M * ([0.0, 1.2, -1.2][k % 3]);
     let sample = |k: usize| {
         let time_s = FRAME_S * k as f64;
-        let slid_s = (time_s - STRUCK_S).clamp(0.0, speed_m_s / SLOWED_M_S2);
-        let moved_m = (speed_m_s - SLOWED_M_S2 * slid_s / 2.0) * slid_s;
-        let aside_m = if slid_s > 0.0 { ASIDE_M } else { 0.0 };
+        let moved_m = slid_m(time_s);
+        let aside_m = if moved_m > 0.0 { ASIDE_M } else { 0.0 };
         Sample::new(time_s, Point::new(moved_m + noise_m(k), aside_m + noise_m(k + 1)), None, NOISE_M)
     };
     let found = properties((0..80).map(sample).collect(), GAP_M + FOLLOWED_M);
@@ -97,14 +102,10 @@ fn a_displacement_at_the_strike_is_no_impact_of_its_own() {
 fn a_striker_that_nearly_catches_up_with_a_body_is_no_push() {
     const NOISE_M: f64 = 3e-5;
     const FOLLOWED_M: f64 = 0.0163;
-    const STRUCK_S: f64 = START_S + GAP_M / SPEED_M_S;
-    const SLOWED_M_S2: f64 = FRICTION * GRAVITY_M_S2;
-    let speed_m_s = (1.0 + RESTITUTION) * SPEED_M_S;
     let noise_m = |k: usize| NOISE_M * ([0.0, 1.0, -1.0][k % 3]);
     let sample = |k: usize| {
         let time_s = FRAME_S * k as f64;
-        let slid_s = (time_s - STRUCK_S).clamp(0.0, speed_m_s / SLOWED_M_S2);
-        let moved_m = (speed_m_s - SLOWED_M_S2 * slid_s / 2.0) * slid_s;
+        let moved_m = slid_m(time_s);
         Sample::new(time_s, Point::new(moved_m + noise_m(k), noise_m(k + 1)), None, NOISE_M)
     };
     let found = properties((0..80).map(sample).collect(), GAP_M + FOLLOWED_M);

@@ -185,6 +185,19 @@ fn masses_by_velocities(
     files::read_json(&path).map_err(|e| e.to_string())
 }
 
+/// The number of pairs of pairs of a cell that share a body, and the correlation of their errors, which have this standard deviation.
+fn shared_body_correlation(cells: &[Vec<MassByVelocities>], std: f64) -> (usize, f64) {
+    let products_in = |cell: &Vec<MassByVelocities>| -> Vec<f64> {
+        let others = |(k, one): (usize, &MassByVelocities)| -> Vec<f64> {
+            cell[..k].iter().filter_map(|other| one.product(other)).collect()
+        };
+        cell.iter().enumerate().flat_map(others).collect()
+    };
+    let products: Vec<f64> = cells.iter().flat_map(products_in).collect();
+    let covariance = products.iter().sum::<f64>() / products.len().max(1) as f64;
+    (products.len(), covariance / (std * std))
+}
+
 impl Figures {
     /// Adds the films of one cell.
     fn add(&mut self, program: &Program, folder: &Path, drawn: Drawn) -> Result<(), String> {
@@ -344,17 +357,12 @@ impl Figures {
     }
 
     fn momentum_rows(&self) -> Vec<Row> {
-        let ratios: Vec<&MassByVelocities> = self.masses_by_velocities.iter().flatten().collect();
-        let errors: Vec<f64> = ratios.iter().map(|ratio| ratio.error().exp() - 1.0).collect();
+        let log_errors: Vec<f64> =
+            self.masses_by_velocities.iter().flatten().map(MassByVelocities::error).collect();
+        let errors: Vec<f64> = log_errors.iter().map(|error| error.exp() - 1.0).collect();
         let (mean, worst) = mean_and_worst(&errors);
-        let products: Vec<f64> = (self.masses_by_velocities.iter())
-            .flat_map(|cell| {
-                cell.iter().enumerate().flat_map(|(k, one)| cell[..k].iter().filter_map(|o| one.product(o)))
-            })
-            .collect();
-        let variance =
-            ratios.iter().map(|ratio| ratio.error().powi(2)).sum::<f64>() / ratios.len().max(1) as f64;
-        let covariance = products.iter().sum::<f64>() / products.len().max(1) as f64;
+        let (pairs_of_pairs, correlation) =
+            shared_body_correlation(&self.masses_by_velocities, rms(&log_errors));
         vec![
             Row::plain(
                 format!("mass ratio of a first impact: mean error of {}", errors.len()),
@@ -363,8 +371,8 @@ impl Figures {
             ),
             Row::plain("mass ratio of a first impact: worst error", 100.0 * worst, "%"),
             Row::plain(
-                format!("correlation of their errors in {} pairs of pairs that share a body", products.len()),
-                covariance / variance,
+                format!("correlation of their errors in {pairs_of_pairs} pairs of pairs that share a body"),
+                correlation,
                 "",
             ),
         ]

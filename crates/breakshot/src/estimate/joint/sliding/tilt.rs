@@ -27,7 +27,7 @@ struct Component {
 const LARGEST_STD: f64 = 0.1;
 /// A slope is given if each component is known to within this, 0.2 degrees: a worse one would change friction by more than it corrects.
 const LARGEST_ERROR: f64 = 0.0035;
-/// It is known to within this many times as much without any one of the components: one slide alone that gives the slope in a direction may
+/// It is known to within this many times as much without any one of the components and without the frictions of any one clip: one slide alone that gives the slope in a direction may
 /// bend for another reason.
 const ERRORS_WITHOUT_ONE: f64 = 1.5;
 /// A component this many standard deviations off the common slope is left out, and so is a friction that is as far off the median of its object.
@@ -260,8 +260,8 @@ fn groups_of_frictions(measurements: &[Measurements]) -> Vec<Vec<SlideFriction>>
 }
 
 /// What the frictions of each object in slides of different directions say about the slope. Those that contradict the other clips on a table of this
-/// slope are left out: one wrong friction with a small standard deviation would tilt the table. So
-/// are those of the clip `except`.
+/// slope are left out: one wrong friction with a small standard deviation would tilt the table. Those of
+/// the clip `except` are left out, too.
 fn comparisons(groups: &[Vec<SlideFriction>], slope: Vector2<f64>, except: Option<usize>) -> Vec<Comparison> {
     groups.iter().flat_map(|frictions| comparisons_of_object(frictions, slope, except)).collect()
 }
