@@ -3,6 +3,7 @@
 use super::marker::blob::Blob;
 use super::marker::outline::{Appearance, MarkerFit};
 use super::marker::target::Target;
+use super::markerless::edge_fit::LEAST_MEASURED;
 use super::threshold::Level;
 use crate::capture::Camera;
 use crate::geometry::moments::Moments;
@@ -96,6 +97,13 @@ pub(super) struct TrackPoint {
     pub yaw_known: bool,
 }
 
+impl TrackPoint {
+    /// Whether enough of an object's own outline was measured to trust it; a marker always is.
+    fn is_well_measured(&self) -> bool {
+        self.measured_fraction >= LEAST_MEASURED
+    }
+}
+
 /// One object through the clip.
 #[derive(Clone, Debug)]
 pub(super) struct TrackState<'a> {
@@ -176,10 +184,20 @@ impl<'a> TrackState<'a> {
         last.pose.yaw_rad + (last.pose.yaw_rad - before.pose.yaw_rad) * rotating_s / interval_s
     }
 
-    /// Mean velocity between the last two points; zero before there are two.
+    /// Mean velocity to the last point from the one before, or from the last well measured one before if the last point is well measured
+    /// itself; zero before there are two points.
     pub(super) fn velocity(&self) -> Vec2 {
-        let [.., before, last] = self.points.as_slice() else { return Vec2::ZERO };
+        let [earlier @ .., last] = self.points.as_slice() else { return Vec2::ZERO };
+        let measured =
+            earlier.iter().rev().find(|p| p.is_well_measured()).filter(|_| last.is_well_measured());
+        let Some(before) = measured.or(earlier.last()) else { return Vec2::ZERO };
         (last.pose.position - before.pose.position) / (last.time_s - before.time_s)
+    }
+
+    /// The last point that is well measured, if there are later ones: those may be another outline, such as that of the object's shadow.
+    pub(super) fn before_doubtful(&self) -> Option<&TrackPoint> {
+        let last = self.points.iter().rposition(TrackPoint::is_well_measured)?;
+        (last + 1 < self.points.len()).then(|| &self.points[last])
     }
 
     /// The velocity at a later time if the object slides on with constant deceleration.

@@ -74,9 +74,9 @@ const MERGED_WEIGHT: f64 = 0.02;
 
 /// An edge of a smaller weight does not determine a position.
 const LEAST_WEIGHT: f64 = 0.1;
-/// A position is doubtful if less than this fraction of the outline was measured, in the direction in which this is least: one of two
-/// opposite sides.
-pub(in crate::detect) const LEAST_MEASURED: f64 = 0.5;
+/// A position is doubtful if less than this fraction of the outline was measured, in the direction in which this is least: clearly more than
+/// one of two opposite sides, since one side of an object and the other side of its shadow may be all that the image shows.
+pub(in crate::detect) const LEAST_MEASURED: f64 = 0.7;
 /// Weight of a top edge that is known from its foot.
 const FOOT_WEIGHT: f64 = 0.3;
 

@@ -45,7 +45,11 @@ pub(super) fn observed_at(view: &FrameView, state: &TrackState, predicted: Pose)
 
 /// How far around its predicted pose an outline is searched.
 pub(super) fn search_range(view: &FrameView, state: &TrackState) -> SearchRange {
-    let unobserved_s = state.unobserved_s(view.frame.time_s).unwrap_or(view.interval_s);
+    range_after(state.unobserved_s(view.frame.time_s).unwrap_or(view.interval_s))
+}
+
+/// How far an object may have moved in this time (s).
+fn range_after(unobserved_s: f64) -> SearchRange {
     SearchRange {
         radius_m: (FASTEST_M_S * unobserved_s).min(LARGEST_RADIUS_M),
         angle_rad: (FASTEST_SPIN_RAD_S * unobserved_s).min(LARGEST_ROTATION_RAD),
@@ -70,15 +74,30 @@ pub(super) fn observed_without_marker(
     })
 }
 
-/// The outline near the predicted pose, clear of all objects observed so far.
+/// The outline near the predicted pose, clear of all objects observed so far. Where the last positions are doubtful, so is the motion that
+/// they imply: the outline is searched around the last position that was well measured, too.
 pub(super) fn observed_near(
     view: &FrameView,
     state: &TrackState,
     predicted: Pose,
     observations: &[Option<Observation>],
 ) -> Option<Observation> {
+    let around_predicted = observed_around(view, state, (predicted, search_range(view, state)), observations);
+    around_predicted.or_else(|| {
+        let last = state.before_doubtful()?;
+        let around = (last.pose, range_after(view.frame.time_s - last.time_s));
+        observed_around(view, state, around, observations)
+    })
+}
+
+/// The outline within a range around a pose, clear of all objects observed so far.
+fn observed_around(
+    view: &FrameView,
+    state: &TrackState,
+    (predicted, range): (Pose, SearchRange),
+    observations: &[Option<Observation>],
+) -> Option<Observation> {
     let time_s = view.frame.time_s;
-    let range = search_range(view, state);
     let others: Vec<Pose> = observations.iter().flatten().map(|o| o.pose).collect();
     let clearance_m = state.target.object.shape.area_m2().sqrt() / 2.0;
     let free = |pose: Pose| others.iter().all(|other| other.position.distance(pose.position) > clearance_m);

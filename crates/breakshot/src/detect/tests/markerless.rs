@@ -296,3 +296,62 @@ fn an_octagon_that_is_struck_between_two_of_thirty_frames_a_second_does_not_rota
         }
     }
 }
+
+#[test]
+fn an_object_is_found_again_after_another_outline_was_taken_for_it_in_one_frame() {
+    let view = view();
+    let puck = bare("a", disc(0.028));
+    let motion = |t: f64| slid(Pose::new(-0.14, 0.02, 0.0), Vec2::new(0.6, 0.0), 0.0, t);
+    let frames = film(&view, &times_s(30), |t| {
+        let (pose, velocity, rate) = motion(t);
+        let mut things = vec![body(&puck, pose, velocity, rate)];
+        if (t - 0.15).abs() < 1e-3 {
+            // A sheet as grey as the table hides the puck, and half of another one shows.
+            let other = Pose { position: pose.position + Vec2::new(-0.015, 0.02), ..pose };
+            things.push(body(&puck, other, Vec2::ZERO, 0.0));
+            let edge = other.position + Vec2::new(0.1, 0.0);
+            things.push(Thing::flat(bar(0.2, 0.2), Pose { position: edge, ..pose }, 0.031, view.table_grey));
+        }
+        things
+    });
+    let tracks = found(&view, frames, &[puck], &Layout::Unknown).expect("tracks");
+    let samples = &tracks.tracks[0].samples;
+    assert!(samples.len() >= 28, "{} samples: {:?}", samples.len(), tracks.warnings);
+    assert!(
+        samples.iter().any(|s| error_mm(s, motion(s.time_s).0) > 5.0),
+        "the other one was not taken for it"
+    );
+    for s in samples {
+        let off_mm = error_mm(s, motion(s.time_s).0);
+        assert!(off_mm < 0.3 || s.doubtful, "{off_mm} mm off: {s:?}");
+    }
+    let after = samples.iter().filter(|s| s.time_s > 0.19);
+    assert!(after.clone().count() >= 18 && after.clone().all(|s| !s.doubtful), "{:?}", tracks.warnings);
+}
+
+#[test]
+fn a_disc_exactly_as_grey_as_its_shadow_is_the_one_or_the_other_and_therefore_doubtful() {
+    let view = view();
+    let puck = bare("a", disc(0.028));
+    let mut followed = 0;
+    for k in 0..16 {
+        let heading_rad = 0.4 * f64::from(k);
+        let pose = Pose::new(0.012 * f64::from(k) - 0.07, 0.04 - 0.007 * f64::from(k), 0.0);
+        let mut top = body(&puck, pose, Vec2::ZERO, 0.0);
+        (top.grey, top.side_grey) = (95.0, 95.0);
+        let away_m = Vec2::from_heading(heading_rad) * (0.011 + 0.0002 * f64::from(k));
+        let things: Vec<Thing> = shadow(&puck.shape, pose, away_m, 12, 95.0).chain([top]).collect();
+        let frames = film(&view, &times_s(6), |_| things.clone());
+        // Where neither is visible enough, the film is refused.
+        let Ok(tracks) = found(&view, frames, std::slice::from_ref(&puck), &Layout::Unknown) else {
+            continue;
+        };
+        for s in &tracks.tracks[0].samples {
+            let off_mm = error_mm(s, pose);
+            println!("{k}: {off_mm:.2} mm, {}", s.doubtful);
+            followed += 1;
+            assert!(off_mm < 0.5 || s.doubtful, "shadow at {heading_rad} rad: {off_mm} mm off: {s:?}");
+        }
+    }
+    assert!(followed > 40, "{followed} samples");
+}
