@@ -10,6 +10,7 @@ use super::patch::{Patch, Plane, RIM_PX, THIRDS};
 use crate::capture::GreyImage;
 use crate::geometry::Pixel;
 use crate::geometry::moments::{Moments, principal_axes};
+use std::f64::consts::PI;
 
 /// A marker, or a region that resembles one, measured in the image.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -99,24 +100,18 @@ pub(in crate::detect) fn measured(
     level: Level,
     blur_px: [f64; 2],
 ) -> Option<Blob> {
-    let patch = ComponentPatch::new(image, component, level, blur_px)?;
-    let contrast = patch.plateau()?;
-    let brightness = patch.plane.grey_at(component.centroid());
-    if contrast < LEAST_CONTRAST || brightness <= 0.0 {
-        return None;
-    }
-    let dead = (2.0 * patch.plane.scatter / contrast).clamp(DEAD_BAND, WIDEST_DEAD_BAND);
-    let fractions = patch.fractions(contrast / brightness);
-    let weights: Vec<f64> =
-        fractions.iter().map(|fraction| ((fraction - dead) / (1.0 - 2.0 * dead)).clamp(0.0, 1.0)).collect();
-    let is_edge = |weight: f64| 0.0 < weight && weight < 1.0;
-    let blob = patch.blob(&weights, is_edge, contrast * (1.0 - 2.0 * dead))?;
-    let linear = patch.pixels.moments(&fractions);
-    Some(Blob {
-        contrast: patch.sign * contrast,
-        linear_covariance_px2: linear.map_or(blob.covariance_px2, |linear| linear.covariance),
-        ..blob
-    })
+    ComponentPatch::new(image, component, level, (blur_px, None))?.measured(component)
+}
+
+/// The blob of a disc beside its dot: the pixels of the dot's rim that are nearer to the dot do not count.
+pub(in crate::detect) fn measured_beside(
+    dot: &Blob,
+    image: &GreyImage,
+    component: &Component,
+    level: Level,
+    blur_px: [f64; 2],
+) -> Option<Blob> {
+    ComponentPatch::new(image, component, level, (blur_px, Some(dot)))?.measured(component)
 }
 
 /// The blob of a component that shows all of a moving marker, from the faintest part on: every pixel has the weight of the time for
@@ -130,7 +125,7 @@ pub(in crate::detect) fn exposed(
     level: Level,
     relative_contrast: f64,
 ) -> Option<Blob> {
-    let patch = ComponentPatch::new(image, component, level, [0.0, 0.0])?;
+    let patch = ComponentPatch::new(image, component, level, ([0.0, 0.0], None))?;
     let contrast = relative_contrast.abs() * patch.plane.grey_at(component.centroid());
     if contrast < LEAST_CONTRAST {
         return None;
@@ -155,17 +150,49 @@ struct ComponentPatch {
 }
 
 impl ComponentPatch {
-    fn new(image: &GreyImage, component: &Component, level: Level, blur_px: [f64; 2]) -> Option<Self> {
+    /// The patch of a component that moved during the exposure (px), without the pixels that belong to the dot beside it, if there is one.
+    fn new(
+        image: &GreyImage,
+        component: &Component,
+        level: Level,
+        (blur_px, dot): ([f64; 2], Option<&Blob>),
+    ) -> Option<Self> {
         let pixels = Patch::around(image, component, blur_px);
         let seed = pixels.index(component.seed[0] as usize, component.seed[1] as usize);
         let foreground = pixels.connected(image, level, seed);
-        let thirds = pixels.distance_thirds(&pixels.smeared(&foreground, blur_px));
+        let mut thirds = pixels.distance_thirds(&pixels.smeared(&foreground, blur_px));
+        if let Some(dot) = dot {
+            pixels.leave_out(dot.centroid, (dot.area_px2 / PI).sqrt(), &mut thirds);
+        }
         let plane = pixels.background(image, &thirds)?;
         let sign = if level.is_dark() { 1.0 } else { -1.0 };
         let background = pixels.background_levels(&plane);
         let depths = pixels.depths(image, &background, sign);
         let at_border = touches_border(component, image);
         Some(Self { pixels, plane, background, depths, thirds, foreground, sign, at_border })
+    }
+
+    /// See [`measured`].
+    fn measured(&self, component: &Component) -> Option<Blob> {
+        let contrast = self.plateau()?;
+        let brightness = self.plane.grey_at(component.centroid());
+        if contrast < LEAST_CONTRAST || brightness <= 0.0 {
+            return None;
+        }
+        let dead = (2.0 * self.plane.scatter / contrast).clamp(DEAD_BAND, WIDEST_DEAD_BAND);
+        let fractions = self.fractions(contrast / brightness);
+        let weights: Vec<f64> = fractions
+            .iter()
+            .map(|fraction| ((fraction - dead) / (1.0 - 2.0 * dead)).clamp(0.0, 1.0))
+            .collect();
+        let is_edge = |weight: f64| 0.0 < weight && weight < 1.0;
+        let blob = self.blob(&weights, is_edge, contrast * (1.0 - 2.0 * dead))?;
+        let linear = self.pixels.moments(&fractions);
+        Some(Blob {
+            contrast: self.sign * contrast,
+            linear_covariance_px2: linear.map_or(blob.covariance_px2, |linear| linear.covariance),
+            ..blob
+        })
     }
 
     /// See [`plateau`].

@@ -37,6 +37,8 @@ const MOST_REACH: f64 = 4.0;
 /// Steps along the path of a disc, in widths of its edge.
 const STEPS_PER_EDGE: f64 = 1.5;
 const MOST_STEPS: f64 = 64.0;
+/// A single step would not show any motion.
+const LEAST_STEPS: f64 = 2.0;
 /// The template is fitted to a region that follows it, in at most this many rounds of this many steps each.
 const ROUNDS: usize = 4;
 const STEPS: usize = 8;
@@ -350,7 +352,7 @@ impl Template {
     /// Instants of the exposure between which an edge moves by less than its width.
     fn instants(&self, unknowns: &Unknowns) -> Vec<Instant> {
         let motion_m = unknowns[3].hypot(unknowns[4]);
-        let count = (STEPS_PER_EDGE * motion_m / self.expected_edge_m).ceil().clamp(1.0, MOST_STEPS);
+        let count = (STEPS_PER_EDGE * motion_m / self.expected_edge_m).ceil().clamp(LEAST_STEPS, MOST_STEPS);
         let instant = |k: usize| {
             let time = (k as f64 + 0.5) / count - 0.5;
             let Pose { position, yaw_rad } = pose_of(unknowns, time);

@@ -208,6 +208,19 @@ impl Patch {
         thirds
     }
 
+    /// Puts the pixels on a disc or on its rim that are nearer to that disc than to the mask beyond all distances from the mask.
+    pub(super) fn leave_out(&self, centre: Pixel, radius_px: f64, thirds: &mut [u8]) {
+        for (y, row) in (self.window.y[0]..).zip(thirds.chunks_exact_mut(self.width)) {
+            for (x, thirds) in (self.window.x[0]..).zip(row) {
+                let outside_px = Pixel::new(x as f64, y as f64).distance_px(centre) - radius_px;
+                let is_on_rim = outside_px <= f64::from(RIM_PX);
+                if is_on_rim && outside_px * f64::from(THIRDS) < f64::from(*thirds) {
+                    *thirds = u8::MAX;
+                }
+            }
+        }
+    }
+
     /// The plane through the grey levels of the band around the rim, fitted without outliers.
     pub(super) fn background(&self, image: &GreyImage, thirds: &[u8]) -> Option<Plane> {
         let mut band: Vec<BandPixel> = Vec::new();

@@ -115,3 +115,37 @@ fn a_disc_with_a_dot_that_is_struck_is_at_its_mean_position_during_each_exposure
         struck(Marker { dot, ..Marker::centred(disc(0.008)) }, greys, speed_m_s, exposure_s);
     }
 }
+
+#[test]
+fn a_disc_with_a_dot_is_seen_sharp_by_an_exposure_that_is_much_shorter_than_the_interval_of_the_frames() {
+    let mut view = View { noise: 2.0, ..view() };
+    view.camera.exposure_s = Some(0.0013);
+    let dot = Some(Dot { radius_m: 0.0033, at_m: Point::new(0.0068, 0.0094) });
+    let marker = Some(Marker { dot, ..Marker::centred(disc(0.0063)) });
+    let objects = [Object { marker, ..object("a", bar(0.045, 0.038), disc(0.01)) }];
+    let times_s: Vec<f64> = (0..16).map(|k| f64::from(k) / 30.0).collect();
+    for (heading_rad, rate) in [(-0.1, 3.0), (0.4, -5.0), (2.8, 6.0)] {
+        let velocity = Vec2::from_heading(heading_rad) * 0.65;
+        let start = Pose { position: Point::new(0.0, 0.0) + velocity * -0.1, yaw_rad: 1.1 };
+        let motion = |t: f64| slid(start, velocity, rate, t);
+        let frames = film(&view, &times_s, |t| {
+            // Grain of the table, along the motion
+            let stripe = |k: u32| {
+                let y_m = -0.2 + 0.01 * f64::from(k);
+                Thing::flat(bar(0.8, 0.004), Pose::new(0.0, y_m, 0.0), 1e-5, 150.0 + 10.0 * f64::from(k % 3))
+            };
+            let (pose, velocity, rate) = motion(t);
+            let painted = painted(&objects[0], pose, LIGHT).into_iter();
+            (0..40).map(stripe).chain(painted.map(|thing| thing.moving(velocity, rate))).collect()
+        });
+        let mut untold = view.clone();
+        untold.camera.exposure_s = None;
+        let tracks = found(&untold, frames, &objects, &Layout::Unknown).expect("tracks");
+        let samples = &tracks.tracks[0].samples;
+        assert_eq!(samples.len(), times_s.len());
+        for s in samples {
+            let off_mm = error_mm(s, motion(s.time_s).0);
+            assert!(off_mm < 0.12 && !s.doubtful, "heading {heading_rad}: {off_mm} mm off: {s:?}");
+        }
+    }
+}

@@ -10,7 +10,7 @@ use crate::geometry::Pose;
 /// Least visible fraction of the outline of a marker near its predicted pose, ...
 pub(in crate::detect) const LEAST_VISIBLE: f64 = 0.35;
 /// ... the largest standard deviation of a position by it (px): with a larger one the edges are those of something else, ...
-const MOST_STD_PX: f64 = 1.0;
+pub(super) const MOST_STD_PX: f64 = 1.0;
 /// ... and the least fraction of one that was found by a search around it.
 const CLEARLY_VISIBLE: f64 = 0.5;
 /// A part of a marker of which no edge is seen is within its radius of the predicted position, and so many standard deviations.

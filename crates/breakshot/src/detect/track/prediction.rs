@@ -168,7 +168,14 @@ impl Prediction<'_, '_> {
         if pair.is_none() && target.may_be_dot(camera, &blob, predicted) {
             return None;
         }
-        let blob = pair.map_or(blob, |pair| pair.disc);
+        let blob = match pair {
+            Some(pair) if !target.feature.has_equal_dots() => {
+                let Detection { component, level } = detection;
+                blob::measured_beside(&pair.dot, image, component, *level, blur_px)?
+            }
+            Some(pair) => pair.disc,
+            None => blob,
+        };
         let yaw_near_rad = pair.map_or(predicted.yaw_rad, |pair| {
             predicted.yaw_rad + wrapped_rad(pair.yaw_rad - predicted.yaw_rad)
         });
