@@ -307,7 +307,7 @@ fn an_object_is_found_again_after_another_outline_was_taken_for_it_in_one_frame(
         let mut things = vec![body(&puck, pose, velocity, rate)];
         if (t - 0.15).abs() < 1e-3 {
             // A sheet as grey as the table hides the puck, and half of another one shows.
-            let other = Pose { position: pose.position + Vec2::new(-0.015, 0.02), ..pose };
+            let other = Pose { position: pose.position + Vec2::new(-0.004, 0.029), ..pose };
             things.push(body(&puck, other, Vec2::ZERO, 0.0));
             let edge = other.position + Vec2::new(0.1, 0.0);
             things.push(Thing::flat(bar(0.2, 0.2), Pose { position: edge, ..pose }, 0.031, view.table_grey));
