@@ -145,7 +145,7 @@ fn a_disc_with_a_dot_is_seen_sharp_by_an_exposure_that_is_much_shorter_than_the_
         assert_eq!(samples.len(), times_s.len());
         for s in samples {
             let off_mm = error_mm(s, motion(s.time_s).0);
-            assert!(off_mm < 0.12 && !s.doubtful, "heading {heading_rad}: {off_mm} mm off: {s:?}");
+            assert!(off_mm < 0.08 && !s.doubtful, "heading {heading_rad}: {off_mm} mm off: {s:?}");
         }
     }
 }
