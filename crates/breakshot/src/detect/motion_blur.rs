@@ -30,6 +30,11 @@ pub(super) struct FrameView<'a> {
 }
 
 impl FrameView<'_> {
+    /// Whether the camera's exposure is known; the assumed one may be several times too long.
+    pub(super) fn is_exposure_known(&self) -> bool {
+        self.camera.exposure_s.is_some()
+    }
+
     /// Exposure time (s): the camera's, or a usual one where it is unknown.
     pub(super) fn exposure_s(&self) -> f64 {
         self.camera.exposure_s.unwrap_or(USUAL_SHUTTER * self.interval_s)

@@ -7,7 +7,6 @@ use super::derivatives;
 use super::marker::blob::ImagePose;
 use super::marker::outline::OUTLINE_REACH_PX;
 use super::marker::target::Target;
-use super::markerless::edge_fit::LEAST_MEASURED;
 use super::motion_blur::{LEAST_FAST, velocity_px_s, without_blur};
 use super::track::LEAST_VISIBLE;
 use super::track_state::{DISTURBED_LEVELS, Source, TrackPoint, TrackState};
@@ -262,7 +261,7 @@ impl Seen<'_> {
             outline_std_rad
         };
         let is_partial = target.is_markerless() && !point.complete;
-        let is_rough = !is_partial && point.measured_fraction < LEAST_MEASURED;
+        let is_rough = !is_partial && !point.is_well_measured();
         let is_covered = point.source == Source::ObjectOutline;
         let has_no_outline = point.source == Source::Marker && !target.is_markerless() && !self.has_outline();
         let unseen_px = if has_no_outline { OUTLINE_REACH_PX } else { 0.0 };

@@ -99,7 +99,7 @@ pub(super) struct TrackPoint {
 
 impl TrackPoint {
     /// Whether enough of an object's own outline was measured to trust it; a marker always is.
-    fn is_well_measured(&self) -> bool {
+    pub(super) fn is_well_measured(&self) -> bool {
         self.measured_fraction >= LEAST_MEASURED
     }
 }
@@ -188,9 +188,9 @@ impl<'a> TrackState<'a> {
     /// itself; zero before there are two points.
     pub(super) fn velocity(&self) -> Vec2 {
         let [earlier @ .., last] = self.points.as_slice() else { return Vec2::ZERO };
-        let measured =
-            earlier.iter().rev().find(|p| p.is_well_measured()).filter(|_| last.is_well_measured());
-        let Some(before) = measured.or(earlier.last()) else { return Vec2::ZERO };
+        let measured = || earlier.iter().rfind(|p| p.is_well_measured());
+        let before = last.is_well_measured().then(measured).flatten().or(earlier.last());
+        let Some(before) = before else { return Vec2::ZERO };
         (last.pose.position - before.pose.position) / (last.time_s - before.time_s)
     }
 

@@ -100,18 +100,7 @@ pub(in crate::detect) fn measured(
     level: Level,
     blur_px: [f64; 2],
 ) -> Option<Blob> {
-    ComponentPatch::new(image, component, level, (blur_px, None))?.measured(component)
-}
-
-/// The blob of a disc beside its dot: the pixels of the dot's rim that are nearer to the dot do not count.
-pub(in crate::detect) fn measured_beside(
-    dot: &Blob,
-    image: &GreyImage,
-    component: &Component,
-    level: Level,
-    blur_px: [f64; 2],
-) -> Option<Blob> {
-    ComponentPatch::new(image, component, level, (blur_px, Some(dot)))?.measured(component)
+    ComponentPatch::new(image, component, level, blur_px)?.measured()
 }
 
 /// The blob of a component that shows all of a moving marker, from the faintest part on: every pixel has the weight of the time for
@@ -125,7 +114,7 @@ pub(in crate::detect) fn exposed(
     level: Level,
     relative_contrast: f64,
 ) -> Option<Blob> {
-    let patch = ComponentPatch::new(image, component, level, ([0.0, 0.0], None))?;
+    let patch = ComponentPatch::new(image, component, level, [0.0, 0.0])?;
     let contrast = relative_contrast.abs() * patch.plane.grey_at(component.centroid());
     if contrast < LEAST_CONTRAST {
         return None;
@@ -134,8 +123,10 @@ pub(in crate::detect) fn exposed(
 }
 
 /// A component, the pixels around it and their background.
-struct ComponentPatch {
+pub(in crate::detect) struct ComponentPatch {
     pixels: Patch,
+    /// Centroid of the component.
+    centroid: Pixel,
     plane: Plane,
     /// Background of each pixel, how much the pixel differs from it in the marker's direction, and its distance from the component.
     background: Vec<f64>,
@@ -150,32 +141,35 @@ struct ComponentPatch {
 }
 
 impl ComponentPatch {
-    /// The patch of a component that moved during the exposure (px), without the pixels that belong to the dot beside it, if there is one.
-    fn new(
+    /// The patch of a component that moved during the exposure by this displacement (px).
+    pub(in crate::detect) fn new(
         image: &GreyImage,
         component: &Component,
         level: Level,
-        (blur_px, dot): ([f64; 2], Option<&Blob>),
+        blur_px: [f64; 2],
     ) -> Option<Self> {
         let pixels = Patch::around(image, component, blur_px);
         let seed = pixels.index(component.seed[0] as usize, component.seed[1] as usize);
         let foreground = pixels.connected(image, level, seed);
-        let mut thirds = pixels.distance_thirds(&pixels.smeared(&foreground, blur_px));
-        if let Some(dot) = dot {
-            pixels.leave_out(dot.centroid, (dot.area_px2 / PI).sqrt(), &mut thirds);
-        }
-        let plane = pixels.background(image, &thirds)?;
+        let thirds = pixels.distance_thirds(&pixels.smeared(&foreground, blur_px));
         let sign = if level.is_dark() { 1.0 } else { -1.0 };
-        let background = pixels.background_levels(&plane);
-        let depths = pixels.depths(image, &background, sign);
+        let (plane, background, depths) = background(&pixels, image, &thirds, sign)?;
         let at_border = touches_border(component, image);
-        Some(Self { pixels, plane, background, depths, thirds, foreground, sign, at_border })
+        let centroid = component.centroid();
+        Some(Self { pixels, centroid, plane, background, depths, thirds, foreground, sign, at_border })
+    }
+
+    /// The same without the pixels on the rim of the dot beside a disc that are nearer to the dot.
+    pub(in crate::detect) fn beside(mut self, dot: &Blob, image: &GreyImage) -> Option<Self> {
+        self.pixels.leave_out(dot.centroid, (dot.area_px2 / PI).sqrt(), &mut self.thirds);
+        let (plane, background, depths) = background(&self.pixels, image, &self.thirds, self.sign)?;
+        Some(Self { plane, background, depths, ..self })
     }
 
     /// See [`measured`].
-    fn measured(&self, component: &Component) -> Option<Blob> {
+    pub(in crate::detect) fn measured(&self) -> Option<Blob> {
         let contrast = self.plateau()?;
-        let brightness = self.plane.grey_at(component.centroid());
+        let brightness = self.plane.grey_at(self.centroid);
         if contrast < LEAST_CONTRAST || brightness <= 0.0 {
             return None;
         }
@@ -232,6 +226,20 @@ impl ComponentPatch {
             at_border: self.at_border,
         })
     }
+}
+
+/// The plane of the background around a component, its grey level at each pixel, and how much the pixel differs from it in the direction of
+/// the sign.
+fn background(
+    pixels: &Patch,
+    image: &GreyImage,
+    thirds: &[u8],
+    sign: f64,
+) -> Option<(Plane, Vec<f64>, Vec<f64>)> {
+    let plane = pixels.background(image, thirds)?;
+    let background = pixels.background_levels(&plane);
+    let depths = pixels.depths(image, &background, sign);
+    Some((plane, background, depths))
 }
 
 fn touches_border(component: &Component, image: &GreyImage) -> bool {

@@ -94,7 +94,7 @@ pub(super) fn observed_near(
 fn observed_around(
     view: &FrameView,
     state: &TrackState,
-    (predicted, range): (Pose, SearchRange),
+    (centre, range): (Pose, SearchRange),
     observations: &[Option<Observation>],
 ) -> Option<Observation> {
     let time_s = view.frame.time_s;
@@ -102,8 +102,8 @@ fn observed_around(
     let clearance_m = state.target.object.shape.area_m2().sqrt() / 2.0;
     let free = |pose: Pose| others.iter().all(|other| other.position.distance(pose.position) > clearance_m);
     let outline = OutlineView::of_target(&view.frame.image, view.camera, &state.target);
-    let around = outline.searched(predicted, range, free);
-    let here = outline.fitted(predicted, [0.0, 0.0]).filter(|fit| free(fit.pose));
+    let around = outline.searched(centre, range, free);
+    let here = outline.fitted(centre, [0.0, 0.0]).filter(|fit| free(fit.pose));
     let more_visible = |a: &OutlineFit, b: &OutlineFit| a.visible_fraction.total_cmp(&b.visible_fraction);
     let best = around.into_iter().chain(here).max_by(more_visible)?;
     // An object that moved to this pose is blurred by its motion.

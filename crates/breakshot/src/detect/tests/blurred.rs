@@ -138,9 +138,9 @@ fn a_disc_with_a_dot_is_seen_sharp_by_an_exposure_that_is_much_shorter_than_the_
             let painted = painted(&objects[0], pose, LIGHT).into_iter();
             (0..40).map(stripe).chain(painted.map(|thing| thing.moving(velocity, rate))).collect()
         });
-        let mut untold = view.clone();
-        untold.camera.exposure_s = None;
-        let tracks = found(&untold, frames, &objects, &Layout::Unknown).expect("tracks");
+        let mut unknown = view.clone();
+        unknown.camera.exposure_s = None;
+        let tracks = found(&unknown, frames, &objects, &Layout::Unknown).expect("tracks");
         let samples = &tracks.tracks[0].samples;
         assert_eq!(samples.len(), times_s.len());
         for s in samples {

@@ -23,8 +23,9 @@ const MOST_SHADE: f64 = 2.5;
 /// Largest motion during an exposure over the distance from the position before: 2 for an object at rest that was struck at the beginning of
 /// the exposure or later, and less if it was struck before.
 const MOST_MOTION: f64 = 1.8;
-/// Assumed motion (px) up to which a blob is right where the exposure is not told: a disc that is taken for longer contains its dot.
-const UNTOLD_SHARP_PX: f64 = SHARP_PX / 2.0;
+/// Motion (px) up to which the blob of a marker is measured well although the exposure was assumed: with a longer one the disc's patch contains
+/// the dot.
+const ASSUMED_SHARP_PX: f64 = SHARP_PX / 2.0;
 /// Distance from its prediction within which a marker is searched (m), ...
 const MOST_MOVED_M: f64 = 0.03;
 /// ... the range of the area of its component over that of the disc at rest, and the number of components from which a fit starts.
@@ -41,12 +42,11 @@ impl Prediction<'_, '_> {
     ) -> Option<Observation> {
         let state = self.state;
         let dot = state.target.feature.dot?;
-        // The motion during an exposure that is not told may be much shorter than the assumed one.
-        let certain_px = if view.camera.exposure_s.is_some() { SHARP_PX } else { UNTOLD_SHARP_PX };
+        let most_blur_px = if view.is_exposure_known() { SHARP_PX } else { ASSUMED_SHARP_PX };
         let is_sharp = |o: &Observation| {
             let velocity = state.velocity_to(o.pose, view.frame.time_s).unwrap_or_default();
             let [x, y] = view.blur_px(&state.target, o.pose, velocity);
-            x.hypot(y) < certain_px && o.yaw_known && self.is_alone(view, o)
+            x.hypot(y) < most_blur_px && o.yaw_known && self.is_alone(view, o)
         };
         if observed.is_some_and(is_sharp) || state.is_at_border() {
             return None;
@@ -71,11 +71,11 @@ impl Prediction<'_, '_> {
         let mut is_near = false;
         let near = observed.map(|o| o.pose).into_iter().chain([self.pose]).flat_map(fits);
         let mut near = near.filter(|found| self.is_shaded_marker(found)).inspect(|_| is_near = true);
-        // Where the exposure is not told, the assumed motion may be much longer than that of the image.
-        let is_marker_at_all = |found: &PairFit| {
-            view.camera.exposure_s.is_none() && self.is_marker(found) && self.moved_throughout(found)
+        // With an unknown exposure a marker may move during it by less than is noticed, although it moved between the frames.
+        let is_sharp_marker = |found: &PairFit| {
+            !view.is_exposure_known() && self.is_marker(found) && self.moved_throughout(found)
         };
-        let found = match near.find(|found| moved(found) || is_marker_at_all(found)) {
+        let found = match near.find(|found| moved(found) || is_sharp_marker(found)) {
             None if !is_near => {
                 let mut elsewhere = self.component_poses(view, dot).into_iter().flat_map(fits);
                 elsewhere.find(|found| self.is_marker(found) && moved(found))
@@ -94,7 +94,7 @@ impl Prediction<'_, '_> {
         let mut guesses: Vec<Guess> = moving.map(|motion_m| Guess { pose, motion_m }).collect();
         if guesses.is_empty() {
             guesses.push(Guess { pose, motion_m: Vec2::new(sharp_m / 2.0, 0.0) });
-        } else if view.camera.exposure_s.is_none()
+        } else if !view.is_exposure_known()
             && let Some(direction) = velocity.direction()
         {
             // An exposure that is much shorter than the assumed one.

@@ -2,7 +2,7 @@
 
 use crate::capture::Camera;
 use crate::detect::label::{Component, Labeller, Window};
-use crate::detect::marker::blob::{self, Blob};
+use crate::detect::marker::blob::ComponentPatch;
 use crate::detect::marker::dot::DotPrediction;
 use crate::detect::marker::target::BLUR_VARIANCE_PX2;
 use crate::detect::markerless;
@@ -162,17 +162,15 @@ impl Prediction<'_, '_> {
     fn measured(&self, view: &FrameView, detection: &Detection, blur_px: [f64; 2]) -> Option<Observation> {
         let (image, camera, target) = (&view.frame.image, view.camera, &self.state.target);
         let predicted = self.pose;
-        let blob: Blob = blob::measured(image, &detection.component, detection.level, blur_px)?;
+        let patch = ComponentPatch::new(image, &detection.component, detection.level, blur_px)?;
+        let blob = patch.measured()?;
         let prediction = DotPrediction { level: blob.level(), yaw_rad: Some(predicted.yaw_rad), blur_px };
         let pair = target.disc_and_dot(image, camera, &blob, prediction);
         if pair.is_none() && target.may_be_dot(camera, &blob, predicted) {
             return None;
         }
         let blob = match pair {
-            Some(pair) if !target.feature.has_equal_dots() => {
-                let Detection { component, level } = detection;
-                blob::measured_beside(&pair.dot, image, component, *level, blur_px)?
-            }
+            Some(pair) if !target.feature.has_equal_dots() => patch.beside(&pair.dot, image)?.measured()?,
             Some(pair) => pair.disc,
             None => blob,
         };

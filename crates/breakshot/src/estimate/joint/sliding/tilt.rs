@@ -27,8 +27,8 @@ struct Component {
 const LARGEST_STD: f64 = 0.1;
 /// A slope is given if each component is known to within this, 0.2 degrees: a worse one would change friction by more than it corrects.
 const LARGEST_ERROR: f64 = 0.0035;
-/// It is known to within this many times as much without any one of the components and without the frictions of any one clip: one slide alone that gives the slope in a direction may
-/// bend for another reason.
+/// It is known to within this many times as much without any one of the components and without the frictions of any one clip: one slide alone
+/// that gives the slope in a direction may bend for another reason.
 const ERRORS_WITHOUT_ONE: f64 = 1.5;
 /// A component this many standard deviations off the common slope is left out, and so is a friction that is as far off the median of its object.
 const OUTLIER_STDS: f64 = 6.0;
