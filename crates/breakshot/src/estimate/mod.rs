@@ -13,6 +13,8 @@ mod clip;
 mod clip_tracks;
 mod closest_points;
 mod design;
+#[cfg(test)]
+mod few_positions_tests;
 mod joint;
 mod measure;
 #[cfg(test)]
@@ -45,6 +47,7 @@ use crate::statistics::median;
 use crate::warning::Warning;
 use clip::fit::{NoiseStatistics, VarianceRatio};
 use clip::{ClipEstimate, exposure};
+use joint::conditioning::frictions_of_other_clips;
 use joint::frame_rate;
 use joint::properties;
 use joint::record;
@@ -167,14 +170,22 @@ fn combined(
     let exposure_frames = exposure::best_frames(&all_chi2);
 
     // Final fits and their measurements
-    let (fits, new): (Vec<ClipFit>, Vec<ClipMeasurements>) =
+    let (refitted, (fits, own)): (Vec<ClipEstimate>, (Vec<ClipFit>, Vec<ClipMeasurements>)) =
         (first.par_iter().zip(clips).zip(position_scales).zip(chi2))
             .map(|(((estimate, clip), scale), chi2_by_exposure)| {
                 let refitted = estimate.refitted(*scale, yaw_scale, exposure_frames);
                 let (fit, measured) = measure::measured(&refitted, clip);
-                (fit, ClipMeasurements { noise: estimate.noise(), chi2_by_exposure, ..measured })
+                let noise = estimate.noise();
+                (refitted, (fit, ClipMeasurements { noise, chi2_by_exposure, ..measured }))
             })
             .unzip();
+
+    // The same near the frictions that the other clips let expect
+    let expected = frictions_of_other_clips(&earlier.iter().chain(&own).collect::<Vec<_>>());
+    let new: Vec<ClipMeasurements> =
+        (own.into_par_iter().zip(&refitted).zip(clips).zip(&expected[earlier.len()..]))
+            .map(|(((own, refitted), clip), expected)| measure::measured_near(expected, refitted, clip, own))
+            .collect();
 
     // All clips together
     let evidence = record::evidence(&new, clips, cell, objects)?;

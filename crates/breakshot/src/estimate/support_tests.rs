@@ -42,6 +42,7 @@ fn drawn_and_fitted(factor: f64) -> (MotionState, MotionState) {
         height_m: 0.03,
         yaw_observed: true,
         moves_at_start: false,
+        expected_friction: None,
     };
     let mut model = MotionModel::new(vec![body], Exposure::Known(0.0));
     model.events.push(Event { cause: Cause::Unknown, members: vec![0] });

@@ -5,11 +5,14 @@ use super::least_squares::{COARSE, FINAL, INTERMEDIATE, Minimum, minimum};
 use super::motion_model::{
     BodyPath, Cause, Event, EventIndices, Exposure, MotionLaw, MotionModel, MotionProblem, ParameterLayout,
 };
+use super::result::Measured;
 use super::striker::path::StrikerPath;
 use crate::estimate::closest_points::PlacedShape;
 use crate::geometry::{Pose, Vec2};
+use crate::object::kind;
 use nalgebra::DMatrix;
 use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
 
 /// The fitted motion of a clip's bodies.
 #[derive(Clone, Debug)]
@@ -120,6 +123,17 @@ impl MotionFit {
         let refitted =
             Self { remarks: self.remarks.clone(), ..Self::run(model, self.minimum.parameters.clone()) };
         refitted.without_negligible_events()
+    }
+
+    /// The fit with the frictions that other clips let expect of each object, by its name, as priors; `None` if no body has one.
+    pub(crate) fn with_expected_frictions(&self, expected: &BTreeMap<String, Measured>) -> Option<Self> {
+        let mut model = self.model.clone();
+        for (body, indices) in model.bodies.iter_mut().zip(&self.layout.bodies) {
+            body.expected_friction = indices.friction.and_then(|_| expected.get(kind(&body.object))).copied();
+        }
+        let has_prior = model.bodies.iter().any(|body| body.expected_friction.is_some());
+        let refitted = || Self::run(model, self.minimum.parameters.clone());
+        has_prior.then(|| Self { remarks: self.remarks.clone(), ..refitted() })
     }
 
     /// The same motion, with other standard deviations of the observations.

@@ -75,6 +75,7 @@ fn body(track: &Track, object: &Object) -> Body {
         observations,
         yaw_observed,
         moves_at_start: false,
+        expected_friction: None,
     };
     body.moves_at_start = onset(&without_doubtful(&body)) == Onset::AtStart;
     body

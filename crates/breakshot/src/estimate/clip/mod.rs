@@ -23,6 +23,8 @@ use exposure::ExposureChi2;
 use fit::{MotionFit, NoiseStatistics};
 use initial_guess::InitialGuess;
 use motion_model::Exposure;
+use result::Measured;
+use std::collections::BTreeMap;
 use striker::path::StrikerPath;
 
 /// The fitted motion of one clip.
@@ -103,5 +105,14 @@ impl ClipEstimate {
             (refitted(&self.whole), Vec::new())
         };
         Self { whole, windows, striker: self.striker.clone() }
+    }
+
+    /// The fit with the frictions that other clips let expect of each object as priors; `None` if it has none, or friction is not Coulomb's.
+    pub(crate) fn with_expected_frictions(&self, expected: &BTreeMap<String, Measured>) -> Option<Self> {
+        if self.whole.non_coulomb {
+            return None;
+        }
+        let whole = self.whole.with_expected_frictions(expected)?;
+        Some(Self { whole, windows: Vec::new(), striker: self.striker.clone() })
     }
 }

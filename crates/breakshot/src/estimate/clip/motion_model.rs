@@ -1,6 +1,7 @@
 //! The model of one clip: bodies that rest, slide and hit each other, and the residuals of their observations.
 
 use super::least_squares::{Problem, Residual};
+use super::result::Measured;
 use super::sliding::{MotionState, Rates, Slide, SlideParameters};
 use crate::geometry::{Point, Pose, Vec2};
 use crate::object::Shape;
@@ -21,6 +22,8 @@ pub(crate) struct Body {
     pub(crate) yaw_observed: bool,
     /// Whether it moves before anything hits it.
     pub(crate) moves_at_start: bool,
+    /// The friction that other clips let expect, a prior of the fit; `None` if they measure none.
+    pub(crate) expected_friction: Option<Measured>,
 }
 
 /// One observation of a body.
@@ -165,7 +168,7 @@ pub(crate) struct Leg {
 /// A period of rest has the weight of at most this many independent observations: a codec repeats the same picture with
 /// its noise.
 const OBSERVATIONS_OF_A_REST: f64 = 4.0;
-/// Standard deviations of the weak priors on speeds, spins, frictions and angular accelerations, whose mean is zero.
+/// Standard deviations of the weak priors on speeds, spins, frictions that no other clip measures, and angular accelerations, whose mean is zero.
 const SPEED_STD_M_S: f64 = 10.0;
 const SPIN_STD_RAD_S: f64 = 300.0;
 const FRICTION_STD: f64 = 3.0;
@@ -415,9 +418,11 @@ impl MotionModel {
                 expect_velocity(&self.bodies[member], at);
             }
         }
-        for indices in &layout.bodies {
+        for (body, indices) in self.bodies.iter().zip(&layout.bodies) {
             if let Some(at) = indices.friction {
-                expect([parameters[at] / FRICTION_STD, 0.0]);
+                let weak = Measured { value: 0.0, std: FRICTION_STD };
+                let prior = body.expected_friction.unwrap_or(weak);
+                expect([(parameters[at] - prior.value) / prior.std, 0.0]);
             }
             if let Some(at) = indices.patch {
                 expect([parameters[at] / LOG_PATCH_STD, 0.0]);

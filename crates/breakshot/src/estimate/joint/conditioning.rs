@@ -1,10 +1,12 @@
-//! What all clips say about one of them: its impacts are measured better if its frictions and its strikes are known.
+//! What the other clips say about one of them: its impacts are measured better if its frictions and its strikes are known.
 //!
 //! The velocities before and after an impact follow from few positions.  Their errors are correlated with those of the friction and of the striker
 //! restitution that the same positions give, and both are known from other clips, up to the variation from clip to clip.
 
+use super::outliers;
 use super::random_effects::{between_clip_std_with_prior, groups_of_kind};
 use crate::estimate::clip::result::Measured;
+use crate::estimate::measure::ClipMeasurements;
 use crate::estimate::measure::measurements::Measurements;
 use crate::estimate::measure::quantity::Quantity;
 use std::collections::BTreeMap;
@@ -12,61 +14,86 @@ use std::collections::BTreeMap;
 /// Values that a clip is expected to have, each with its index in the clip.
 type Expected = Vec<(usize, Measured)>;
 
-/// The measurements of each clip, conditioned on what all clips say: restitutions and mass ratios on the frictions, then restitutions of pairs and mass
-/// ratios on the restitution between striker and object.
-///
-/// `frictions` holds the mean friction of an object and its standard deviation from clip to clip, where known.
-pub(crate) fn conditioned_on_all_clips(
-    clips: &[Measurements],
-    frictions: &BTreeMap<String, Measured>,
-) -> Vec<Measurements> {
+/// The measurements of each clip, conditioned on what the other clips say: restitutions and mass ratios on the frictions, then restitutions of pairs
+/// and mass ratios on the restitution between striker and object.
+pub(crate) fn conditioned_on_other_clips(clips: &[Measurements]) -> Vec<Measurements> {
     let is_friction = |quantity: &Quantity| matches!(quantity, Quantity::Friction(_));
     let is_of_striker = |quantity: &Quantity| matches!(quantity, Quantity::StrikerRestitution(_));
-    let clips: Vec<Measurements> = clips
-        .iter()
-        .map(|clip| clip.conditioned(&expected_frictions(clip, frictions), |quantity| !is_friction(quantity)))
-        .collect();
-    let strikes = expected_strikes(&clips);
-    let is_of_pair = |quantity: &Quantity| !is_friction(quantity) && !is_of_striker(quantity);
-    clips.iter().zip(&strikes).map(|(clip, expected)| clip.conditioned(expected, is_of_pair)).collect()
+    let conditioned = |clips: &[Measurements], kind: usize, is_updated: &dyn Fn(&Quantity) -> bool| {
+        let expected = expected_of_other_clips(clips, kind);
+        clips.iter().zip(&expected).map(|(clip, e)| clip.conditioned(e, is_updated)).collect::<Vec<_>>()
+    };
+    let clips = conditioned(clips, Quantity::FRICTION, &|q| !is_friction(q));
+    conditioned(&clips, Quantity::STRIKER_RESTITUTION, &|q| !is_friction(q) && !is_of_striker(q))
 }
 
-/// The frictions of a clip that are known.
-fn expected_frictions(clip: &Measurements, frictions: &BTreeMap<String, Measured>) -> Expected {
-    let known = clip.quantities.iter().enumerate().filter_map(|(k, quantity)| match quantity {
-        Quantity::Friction(object) => frictions.get(object).map(|friction| (k, *friction)),
-        _ => None,
-    });
-    known.collect()
-}
-
-/// For each clip the restitutions against the striker that its other clips let expect; none of an object that the striker hits in no other clip.
-///
-/// The standard deviation is that of a clip's value about the mean of the other clips.
-fn expected_strikes(clips: &[Measurements]) -> Vec<Expected> {
-    let groups: Vec<_> = groups_of_kind(clips, Quantity::STRIKER_RESTITUTION).collect();
-    let typical =
-        between_clip_std_with_prior(&groups.iter().map(|(.., group)| group.clone()).collect::<Vec<_>>());
+/// For each clip the values of one [kind](Quantity::kind) that its other clips let expect; none of a quantity that no other clip measures.
+fn expected_of_other_clips(clips: &[Measurements], kind: usize) -> Vec<Expected> {
     let mut expected = vec![Expected::new(); clips.len()];
-    for (_, indices, group) in &groups {
-        let Some(mean) = group.mean(typical) else { continue };
-        let weights = group.weights(typical.relative);
-        let between = typical.relative * group.scale;
-        for &(clip, k) in indices {
-            let others = || {
-                let all = indices.iter().zip(&weights).zip(&group.values);
-                all.filter(|((index, _), _)| index.0 != clip)
-                    .map(|((_, weight), value)| (*weight, value.value))
-            };
-            let total: f64 = others().map(|(weight, _)| weight).sum();
-            if total > 0.0 {
-                let value = others().map(|(weight, value)| weight * value).sum::<f64>() / total;
-                let std = (mean.dispersion * (between * between + 1.0 / total)).sqrt();
-                expected[clip].push((k, Measured { value, std }));
-            }
+    for (_, repeated) in repeated_of_kind(clips, kind) {
+        for &(clip, k) in &repeated.indices {
+            expected[clip].extend(repeated.expected_in(clip).map(|value| (k, value)));
         }
     }
     expected
+}
+
+/// For each clip the friction of each object that the other clips let expect.
+pub(crate) fn frictions_of_other_clips(clips: &[&ClipMeasurements]) -> Vec<BTreeMap<String, Measured>> {
+    let names: Vec<String> = clips.iter().map(|clip| clip.name.clone()).collect();
+    let measurements: Vec<Measurements> = clips.iter().map(|clip| clip.measurements.clone()).collect();
+    let (kept, _) = outliers::without_outliers(&measurements, &names);
+    let mut expected = vec![BTreeMap::new(); clips.len()];
+    for (quantity, repeated) in repeated_of_kind(&kept, Quantity::FRICTION) {
+        let Quantity::Friction(object) = quantity else { continue };
+        for (clip, expected) in expected.iter_mut().enumerate() {
+            expected.extend(repeated.expected_in(clip).map(|friction| (object.clone(), friction)));
+        }
+    }
+    expected
+}
+
+/// The values of one quantity in all clips.
+struct Repeated {
+    /// Indices of the clip and within its measurements.
+    indices: Vec<(usize, usize)>,
+    values: Vec<f64>,
+    /// The inverse variance of each value.
+    weights: Vec<f64>,
+    between_variance: f64,
+    /// Variance of the values over the one that noise and variation from clip to clip explain.
+    dispersion: f64,
+}
+
+/// The values of every quantity of one [kind](Quantity::kind).
+fn repeated_of_kind(clips: &[Measurements], kind: usize) -> impl Iterator<Item = (&Quantity, Repeated)> {
+    let groups: Vec<_> = groups_of_kind(clips, kind).collect();
+    let typical =
+        between_clip_std_with_prior(&groups.iter().map(|(.., group)| group.clone()).collect::<Vec<_>>());
+    groups.into_iter().filter_map(move |(quantity, indices, group)| {
+        let repeated = Repeated {
+            indices,
+            values: group.values.iter().map(|m| m.value).collect(),
+            weights: group.weights(typical.relative),
+            between_variance: (typical.relative * group.scale).powi(2),
+            dispersion: group.mean(typical)?.dispersion,
+        };
+        Some((quantity, repeated))
+    })
+}
+
+impl Repeated {
+    /// The value that the other clips let expect in this one; `None` if they have none.
+    ///
+    /// The standard deviation is that of a clip's value about the mean of the other clips.
+    fn expected_in(&self, clip: usize) -> Option<Measured> {
+        let all = self.indices.iter().zip(&self.weights).zip(&self.values);
+        let others = || all.clone().filter(|((index, _), _)| index.0 != clip);
+        let total: f64 = others().map(|((_, weight), _)| weight).sum();
+        let sum: f64 = others().map(|((_, weight), value)| weight * value).sum();
+        let variance = self.dispersion * (self.between_variance + 1.0 / total);
+        (total > 0.0).then(|| Measured { value: sum / total, std: variance.sqrt() })
+    }
 }
 
 #[cfg(test)]
@@ -98,7 +125,7 @@ mod tests {
     #[test]
     fn a_strike_that_other_clips_know_corrects_the_mass_ratio_of_its_clip() {
         let clips = [clip(0.09, 0.06), clip(0.001, 0.002), clip(-0.002, 0.002), clip(0.001, 0.002)];
-        let conditioned = conditioned_on_all_clips(&clips, &BTreeMap::new());
+        let conditioned = conditioned_on_other_clips(&clips);
         let errors: Vec<f64> = conditioned.iter().map(|clip| clip.values[1] - 0.3).collect();
         // The first one was off by 0.27; what remains is the variation from clip to clip that is assumed.
         assert!(errors[0].abs() < 0.06, "{errors:?}");
@@ -114,7 +141,7 @@ mod tests {
     #[test]
     fn a_strike_that_no_other_clip_measures_changes_nothing() {
         let clips = [clip(0.09, 0.06)];
-        assert_eq!(conditioned_on_all_clips(&clips, &BTreeMap::new())[0].values, clips[0].values);
-        assert_eq!(conditioned_on_all_clips(&clips, &BTreeMap::new())[0].covariance, clips[0].covariance);
+        assert_eq!(conditioned_on_other_clips(&clips)[0].values, clips[0].values);
+        assert_eq!(conditioned_on_other_clips(&clips)[0].covariance, clips[0].covariance);
     }
 }

@@ -50,7 +50,7 @@ pub(crate) fn properties(
     let non_coulomb = friction::refused(&measurements, &drags, &in_clips);
 
     // Corrections that need the frictions of all clips
-    let expected = friction::expected(&measurements);
+    let frictions = friction::means(&measurements);
     let restitutions = mean_restitutions(&measurements);
     let [between_objects, of_striker] = [false, true].map(|with_striker| {
         let impacts: Vec<_> =
@@ -59,9 +59,9 @@ pub(crate) fn properties(
     });
     let contact = between_objects.friction.unwrap_or(ContactFriction::assumed());
     let contact = Measured { value: contact.mean, std: contact.standard_error };
-    let measurements: Vec<Measurements> = conditioning::conditioned_on_all_clips(&measurements, &expected)
+    let measurements: Vec<Measurements> = conditioning::conditioned_on_other_clips(&measurements)
         .iter()
-        .map(|m| m.corrected_for_table_friction(&expected, contact.value))
+        .map(|m| m.corrected_for_table_friction(&frictions, contact.value))
         .collect();
 
     // Means

@@ -144,11 +144,41 @@ impl Measurements {
         updated
     }
 
+    /// The frictions of these measurements, and the other values as functions of them that are linear about the frictions of `near`. `None` if the two do not
+    /// measure the same quantities, or no friction.
+    pub(crate) fn linearized_at(&self, near: &Self) -> Option<Self> {
+        let is_friction = |k: &usize| matches!(self.quantities[*k], Quantity::Friction(_));
+        let frictions: Vec<usize> = (0..self.quantities.len()).filter(is_friction).collect();
+        if self.quantities != near.quantities || frictions.is_empty() {
+            return None;
+        }
+        // The regression of all values on the frictions; of the frictions themselves the identity
+        let cross = near.covariance.select_columns(&frictions);
+        let by_friction = cross.select_rows(&frictions).cholesky()?.solve(&cross.transpose()).transpose();
+        let own = self.covariance.select_rows(&frictions).select_columns(&frictions);
+        let difference = self.values.select_rows(&frictions) - near.values.select_rows(&frictions);
+        let covariance = &near.covariance - &by_friction * cross.transpose()
+            + &by_friction * own * by_friction.transpose();
+        let by_slope = |k: usize| {
+            let shifts = frictions.iter().enumerate().map(|(f, &l)| {
+                [0, 1].map(|axis| by_friction[(k, f)] * (self.by_slope(l)[axis] - near.by_slope(l)[axis]))
+            });
+            shifts.fold(near.by_slope(k), |sum, shift| [sum[0] + shift[0], sum[1] + shift[1]])
+        };
+        let linearized = Self {
+            values: &near.values + &by_friction * difference,
+            covariance: (&covariance + covariance.transpose()) / 2.0,
+            by_slope: (0..self.quantities.len()).map(by_slope).collect(),
+            ..near.clone()
+        };
+        linearized.is_valid().then_some(linearized)
+    }
+
     /// The measurements with mass ratios corrected for the impulse that the table's friction takes, see
     /// [`impulse_ratio::vertical_fraction`](super::impulse_ratio::vertical_fraction).
     pub(crate) fn corrected_for_table_friction(
         &self,
-        frictions: &BTreeMap<String, Measured>,
+        frictions: &BTreeMap<String, f64>,
         contact_friction: f64,
     ) -> Self {
         let mut corrected = self.clone();
@@ -156,7 +186,7 @@ impl Measurements {
             if let Quantity::MassRatio(a, b) = quantity
                 && let (Some(a), Some(b)) = (frictions.get(a), frictions.get(b))
             {
-                corrected.values[k] -= self.vertical_fractions[k] * contact_friction * (a.value - b.value);
+                corrected.values[k] -= self.vertical_fractions[k] * contact_friction * (a - b);
             }
         }
         corrected
@@ -209,6 +239,55 @@ pub(crate) fn grouped(clips: &[Measurements]) -> BTreeMap<&Quantity, Vec<(usize,
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// A friction with this mean and standard deviation, and a mass ratio that depends on it with this curvature, as one clip measures both.
+    fn curved(friction: f64, std: f64, curvature: f64) -> Measurements {
+        let slope = 1.0 + curvature * friction;
+        let by_friction = DVector::from_vec(vec![1.0, slope]);
+        Measurements {
+            quantities: vec![
+                Quantity::Friction("a".to_owned()),
+                Quantity::MassRatio("a".to_owned(), "b".to_owned()),
+            ],
+            values: DVector::from_vec(vec![friction, friction + curvature * friction * friction / 2.0]),
+            covariance: DMatrix::from_diagonal(&DVector::from_vec(vec![0.0, 1e-6]))
+                + std * std * &by_friction * by_friction.transpose(),
+            vertical_fractions: vec![0.0; 2],
+            double_contact: vec![false; 2],
+            by_slope: vec![[friction, 0.0], [0.0, 1.0]],
+        }
+    }
+
+    #[test]
+    fn values_far_from_linear_in_friction_are_measured_near_the_friction_of_other_clips() {
+        const CURVATURE: f64 = -2.0;
+        let expected = [(0, Measured { value: 0.4, std: 0.02 })];
+        let is_ratio = |quantity: &Quantity| matches!(quantity, Quantity::MassRatio(..));
+        let own = curved(0.9, 0.3, CURVATURE);
+        let near = curved(0.41, 0.02, CURVATURE);
+        let truth = curved(0.4, 0.3, CURVATURE).values[1];
+
+        let linearized = own.linearized_at(&near).expect("the same quantities");
+        assert!((linearized.values[0] - 0.9).abs() < 1e-12, "{}", linearized.values);
+        assert!((linearized.covariance[(0, 0)] - 0.09).abs() < 1e-12, "{}", linearized.covariance);
+        let error = |measurements: &Measurements| {
+            (measurements.conditioned(&expected, is_ratio).values[1] - truth).abs()
+        };
+        let (before, after) = (error(&own), error(&linearized));
+        println!("{before:.4} from the clip by itself, {after:.4} near the expected friction");
+        assert!(before > 0.1 && after < 5e-3, "{before} and {after}");
+        // The slope of the table changes the ratio by what it changes the friction.
+        let by_slope = 0.49 * (1.0 + CURVATURE * 0.41);
+        assert!((linearized.by_slope(1)[0] - by_slope).abs() < 1e-12, "{:?}", linearized.by_slope);
+    }
+
+    #[test]
+    fn measurements_of_other_quantities_are_not_linearized() {
+        let (own, near) = (curved(0.9, 0.3, 0.0), curved(0.4, 0.02, 0.0));
+        assert!(own.linearized_at(&near.retained(|k| k == 0)).is_none());
+        let ratio = |measurements: &Measurements| measurements.retained(|k| k == 1);
+        assert!(ratio(&own).linearized_at(&ratio(&near)).is_none());
+    }
 
     #[test]
     fn what_is_conditioned_keeps_a_covariance() {

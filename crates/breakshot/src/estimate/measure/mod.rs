@@ -18,7 +18,7 @@ pub(crate) mod sliding;
 use crate::estimate::clip::exposure::ExposureChi2;
 use crate::estimate::clip::fit::{MotionFit, NoiseStatistics};
 use crate::estimate::clip::initial_guess::frame_s;
-use crate::estimate::clip::result::{BodyFit, ClipFit};
+use crate::estimate::clip::result::{BodyFit, ClipFit, Measured};
 use crate::estimate::clip::{ClipEstimate, consistency, impact_windows};
 use crate::estimate::clip_tracks::ClipTracks;
 use crate::object::kind;
@@ -30,6 +30,7 @@ use serde::{Deserialize, Serialize};
 use sliding::drag::{self, Drag};
 use sliding::support::{self, ClipSupport};
 use sliding::tilt::ClipTilt;
+use std::collections::BTreeMap;
 
 /// What one clip measures by itself, before it is compared and combined with other clips.
 ///
@@ -104,6 +105,24 @@ impl ClipMeasurements {
         let (drags, supports, tilt) = (Vec::new(), Vec::new(), None);
         let (non_coulomb, oblique_impacts) = (Vec::new(), Vec::new());
         Self { measurements, drags, supports, tilt, non_coulomb, oblique_impacts, ..self }
+    }
+}
+
+/// The measurements of a clip for the motion that agrees with the frictions which other clips let expect: where few positions show the motion, the
+/// other values are far from linear functions of its frictions.
+///
+/// `own` are the measurements without these; what they say about frictions and slides stays.
+pub(crate) fn measured_near(
+    expected: &BTreeMap<String, Measured>,
+    estimate: &ClipEstimate,
+    clip: &ClipTracks,
+    own: ClipMeasurements,
+) -> ClipMeasurements {
+    let Some(estimate) = estimate.with_expected_frictions(expected) else { return own };
+    let (_, near) = measured(&estimate, clip);
+    match own.measurements.linearized_at(&near.measurements) {
+        Some(measurements) => ClipMeasurements { measurements, oblique_impacts: near.oblique_impacts, ..own },
+        None => own,
     }
 }
 

@@ -1,6 +1,5 @@
 //! The friction of each object over all clips, and whether its deceleration is Coulomb's (Eq. 29 and 30).
 
-use crate::estimate::clip::result::Measured;
 use crate::estimate::joint::random_effects::{BetweenClipStd, Group, between_clip_std, groups_of_kind};
 use crate::estimate::measure::measurements::Measurements;
 use crate::estimate::measure::quantity::Quantity;
@@ -16,16 +15,10 @@ const MAX_BETWEEN_CLIP_STD: f64 = 0.3;
 /// Either must also exceed this many times its own uncertainty.
 const SIGNIFICANT: f64 = 4.0;
 
-/// Mean friction and its standard deviation from clip to clip, of every object with at least three clips.
-pub(crate) fn expected(clips: &[Measurements]) -> BTreeMap<String, Measured> {
-    const CLIPS_NEEDED: usize = 3;
+/// The mean friction of every object that slides in a clip.
+pub(crate) fn means(clips: &[Measurements]) -> BTreeMap<String, f64> {
     let (groups, typical) = groups(clips);
-    let sufficient = groups.iter().filter(|(_, group)| group.values.len() >= CLIPS_NEEDED);
-    map_of(sufficient.filter_map(|(object, group)| {
-        let mean = group.mean(typical)?;
-        let between = typical.relative * group.scale * mean.dispersion.sqrt();
-        Some((object.clone(), Measured { value: mean.value, std: between.hypot(mean.standard_error) }))
-    }))
+    map_of(groups.into_iter().filter_map(|(object, group)| Some((object, group.mean(typical)?.value))))
 }
 
 fn groups(clips: &[Measurements]) -> (BTreeMap<String, Group>, BetweenClipStd) {
