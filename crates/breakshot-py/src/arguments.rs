@@ -62,7 +62,7 @@ pub(crate) fn track_arrays<'py>(py: Python<'py>, tracks: &Tracks) -> PyResult<Bo
     fn or_nan(value: Option<f64>) -> f64 {
         value.unwrap_or(f64::NAN)
     }
-    const COLUMNS: [Column; 10] = [
+    const COLUMNS: [Column; 11] = [
         ("time_s", |s| s.time_s),
         ("x_m", |s| s.x_m),
         ("y_m", |s| s.y_m),
@@ -73,6 +73,7 @@ pub(crate) fn track_arrays<'py>(py: Python<'py>, tracks: &Tracks) -> PyResult<Bo
         ("ax_m_s2", |s| or_nan(s.ax_m_s2)),
         ("ay_m_s2", |s| or_nan(s.ay_m_s2)),
         ("std_m", |s| s.std_m),
+        ("pose_std_m", |s| s.pose_std_m),
     ];
     let numpy = py.import("numpy")?;
     let arrays = PyDict::new(py);

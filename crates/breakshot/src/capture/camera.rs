@@ -3,7 +3,7 @@
 use super::lens::{Lens, middle_px};
 use crate::cell::Transform;
 use crate::geometry::{Pixel, Point};
-use nalgebra::{Matrix3, Rotation3, Vector3};
+use nalgebra::{DMatrix, Matrix3, Rotation3, Vector3};
 use serde::{Deserialize, Serialize};
 
 /// The calibrated camera of a film.
@@ -22,6 +22,9 @@ pub struct Camera {
     /// accuracy is unknown, and if no ray reaches a corner.
     #[serde(rename = "place_std_m")]
     pub position_std_m: Option<f64>,
+    /// The covariance of the pose; `None` if it is unknown.
+    #[serde(skip)]
+    pub(super) pose_covariance: Option<DMatrix<f64>>,
     /// The numbers of the tags that the pose was fitted to.
     pub tags_found: Vec<u32>,
     /// Every tag of the cell that was detected, used or not.
@@ -180,6 +183,7 @@ impl Camera {
             reprojection_rms_px: 0.0,
             reprojection_rms_m: 0.0,
             position_std_m: None,
+            pose_covariance: None,
             tags_found: Vec::new(),
             tags: Vec::new(),
             readout_s: 0.0,

@@ -490,7 +490,11 @@ impl PoseProblem<'_> {
     fn assess(&mut self, camera: &mut Camera, fit: &PoseFit) {
         let Workspace { min_m, max_m } = self.cell.workspace;
         let corners = [min_m, max_m, Point::new(min_m.x, max_m.y), Point::new(max_m.x, min_m.y)];
-        let worst_m = corners.map(|corner| fit.position_std_m(corner)).into_iter().fold(0.0, f64::max);
+        let worst_m = corners
+            .map(|corner| pose::position_std_m(&fit.projection, &fit.covariance, corner, 0.0))
+            .into_iter()
+            .fold(0.0, f64::max);
+        camera.pose_covariance = Some(fit.covariance.clone());
         camera.position_std_m = Some(worst_m).filter(|std_m| std_m.is_finite());
         let off_mm = camera.reprojection_rms_m * 1e3;
         if camera.reprojection_rms_m > DOUBTFUL_M && camera.reprojection_rms_px > STILL_PX / 2.0 {

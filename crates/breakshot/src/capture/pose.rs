@@ -3,7 +3,7 @@
 //! Non-linear least squares of the reprojection errors (Levenberg-Marquardt), started from a homography (direct linear
 //! transform), with the covariance of the parameters.
 
-use super::camera::{Extrinsics, Projection};
+use super::camera::{Camera, Extrinsics, Projection};
 use super::homography::Homography;
 use super::lens::Lens;
 use crate::geometry::{Pixel, Point};
@@ -227,27 +227,42 @@ fn inverse(slope: DMatrix<f64>) -> DMatrix<f64> {
     DMatrix::from_fn(n, n, |i, k| inverse[(i, k)] / (sizes[i] * sizes[k]))
 }
 
-impl PoseFit {
-    /// One standard deviation per axis of the table point that a pixel maps to (m); not finite where the correspondences
-    /// do not determine it.
-    pub(super) fn position_std_m(&self, point: Point) -> f64 {
-        let pixel = self.projection.pixel(point, 0.0);
-        let n = self.covariance.nrows();
-        let mut slope = DMatrix::zeros(2, n);
-        for k in 0..n {
-            let mut by = vec![0.0; n];
-            let mut moved = |step: f64| {
-                by[k] = step;
-                pixel.and_then(|pixel| perturbed(&self.projection, &by).table_point(pixel, 0.0))
-            };
-            let (Some(up), Some(down)) = (moved(SMALL), moved(-SMALL)) else { return f64::INFINITY };
-            let change = (up - down) / (2.0 * SMALL);
-            (slope[(0, k)], slope[(1, k)]) = (change.x, change.y);
-        }
-        let covariance = &slope * &self.covariance * slope.transpose();
-        (covariance.trace() / 2.0).sqrt()
+/// One standard deviation per axis of the point at a height that a pixel maps to (m), by the covariance of the parameters of [`perturbed`]; not finite where
+/// the correspondences do not determine it.
+pub(super) fn position_std_m(
+    projection: &Projection,
+    covariance: &DMatrix<f64>,
+    point: Point,
+    height_m: f64,
+) -> f64 {
+    let pixel = projection.pixel(point, height_m);
+    let n = covariance.nrows();
+    let mut slope = DMatrix::zeros(2, n);
+    for k in 0..n {
+        let mut by = vec![0.0; n];
+        let mut moved = |step: f64| {
+            by[k] = step;
+            pixel.and_then(|pixel| perturbed(projection, &by).table_point(pixel, height_m))
+        };
+        let (Some(up), Some(down)) = (moved(SMALL), moved(-SMALL)) else { return f64::INFINITY };
+        let change = (up - down) / (2.0 * SMALL);
+        (slope[(0, k)], slope[(1, k)]) = (change.x, change.y);
     }
+    let covariance = &slope * covariance * slope.transpose();
+    (covariance.trace() / 2.0).sqrt()
+}
 
+impl Camera {
+    /// One standard deviation, along each axis, of a position `height_m` above the table by the error of the pose (m); all positions near it have this error
+    /// in common.  `None` if the error is unknown.
+    pub fn pose_std_m(&self, point: Point, height_m: f64) -> Option<f64> {
+        let covariance = self.pose_covariance.as_ref()?;
+        let std_m = position_std_m(&self.projection, covariance, point, height_m - self.tag_thickness_m);
+        Some(std_m).filter(|std_m| std_m.is_finite())
+    }
+}
+
+impl PoseFit {
     /// One standard deviation of the focal length over itself, where it was unknown.
     pub(super) fn focal_std(&self) -> Option<f64> {
         (7..=8).contains(&self.covariance.nrows()).then(|| self.covariance[(6, 6)].sqrt())
@@ -262,8 +277,10 @@ impl PoseFit {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::capture::Camera;
     use crate::cell::Transform;
+    use rand::{RngExt, SeedableRng};
+    use rand_distr::StandardNormal;
+    use rand_pcg::Pcg64Mcg;
 
     const SIZE: [usize; 2] = [1280, 720];
 
@@ -327,8 +344,39 @@ mod tests {
             correspondences(&truth).into_iter().map(|s| Correspondence { std_px: 0.5, ..s }).collect();
         let fit = plane(&clicks).expect("20 points");
         assert!(fit.chi2 < 1e-12, "{}", fit.chi2);
-        let std_m = fit.position_std_m(Point::new(0.1, 0.1));
+        let std_m = position_std_m(&fit.projection, &fit.covariance, Point::new(0.1, 0.1), 0.0);
         assert!(std_m > 1e-5 && std_m < 1e-3, "{std_m} m for clicks of half a pixel");
+    }
+
+    #[test]
+    fn the_stated_error_of_a_raised_point_is_that_of_poses_from_noisy_corners() {
+        const NOISE_PX: f64 = 0.1;
+        const HEIGHT_M: f64 = 0.05;
+        const POSES: usize = 300;
+        let truth = tilted(0.2, 0.3, [0.0; 5]);
+        let lens = truth.lens().expect("has one").clone();
+        let point = Point::new(0.1, -0.05);
+        let mut random = Pcg64Mcg::seed_from_u64(1);
+        let (mut squares_m2, mut stated_m2) = (0.0, 0.0);
+        for _ in 0..POSES {
+            let noisy: Vec<_> = correspondences(&truth)
+                .into_iter()
+                .map(|s| {
+                    let [x, y] = [0, 1].map(|_| NOISE_PX * random.sample::<f64, _>(StandardNormal));
+                    Correspondence { pixel: Pixel::new(s.pixel.x + x, s.pixel.y + y), ..s }
+                })
+                .collect();
+            let fit = pose(&lens, &noisy, FreeParameters::Pose).expect("20 points");
+            let std_m = position_std_m(&fit.projection, &fit.covariance, point, HEIGHT_M);
+            let found = Camera::with_projection(SIZE, fit.projection);
+            let off_m =
+                found.table_from_pixel(truth.pixel_from_table(point, HEIGHT_M), HEIGHT_M).distance(point);
+            squares_m2 += off_m * off_m / 2.0;
+            stated_m2 += std_m * std_m;
+        }
+        let ratio = (squares_m2 / stated_m2).sqrt();
+        println!("{:.1} um off, {ratio:.2} standard deviations", 1e6 * (squares_m2 / POSES as f64).sqrt());
+        assert!((ratio - 1.0).abs() < 0.1, "{ratio} standard deviations");
     }
 
     #[test]

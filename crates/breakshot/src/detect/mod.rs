@@ -370,6 +370,13 @@ impl Clip<'_> {
             let name = target.name;
             format!("doubtful: the marker of `{name}` is off its centroid and does not determine its yaw: if it rotates, its positions are wrong")
         }));
+        for (target, track) in self.targets.iter().zip(&mut tracks) {
+            let with_pose_std = |sample: &Sample| {
+                let pose_std_m = camera.pose_std_m(sample.position(), target.height_m());
+                sample.with_pose_std(pose_std_m.unwrap_or(0.0))
+            };
+            track.samples = track.samples.iter().map(with_pose_std).collect();
+        }
         let finished = |recorder: Recorder| recorder.finished(&tracker.states, &tracks, &doubts);
         let (cameras, searches) = recorder.map(finished).unwrap_or_default();
         let tracks = Tracks {

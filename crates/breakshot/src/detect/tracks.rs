@@ -58,6 +58,9 @@ pub struct Sample {
     pub ay_m_s2: Option<f64>,
     /// Standard deviation of the position along each axis (m).
     pub std_m: f64,
+    /// The part of it that all positions near this one have in common: that of the camera's pose (m).
+    #[serde(default)]
+    pub pose_std_m: f64,
     /// Whether the position may be biased, by an occlusion (the striker's arm, another marker), a shadow or the
     /// border of the image.
     #[serde(default)]
@@ -96,8 +99,19 @@ impl Sample {
             ax_m_s2: None,
             ay_m_s2: None,
             std_m,
+            pose_std_m: 0.0,
             doubtful: false,
         }
+    }
+
+    /// The sample with a further error of this standard deviation (m), which all positions near it have in common.
+    pub(super) fn with_pose_std(self, pose_std_m: f64) -> Self {
+        Self { std_m: self.std_m.hypot(pose_std_m), pose_std_m, ..self }
+    }
+
+    /// Standard deviation of the noise of the position along each axis (m): without what all positions near it have in common.
+    pub fn noise_std_m(&self) -> f64 {
+        (self.std_m * self.std_m - self.pose_std_m * self.pose_std_m).max(0.0).sqrt()
     }
 
     /// The object's centroid in the table frame.

@@ -37,7 +37,8 @@ fn alignment(
     let track = tracks.tracks.iter().find(|track| track.object == *object)?;
     let rest = before.get(object)?.position;
     let displaced = |sample: &Sample| {
-        !sample.doubtful && sample.position().distance(rest) > DISPLACED_M.max(REST_SIGMAS * sample.std_m)
+        !sample.doubtful
+            && sample.position().distance(rest) > DISPLACED_M.max(REST_SIGMAS * sample.noise_std_m())
     };
     let sample = track.samples.iter().find(|sample| displaced(sample))?;
     let displacement_m = sample.position().distance(rest);
@@ -81,7 +82,7 @@ fn divergence(track: &Track, trajectory: &Trajectory, start_s: f64) -> Option<Di
     };
     let clear: Vec<&Sample> = track.samples.iter().filter(|sample| !sample.doubtful).collect();
     let is_near = |sample: &&Sample| {
-        distance_m(sample).is_some_and(|m| m <= Divergence::LEAST_M.max(REST_SIGMAS * sample.std_m))
+        distance_m(sample).is_some_and(|m| m <= Divergence::LEAST_M.max(REST_SIGMAS * sample.noise_std_m()))
     };
     let first = clear.iter().rposition(is_near).map_or(0, |last| last + 1);
     let sample = clear.get(first)?;

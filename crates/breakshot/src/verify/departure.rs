@@ -338,7 +338,7 @@ impl Step {
             time_s: sample.time_s,
             displacement_m: displacement.length(),
             heading_rad: displacement.heading_rad(),
-            std_m: sample.std_m,
+            std_m: sample.noise_std_m(),
         }
     }
 }

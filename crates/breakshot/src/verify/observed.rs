@@ -88,7 +88,7 @@ fn at_rest<'a>(samples: impl Iterator<Item = &'a Sample>) -> Option<Rest> {
     let mut run: Vec<&Sample> = Vec::new();
     for sample in samples.take(MOST_FRAMES) {
         let first = *run.first().unwrap_or(&sample);
-        let tolerance_m = REST_M.max(REST_SIGMAS * sample.std_m.max(first.std_m));
+        let tolerance_m = REST_M.max(REST_SIGMAS * sample.noise_std_m().max(first.noise_std_m()));
         if first.position().distance(sample.position()) > tolerance_m {
             break;
         }

@@ -281,6 +281,13 @@ fn from_json(recording: &Recording, names: &[String]) -> Result<Tracks> {
             if !(sample.std_m > 0.0 && sample.std_m < FURTHEST_M) {
                 return Err(problem("std_m", sample.std_m, "a positive standard deviation"));
             }
+            if !(0.0..sample.std_m).contains(&sample.pose_std_m) {
+                return Err(problem(
+                    "pose_std_m",
+                    sample.pose_std_m,
+                    "less than std_m, of which it is a part",
+                ));
+            }
         }
         tracks.push(track.clone());
     }

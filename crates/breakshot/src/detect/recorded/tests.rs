@@ -147,6 +147,11 @@ fn every_error_names_the_file_and_where_it_is() {
             "{\"version\":1,\"video\":\"\",\"reprojection_rms_px\":0,\"tracks\":[]}",
             vec!["run.csv", "no position of `a`"],
         ),
+        (
+            r#"{"version":1,"video":"","reprojection_rms_px":0,"tracks":[{"object":"a","samples":[{"time_s":0,"x_m":0,"y_m":0,"yaw_rad":null,
+                "vx_m_s":null,"vy_m_s":null,"yaw_rate_rad_s":null,"ax_m_s2":null,"ay_m_s2":null,"std_m":1e-5,"pose_std_m":1e-4}]}]}"#,
+            vec!["run.csv", "`a`, sample 1", "pose_std_m is 0.0001", "std_m"],
+        ),
     ] {
         let error = read(text, None, &["a"]).expect_err(text).to_string();
         for word in words {

@@ -408,6 +408,31 @@ fn the_motion_of_a_camera_during_the_clip_is_removed_and_reported() {
 }
 
 #[test]
+fn the_error_of_the_pose_is_a_part_of_the_standard_deviation_of_each_position() {
+    let cell = tagged_cell();
+    let objects = [object("a", disc(0.03), disc(0.011))];
+    let names = ["a".to_string()];
+    let sample = |cell: &Cell| {
+        let frames = film(&view(), &times_s(4), |_| beside_tags(&tagged_cell(), &objects[0]));
+        let capture = Capture::of(Footage::from_frames("drawn", frames), cell).expect("tags");
+        let found = tracks(capture, &objects, &names, &Layout::Unknown, &Options::default());
+        found.expect("a track").tracks[0].samples[0]
+    };
+    let four = sample(&cell);
+    let one = sample(&Cell { tags: cell.tags[..1].to_vec(), ..cell.clone() });
+    println!("{:.1} um by four tags, {:.1} um by one", 1e6 * four.pose_std_m, 1e6 * one.pose_std_m);
+    assert!(four.pose_std_m > 0.0 && one.pose_std_m > 3.0 * four.pose_std_m, "{four:?} and {one:?}");
+    for sample in [four, one] {
+        assert!(sample.std_m > sample.pose_std_m, "{sample:?}");
+        let noise_m = sample.noise_std_m();
+        assert!((noise_m.hypot(sample.pose_std_m) / sample.std_m - 1.0).abs() < 1e-9, "{sample:?}");
+        assert!((noise_m / four.noise_std_m() - 1.0).abs() < 0.2, "{noise_m} m: the marker is seen alike");
+        let off_m = sample.position().distance(Point::ORIGIN);
+        assert!(off_m < 4.0 * sample.std_m, "{off_m} m off: {sample:?}");
+    }
+}
+
+#[test]
 fn one_frame_gives_a_position_and_no_velocity() {
     let view = view();
     let objects = [object("a", disc(0.03), disc(0.011))];

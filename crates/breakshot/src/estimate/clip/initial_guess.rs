@@ -48,15 +48,17 @@ pub(crate) fn bodies(tracks: &[Track], objects: &[&Object]) -> Vec<Body> {
 }
 
 fn body(track: &Track, object: &Object) -> Body {
-    let finite =
-        |s: &&crate::detect::Sample| s.time_s.is_finite() && s.position().is_finite() && s.std_m > 0.0;
+    let finite = |s: &&crate::detect::Sample| {
+        s.time_s.is_finite() && s.position().is_finite() && s.noise_std_m() > 0.0
+    };
     let observations: Vec<_> = (track.samples.iter().filter(finite))
         .map(|s| Observation {
             time_s: s.time_s,
             position: s.position(),
             // The stated deviation of a doubtful sample is that of its position.
             yaw_rad: s.yaw_rad.filter(|yaw| yaw.is_finite() && !s.doubtful),
-            std_m: if s.doubtful { DOUBTFUL_FACTOR * s.std_m } else { s.std_m },
+            // What all positions of an object have in common changes no motion.
+            std_m: if s.doubtful { DOUBTFUL_FACTOR } else { 1.0 } * s.noise_std_m(),
             doubtful: s.doubtful,
             excluded: false,
         })
