@@ -43,6 +43,8 @@ const APART_STDS: f64 = 3.0;
 const SHARP_STD_PX: f64 = 0.15;
 /// If it is further off than this, and the outline is not sharp, the position is doubtful.
 const FAR_APART_STDS: f64 = 5.0;
+/// A sample is off the path if the speeds to it and from it are this many times those around it.
+const DETOUR: f64 = 3.0;
 /// Cosine of the angle between two vectors of the same direction.
 const SAME_DIRECTION: f64 = 0.9;
 /// A displacement by light that changes across a marker is reported from this on (px).
@@ -457,19 +459,39 @@ pub(super) fn doubt_noise(
     }
 }
 
-/// Marks the samples as doubtful that are elsewhere than the trusted ones before and after them, between which the object did not move.
+/// Marks the samples as doubtful that are elsewhere than the trusted ones before and after them, between which the object did not move, or far less
+/// than to the sample and back.
 pub(super) fn doubt_jumps(track: &mut Track, doubts: &mut [Vec<Doubt>]) {
     let trusted: Vec<usize> = (0..track.samples.len()).filter(|&k| !track.samples[k].doubtful).collect();
-    for triple in trusted.windows(3) {
-        let [before, here, after] = [0, 1, 2].map(|i| &track.samples[triple[i]]);
+    for n in 1..trusted.len().saturating_sub(1) {
+        let [before, here, after] = [n - 1, n, n + 1].map(|i| &track.samples[trusted[i]]);
         let std_m = before.std_m.max(after.std_m);
         let is_at_rest = before.position().distance(after.position()) < APART_STDS * std_m;
-        let off_m = here.position().distance(before.position());
-        if is_at_rest && off_m > FAR_APART_STDS * std_m.hypot(here.std_m) {
-            track.samples[triple[1]].doubtful = true;
-            doubts[triple[1]].push(Doubt::Jump { off_m });
+        let off_m =
+            here.position().distance(before.position()).min(here.position().distance(after.position()));
+        let is_apart = off_m > FAR_APART_STDS * std_m.hypot(here.std_m);
+        if is_apart && (is_at_rest || is_detour(&track.samples, &trusted, n)) {
+            let sample = &mut track.samples[trusted[n]];
+            sample.doubtful = true;
+            sample.std_m = sample.std_m.hypot(off_m);
+            doubts[trusted[n]].push(Doubt::Jump { off_m });
         }
     }
+}
+
+/// Whether the speeds to the n-th of the trusted samples and from there to the next one are both far above those between the samples around it. A body that
+/// is struck and stops, or that hits another one and returns, is fast on one of the two ways only, or afterwards too.
+fn is_detour(samples: &[Sample], trusted: &[usize], n: usize) -> bool {
+    let speed_m_s = |from: Option<usize>, to: usize| {
+        let [from, to] = [from?, to].map(|i| trusted.get(i).map(|&k| &samples[k]));
+        let (from, to) = (from?, to?);
+        Some(from.position().distance(to.position()) / (to.time_s - from.time_s))
+    };
+    let ways = [speed_m_s(Some(n - 1), n), speed_m_s(Some(n), n + 1)];
+    let around =
+        [speed_m_s(n.checked_sub(2), n - 1), speed_m_s(Some(n - 1), n + 1), speed_m_s(Some(n + 1), n + 2)];
+    let slower = ways.into_iter().flatten().fold(f64::INFINITY, f64::min);
+    slower > DETOUR * around.into_iter().flatten().fold(0.0, f64::max)
 }
 
 /// Warnings of the frames in which an object was not found.
@@ -532,5 +554,39 @@ mod tests {
         let doubtful: Vec<usize> = (0..places_m.len()).filter(|&k| track.samples[k].doubtful).collect();
         assert_eq!(doubtful, [3, 12]);
         assert!((0..places_m.len()).all(|k| doubts[k].is_empty() != track.samples[k].doubtful));
+    }
+
+    /// The doubtful ones of samples at these places, 60 a second.
+    fn doubtful(places_m: &[[f64; 2]]) -> Vec<usize> {
+        let sample =
+            |(k, [x, y]): (usize, &[f64; 2])| Sample::new(k as f64 / 60.0, Point::new(*x, *y), None, 3e-5);
+        let samples: Vec<Sample> = places_m.iter().enumerate().map(sample).collect();
+        let mut doubts = vec![Vec::new(); samples.len()];
+        let mut track = Track { object: "a".into(), samples };
+        doubt_jumps(&mut track, &mut doubts);
+        let far = track.samples.iter().filter(|s| s.doubtful).all(|s| s.std_m > 1e-3);
+        assert!(far, "the standard deviation is the distance: {:?}", track.samples);
+        (0..places_m.len()).filter(|&k| track.samples[k].doubtful).collect()
+    }
+
+    #[test]
+    fn a_sample_far_off_the_path_of_a_moving_body_is_doubtful() {
+        // A marker of another object in the fifth frame, 64 mm off
+        let path = [
+            [0.0, 0.0],
+            [0.0, 0.0],
+            [0.0, 0.0],
+            [0.011, -0.001],
+            [0.079, 0.026],
+            [0.031, -0.001],
+            [0.037, -0.004],
+        ];
+        assert_eq!(doubtful(&path), [4]);
+        // Struck and soon at rest, and a bounce off a heavy body
+        let stopped =
+            [[0.0, 0.0], [0.0, 0.0], [0.0, 0.0], [0.012, 0.0], [0.014, 0.0], [0.014, 0.0], [0.014, 0.0]];
+        let bounced =
+            [[0.0, 0.0], [0.0, 0.0], [0.016, 0.0], [0.032, 0.0], [0.022, 0.0], [0.012, 0.0], [0.004, 0.0]];
+        assert!(doubtful(&stopped).is_empty() && doubtful(&bounced).is_empty());
     }
 }

@@ -43,9 +43,9 @@ pub enum Doubt {
     },
     /// The marker's grey levels and its outline show different positions.
     OutlineElsewhere,
-    /// It is elsewhere before and after, and did not move in between.
+    /// It is elsewhere before and after, and moved by far less in between.
     Jump {
-        /// The distance to where it is before and after (m).
+        /// The distance to the nearer of where it is before and after (m).
         off_m: f64,
     },
     /// A region looks like the marker, and no edges of a marker's outline are around it.
@@ -138,7 +138,7 @@ impl Display for Doubt {
             }
             Self::Jump { off_m } => write!(
                 f,
-                "it is {:.1} mm from where it is in the frames before and after, between which it did not move",
+                "it is {:.1} mm from where it is in the frames before and after, further than it moves between them",
                 1e3 * off_m
             ),
             Self::OutlineNotSeen => {

@@ -17,6 +17,8 @@ const OUTLIER_STDS: f64 = 6.0;
 const MIN_FACTOR: f64 = 0.03;
 /// A relative deviation below this is never an outlier.
 const MIN_RELATIVE_DEVIATION: f64 = 0.05;
+/// A restitution that is above one by more than this many standard deviations is impossible.
+const IMPOSSIBLE_STDS: f64 = 3.0;
 /// Number of clips from which the median shows which one is wrong.
 const CLIPS_NEEDED: usize = 3;
 /// From this number of outliers the whole clip is left out.
@@ -41,9 +43,9 @@ pub(crate) fn without_outliers(
     clips: &[Measurements],
     names: &[String],
 ) -> (Vec<Measurements>, Vec<Warning>) {
-    let consensus = consensus(clips);
+    let (clips, mut warnings) = without_impossible_impacts(clips, names);
+    let consensus = consensus(&clips);
     let mut kept = Vec::with_capacity(clips.len());
-    let mut warnings = Vec::new();
     for (measurements, name) in clips.iter().zip(names) {
         let outliers: Vec<usize> =
             (0..measurements.quantities.len()).filter(|&k| is_outlier(measurements, k, &consensus)).collect();
@@ -61,6 +63,37 @@ pub(crate) fn without_outliers(
         let mut remaining = measurements.retained(|k| !all_out && !outliers.contains(&k));
         remaining.covariance *= misfit_variance(measurements, &outliers, &consensus);
         kept.push(downweighted(remaining, &consensus));
+    }
+    (kept, warnings)
+}
+
+/// The measurements without the impacts of the clips that measure an impossible restitution of what other clips measure a possible one of: the motion around
+/// that impact is fitted wrongly, and with it the velocities in the clip's other impacts.  A warning about each such clip.
+fn without_impossible_impacts(clips: &[Measurements], names: &[String]) -> (Vec<Measurements>, Vec<Warning>) {
+    let mut kept = clips.to_vec();
+    let mut warnings = Vec::new();
+    for (clip, (measurements, name)) in clips.iter().zip(names).enumerate() {
+        let elsewhere = |quantity: &Quantity| {
+            let others = clips.iter().enumerate().filter(|(other, _)| *other != clip);
+            let values = others.flat_map(|(_, m)| m.quantities.iter().zip(m.values.iter()));
+            values.filter(|(q, value)| *q == quantity && **value <= 1.0).map(|(_, value)| *value).next()
+        };
+        let impossible = (0..measurements.quantities.len()).find_map(|k| {
+            let Measured { value, std } = measurements.measured(k);
+            let is_above_one = value - IMPOSSIBLE_STDS * std > 1.0;
+            let quantity = &measurements.quantities[k];
+            let is_restitution =
+                matches!(quantity, Quantity::Restitution(..) | Quantity::StrikerRestitution(_));
+            let other = elsewhere(quantity).filter(|_| is_restitution && is_above_one)?;
+            Some(format!(
+                "left out in part: {quantity} is {value:.3}, which is impossible, in another clip {other:.3}: its impacts measure nothing"
+            ))
+        });
+        if let Some(text) = impossible {
+            warnings.push(Warning::of_clip(Cause::Contradiction, name, text));
+            kept[clip] =
+                measurements.retained(|k| matches!(measurements.quantities[k], Quantity::Friction(_)));
+        }
     }
     (kept, warnings)
 }
@@ -273,6 +306,34 @@ mod tests {
         println!("widened {widened:.1} times");
         assert!(widened > OUTLIER_STDS, "widened {widened} times");
         assert_eq!(kept[0].covariance, clips[0].covariance);
+    }
+
+    #[test]
+    fn the_impacts_of_a_clip_with_an_impossible_restitution_are_left_out_where_another_clip_measures_it() {
+        let striker = |value: f64, std: f64| {
+            let (quantity, mass) = (Quantity::StrikerRestitution("a".into()), ("a".into(), "b".into()));
+            Measurements {
+                quantities: vec![
+                    Quantity::Friction("b".into()),
+                    Quantity::MassRatio(mass.0, mass.1),
+                    quantity,
+                ],
+                values: DVector::from_vec(vec![0.3, 2.3, value]),
+                covariance: DMatrix::from_diagonal(&DVector::from_vec(vec![1e-6, 1.0, std * std])),
+                vertical_fractions: vec![0.0; 3],
+                double_contact: vec![false; 3],
+                by_slope: Vec::new(),
+            }
+        };
+        // A second strike that no trusted position shows
+        let (kept, warnings) = kept(&[striker(2.47, 0.38), striker(0.81, 0.01), striker(1.02, 0.01)]);
+        assert_eq!(kept[0].quantities, [Quantity::Friction("b".into())]);
+        let text = warnings[0].to_string();
+        assert!(warnings.len() == 1 && text.contains("2.470, which is impossible"), "{warnings:?}");
+        assert!(kept[1..].iter().all(|clip| clip.quantities.len() == 3), "{kept:?}");
+        // The mean itself is refused where all clips agree on it.
+        let (kept, warnings) = super::tests::kept(&[striker(1.4, 0.01), striker(1.5, 0.01)]);
+        assert!(warnings.is_empty() && kept.iter().all(|clip| clip.quantities.len() == 3), "{warnings:?}");
     }
 
     #[test]
