@@ -463,6 +463,8 @@ pub(super) fn doubt_noise(
 /// than to the sample and back.
 pub(super) fn doubt_jumps(track: &mut Track, doubts: &mut [Vec<Doubt>]) {
     let trusted: Vec<usize> = (0..track.samples.len()).filter(|&k| !track.samples[k].doubtful).collect();
+    let speeds_m_s: Vec<f64> =
+        trusted.windows(2).map(|pair| speed_m_s(&track.samples[pair[0]], &track.samples[pair[1]])).collect();
     for n in 1..trusted.len().saturating_sub(1) {
         let [before, here, after] = [n - 1, n, n + 1].map(|i| &track.samples[trusted[i]]);
         let std_m = before.std_m.max(after.std_m);
@@ -470,7 +472,7 @@ pub(super) fn doubt_jumps(track: &mut Track, doubts: &mut [Vec<Doubt>]) {
         let off_m =
             here.position().distance(before.position()).min(here.position().distance(after.position()));
         let is_apart = off_m > FAR_APART_STDS * std_m.hypot(here.std_m);
-        if is_apart && (is_at_rest || is_detour(&track.samples, &trusted, n)) {
+        if is_apart && (is_at_rest || is_detour(&speeds_m_s, n, speed_m_s(before, after))) {
             let sample = &mut track.samples[trusted[n]];
             sample.doubtful = true;
             sample.std_m = sample.std_m.hypot(off_m);
@@ -479,19 +481,16 @@ pub(super) fn doubt_jumps(track: &mut Track, doubts: &mut [Vec<Doubt>]) {
     }
 }
 
-/// Whether the speeds to the n-th of the trusted samples and from there to the next one are both far above those between the samples around it. A body that
-/// is struck and stops, or that hits another one and returns, is fast on one of the two ways only, or afterwards too.
-fn is_detour(samples: &[Sample], trusted: &[usize], n: usize) -> bool {
-    let speed_m_s = |from: Option<usize>, to: usize| {
-        let [from, to] = [from?, to].map(|i| trusted.get(i).map(|&k| &samples[k]));
-        let (from, to) = (from?, to?);
-        Some(from.position().distance(to.position()) / (to.time_s - from.time_s))
-    };
-    let ways = [speed_m_s(Some(n - 1), n), speed_m_s(Some(n), n + 1)];
-    let around =
-        [speed_m_s(n.checked_sub(2), n - 1), speed_m_s(Some(n - 1), n + 1), speed_m_s(Some(n + 1), n + 2)];
-    let slower = ways.into_iter().flatten().fold(f64::INFINITY, f64::min);
-    slower > DETOUR * around.into_iter().flatten().fold(0.0, f64::max)
+/// The mean speed from one sample to a later one (m/s).
+fn speed_m_s(from: &Sample, to: &Sample) -> f64 {
+    from.position().distance(to.position()) / (to.time_s - from.time_s)
+}
+
+/// Whether the speeds to the n-th sample and from there to the next one are both far above those around it: of the steps before and after, and
+/// `across_m_s` without it. A body that is struck and stops, or that hits another one and returns, is fast on one of the two ways only, or afterwards too.
+fn is_detour(speeds_m_s: &[f64], n: usize, across_m_s: f64) -> bool {
+    let around = [n.checked_sub(2), Some(n + 1)].into_iter().filter_map(|step| speeds_m_s.get(step?));
+    speeds_m_s[n - 1].min(speeds_m_s[n]) > DETOUR * around.copied().fold(across_m_s, f64::max)
 }
 
 /// Warnings of the frames in which an object was not found.
@@ -540,39 +539,36 @@ mod tests {
     use super::*;
     use crate::geometry::Point;
 
-    #[test]
-    fn a_sample_that_leaves_a_place_at_rest_and_returns_is_doubtful() {
-        // At rest, then sliding, then at rest again; the fourth and the last but one are elsewhere.
-        let mut places_m =
-            [0.0, 0.0, 0.0, 1e-3, 0.0, 0.0, 0.01, 0.018, 0.024, 0.028, 0.03, 0.03, 0.0295, 0.03];
-        places_m.iter_mut().enumerate().for_each(|(k, x)| *x += if k % 2 == 0 { 1e-5 } else { -1e-5 });
-        let sample = |(k, x): (usize, &f64)| Sample::new(k as f64 / 60.0, Point::new(*x, 0.0), None, 3e-5);
-        let samples: Vec<Sample> = places_m.iter().enumerate().map(sample).collect();
-        let mut doubts = vec![Vec::new(); samples.len()];
-        let mut track = Track { object: "a".into(), samples };
-        doubt_jumps(&mut track, &mut doubts);
-        let doubtful: Vec<usize> = (0..places_m.len()).filter(|&k| track.samples[k].doubtful).collect();
-        assert_eq!(doubtful, [3, 12]);
-        assert!((0..places_m.len()).all(|k| doubts[k].is_empty() != track.samples[k].doubtful));
-    }
-
-    /// The doubtful ones of samples at these places, 60 a second.
-    fn doubtful(places_m: &[[f64; 2]]) -> Vec<usize> {
+    /// The track of samples at these places, 60 a second, with what is doubtful about each.
+    fn with_jumps_doubted(places_m: &[[f64; 2]]) -> (Track, Vec<Vec<Doubt>>) {
         let sample =
             |(k, [x, y]): (usize, &[f64; 2])| Sample::new(k as f64 / 60.0, Point::new(*x, *y), None, 3e-5);
         let samples: Vec<Sample> = places_m.iter().enumerate().map(sample).collect();
         let mut doubts = vec![Vec::new(); samples.len()];
         let mut track = Track { object: "a".into(), samples };
         doubt_jumps(&mut track, &mut doubts);
-        let far = track.samples.iter().filter(|s| s.doubtful).all(|s| s.std_m > 1e-3);
-        assert!(far, "the standard deviation is the distance: {:?}", track.samples);
-        (0..places_m.len()).filter(|&k| track.samples[k].doubtful).collect()
+        (track, doubts)
+    }
+
+    fn doubtful(track: &Track) -> Vec<usize> {
+        (0..track.samples.len()).filter(|&k| track.samples[k].doubtful).collect()
+    }
+
+    #[test]
+    fn a_sample_that_leaves_a_place_at_rest_and_returns_is_doubtful() {
+        // At rest, then sliding, then at rest again; the fourth and the last but one are elsewhere.
+        let places_m = [0.0, 0.0, 0.0, 1e-3, 0.0, 0.0, 0.01, 0.018, 0.024, 0.028, 0.03, 0.03, 0.0295, 0.03];
+        let noisy = |(k, x): (usize, f64)| [x + if k % 2 == 0 { 1e-5 } else { -1e-5 }, 0.0];
+        let (track, doubts) =
+            with_jumps_doubted(&places_m.into_iter().enumerate().map(noisy).collect::<Vec<_>>());
+        assert_eq!(doubtful(&track), [3, 12]);
+        assert!((0..places_m.len()).all(|k| doubts[k].is_empty() != track.samples[k].doubtful));
     }
 
     #[test]
     fn a_sample_far_off_the_path_of_a_moving_body_is_doubtful() {
         // A marker of another object in the fifth frame, 64 mm off
-        let path = [
+        let (track, _) = with_jumps_doubted(&[
             [0.0, 0.0],
             [0.0, 0.0],
             [0.0, 0.0],
@@ -580,13 +576,18 @@ mod tests {
             [0.079, 0.026],
             [0.031, -0.001],
             [0.037, -0.004],
-        ];
-        assert_eq!(doubtful(&path), [4]);
+        ]);
+        assert_eq!(doubtful(&track), [4]);
+        let std_m = track.samples[4].std_m;
+        assert!(std_m > 1e-3, "the standard deviation is the distance, and no {std_m} m");
         // Struck and soon at rest, and a bounce off a heavy body
         let stopped =
             [[0.0, 0.0], [0.0, 0.0], [0.0, 0.0], [0.012, 0.0], [0.014, 0.0], [0.014, 0.0], [0.014, 0.0]];
         let bounced =
             [[0.0, 0.0], [0.0, 0.0], [0.016, 0.0], [0.032, 0.0], [0.022, 0.0], [0.012, 0.0], [0.004, 0.0]];
-        assert!(doubtful(&stopped).is_empty() && doubtful(&bounced).is_empty());
+        for places_m in [stopped, bounced] {
+            let (track, _) = with_jumps_doubted(&places_m);
+            assert!(doubtful(&track).is_empty(), "{track:?}");
+        }
     }
 }

@@ -131,9 +131,10 @@ impl MotionFit {
         for (body, indices) in model.bodies.iter_mut().zip(&self.layout.bodies) {
             body.expected_friction = indices.friction.and_then(|_| expected.get(kind(&body.object))).copied();
         }
-        let has_prior = model.bodies.iter().any(|body| body.expected_friction.is_some());
-        let refitted = || Self::run(model, self.minimum.parameters.clone());
-        has_prior.then(|| Self { remarks: self.remarks.clone(), ..refitted() })
+        if model.bodies.iter().all(|body| body.expected_friction.is_none()) {
+            return None;
+        }
+        Some(Self { remarks: self.remarks.clone(), ..Self::run(model, self.minimum.parameters.clone()) })
     }
 
     /// The same motion, with other standard deviations of the observations.

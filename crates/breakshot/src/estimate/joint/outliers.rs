@@ -75,8 +75,8 @@ fn without_impossible_impacts(clips: &[Measurements], names: &[String]) -> (Vec<
     for (clip, (measurements, name)) in clips.iter().zip(names).enumerate() {
         let elsewhere = |quantity: &Quantity| {
             let others = clips.iter().enumerate().filter(|(other, _)| *other != clip);
-            let values = others.flat_map(|(_, m)| m.quantities.iter().zip(m.values.iter()));
-            values.filter(|(q, value)| *q == quantity && **value <= 1.0).map(|(_, value)| *value).next()
+            let mut values = others.flat_map(|(_, m)| m.quantities.iter().zip(m.values.iter().copied()));
+            values.find(|(q, value)| *q == quantity && *value <= 1.0).map(|(_, value)| value)
         };
         let impossible = (0..measurements.quantities.len()).find_map(|k| {
             let Measured { value, std } = measurements.measured(k);
