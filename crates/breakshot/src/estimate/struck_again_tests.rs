@@ -207,6 +207,60 @@ fn a_second_strike_after_a_single_position_is_found() {
     assert!(found.restitution.is_empty() && found.pair_mass_ratio.is_empty(), "{found:?}");
 }
 
+/// A slow striker hits a disc again after 1.6 frames: true poses of a simulation that shares no model with the estimator (MuJoCo), which itself shows
+/// friction 0.491 and the impacts at 0.3085 and 0.3620 s. Without the second one friction is 0.09 to 0.31 and the restitution 0.08 in place of 0.49.
+#[test]
+fn a_second_strike_after_a_frame_and_a_half_is_found() {
+    let strike = Strike {
+        object: None,
+        start_m: Point::new(-0.20747, 0.01655),
+        heading_rad: -0.19277,
+        speed_m_s: 0.265,
+        travel_m: 0.07,
+    };
+    let moving =
+        [(-0.110982, -0.002641), (-0.103753, -0.0041), (-0.096395, -0.00558), (-0.094212, -0.006008)];
+    let samples = at_30_a_second((-0.119196, -0.000983), &moving, 8);
+    let found = properties_of(vec![(Shape::Disc { radius_m: 0.0271 }, samples)], strike, 0.0131);
+    let friction = found.friction.get("a").map(|friction| friction.mean);
+    println!("friction {friction:?}: {:?}, {:?}", found.striker_restitution, found.warnings);
+    let restitution = found.striker_restitution.get("a").map(|restitution| restitution.mean);
+    assert!(found.warnings.iter().any(|warning| warning.contains("hits `a` again")), "{:?}", found.warnings);
+    assert!(friction.is_none_or(|f| (f / 0.491 - 1.0).abs() < 0.02), "{friction:?}");
+    assert!(restitution.is_none_or(|e| (e / 0.486 - 1.0).abs() < 0.05), "{restitution:?}");
+}
+
+/// Positions of a film that are more accurate than they are: the fit keeps the disc just ahead of the striker and takes it for pushed. What remains of its
+/// motion are two positions, which measure nothing. The simulation shows a single impact and friction 0.369.
+#[test]
+fn a_body_pushed_after_two_positions_measures_nothing() {
+    let strike = Strike {
+        object: None,
+        start_m: Point::new(-0.19083, 0.06687),
+        heading_rad: -0.20312,
+        speed_m_s: 0.313,
+        travel_m: 0.07,
+    };
+    let moving = [(-0.096629, 0.047908), (-0.086501, 0.045817), (-0.080403, 0.044652), (-0.078104, 0.044192)];
+    let samples = at_30_a_second((-0.104657, 0.049422), &moving, 7);
+    let found = properties_of(vec![(Shape::Disc { radius_m: 0.025 }, samples)], strike, 0.0131);
+    println!("{:?}, {:?}: {:?}", found.friction, found.striker_restitution, found.warnings);
+    assert!(found.warnings.iter().any(|w| w.contains("only 2 trusted positions")), "{:?}", found.warnings);
+    assert!(found.friction.is_empty() && found.striker_restitution.is_empty(), "{found:?}");
+}
+
+/// Samples of a disc, 30 a second, that rests for some frames, moves to these positions, and rests at the last one.
+fn at_30_a_second(start_m: (f64, f64), moving_m: &[(f64, f64)], frames_at_rest: usize) -> Vec<Sample> {
+    const STD_M: f64 = 2e-5;
+    let end_m = moving_m.last().copied();
+    let positions_m = std::iter::repeat_n(start_m, 2 + frames_at_rest)
+        .chain(moving_m.iter().copied())
+        .chain(std::iter::repeat_n(end_m.unwrap_or(start_m), 10));
+    let sample =
+        |(k, (x, y)): (usize, (f64, f64))| Sample::new(k as f64 / 30.0, Point::new(x, y), None, STD_M);
+    positions_m.enumerate().map(sample).collect()
+}
+
 /// A polygon, and samples of it at these poses from a time on, at this interval (s).
 fn polygon(
     corners: &[(f64, f64)],

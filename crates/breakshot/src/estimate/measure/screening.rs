@@ -55,6 +55,7 @@ pub(crate) fn screen(
         }
     }
     let mut without_friction = exclude_unobserved(fitted, contacts);
+    without_friction.extend(exclude_soon_pushed(fitted, contacts));
     without_friction.retain(|k| !shows_friction(fitted, *k));
     exclude_wrong(fitted, contacts, &wrong);
     exclude_repeated(fitted, contacts);
@@ -103,6 +104,24 @@ fn exclude_unobserved(fitted: &MotionFit, contacts: &mut [Contact]) -> Vec<usize
         }
     }
     unobserved
+}
+
+/// Excludes the strike of a body whose motion is left out before enough positions show it, since the striker pushes it. Returns the body.
+fn exclude_soon_pushed(fitted: &MotionFit, contacts: &mut [Contact]) -> Option<usize> {
+    let strike = contacts.iter_mut().rfind(|contact| contact.a == Partner::Striker)?;
+    let (struck, strike_s) = (strike.b, strike.time_s(fitted));
+    let body = &fitted.model.bodies[struck];
+    let is_pushed = body.observations.last().is_some_and(|last| last.excluded);
+    let after = body.observations.iter().filter(|o| o.time_s > strike_s);
+    let shown = after.filter(|o| !o.excluded && !o.doubtful).count();
+    if !is_pushed || shown >= POSITIONS_OF_FRICTION {
+        return None;
+    }
+    strike.exclude(format!(
+        "the strike of `{}` at {strike_s:.3} s measures nothing: only {shown} trusted positions show its motion before it is pushed",
+        body.object
+    ));
+    Some(struck)
 }
 
 /// Whether the instant of a strike lies clearly between two positions of the struck body, by what else the clip shows: the place where the body

@@ -1,7 +1,7 @@
 //! The striker after its first impact: it may catch up with the body that it has struck, hit it again, or push it.
 
 use super::path::StrikerPath;
-use crate::estimate::clip::fit::{EVENT_GAIN, MotionFit, STRUCK_AGAIN_M, best_start};
+use crate::estimate::clip::fit::{EVENT_GAIN, MotionFit, STRIKE_GAIN, STRUCK_AGAIN_M, best_start};
 use crate::estimate::clip::initial_guess::{InitialGuess, frame_s};
 use crate::estimate::clip::motion_model::{Cause, Event, MotionModel};
 use crate::estimate::closest_points::closest_points;
@@ -69,15 +69,35 @@ impl MotionFit {
 
     /// The fit with one more impact of the striker when it is nearest to the struck body again, or, where they hardly part, when it is near.
     fn with_another_strike(&self, striker: &StrikerPath) -> Option<Self> {
-        let approach = self.approach_of_striker(striker).and_then(|at| self.with_strike_at(striker, at));
+        let approach =
+            self.approach_of_striker(striker).and_then(|at| self.with_approached_strike(striker, at));
         approach.or_else(|| {
             let mut near = self.times_near_striker(striker).into_iter();
-            near.find_map(|at| self.with_strike_at(striker, at).filter(Self::shows_motion_between_strikes))
+            let demanded = |at| {
+                self.with_strike_at(striker, at)
+                    .filter(|(trial, strike)| self.is_improved_by(trial, *strike, EVENT_GAIN))
+            };
+            near.find_map(|at| {
+                demanded(at).map(|(trial, _)| trial).filter(Self::shows_motion_between_strikes)
+            })
         })
     }
 
-    /// The fit with one more impact of the striker on a body at about a time (s), if the observations demand one.
-    fn with_strike_at(&self, striker: &StrikerPath, (body, time_s): (usize, f64)) -> Option<Self> {
+    /// The fit with one more impact of the striker on a body to which it comes near again at about a time (s), if the observations demand one.
+    /// Few positions show the motion between two impacts of a slow striker: how much each changes the velocity stays uncertain.
+    fn with_approached_strike(&self, striker: &StrikerPath, at: (usize, f64)) -> Option<Self> {
+        let (trial, strike) = self.with_strike_at(striker, at)?;
+        let is_demanded = self.is_improved_by(&trial, strike, EVENT_GAIN)
+            || trial.shows_motion_between_strikes() && self.is_explained_by(&trial, strike, STRIKE_GAIN);
+        is_demanded.then_some(trial)
+    }
+
+    /// The fit with one more impact of the striker on a body at about a time (s), if they touch then; and the index of the impact with the body.
+    fn with_strike_at(
+        &self,
+        striker: &StrikerPath,
+        (body, time_s): (usize, f64),
+    ) -> Option<(Self, (usize, usize))> {
         let mut events: Vec<(Event, f64)> =
             self.timed_events().map(|(event, t)| (event.clone(), t)).collect();
         let at = self.events_before(time_s);
@@ -87,7 +107,7 @@ impl MotionFit {
         let trial = best_start(InitialGuess::from_times(model, &times_s));
         let at_s = trial.minimum.parameters[trial.layout.events[at].time];
         let touches = trial.striker_gap_m(striker, body, at_s).is_some_and(|gap_m| gap_m < STRUCK_AGAIN_M);
-        (touches && self.is_improved_by(&trial, (at, body), EVENT_GAIN)).then_some(trial)
+        touches.then_some((trial, (at, body)))
     }
 
     /// Whether a position shows the motion between any two impacts of the striker; otherwise any error of a position after a strike is
