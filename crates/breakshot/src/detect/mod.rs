@@ -337,8 +337,10 @@ impl Clip<'_> {
         tracker.precede(mirrored);
         warnings.extend(motion.warning());
         let mut found = self.postprocessed(&tracker, recorder, warnings);
-        found.tracks.striker =
-            follower.and_then(|follower| follower.track(&self.targets, &found.tracks.tracks));
+        if let Some(follower) = follower {
+            found.tracks.striker = follower.track(&self.targets, &found.tracks.tracks);
+            found.tracks.striker_onset_s = follower.onset_s();
+        }
         Ok(found)
     }
 
@@ -385,6 +387,7 @@ impl Clip<'_> {
             reprojection_rms_px: camera.reprojection_rms_px,
             tracks,
             striker: None,
+            striker_onset_s: None,
             warnings,
         };
         Explained { tracks, objects: Vec::new(), cameras, searches }

@@ -4,6 +4,7 @@ use super::markerless::outline_size::OUTLINE_SIZE;
 use super::striker::StrikerTrack;
 use crate::capture::{CAMERA_MOVED, RECORDED_LENS};
 use crate::geometry::Point;
+use crate::uncertain::Measured;
 use crate::warning::Cause;
 use serde::{Deserialize, Serialize};
 
@@ -21,6 +22,9 @@ pub struct Tracks {
     /// The striker's own motion; `None` where no strike is given or the film does not show it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub striker: Option<StrikerTrack>,
+    /// When the striker, or its arm, has begun to move (s); `None` where no strike is given or the film does not show it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub striker_onset_s: Option<Measured>,
     /// Problems and doubtful results, in words.
     #[serde(default)]
     pub warnings: Vec<String>,

@@ -7,6 +7,9 @@
 //! far the objects were from these poses; a warning names every object for which the difference matters.
 
 mod alignment;
+mod approach;
+#[cfg(test)]
+mod approach_tests;
 mod compare;
 mod departure;
 #[cfg(test)]
@@ -32,6 +35,7 @@ use crate::geometry::Pose;
 use crate::object::Object;
 use crate::scene::Scene;
 use crate::warning::Warning;
+use approach::MeanSpeed;
 use std::collections::BTreeMap;
 
 /// Compares the predicted final poses of the objects of a scene with the observed ones.
@@ -72,7 +76,10 @@ pub fn campaign_warnings(
     objects: &[Object],
 ) -> Vec<Warning> {
     let sizes = sizes::findings(&estimation.clips, objects);
-    let striker = striker::findings(clips, sizes.scale_error);
+    let fits = clips.iter().zip(&estimation.clips);
+    let mean_speeds: Vec<Option<MeanSpeed>> =
+        fits.map(|(clip, fit)| approach::mean_speed(clip, fit, cell, objects)).collect();
+    let striker = striker::findings(clips, &mean_speeds, sizes.scale_error);
     let known = departure::Known { cell, objects, properties: &estimation.properties };
     let departures = departure::warnings(clips, known, &striker);
     [striker.warnings, departures, sizes.warnings].concat()

@@ -4,6 +4,7 @@
 //! its strike is wrong. Where all speeds differ by one factor, either all given speeds or the frame rate of the films is wrong, which
 //! changes all results alike: no comparison between clips shows it.
 
+use super::approach::MeanSpeed;
 use super::spread::{LEAST_TURN_RAD, STDS, Spread, degrees};
 use crate::detect::StrikerTrack;
 use crate::estimate::ClipTracks;
@@ -24,6 +25,8 @@ const USUAL_RATE: f64 = 0.015;
 const LENGTH_ERROR: f64 = 0.15;
 /// A factor of the lengths on the table explains one of the speeds within this.
 const SAME_FACTOR: f64 = 0.02;
+/// What is seen to move within this many standard deviations of the striker's mean speed may be the striker.
+const SAME_SPEED_STDS: f64 = 2.0;
 /// A common difference is from zero by this many standard deviations of one clip.
 const COMMON_STDS: f64 = 4.0;
 /// The part of the clips that a difference has in common.
@@ -41,17 +44,19 @@ pub(super) struct Findings {
     pub turned: bool,
 }
 
-/// A clip whose striker is seen, beside its given strike.
+/// A clip whose striker is seen, or at least when it begins to move, beside its given strike.
 struct Compared<'a> {
     clip: &'a ClipTracks,
     strike: &'a Strike,
     rate_hz: f64,
     /// Logarithm of the speed over the given one.
     speed: Measured,
-    /// The part of its standard deviation that may be the same in all films: that of the scale.
+    /// The part of its standard deviation that may be the same in all films: that of the scale, or of the first motion.
     scale_std: f64,
-    /// The heading less the given one (rad, counter-clockwise).
-    turn: Measured,
+    /// The distance from the given start to the impact (m), if the speed is the mean one over it: the striker itself is not seen at rest.
+    distance_m: Option<f64>,
+    /// The heading less the given one (rad, counter-clockwise), if the striker is seen.
+    turn: Option<Measured>,
     /// The start beside the given one.
     start: Option<Start>,
 }
@@ -73,10 +78,15 @@ struct Common {
     along: Spread,
 }
 
-/// Compares the strikers that are seen with the given strikes; `scale_error` is that of the lengths on the table, if one is known
-/// (as a fraction): all positions are wrong then.
-pub(super) fn findings(clips: &[ClipTracks], scale_error: Option<f64>) -> Findings {
-    let mut compared: Vec<Compared> = clips.iter().filter_map(Compared::new).collect();
+/// Compares the strikers that are seen with the given strikes; `mean_speeds` are those from the first motion to the impact,
+/// and `scale_error` is the error of the lengths on the table, if one is known (as a fraction): all positions are wrong then.
+pub(super) fn findings(
+    clips: &[ClipTracks],
+    mean_speeds: &[Option<MeanSpeed>],
+    scale_error: Option<f64>,
+) -> Findings {
+    let given = clips.iter().zip(mean_speeds);
+    let mut compared: Vec<Compared> = given.filter_map(|(clip, mean)| Compared::new(clip, *mean)).collect();
     if scale_error.is_some() {
         for compared in &mut compared {
             compared.start = None;
@@ -101,7 +111,8 @@ impl Findings {
             let factor = common.speed.median.exp();
             let is_scale = scale_error.is_some_and(|error| (factor - 1.0 - error).abs() < SAME_FACTOR);
             if !is_scale {
-                let text = rate_or_speed(n, factor, group[0].rate_hz);
+                let is_mean = 2 * group.iter().filter(|compared| compared.distance_m.is_some()).count() > n;
+                let text = rate_or_speed(n, (factor, is_mean), group[0].rate_hz);
                 self.warnings.push(Warning::new(Cause::FrameRate, text));
             }
         }
@@ -129,7 +140,7 @@ impl Findings {
                     self.clips.insert(name.clone());
                     self.warnings.push(Warning::of_clip(Cause::GivenStrike, name, text));
                 }
-                None if common.is_nothing() => {
+                None if common.is_nothing() && compared.turn.is_some() => {
                     self.as_given.insert(name.clone());
                 }
                 None => {}
@@ -138,8 +149,17 @@ impl Findings {
     }
 }
 
+/// The speed of a striker over the given one, or the mean speed to the impact, for people.
+fn motion(ratio: f64, is_mean: bool) -> String {
+    if is_mean {
+        format!("takes {:.2} times as long as given from its first motion to the impact", 1.0 / ratio)
+    } else {
+        format!("moves {ratio:.2} times as fast as given")
+    }
+}
+
 /// The warning that all strikers are this factor as fast as given in films of this frame rate.
-fn rate_or_speed(n: usize, factor: f64, rate_hz: f64) -> String {
+fn rate_or_speed(n: usize, (factor, is_mean): (f64, bool), rate_hz: f64) -> String {
     let (percent, direction) = (100.0 * (1.0 / factor - 1.0), if factor < 1.0 { "high" } else { "low" });
     let (said_hz, true_hz) = (usual_hz(rate_hz), rate_hz / factor);
     let speeds = format!("strike.speed_m_s is {:.0} % too {direction} in all of them", percent.abs());
@@ -157,9 +177,9 @@ fn rate_or_speed(n: usize, factor: f64, rate_hz: f64) -> String {
     };
     let is_length = (factor - 1.0).abs() < LENGTH_ERROR;
     let lengths = if is_length { or_lengths(factor) } else { String::new() };
-    format!(
-        "in {n} clips the striker is seen to move {factor:.2} times as fast as given (median): {causes}{lengths}"
-    )
+    let late = if is_mean && factor < 1.0 { "; or the robot reaches its speed late" } else { "" };
+    let motion = motion(factor, is_mean);
+    format!("in {n} clips the striker {motion} (median): {causes}{lengths}{late}")
 }
 
 /// The cause, beside others, that all lengths on the table are this factor of the true ones.
@@ -196,9 +216,37 @@ fn displacement(left_m: f64, ahead_m: f64) -> String {
 }
 
 impl<'a> Compared<'a> {
-    fn new(clip: &'a ClipTracks) -> Option<Self> {
-        let (strike, seen) = (clip.strike.as_ref()?, clip.tracks.striker.as_ref()?);
-        let rate_hz = clip.frame_rate_hz()?;
+    /// The comparison by the striker that is seen, and by its mean speed to the impact where it is not seen at rest: what is seen may be the arm
+    /// above it, whose height nothing shows. It is certainly not the striker if it is not as fast.
+    fn new(clip: &'a ClipTracks, mean: Option<MeanSpeed>) -> Option<Self> {
+        let (strike, rate_hz) = (clip.strike.as_ref()?, clip.frame_rate_hz()?);
+        let seen = clip.tracks.striker.as_ref().and_then(|seen| Self::with_seen(clip, strike, rate_hz, seen));
+        let is_at_rest = clip.tracks.striker.as_ref().is_some_and(|seen| seen.start_m.is_some());
+        let Some(mean) = mean.filter(|_| !is_at_rest) else { return seen };
+        let MeanSpeed { log_ratio: speed, common_std: scale_std, distance_m } = mean;
+        let is_as_fast = |seen: &Self| {
+            let std = seen.speed.std.hypot(speed.std);
+            (seen.speed.value - speed.value).abs() < SAME_SPEED_STDS * std
+        };
+        let seen = seen.filter(is_as_fast);
+        Some(Self {
+            clip,
+            strike,
+            rate_hz,
+            speed,
+            scale_std,
+            distance_m: Some(distance_m),
+            turn: seen.as_ref().and_then(|seen| seen.turn),
+            start: seen.and_then(|seen| seen.start),
+        })
+    }
+
+    fn with_seen(
+        clip: &'a ClipTracks,
+        strike: &'a Strike,
+        rate_hz: f64,
+        seen: &StrikerTrack,
+    ) -> Option<Self> {
         let (speed, heading) = (seen.speed_m_s(), seen.heading_rad());
         let ratio = speed.value / strike.speed_m_s;
         let turn = Measured { value: wrapped_rad(heading.value - strike.heading_rad), ..heading };
@@ -209,7 +257,8 @@ impl<'a> Compared<'a> {
             rate_hz,
             speed: Measured { value: ratio.ln(), std: speed.std / speed.value },
             scale_std: seen.scale_std,
-            turn,
+            distance_m: None,
+            turn: Some(turn),
             start: Some(start(strike, seen)),
         })
     }
@@ -224,11 +273,17 @@ impl<'a> Compared<'a> {
                 let said_hz = usual_hz(self.rate_hz);
                 format!(", or the film was taken at {true_hz} frames/s where its file says {said_hz}: then write frame_rate_hz = {true_hz}")
             });
+            let motion = motion(ratio, self.distance_m.is_some());
+            let or_start = self.distance_m.map_or(String::new(), |distance_m| {
+                let (mm, side) =
+                    (1e3 * distance_m * (1.0 / ratio - 1.0), if ratio < 1.0 { "back" } else { "ahead" });
+                format!(", or a start_m {:.1} mm further {side}", mm.abs())
+            });
             findings.push(format!(
-                "moves {ratio:.2} times as fast as given: strike.speed_m_s is {given:.3}, and {fits:.3} would fit{or_rate}"
+                "{motion}: strike.speed_m_s is {given:.3}, and {fits:.3} would fit{or_start}{or_rate}"
             ));
         }
-        if let Some(off) = common.turn.off(self.turn, LEAST_TURN_RAD) {
+        if let Some(off) = self.turn.and_then(|turn| common.turn.off(turn, LEAST_TURN_RAD)) {
             let (aside, given, fits) =
                 (degrees(off), strike.heading_rad, wrapped_rad(strike.heading_rad + off));
             findings.push(format!(
@@ -295,7 +350,7 @@ impl Common {
         };
         Self {
             speed: of(&|c| Some(c.speed), LEAST_SPEED_ERROR, Self::speed_std(group)),
-            turn: of(&|c| Some(c.turn), LEAST_TURN_RAD, None),
+            turn: of(&|c| c.turn, LEAST_TURN_RAD, None),
             aside: of(&|c| c.start.map(|start| start.aside), LEAST_OFFSET_M, None),
             along: of(&|c| c.start.and_then(|start| start.along), LEAST_OFFSET_M, None),
         }

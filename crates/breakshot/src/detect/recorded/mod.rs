@@ -5,7 +5,6 @@
 
 mod table;
 
-use super::striker::StrikerTrack;
 use super::tracks::{Sample, Track, Tracks};
 use super::{derivatives, postprocess};
 use crate::cell::Workspace;
@@ -14,6 +13,7 @@ use crate::error::{Error, Result};
 use crate::geometry::Point;
 use crate::retiming::Retiming;
 use crate::statistics::sorted_by_value;
+use crate::uncertain::Measured;
 use std::f64::consts::TAU;
 use table::{Row, Table, syntax};
 
@@ -62,12 +62,19 @@ const WIDEST: f64 = 20.0;
 pub fn recorded_tracks(recording: &Recording, names: &[String], workspace: &Workspace) -> Result<Tracks> {
     let mut tracks = if recording.text.trim_start().starts_with('{') {
         let mut tracks = from_json(recording, names)?;
-        retime(&mut tracks.tracks, tracks.striker.as_mut(), recording.frame_rate_hz);
+        let Tracks { tracks: objects, striker, striker_onset_s, .. } = &mut tracks;
+        let of_striker = striker.iter_mut().flat_map(|striker| &mut striker.samples).map(|s| &mut s.time_s);
+        let striker_s = of_striker.chain(striker_onset_s.as_mut().map(|onset_s| &mut onset_s.value));
+        retime(objects, striker_s, recording.frame_rate_hz);
         tracks
     } else {
         let mut tracks = from_table(recording, names)?;
         count_from_the_start(&mut tracks);
-        retime(&mut tracks, None, recording.frame_rate_hz.filter(|_| columns(recording).time.is_some()));
+        retime(
+            &mut tracks,
+            std::iter::empty(),
+            recording.frame_rate_hz.filter(|_| columns(recording).time.is_some()),
+        );
         // Another instrument may be noisier along the motion than perpendicular to it.
         let unsmooth = postprocess::scale_noise(&mut tracks);
         let window_s =
@@ -295,11 +302,17 @@ fn from_json(recording: &Recording, names: &[String]) -> Result<Tracks> {
     if let Some(striker) = &all.striker {
         striker.check(name)?;
     }
+    if let Some(Measured { value, std }) = all.striker_onset_s
+        && !(value.is_finite() && std.is_finite() && std > 0.0)
+    {
+        let found = format!("{value} +- {std}");
+        return Err(Error::invalid(name, "striker_onset_s", found, "a time and a positive deviation"));
+    }
     Ok(all)
 }
 
 /// Sets the times to those of frames at this rate.
-fn retime(tracks: &mut [Track], striker: Option<&mut StrikerTrack>, rate_hz: Option<f64>) {
+fn retime<'a>(tracks: &mut [Track], striker_s: impl Iterator<Item = &'a mut f64>, rate_hz: Option<f64>) {
     let Some(rate_hz) = rate_hz else { return };
     let samples = || tracks.iter().flat_map(|track| &track.samples);
     let mut file_s = sorted_by_value(samples().map(|sample| sample.time_s).collect::<Vec<_>>(), |t| *t);
@@ -312,11 +325,11 @@ fn retime(tracks: &mut [Track], striker: Option<&mut StrikerTrack>, rate_hz: Opt
         sample.time_s = true_s[frame];
     }
     // A rolling shutter exposes the striker at other times than the objects.
-    for sample in striker.into_iter().flat_map(|striker| &mut striker.samples) {
-        let after = file_s.partition_point(|t| *t <= sample.time_s).clamp(1, file_s.len() - 1);
+    for time_s in striker_s {
+        let after = file_s.partition_point(|t| t <= time_s).clamp(1, file_s.len() - 1);
         let (from_s, to_s) = (file_s[after - 1], file_s[after]);
-        let part = (sample.time_s - from_s) / (to_s - from_s);
-        sample.time_s = true_s[after - 1] + part * (true_s[after] - true_s[after - 1]);
+        let part = (*time_s - from_s) / (to_s - from_s);
+        *time_s = true_s[after - 1] + part * (true_s[after] - true_s[after - 1]);
     }
 }
 

@@ -1,6 +1,7 @@
 //! The frames of a clip around the path of a strike: kept while the film is read, chosen afterwards.
 
 use crate::statistics::median;
+use crate::uncertain::Measured;
 
 /// Largest memory of a clip's crops (bytes); in longer films every second crop is dropped.
 const MOST_BYTES: usize = 32 << 20;
@@ -12,6 +13,10 @@ const CHANGED_LEVELS: f64 = 4.0;
 /// Blocks that must have changed, in so many frames one after the other.
 const LEAST_BLOCKS: usize = 3;
 const LEAST_FRAMES: usize = 3;
+/// Difference of a pixel from which it counts as change (grey levels): noise changes few by so much.
+const PIXEL_LEVELS: u8 = 8;
+/// Standard deviation of the onset by the change of two frames (intervals of the frames).
+const ONSET_STD: f64 = 0.12;
 /// Largest number of frames that are searched for the striker.
 const MOST_FRAMES: usize = 32;
 
@@ -81,10 +86,29 @@ impl Crops {
         moving.into_iter().step_by(every).collect()
     }
 
+    /// When something near the path has begun to move (s). The change since the first frame grows in proportion to the displacement: two frames show
+    /// when there was none.
+    pub(super) fn onset_s(&self) -> Option<Measured> {
+        let onset = self.onset()?;
+        let [still, first, second] = [onset - 1, onset, onset + 1].map(|k| self.kept.get(k));
+        let (still, first, second) = (still?, first?, second?);
+        let [before, one, two] =
+            [still, first, second].map(|crop| change(&self.kept[0].pixels, &crop.pixels));
+        let interval_s = second.time_s - first.time_s;
+        let back_s = if two > one { (one - before) / (two - one) * interval_s } else { f64::INFINITY };
+        let value = (first.time_s - back_s).clamp(still.time_s, first.time_s);
+        Some(Measured { value, std: ONSET_STD * interval_s })
+    }
+
     /// The time of the last crop before something moved (s).
     pub(super) fn still_s(&self) -> Option<f64> {
         self.onset().map(|k| self.kept[k - 1].time_s)
     }
+}
+
+/// The sum of what pixels differ by more than noise (grey levels).
+fn change(one: &[u8], other: &[u8]) -> f64 {
+    one.iter().zip(other).map(|(a, b)| f64::from(a.abs_diff(*b).saturating_sub(PIXEL_LEVELS))).sum()
 }
 
 /// Whether blocks have changed beside what has changed everywhere, as the light.

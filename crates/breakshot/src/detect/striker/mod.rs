@@ -20,6 +20,7 @@ use crate::capture::{Camera, Frame};
 use crate::cell::Striker;
 use crate::geometry::{Pixel, Point, Pose, Vec2, outline};
 use crate::scene::Strike;
+use crate::uncertain::Measured;
 use crops::Crops;
 use edge::{Edge, Outline, SeenOutlines, Steps};
 use grid::{Greys, Grid};
@@ -157,6 +158,18 @@ impl<'a> Follower<'a> {
         }
     }
 
+    /// When the striker or its arm has begun to move (s), if the film shows that.
+    pub(super) fn onset_s(&self) -> Option<Measured> {
+        let onset_s = self.crops.onset_s()?;
+        let row_px = self.camera.pixel_from_table(self.given.strike.start_m, self.height_m).y;
+        Some(Measured { value: onset_s.value + self.readout_s(row_px), ..onset_s })
+    }
+
+    /// A rolling shutter exposes a row this much later than the first one (s).
+    fn readout_s(&self, row_px: f64) -> f64 {
+        self.camera.readout_s * row_px / self.camera.size_px[1] as f64
+    }
+
     /// The striker's motion, if the film shows it; `tracks` are those of the objects `targets`.
     pub(super) fn track(&self, targets: &[Target], tracks: &[Track]) -> Option<StrikerTrack> {
         let (first, still_s) = (self.crops.first()?, self.crops.still_s()?);
@@ -230,9 +243,7 @@ impl<'a> Follower<'a> {
         let table = |at: Point| self.grid.strike.table_from_body(at);
         let sample = |&(time_s, at): &(f64, Point)| {
             let position = table(at);
-            let row_px = self.camera.pixel_from_table(position, self.height_m).y;
-            // A rolling shutter exposes lower rows later.
-            let time_s = time_s + self.camera.readout_s * row_px / self.camera.size_px[1] as f64;
+            let time_s = time_s + self.readout_s(self.camera.pixel_from_table(position, self.height_m).y);
             StrikerSample { time_s, x_m: position.x, y_m: position.y }
         };
         Some(StrikerTrack {

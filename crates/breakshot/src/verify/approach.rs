@@ -1,0 +1,43 @@
+//! How long does the striker take to reach the struck object?
+//!
+//! A film in which the arm hides the striker shows all the same when the arm begins to move, and the struck object shows the instant of the
+//! impact. The distance between the given start and the place of contact over that time is the striker's mean speed.
+
+use crate::cell::Cell;
+use crate::estimate::{ClipFit, ClipTracks, PlacedShape, StrikerPath};
+use crate::object::{self, Object};
+use crate::uncertain::Measured;
+
+/// The standard deviation of the distance from the given start to the place of contact (m): of the start and of both outlines.
+const DISTANCE_STD_M: f64 = 1.0e-3;
+
+/// A mean speed from the first motion to the impact.
+#[derive(Clone, Copy)]
+pub(super) struct MeanSpeed {
+    /// Its logarithm over the given speed.
+    pub log_ratio: Measured,
+    /// The part of the standard deviation that may be the same in all films: that of the instant at which the motion begins.
+    pub common_std: f64,
+    /// The distance from the given start to the place of contact (m).
+    pub distance_m: f64,
+}
+
+/// The mean speed with which the striker reaches the struck object; `None` if the film does not show when it begins to move or when it strikes.
+pub(super) fn mean_speed(
+    clip: &ClipTracks,
+    fit: &ClipFit,
+    cell: &Cell,
+    objects: &[Object],
+) -> Option<MeanSpeed> {
+    let (strike, onset_s) = (clip.strike.as_ref()?, clip.tracks.striker_onset_s?);
+    let impact = fit.impacts.first().filter(|impact| impact.a.as_deref() == Some("striker"))?;
+    let shape = &object::find(objects, &impact.b, &clip.name).ok()?.shape;
+    let struck = PlacedShape { shape, pose: impact.before[1].pose };
+    let distance_m = StrikerPath::new(&cell.striker, strike).distance_to_contact_m(struck)?;
+    let duration_s = impact.time.value - onset_s.value;
+    let common_std = onset_s.std / duration_s;
+    let std = (DISTANCE_STD_M / distance_m).hypot(impact.time.std / duration_s).hypot(common_std);
+    let value = (distance_m / duration_s / strike.speed_m_s).ln();
+    let is_known = duration_s > 0.0 && value.is_finite() && std.is_finite();
+    is_known.then_some(MeanSpeed { log_ratio: Measured { value, std }, common_std, distance_m })
+}

@@ -1,0 +1,114 @@
+//! Drawn campaigns whose films show when the striker begins to move, but not the striker itself.
+
+use super::approach::mean_speed;
+use super::campaign_warnings;
+use crate::detect::{StrikerSample, StrikerTrack};
+use crate::estimate::{ClipTracks, Options, estimation};
+use crate::geometry::Vec2;
+use crate::scene::Strike;
+use crate::synthetic::campaign::{CampaignSpec, SyntheticCampaign, campaign};
+use crate::uncertain::Measured;
+
+const ONSET_STD_S: f64 = 1e-3;
+
+/// A campaign whose strikers begin to move when their strikes say: at the impact less the distance over the speed.
+fn drawn(seed: u64) -> SyntheticCampaign {
+    let mut drawn = campaign(&CampaignSpec { objects: 3, ..CampaignSpec::default() }, seed);
+    let onset = |value: f64| Some(Measured { value, std: ONSET_STD_S });
+    drawn.clips.iter_mut().for_each(|clip| clip.tracks.striker_onset_s = onset(0.0));
+    let fits =
+        estimation(&drawn.clips, &drawn.cell, &drawn.objects, &Options::default()).expect("clips").clips;
+    for (clip, fit) in drawn.clips.iter_mut().zip(&fits) {
+        let speed_m_s = clip.strike.as_ref().expect("a strike").speed_m_s;
+        // A clip whose first impact is not clear shows no duration.
+        clip.tracks.striker_onset_s = mean_speed(clip, fit, &drawn.cell, &drawn.objects).and_then(|mean| {
+            let impact_s = mean.distance_m / (mean.log_ratio.value.exp() * speed_m_s);
+            onset(impact_s - mean.distance_m / speed_m_s)
+        });
+    }
+    drawn
+}
+
+fn warnings(drawn: &SyntheticCampaign, change: impl Fn(usize, &mut ClipTracks)) -> Vec<String> {
+    let mut clips = drawn.clips.clone();
+    clips.iter_mut().enumerate().for_each(|(number, clip)| change(number, clip));
+    let estimation = estimation(&clips, &drawn.cell, &drawn.objects, &Options::default()).expect("clips");
+    let warnings = campaign_warnings(&clips, &estimation, &drawn.cell, &drawn.objects);
+    warnings.iter().map(ToString::to_string).collect()
+}
+
+fn strike(clip: &mut ClipTracks) -> &mut Strike {
+    clip.strike.as_mut().expect("a strike")
+}
+
+#[test]
+fn strikers_that_reach_the_objects_in_time_give_no_warning() {
+    for seed in 1..4 {
+        let found = warnings(&drawn(seed), |_, _| {});
+        assert!(found.is_empty(), "campaign {seed}: {found:?}");
+    }
+}
+
+#[test]
+fn a_wrong_speed_of_all_clips_is_named_by_the_time_to_the_impact() {
+    let drawn = drawn(1);
+    for (factor, expected) in [(1.1, "10 % too high"), (0.9, "10 % too low")] {
+        let found = warnings(&drawn, |_, clip| strike(clip).speed_m_s *= factor);
+        let named = |text: &&String| text.contains("first motion to the impact") && text.contains(expected);
+        assert_eq!(found.iter().filter(named).count(), 1, "{factor}: {found:?}");
+    }
+}
+
+#[test]
+fn a_wrong_frame_rate_of_all_films_is_named_by_the_time_to_the_impact() {
+    let drawn = drawn(2);
+    let true_hz = drawn.clips[0].frame_rate_hz().expect("samples").round();
+    for factor in [1.2, 0.5] {
+        let found = warnings(&drawn, |_, clip| {
+            let tracks = &mut clip.tracks;
+            tracks.tracks.iter_mut().flat_map(|t| &mut t.samples).for_each(|s| s.time_s *= factor);
+            tracks.striker_onset_s.iter_mut().for_each(|onset_s| onset_s.value *= factor);
+        });
+        let fits = format!("write frame_rate_hz = {true_hz};");
+        assert_eq!(found.iter().filter(|text| text.contains(&fits)).count(), 1, "{factor}: {found:?}");
+    }
+}
+
+#[test]
+fn a_start_that_is_displaced_along_the_strike_is_named() {
+    let drawn = drawn(3);
+    let number = drawn.clips.iter().rposition(|clip| clip.tracks.striker_onset_s.is_some()).expect("a clip");
+    let found = warnings(&drawn, |k, clip| {
+        if k == number {
+            let ahead = Vec2::from_heading(strike(clip).heading_rad) * 0.02;
+            strike(clip).start_m += ahead;
+        }
+    });
+    let name = &drawn.clips[number].name;
+    let named = |text: &&String| text.starts_with(name) && text.contains("mm further back");
+    assert_eq!(found.iter().filter(named).count(), 1, "{found:?}");
+}
+
+/// What is seen is the arm above the striker: 15 % faster, and aside.
+#[test]
+fn an_arm_that_hides_the_striker_gives_no_warning() {
+    let drawn = drawn(1);
+    let found = warnings(&drawn, |_, clip| {
+        let Strike { start_m, heading_rad, speed_m_s, .. } = *strike(clip);
+        let Some(Measured { value: onset_s, .. }) = clip.tracks.striker_onset_s else { return };
+        let along = Vec2::from_heading(heading_rad);
+        let sample = |k: u32| {
+            let since_s = 0.03 + 0.01 * f64::from(k);
+            let at = start_m + along * (1.15 * speed_m_s * since_s) + along.perpendicular() * 0.02;
+            StrikerSample { time_s: onset_s + since_s, x_m: at.x, y_m: at.y }
+        };
+        clip.tracks.striker = Some(StrikerTrack {
+            samples: (0..4).map(sample).collect(),
+            start_m: None,
+            std_m: 2e-4,
+            offset_std_m: 6e-4,
+            scale_std: 0.025,
+        });
+    });
+    assert!(found.is_empty(), "{found:?}");
+}
