@@ -30,9 +30,7 @@ mod unobserved_tests;
 
 pub use clip::result::{BodyFit, ClipFit, Impact, Measured};
 pub use clip::sliding::MotionState;
-pub(crate) use clip::striker::path::StrikerPath;
 pub use clip_tracks::ClipTracks;
-pub(crate) use closest_points::PlacedShape;
 pub use design::experiment::{Experiment, Setup};
 pub use design::simulated_clip::{SimulatedCamera, simulated_clip};
 pub use design::{

@@ -3,13 +3,11 @@
 //! A film in which the arm hides the striker shows all the same when the arm begins to move, and the struck object shows the instant of the
 //! impact. The distance between the given start and the place of contact over that time is the striker's mean speed.
 
-use crate::cell::Cell;
-use crate::estimate::{ClipFit, ClipTracks, PlacedShape, StrikerPath};
-use crate::object::{self, Object};
+use crate::estimate::{ClipFit, ClipTracks};
 use crate::uncertain::Measured;
 
 /// The standard deviation of the distance from the given start to the place of contact (m): of the start and of both outlines.
-const DISTANCE_STD_M: f64 = 1.0e-3;
+const DISTANCE_STD_M: f64 = 5e-4;
 
 /// A mean speed from the first motion to the impact.
 #[derive(Clone, Copy)]
@@ -23,17 +21,10 @@ pub(super) struct MeanSpeed {
 }
 
 /// The mean speed with which the striker reaches the struck object; `None` if the film does not show when it begins to move or when it strikes.
-pub(super) fn mean_speed(
-    clip: &ClipTracks,
-    fit: &ClipFit,
-    cell: &Cell,
-    objects: &[Object],
-) -> Option<MeanSpeed> {
+pub(super) fn mean_speed(clip: &ClipTracks, fit: &ClipFit) -> Option<MeanSpeed> {
     let (strike, onset_s) = (clip.strike.as_ref()?, clip.tracks.striker_onset_s?);
-    let impact = fit.impacts.first().filter(|impact| impact.a.as_deref() == Some("striker"))?;
-    let shape = &object::find(objects, &impact.b, &clip.name).ok()?.shape;
-    let struck = PlacedShape { shape, pose: impact.before[1].pose };
-    let distance_m = StrikerPath::new(&cell.striker, strike).distance_to_contact_m(struck)?;
+    let impact = fit.impacts.first()?;
+    let distance_m = impact.striker_distance_m?;
     let duration_s = impact.time.value - onset_s.value;
     let common_std = onset_s.std / duration_s;
     let std = (DISTANCE_STD_M / distance_m).hypot(impact.time.std / duration_s).hypot(common_std);

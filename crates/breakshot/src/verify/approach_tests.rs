@@ -21,7 +21,7 @@ fn drawn(seed: u64) -> SyntheticCampaign {
     for (clip, fit) in drawn.clips.iter_mut().zip(&fits) {
         let speed_m_s = clip.strike.as_ref().expect("a strike").speed_m_s;
         // A clip whose first impact is not clear shows no duration.
-        clip.tracks.striker_onset_s = mean_speed(clip, fit, &drawn.cell, &drawn.objects).and_then(|mean| {
+        clip.tracks.striker_onset_s = mean_speed(clip, fit).and_then(|mean| {
             let impact_s = mean.distance_m / (mean.log_ratio.value.exp() * speed_m_s);
             onset(impact_s - mean.distance_m / speed_m_s)
         });

@@ -78,7 +78,7 @@ pub fn campaign_warnings(
     let sizes = sizes::findings(&estimation.clips, objects);
     let fits = clips.iter().zip(&estimation.clips);
     let mean_speeds: Vec<Option<MeanSpeed>> =
-        fits.map(|(clip, fit)| approach::mean_speed(clip, fit, cell, objects)).collect();
+        fits.map(|(clip, fit)| approach::mean_speed(clip, fit)).collect();
     let striker = striker::findings(clips, &mean_speeds, sizes.scale_error);
     let known = departure::Known { cell, objects, properties: &estimation.properties };
     let departures = departure::warnings(clips, known, &striker);

@@ -25,6 +25,8 @@ const USUAL_RATE: f64 = 0.015;
 const LENGTH_ERROR: f64 = 0.15;
 /// A factor of the lengths on the table explains one of the speeds within this.
 const SAME_FACTOR: f64 = 0.02;
+/// Fewest mean speeds whose median is that of the right ones, if one of them is wrong.
+const LEAST_MEAN_SPEEDS: usize = 4;
 /// What is seen to move within this many standard deviations of the striker's mean speed may be the striker.
 const SAME_SPEED_STDS: f64 = 2.0;
 /// A common difference is from zero by this many standard deviations of one clip.
@@ -73,6 +75,8 @@ struct Start {
 /// What the differences of most clips have in common.
 struct Common {
     speed: Spread,
+    /// Of the mean speeds alone, whether or not they are as given.
+    mean_speed: Spread,
     turn: Spread,
     aside: Spread,
     along: Spread,
@@ -176,7 +180,11 @@ fn rate_or_speed(n: usize, (factor, is_mean): (f64, bool), rate_hz: f64) -> Stri
         )
     };
     let is_length = (factor - 1.0).abs() < LENGTH_ERROR;
-    let lengths = if is_length { or_lengths(factor) } else { String::new() };
+    let lengths = match (is_mean, is_length) {
+        (true, _) => "; or lengths on the table are wrong: check the centres of the tags".to_owned(),
+        (false, true) => or_lengths(factor),
+        (false, false) => String::new(),
+    };
     let late = if is_mean && factor < 1.0 { "; or the robot reaches its speed late" } else { "" };
     let motion = motion(factor, is_mean);
     format!("in {n} clips the striker {motion} (median): {causes}{lengths}{late}")
@@ -263,11 +271,23 @@ impl<'a> Compared<'a> {
         })
     }
 
+    /// How far the logarithm of the speed is off that of most clips, if its deviation does not explain it. Mean speeds of several clips are compared with
+    /// each other: what they have in common cancels.
+    fn speed_off(&self, common: &Common) -> Option<f64> {
+        let Self { speed, scale_std, .. } = *self;
+        if self.distance_m.is_some() && common.mean_speed.n >= LEAST_MEAN_SPEEDS {
+            let own = Measured { std: (speed.std.powi(2) - scale_std.powi(2)).max(0.0).sqrt(), ..speed };
+            common.mean_speed.off(own, LEAST_SPEED_ERROR)
+        } else {
+            common.speed.off(speed, LEAST_SPEED_ERROR)
+        }
+    }
+
     /// What is wrong with the given strike beside what is wrong in most clips.
     fn finding(&self, common: &Common) -> Option<String> {
         let Self { strike, .. } = self;
         let mut findings = Vec::new();
-        if let Some(off) = common.speed.off(self.speed, LEAST_SPEED_ERROR) {
+        if let Some(off) = self.speed_off(common) {
             let (ratio, given, fits) = (off.exp(), strike.speed_m_s, off.exp() * strike.speed_m_s);
             let or_rate = usual_within(self.rate_hz / ratio, USUAL_RATE).map_or(String::new(), |true_hz| {
                 let said_hz = usual_hz(self.rate_hz);
@@ -350,6 +370,7 @@ impl Common {
         };
         Self {
             speed: of(&|c| Some(c.speed), LEAST_SPEED_ERROR, Self::speed_std(group)),
+            mean_speed: Spread::of(group.iter().filter(|c| c.distance_m.is_some()).map(|c| c.speed.value)),
             turn: of(&|c| c.turn, LEAST_TURN_RAD, None),
             aside: of(&|c| c.start.map(|start| start.aside), LEAST_OFFSET_M, None),
             along: of(&|c| c.start.and_then(|start| start.along), LEAST_OFFSET_M, None),

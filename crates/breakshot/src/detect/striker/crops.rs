@@ -16,7 +16,7 @@ const LEAST_FRAMES: usize = 3;
 /// Difference of a pixel from which it counts as change (grey levels): noise changes few by so much.
 const PIXEL_LEVELS: u8 = 8;
 /// Standard deviation of the onset by the change of two frames (intervals of the frames).
-const ONSET_STD: f64 = 0.12;
+const ONSET_STD: f64 = 0.1;
 /// Largest number of frames that are searched for the striker.
 const MOST_FRAMES: usize = 32;
 

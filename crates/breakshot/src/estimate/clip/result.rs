@@ -55,6 +55,8 @@ pub struct Impact {
     pub point: Point,
     /// The distance between the outlines at the impact (m); far from zero if names or outlines are wrong.
     pub gap_m: f64,
+    /// The striker's distance from its given start (m) at its first impact; `None` at other impacts, and if the given strike does not reach b.
+    pub striker_distance_m: Option<f64>,
     /// The motions of a and b just before.
     pub before: [MotionState; 2],
     /// The motions of a and b just after.

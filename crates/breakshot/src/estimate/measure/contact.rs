@@ -34,6 +34,8 @@ pub(crate) struct Contact {
     pub(crate) time_index: usize,
     /// The striker's prescribed velocity if a is the striker.
     pub(crate) striker_velocity: Vec2,
+    /// The striker's distance from its start (m) if this is its first impact and the given strike reaches the body.
+    pub(crate) striker_distance_m: Option<f64>,
     pub(crate) closest: ClosestPoints,
     /// Whether the normal follows from the outlines; else it is the direction of the impulse.
     pub(crate) normal_from_outlines: bool,
@@ -150,6 +152,7 @@ fn with_striker(fitted: &MotionFit, striker: &StrikerPath, b: usize, time_index:
         b,
         time_index,
         striker_velocity: striker.velocity(),
+        striker_distance_m: distance_m.filter(|_| first),
         closest: from_outlines.unwrap_or(assumed),
         normal_from_outlines: from_outlines.is_some(),
         impulse_direction: away,
@@ -192,6 +195,7 @@ fn between_objects(fitted: &MotionFit, [a, b]: [usize; 2], time_index: usize) ->
         b,
         time_index,
         striker_velocity: Vec2::ZERO,
+        striker_distance_m: None,
         closest: from_outlines.unwrap_or(assumed),
         normal_from_outlines: from_outlines.is_some(),
         impulse_direction,
@@ -241,6 +245,7 @@ fn without_pair(fitted: &MotionFit, members: &[usize], time_index: usize) -> Opt
         b,
         time_index,
         striker_velocity: Vec2::ZERO,
+        striker_distance_m: None,
         closest: ClosestPoints { gap_m: 0.0, normal_ab: impulse_direction, point, facing_sides: None },
         normal_from_outlines: false,
         impulse_direction,

@@ -88,6 +88,7 @@ fn impact(contact: &Contact, fitted: &MotionFit, values: [Measured; CONTACT_VALU
         normal_ab: contact.closest.normal_ab,
         point: contact.closest.point,
         gap_m: contact.closest.gap_m,
+        striker_distance_m: contact.striker_distance_m,
         before: motions.before,
         after: motions.after,
         restitution: contact.restitution.then_some(restitution),
