@@ -222,9 +222,12 @@ impl Camera {
         [[by_x.x, by_y.x], [by_x.y, by_y.y]]
     }
 
-    /// The side of the square that has the area of one pixel at that height (m / px).
+    /// The side of the square that has the area of one pixel at that height (m / px); outside the image that of the nearest pixel in it, since a lens
+    /// model is not valid far outside: there a pixel may show any small part of the table.
     pub fn scale_m_per_px(&self, pixel: Pixel, height_m: f64) -> f64 {
-        let [[xx, xy], [yx, yy]] = self.table_per_pixel_m(pixel, height_m);
+        let [width, height] = self.size_px.map(|size| size as f64);
+        let nearest = Pixel::new(pixel.x.clamp(0.0, width), pixel.y.clamp(0.0, height));
+        let [[xx, xy], [yx, yy]] = self.table_per_pixel_m(nearest, height_m);
         (xx * yy - xy * yx).abs().sqrt()
     }
 
@@ -262,7 +265,13 @@ impl Camera {
 
     /// Whether a pixel is inside the picture.
     pub fn shows(&self, pixel: Pixel) -> bool {
-        let inside = |v: f64, size: usize| v >= -HALF_PIXEL && v <= size as f64 - HALF_PIXEL;
+        self.shows_within(pixel, 0.0)
+    }
+
+    /// Whether the square of this half side around a pixel meets the picture; false if the pixel is not a number.
+    pub fn shows_within(&self, pixel: Pixel, reach_px: f64) -> bool {
+        let margin_px = HALF_PIXEL + reach_px;
+        let inside = |v: f64, size: usize| v >= -margin_px && v <= size as f64 - 2.0 * HALF_PIXEL + margin_px;
         inside(pixel.x, self.size_px[0]) && inside(pixel.y, self.size_px[1])
     }
 }
@@ -306,6 +315,20 @@ mod tests {
             let back = camera.pixel_from_table(point, height_m);
             prop_assert!(back.distance_px(Pixel::new(x_px, y_px)) < 1e-6, "came back as {back:?}");
         }
+    }
+
+    /// Far outside the image the polynomial of a lens spreads a small part of the table over many pixels: a search in steps of so many pixels there would not end.
+    #[test]
+    fn the_scale_far_outside_the_image_is_that_of_its_border() {
+        let lens = Lens::new([2088.0, 2088.0], [959.5, 539.5], [0.034, 0.044, 0.0008, 0.0004, 0.0]);
+        let at = Transform { position_m: [0.0, 0.0, 0.8], rpy_rad: [0.1, 0.0, 0.0] };
+        let camera = Camera::new([1920, 1080], lens, at);
+        let far = Pixel::new(-7700.0, -3740.0);
+        assert!(camera.table_from_pixel(far, 0.0).is_finite());
+        let [outside, border] = [far, Pixel::new(0.0, 0.0)].map(|pixel| camera.scale_m_per_px(pixel, 0.0));
+        assert_eq!(outside.to_bits(), border.to_bits(), "{outside} m/px beside {border} m/px");
+        assert!(!camera.shows_within(far, 100.0) && camera.shows_within(Pixel::new(-50.0, 500.0), 60.0));
+        assert!(!camera.shows_within(Pixel::new(f64::NAN, 0.0), 1e9));
     }
 
     #[test]

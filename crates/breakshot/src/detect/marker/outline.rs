@@ -177,8 +177,10 @@ impl MarkerView<'_> {
             Some(Self { appearance, ..*self })
         };
         let at = self.camera.pixel_from_table(around.position, self.target.height_m());
-        let step_m = SEARCH_STEP_PX * self.camera.scale_m_per_px(at, self.target.height_m());
-        if !step_m.is_finite() {
+        let pixel_m = self.camera.scale_m_per_px(at, self.target.height_m());
+        let step_m = SEARCH_STEP_PX * pixel_m;
+        let reach_px = (range.radius_m + self.target.feature.shape.outer_radius_m()) / pixel_m;
+        if !(step_m.is_finite() && self.camera.shows_within(at, reach_px)) {
             return None;
         }
         let steps = (range.radius_m / step_m).ceil() as i32;

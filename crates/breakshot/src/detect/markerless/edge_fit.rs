@@ -176,7 +176,8 @@ impl OutlineView<'_> {
     ) -> Option<OutlineFit> {
         let at = self.camera.pixel_from_table(around.position, self.height_m);
         let pixel_m = self.camera.scale_m_per_px(at, self.height_m);
-        if !pixel_m.is_finite() {
+        let reach_px = (range.radius_m + self.shape.outer_radius_m()) / pixel_m;
+        if !(pixel_m.is_finite() && self.camera.shows_within(at, reach_px)) {
             return None;
         }
         let distance_m = |pose: &Pose| pose.position.distance(around.position);

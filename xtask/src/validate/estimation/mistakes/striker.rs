@@ -3,10 +3,12 @@
 use super::answer;
 use crate::validate::estimation::saved::Saved;
 use crate::validate::row::{Row, mean_and_worst, rms};
+use breakshot::estimate::{ClipFit, ClipTracks, Options, estimation};
 use breakshot::geometry::{Vec2, wrapped_rad};
 
 /// What the lines that compare strikers with their strikes contain.
-const LINES: [&str; 3] = ["the striker is seen", "the striker moves", "the striker starts"];
+const LINES: [&str; 4] =
+    ["the striker is seen", "the striker moves", "the striker starts", "the striker takes"];
 
 /// Errors of the striker's motion in the right campaign, over all clips.
 #[derive(Default)]
@@ -56,6 +58,9 @@ pub(super) fn rows(saved: &Saved) -> Result<Vec<Row>, String> {
         Row::plain("clips whose striker is seen at rest", errors.start_m.len() as f64, ""),
     ];
     rows.extend(of("speed", &errors.speed, 100.0, "%"));
+    let mean_speed = mean_speed_errors(saved)?;
+    rows.push(Row::plain("clips whose mean speed to the impact is measured", mean_speed.len() as f64, ""));
+    rows.extend(of("mean speed to the impact", &mean_speed, 100.0, "%"));
     rows.extend(of("heading", &errors.heading_rad, 1f64.to_degrees(), "deg"));
     rows.extend(of("line, aside", &errors.aside_m, 1e3, "mm"));
     rows.extend(of("rest position", &errors.start_m, 1e3, "mm"));
@@ -67,4 +72,19 @@ pub(super) fn rows(saved: &Saved) -> Result<Vec<Row>, String> {
     ));
     rows.push(Row::at_most("wrong lines about right strikes", false_alarms as f64, 0.0, ""));
     Ok(rows)
+}
+
+/// Errors of the mean speeds from the striker's first motion to the impact, as fractions.
+fn mean_speed_errors(saved: &Saved) -> Result<Vec<f64>, String> {
+    let Saved { campaign, clips } = saved;
+    let fits = estimation(clips, &campaign.cell, &campaign.objects, &Options::default())
+        .map_err(|e| e.to_string())?
+        .clips;
+    let error = |(clip, fit): (&ClipTracks, &ClipFit)| {
+        let (strike, onset_s) = (clip.strike.as_ref()?, clip.tracks.striker_onset_s?);
+        let impact = fit.impacts.first()?;
+        let mean_m_s = impact.striker_distance_m? / (impact.time.value - onset_s.value);
+        Some(mean_m_s / strike.speed_m_s - 1.0)
+    };
+    Ok(clips.iter().zip(&fits).filter_map(error).collect())
 }
