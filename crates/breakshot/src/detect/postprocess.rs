@@ -8,7 +8,7 @@ use super::marker::blob::ImagePose;
 use super::marker::outline::OUTLINE_REACH_PX;
 use super::marker::target::Target;
 use super::motion_blur::{LEAST_FAST, velocity_px_s, without_blur};
-use super::track::LEAST_VISIBLE;
+use super::track::{FASTEST_M_S, LEAST_VISIBLE};
 use super::track_state::{DISTURBED_LEVELS, Source, TrackPoint, TrackState};
 use super::tracks::{Sample, Track};
 use super::why::reason::Doubt;
@@ -460,19 +460,22 @@ pub(super) fn doubt_noise(
 }
 
 /// Marks the samples as doubtful that are elsewhere than the trusted ones before and after them, between which the object did not move, or far less
-/// than to the sample and back.
+/// than to the sample and back; and a last one that no object reaches so fast.
 pub(super) fn doubt_jumps(track: &mut Track, doubts: &mut [Vec<Doubt>]) {
     let trusted: Vec<usize> = (0..track.samples.len()).filter(|&k| !track.samples[k].doubtful).collect();
     let speeds_m_s: Vec<f64> =
         trusted.windows(2).map(|pair| speed_m_s(&track.samples[pair[0]], &track.samples[pair[1]])).collect();
-    for n in 1..trusted.len().saturating_sub(1) {
-        let [before, here, after] = [n - 1, n, n + 1].map(|i| &track.samples[trusted[i]]);
-        let std_m = before.std_m.max(after.std_m);
-        let is_at_rest = before.position().distance(after.position()) < APART_STDS * std_m;
-        let off_m =
-            here.position().distance(before.position()).min(here.position().distance(after.position()));
-        let is_apart = off_m > FAR_APART_STDS * std_m.hypot(here.std_m);
-        if is_apart && (is_at_rest || is_detour(&speeds_m_s, n, speed_m_s(before, after))) {
+    for n in 1..trusted.len() {
+        let [before, here] = [n - 1, n].map(|i| &track.samples[trusted[i]]);
+        let after = trusted.get(n + 1).map(|&k| &track.samples[k]);
+        let around = [Some(before), after].into_iter().flatten();
+        let std_m = around.clone().map(|sample| sample.std_m).fold(0.0, f64::max);
+        let off_m = around.map(|s| here.position().distance(s.position())).fold(f64::INFINITY, f64::min);
+        let is_jump = after.map_or(speeds_m_s[n - 1] > FASTEST_M_S, |after| {
+            let is_at_rest = before.position().distance(after.position()) < APART_STDS * std_m;
+            is_at_rest || is_detour(&speeds_m_s, n, speed_m_s(before, after))
+        });
+        if is_jump && off_m > FAR_APART_STDS * std_m.hypot(here.std_m) {
             let sample = &mut track.samples[trusted[n]];
             sample.doubtful = true;
             sample.std_m = sample.std_m.hypot(off_m);
@@ -580,6 +583,9 @@ mod tests {
         assert_eq!(doubtful(&track), [4]);
         let std_m = track.samples[4].std_m;
         assert!(std_m > 1e-3, "the standard deviation is the distance, and no {std_m} m");
+        // The last sample before the object is lost
+        let (track, _) = with_jumps_doubted(&[[0.0, 0.0], [0.0, 0.0], [0.0, 0.0], [0.072, 0.03]]);
+        assert_eq!(doubtful(&track), [3]);
         // Struck and soon at rest, and a bounce off a heavy body
         let stopped =
             [[0.0, 0.0], [0.0, 0.0], [0.0, 0.0], [0.012, 0.0], [0.014, 0.0], [0.014, 0.0], [0.014, 0.0]];

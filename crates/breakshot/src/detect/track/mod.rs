@@ -10,7 +10,7 @@ mod outlined;
 mod prediction;
 
 pub(super) use outlined::LEAST_VISIBLE;
-pub(super) use prediction::{AREA_RATIOS, Detection, Prediction};
+pub(super) use prediction::{AREA_RATIOS, Detection, FASTEST_M_S, Prediction};
 
 use super::assignment::assignment;
 use super::association::Start;

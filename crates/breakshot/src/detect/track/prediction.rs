@@ -16,7 +16,7 @@ use std::ops::RangeInclusive;
 
 /// Upper bound of an object's speed (m/s): strikers reach 1 or 2 m/s, and a struck object leaves at less than twice
 /// that.
-const FASTEST_M_S: f64 = 4.0;
+pub(in crate::detect) const FASTEST_M_S: f64 = 4.0;
 /// Standard deviation of the change of velocity between frames (m/s).
 const VELOCITY_CHANGE_STD_M_S: f64 = 0.5;
 /// Standard deviation of the prediction without a change of velocity (m).
