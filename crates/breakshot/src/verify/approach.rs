@@ -9,6 +9,9 @@ use crate::uncertain::Measured;
 /// The standard deviation of the distance from the given start to the place of contact (m): of the start and of both outlines.
 const DISTANCE_STD_M: f64 = 5e-4;
 
+/// Largest standard deviation of a mean speed by the instant of the first motion: two frames before the impact.
+const MOST_COMMON_STD: f64 = 0.05;
+
 /// A mean speed from the first motion to the impact.
 #[derive(Clone, Copy)]
 pub(super) struct MeanSpeed {
@@ -29,6 +32,7 @@ pub(super) fn mean_speed(clip: &ClipTracks, fit: &ClipFit) -> Option<MeanSpeed> 
     let common_std = onset_s.std / duration_s;
     let std = (DISTANCE_STD_M / distance_m).hypot(impact.time.std / duration_s).hypot(common_std);
     let value = (distance_m / duration_s / strike.speed_m_s).ln();
-    let is_known = duration_s > 0.0 && value.is_finite() && std.is_finite();
+    // A motion that is seen only at the impact is that of the struck object.
+    let is_known = duration_s > 0.0 && common_std < MOST_COMMON_STD && value.is_finite() && std.is_finite();
     is_known.then_some(MeanSpeed { log_ratio: Measured { value, std }, common_std, distance_m })
 }

@@ -59,7 +59,7 @@ struct Compared<'a> {
     distance_m: Option<f64>,
     /// The heading less the given one (rad, counter-clockwise), if the striker is seen.
     turn: Option<Measured>,
-    /// The start beside the given one.
+    /// The start beside the given one, if the striker is seen at rest.
     start: Option<Start>,
 }
 
@@ -68,8 +68,8 @@ struct Compared<'a> {
 struct Start {
     /// To the left (m).
     aside: Measured,
-    /// Ahead (m), if it is seen at rest.
-    along: Option<Measured>,
+    /// Ahead (m).
+    along: Measured,
 }
 
 /// What the differences of most clips have in common.
@@ -244,8 +244,8 @@ impl<'a> Compared<'a> {
             speed,
             scale_std,
             distance_m: Some(distance_m),
-            turn: seen.as_ref().and_then(|seen| seen.turn),
-            start: seen.and_then(|seen| seen.start),
+            turn: seen.and_then(|seen| seen.turn),
+            start: None,
         })
     }
 
@@ -267,7 +267,7 @@ impl<'a> Compared<'a> {
             scale_std: seen.scale_std,
             distance_m: None,
             turn: Some(turn),
-            start: Some(start(strike, seen)),
+            start: start(strike, seen),
         })
     }
 
@@ -314,7 +314,7 @@ impl<'a> Compared<'a> {
             value.and_then(|value| spread.off(value, LEAST_OFFSET_M)).unwrap_or(0.0)
         };
         let aside_m = off(&common.aside, self.start.map(|start| start.aside));
-        let along_m = off(&common.along, self.start.and_then(|start| start.along));
+        let along_m = off(&common.along, self.start.map(|start| start.along));
         if aside_m != 0.0 || along_m != 0.0 {
             let ahead = Vec2::from_heading(strike.heading_rad);
             let fits = strike.start_m + ahead * along_m + ahead.perpendicular() * aside_m;
@@ -330,21 +330,13 @@ impl<'a> Compared<'a> {
     }
 }
 
-/// Where the striker starts; where it is not seen at rest, its line passes the given start so far to the left.
-fn start(strike: &Strike, seen: &StrikerTrack) -> Start {
+/// Where the striker starts, if it is seen at rest. A line of positions alone does not show it: they may be those of a part above the striker.
+fn start(strike: &Strike, seen: &StrikerTrack) -> Option<Start> {
     let ahead = Vec2::from_heading(strike.heading_rad);
-    let (middle, std) = seen.middle();
-    if let Some(start) = seen.start_m {
-        let displacement = start - strike.start_m;
-        let aside = Measured { value: displacement.dot(ahead.perpendicular()), std };
-        return Start { aside, along: Some(Measured { value: displacement.dot(ahead), std }) };
-    }
-    let heading = seen.heading_rad();
-    let direction = Vec2::from_heading(heading.value);
-    let from_start = middle - strike.start_m;
-    let distance_m = from_start.dot(direction);
-    let value = (from_start - direction * distance_m).dot(ahead.perpendicular());
-    Start { aside: Measured { value, std: std.hypot(distance_m * heading.std) }, along: None }
+    let displacement = seen.start_m? - strike.start_m;
+    let (_, std) = seen.middle();
+    let aside = Measured { value: displacement.dot(ahead.perpendicular()), std };
+    Some(Start { aside, along: Measured { value: displacement.dot(ahead), std } })
 }
 
 impl Common {
@@ -373,14 +365,14 @@ impl Common {
             mean_speed: Spread::of(group.iter().filter(|c| c.distance_m.is_some()).map(|c| c.speed.value)),
             turn: of(&|c| c.turn, LEAST_TURN_RAD, None),
             aside: of(&|c| c.start.map(|start| start.aside), LEAST_OFFSET_M, None),
-            along: of(&|c| c.start.and_then(|start| start.along), LEAST_OFFSET_M, None),
+            along: of(&|c| c.start.map(|start| start.along), LEAST_OFFSET_M, None),
         }
     }
 
     /// The standard deviation of what the speeds have in common: the scale of one clip, and the noise of all. The clips whose striker is
     /// seen at rest count, if there are some: their rest positions show the height of what is followed.
     fn speed_std(group: &[Compared]) -> Option<f64> {
-        let at_rest = |c: &&Compared| c.start.is_some_and(|start| start.along.is_some());
+        let at_rest = |c: &&Compared| c.start.is_some();
         let chosen: Vec<&Compared> = group.iter().filter(at_rest).collect();
         let is_enough = chosen.len() > 1 && 4 * chosen.len() >= group.len();
         let chosen = if is_enough { chosen } else { group.iter().collect() };
