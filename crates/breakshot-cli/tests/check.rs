@@ -50,7 +50,7 @@ fn checked(folder: &Path) -> (Vec<String>, String) {
 
 /// The warnings that compare the striker in the films with the given strikes.
 fn of_seen_strikers(warnings: &[String]) -> Vec<&String> {
-    let lines = ["the striker is seen", "the striker moves", "the striker starts"];
+    let lines = ["the striker is seen", "the striker moves", "the striker starts", "the striker takes"];
     warnings.iter().filter(|warning| lines.iter().any(|line| warning.contains(line))).collect()
 }
 
