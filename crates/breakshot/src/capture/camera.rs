@@ -236,6 +236,14 @@ impl Camera {
         matches!(self.projection, Projection::Space { .. })
     }
 
+    /// The scale (m / px) at a point of that height; `None` if the camera sees nothing within `reach_m` of it.
+    pub fn scale_where_shown(&self, point: Point, height_m: f64, reach_m: f64) -> Option<f64> {
+        let at = self.pixel_from_table(point, height_m);
+        let scale_m_per_px = self.scale_m_per_px(at, height_m);
+        let is_shown = scale_m_per_px.is_finite() && self.shows_within(at, reach_m / scale_m_per_px);
+        is_shown.then_some(scale_m_per_px)
+    }
+
     /// The lens, if it is known.
     pub fn lens(&self) -> Option<&Lens> {
         match &self.projection {
@@ -269,7 +277,7 @@ impl Camera {
     }
 
     /// Whether the square of this half side around a pixel meets the picture; false if the pixel is not a number.
-    pub fn shows_within(&self, pixel: Pixel, reach_px: f64) -> bool {
+    fn shows_within(&self, pixel: Pixel, reach_px: f64) -> bool {
         let margin_px = HALF_PIXEL + reach_px;
         let inside = |v: f64, size: usize| v >= -margin_px && v <= size as f64 - 2.0 * HALF_PIXEL + margin_px;
         inside(pixel.x, self.size_px[0]) && inside(pixel.y, self.size_px[1])

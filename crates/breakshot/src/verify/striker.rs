@@ -229,7 +229,7 @@ impl<'a> Compared<'a> {
     fn new(clip: &'a ClipTracks, mean: Option<MeanSpeed>) -> Option<Self> {
         let (strike, rate_hz) = (clip.strike.as_ref()?, clip.frame_rate_hz()?);
         let seen = clip.tracks.striker.as_ref().and_then(|seen| Self::with_seen(clip, strike, rate_hz, seen));
-        let is_at_rest = clip.tracks.striker.as_ref().is_some_and(|seen| seen.start_m.is_some());
+        let is_at_rest = seen.as_ref().is_some_and(|seen| seen.start.is_some());
         let Some(mean) = mean.filter(|_| !is_at_rest) else { return seen };
         let MeanSpeed { log_ratio: speed, common_std: scale_std, distance_m } = mean;
         let is_as_fast = |seen: &Self| {

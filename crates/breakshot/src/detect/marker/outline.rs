@@ -176,13 +176,9 @@ impl MarkerView<'_> {
             let appearance = Appearance { blur_px: blur_px(pose)?, ..self.appearance };
             Some(Self { appearance, ..*self })
         };
-        let at = self.camera.pixel_from_table(around.position, self.target.height_m());
-        let pixel_m = self.camera.scale_m_per_px(at, self.target.height_m());
+        let reach_m = range.radius_m + self.target.feature.shape.outer_radius_m();
+        let pixel_m = self.camera.scale_where_shown(around.position, self.target.height_m(), reach_m)?;
         let step_m = SEARCH_STEP_PX * pixel_m;
-        let reach_px = (range.radius_m + self.target.feature.shape.outer_radius_m()) / pixel_m;
-        if !(step_m.is_finite() && self.camera.shows_within(at, reach_px)) {
-            return None;
-        }
         let steps = (range.radius_m / step_m).ceil() as i32;
         let turns =
             if self.target.has_observable_yaw() { (range.angle_rad / SEARCH_STEP_RAD) as i32 } else { 0 };

@@ -174,12 +174,8 @@ impl OutlineView<'_> {
         range: SearchRange,
         free: impl Fn(Pose) -> bool,
     ) -> Option<OutlineFit> {
-        let at = self.camera.pixel_from_table(around.position, self.height_m);
-        let pixel_m = self.camera.scale_m_per_px(at, self.height_m);
-        let reach_px = (range.radius_m + self.shape.outer_radius_m()) / pixel_m;
-        if !(pixel_m.is_finite() && self.camera.shows_within(at, reach_px)) {
-            return None;
-        }
+        let reach_m = range.radius_m + self.shape.outer_radius_m();
+        let pixel_m = self.camera.scale_where_shown(around.position, self.height_m, reach_m)?;
         let distance_m = |pose: &Pose| pose.position.distance(around.position);
         // By decreasing visibility; of equal ones the nearest first.
         let sorted = |tried: Vec<Scored>| {
