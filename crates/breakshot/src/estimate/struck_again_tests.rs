@@ -209,6 +209,7 @@ fn a_second_strike_after_a_single_position_is_found() {
 
 /// A slow striker hits a disc again after 1.6 frames: true poses of a simulation that shares no model with the estimator (MuJoCo), which itself shows
 /// friction 0.491 and the impacts at 0.3085 and 0.3620 s. Without the second one friction is 0.09 to 0.31 and the restitution 0.08 in place of 0.49.
+/// The single position between them shows the restitution together with the instant of the second one, since the striker has not changed.
 #[test]
 fn a_second_strike_after_a_frame_and_a_half_is_found() {
     let strike = Strike {
@@ -226,8 +227,8 @@ fn a_second_strike_after_a_frame_and_a_half_is_found() {
     println!("friction {friction:?}: {:?}, {:?}", found.striker_restitution, found.warnings);
     let restitution = found.striker_restitution.get("a").map(|restitution| restitution.mean);
     assert!(found.warnings.iter().any(|warning| warning.contains("hits `a` again")), "{:?}", found.warnings);
-    assert!(friction.is_none_or(|f| (f / 0.491 - 1.0).abs() < 0.02), "{friction:?}");
-    assert!(restitution.is_none_or(|e| (e / 0.486 - 1.0).abs() < 0.05), "{restitution:?}");
+    assert!(friction.is_some_and(|f| (f / 0.491 - 1.0).abs() < 0.03), "{friction:?}");
+    assert!(restitution.is_some_and(|e| (e / 0.486 - 1.0).abs() < 0.05), "{restitution:?}");
 }
 
 /// Positions of a film that are more accurate than they are: the fit keeps the disc just ahead of the striker and takes it for pushed. What remains of its

@@ -246,3 +246,28 @@ fn a_faint_shadow_beside_a_moving_bar_does_not_turn_it() {
     check_under_a_faint_shadow(-1.5, 0.006, 0.7);
     check_under_a_faint_shadow(-0.5, 0.006, 1.0);
 }
+
+/// The shadow leaves a part of the marker that is too small to be it, while a marker of the same size lies a hand's breadth away.
+#[test]
+fn a_marker_under_a_shadow_is_not_exchanged_for_that_of_another_object() {
+    let mut view = View { table_grey: TABLE_GREY, ..view() };
+    view.camera.exposure_s = Some(0.004);
+    let plain =
+        Object { marker: Some(Marker::centred(disc(0.0084))), ..object("plain", disc(0.025), disc(0.0084)) };
+    let dot = Some(Dot { radius_m: 0.0065, at_m: Point::new(0.004, 0.0165) });
+    let marker = Some(Marker { dot, ..Marker::centred(disc(0.0088)) });
+    let dotted = Object { marker, ..object("dotted", disc(0.03), disc(0.0088)) };
+    let poses = [Pose::new(0.04, -0.01, 0.0), Pose::new(-0.03, 0.02, 0.2)];
+    let objects = [plain, dotted];
+    let mut frames = film(&view, &times_s(32), |_| {
+        objects.iter().zip(poses).flat_map(|(object, pose)| painted(object, pose, [150.0, 30.0])).collect()
+    });
+    shade_by(0.25, &view, &mut frames, objects[0].height_m, |at, t| {
+        at.distance(poses[0].position) < 0.03 && at.x < poses[0].position.x + 0.12 * (t - 0.2)
+    });
+    let tracks = found(&view, frames, &objects, &Layout::Unknown).expect("tracks");
+    for (track, pose) in tracks.tracks.iter().zip(poses) {
+        let far = track.samples.iter().find(|s| error_mm(s, pose) > FAR_MM);
+        assert!(far.is_none(), "`{}`: {far:?}", track.object);
+    }
+}

@@ -212,9 +212,18 @@ fn observations(
     predictions: &[Prediction],
     regions: &[Region],
 ) -> Vec<Option<Observation>> {
+    let cost = |prediction: &Prediction, region: &Region| {
+        let (cost, detection) = prediction.best(view, region);
+        let is_expected = |other: &Prediction| other.expects(view, detection);
+        // Also without another region: it is better left out than taken from the object that is expected there.
+        let is_of_other = cost.is_finite()
+            && !prediction.is_near(view, detection.component.centroid())
+            && predictions.iter().any(is_expected);
+        if is_of_other { f64::INFINITY } else { cost }
+    };
     let mut costs: Vec<Vec<f64>> = predictions
         .iter()
-        .map(|prediction| regions.iter().map(|region| prediction.best(view, region).0).collect())
+        .map(|prediction| regions.iter().map(|region| cost(prediction, region)).collect())
         .collect();
     let mut measured: BTreeMap<(usize, usize), Option<Observation>> = BTreeMap::new();
     loop {

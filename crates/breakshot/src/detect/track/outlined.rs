@@ -43,10 +43,7 @@ impl Prediction<'_, '_> {
             return Some(found);
         }
         let mut observed = observations[number].map(|observation| self.beside_outline(view, &observation));
-        let pixel = view.camera.pixel_from_table(predicted.position, state.target.height_m());
-        let most_std_m = MOST_STD_PX * view.camera.scale_m_per_px(pixel, state.target.height_m());
-        let is_visible = |fit: &MarkerFit| fit.visible_fraction > LEAST_VISIBLE && fit.std_m < most_std_m;
-        let outline = observed.and_then(|o| o.outline).filter(is_visible);
+        let outline = observed.and_then(|o| o.outline).filter(|fit| self.is_visible(view, fit));
         match (&observed, outline) {
             (Some(observation), Some(_)) if state.is_complete(view.camera, observation) => return observed,
             (Some(_), Some(outline)) => return Some(self.by_outline(view, outline)),
@@ -65,10 +62,7 @@ impl Prediction<'_, '_> {
         }
 
         // Where it is predicted, or near there, clear of all other markers
-        let velocity = state.velocity_at(view.frame.time_s);
-        let marker = self.marker(view, view.blur_px(&state.target, predicted, velocity));
-        let here = marker.fitted(predicted).filter(|fit| is_visible(fit) && free(fit.pose));
-        if let Some(fit) = here {
+        if let Some(fit) = self.fit_at_prediction(view).filter(|fit| free(fit.pose)) {
             return Some(self.by_outline(view, fit));
         }
         // A small part of a marker is where the marker is expected.
@@ -89,12 +83,31 @@ impl Prediction<'_, '_> {
             let velocity = state.velocity_to(pose, view.frame.time_s).unwrap_or_default();
             free(pose).then(|| view.blur_px(&state.target, pose, velocity))
         };
-        marker
+        self.predicted_marker(view)
             .searched(predicted, range, blur_px)
-            .filter(|fit| is_visible(fit) && fit.visible_fraction > CLEARLY_VISIBLE)
+            .filter(|fit| self.is_visible(view, fit) && fit.visible_fraction > CLEARLY_VISIBLE)
             .map(|fit| self.by_outline(view, fit))
             .or(observed)
             .or_else(|| markerless::observed_without_marker(view, state, predicted))
+    }
+
+    /// The fit of the marker's outline at the predicted pose; `None` if too little of it is visible there.
+    pub(super) fn fit_at_prediction(&self, view: &FrameView) -> Option<MarkerFit> {
+        self.predicted_marker(view).fitted(self.pose).filter(|fit| self.is_visible(view, fit))
+    }
+
+    /// Whether enough of the outline is visible for a position.
+    fn is_visible(&self, view: &FrameView, fit: &MarkerFit) -> bool {
+        let height_m = self.state.target.height_m();
+        let at = view.camera.pixel_from_table(self.pose.position, height_m);
+        let most_std_m = MOST_STD_PX * view.camera.scale_m_per_px(at, height_m);
+        fit.visible_fraction > LEAST_VISIBLE && fit.std_m < most_std_m
+    }
+
+    /// The marker, blurred as it is predicted to move.
+    fn predicted_marker<'v>(&'v self, view: &'v FrameView) -> MarkerView<'v> {
+        let velocity = self.state.velocity_at(view.frame.time_s);
+        self.marker(view, view.blur_px(&self.state.target, self.pose, velocity))
     }
 
     /// The observation with the fit of the marker's outline near it, blurred as the marker shows or as it moved since the last frame.

@@ -105,6 +105,18 @@ impl Prediction<'_, '_> {
         position.distance(self.pose.table_from_body(target.feature.at_m))
     }
 
+    /// Whether a marker's centroid is where the object may be one frame after it was observed.
+    pub(super) fn is_near(&self, view: &FrameView, centroid: Pixel) -> bool {
+        let near_m = NEAR_STDS * (PREDICTION_STD_M + VELOCITY_CHANGE_STD_M_S * view.interval_s);
+        self.distance_m(view.camera, centroid) < near_m
+    }
+
+    /// Whether a detection lies where the object's marker is without a change of velocity.
+    pub(super) fn expects(&self, view: &FrameView, detection: &Detection) -> bool {
+        self.cost(view, detection).is_finite()
+            && self.distance_m(view.camera, detection.component.centroid()) < NEAR_STDS * PREDICTION_STD_M
+    }
+
     /// The detection as the object's marker, complete or partly covered; `None` if it cannot be that.
     pub(super) fn observation(&self, view: &FrameView, detection: &Detection) -> Option<Observation> {
         self.judged(view, detection).ok()
@@ -137,9 +149,9 @@ impl Prediction<'_, '_> {
             return Ok(whole);
         }
         let change = state.signal_change(view.camera, best.pose, &best.blob);
-        // Far from the prediction only a complete marker is accepted, however long the object was not observed.
-        let near_m = NEAR_STDS * (PREDICTION_STD_M + VELOCITY_CHANGE_STD_M_S * view.interval_s);
-        let near = self.distance_m(view.camera, best.blob.centroid) < near_m;
+        // Far from the prediction only a complete marker is accepted, however long the object was not observed, and only if the marker's
+        // outline is not visible at the prediction.
+        let near = self.is_near(view, best.blob.centroid);
         let mismatch = state.target.mismatch(view.camera, &best.blob);
         let similar = mismatch.is_tolerable();
         let same_contrast = state.contrast_ratio(&best.blob).ln().abs() < SAME_CONTRAST.ln();
@@ -147,7 +159,9 @@ impl Prediction<'_, '_> {
         let part = change.abs() < COMPLETE || change < 2.0 * COMPLETE && same_contrast;
         let possible =
             if near { part || similar && same_contrast } else { change.abs() < 2.0 * COMPLETE && similar };
-        if possible {
+        if possible && !near && self.fit_at_prediction(view).is_some() {
+            Err(Rejection::VisibleElsewhere)
+        } else if possible {
             Ok(best)
         } else if !similar {
             Err(Rejection::Shape { ratio: mismatch.largest().exp() })

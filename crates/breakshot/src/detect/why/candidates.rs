@@ -114,7 +114,7 @@ fn verdict(prediction: &Prediction, view: &FrameView, region: &[Detection], seen
 /// How far a region came: of several reasons the one that was reached last explains most.
 fn progress(reason: &Rejection) -> u8 {
     match reason {
-        Rejection::FarPart { .. } => 3,
+        Rejection::FarPart { .. } | Rejection::VisibleElsewhere => 3,
         Rejection::Contrast { .. } => 2,
         Rejection::Shape { .. } => 1,
         _ => 0,

@@ -82,6 +82,8 @@ pub enum Rejection {
         /// Its area times its contrast over those of the whole marker.
         ratio: f64,
     },
+    /// It is far from the expected place, where the marker's outline is visible.
+    VisibleElsewhere,
     /// It belongs to another object.
     Taken {
         /// The name of that object.
@@ -171,6 +173,9 @@ impl Display for Rejection {
                 "it shows {} of a marker, and so far from the expected place only a whole one is accepted",
                 percent(ratio)
             ),
+            Self::VisibleElsewhere => {
+                write!(f, "it is far from the expected place, where the outline of the marker is visible")
+            }
             Self::Taken { by } => write!(f, "it belongs to `{by}`"),
             Self::Outline { visible, needed } => write!(
                 f,

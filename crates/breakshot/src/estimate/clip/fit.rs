@@ -106,7 +106,7 @@ impl MotionFit {
             }
         }
         if let Some(striker) = striker {
-            fitted = fitted.until_pushed(striker);
+            fitted = fitted.until_pushed(striker).with_one_restitution(striker);
         }
         fitted.without_outliers()
     }
@@ -174,7 +174,7 @@ impl MotionFit {
     }
 
     /// The fit that starts from these parameters.
-    fn run(model: MotionModel, parameters: Vec<f64>) -> Self {
+    pub(super) fn run(model: MotionModel, parameters: Vec<f64>) -> Self {
         // The weights depend on the motion: the second fit uses those of the first.
         let first = Self::weighted(model, parameters, INTERMEDIATE);
         Self::weighted(first.model, first.minimum.parameters, FINAL)

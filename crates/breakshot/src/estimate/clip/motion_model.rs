@@ -70,6 +70,9 @@ pub(crate) struct MotionModel {
     pub(crate) yaw_std_rad: f64,
     /// For every body and observation the standard deviation with which it is weighted (m).
     pub(crate) stds_m: Vec<Vec<f64>>,
+    /// The velocity of a striker whose successive impacts on a body are expected to have one restitution and to be as far apart as it moves
+    /// between them; `None` where the positions show each impact by itself.
+    pub(crate) repeated_striker: Option<Vec2>,
 }
 
 /// The law of motion between impacts.
@@ -176,6 +179,10 @@ const ANGULAR_ACCELERATION_STD_RAD_S2: f64 = 1e4;
 /// The standard deviation of the prior on the logarithm of the patch radius over that of the whole area: a body on its
 /// corners or its rim decelerates its spin up to 1.9 times as strongly, one on feet near its middle far less.
 pub(crate) const LOG_PATCH_STD: f64 = 0.5;
+/// Standard deviations of the distance between a body and the striker when it is hit again (m), which the error of the given speed makes, and of the
+/// difference of the restitutions of successive strikes of one body.
+const REPEATED_GAP_STD_M: f64 = 3e-4;
+const REPEATED_RESTITUTION_STD: f64 = 0.05;
 /// Bodies that do not slide on Coulomb friction often have soft bumpers, whose impacts last up to this long (s).
 const SOFT_CONTACT_S: f64 = 0.008;
 
@@ -266,7 +273,8 @@ impl MotionModel {
     pub(crate) fn new(bodies: Vec<Body>, exposure: Exposure) -> Self {
         let stds_m = bodies.iter().map(|b| b.observations.iter().map(|s| s.std_m).collect()).collect();
         let law = MotionLaw::Coulomb;
-        Self { law, bodies, events: Vec::new(), exposure, yaw_std_rad: YAW_STD_RAD, stds_m }
+        let repeated_striker = None;
+        Self { law, bodies, events: Vec::new(), exposure, yaw_std_rad: YAW_STD_RAD, stds_m, repeated_striker }
     }
 
     /// The indices of all parameters.
@@ -428,6 +436,26 @@ impl MotionModel {
                 expect([parameters[at] / LOG_PATCH_STD, 0.0]);
             }
         }
+        if let Some(velocity) = self.repeated_striker {
+            for (k, times) in self.repeated_strikes(layout) {
+                expect(repeated_strike(
+                    &self.path(k, layout, parameters),
+                    velocity,
+                    times.map(|t| parameters[t]),
+                ));
+            }
+        }
+    }
+
+    /// Each two successive impacts of the striker on one body: the body, and the indices of their times among the parameters.
+    pub(crate) fn repeated_strikes(&self, layout: &ParameterLayout) -> Vec<(usize, [usize; 2])> {
+        let events = self.events.iter().zip(&layout.events);
+        let strikes: Vec<(usize, usize)> = events
+            .filter(|(event, _)| event.cause == Cause::Striker)
+            .flat_map(|(event, indices)| event.members.iter().map(|&k| (k, indices.time)))
+            .collect();
+        let pairs = strikes.windows(2).filter(|pair| pair[0].0 == pair[1].0);
+        pairs.map(|pair| (pair[0].0, [pair[0].1, pair[1].1])).collect()
     }
 
     /// Sets the weights of the observations for the motion of these parameters: long periods of rest and frames around
@@ -500,6 +528,21 @@ impl Problem for MotionProblem<'_> {
             row += 1;
         });
     }
+}
+
+/// The residuals of two impacts of a striker at constant velocity on one body, along the direction in which the first one sets it in motion: the
+/// distance of the body from the striker at the second one, and the difference of both restitutions.
+fn repeated_strike(path: &BodyPath, striker: Vec2, [first_s, second_s]: [f64; 2]) -> [f64; 2] {
+    let [before, after] = [path.motion_before(first_s), path.motion(first_s)];
+    let normal = (after.velocity - before.velocity).direction().unwrap_or(Vec2::new(1.0, 0.0));
+    let [again_before, again_after] = [path.motion_before(second_s), path.motion(second_s)];
+    let moved = again_before.pose.position - after.pose.position;
+    let gap_m = (moved - striker * (second_s - first_s)).dot(normal);
+    let approach_m_s = |motion: MotionState| (striker - motion.velocity).dot(normal);
+    let first_m_s = approach_m_s(before);
+    let restitution = -approach_m_s(after) / first_m_s;
+    let excess_m_s = -approach_m_s(again_after) - restitution * approach_m_s(again_before);
+    [gap_m / REPEATED_GAP_STD_M, excess_m_s / (REPEATED_RESTITUTION_STD * first_m_s)]
 }
 
 /// The standard deviation of the yaw's noise for the first fit (rad).

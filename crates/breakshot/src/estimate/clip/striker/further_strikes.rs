@@ -17,6 +17,8 @@ const NOT_PARTED_M: f64 = 0.01;
 const LEAST_FRAMES_APART: f64 = 1.5;
 /// A second impact is tried at most at this many frames in which the striker is still near.
 const MOST_NEAR_FRAMES: usize = 5;
+/// Number of positions that show the velocity between two impacts of the striker, and the instant of the first one.
+const POSITIONS_OF_A_MOTION: usize = 2;
 /// Most impacts of the striker on one body; more are a push.
 const MOST_STRIKES: usize = 3;
 
@@ -116,6 +118,23 @@ impl MotionFit {
         let times: Vec<f64> = self.strike_times_s().collect();
         let least_s = LEAST_FRAMES_APART * frame_s(&self.model.bodies);
         times.windows(2).all(|pair| pair[1] - pair[0] > least_s)
+    }
+
+    /// The fit in which successive impacts of the striker on a body have one restitution, and the body moves as far as the striker between them,
+    /// where a single position shows that motion: it shows either the instant of the first impact or the velocity.
+    pub(crate) fn with_one_restitution(self, striker: &StrikerPath) -> Self {
+        let parameters = &self.minimum.parameters;
+        let has_few_positions = |(k, times): &(usize, [usize; 2])| {
+            let [from_s, to_s] = times.map(|t| parameters[t]);
+            let observations = self.model.bodies[*k].observations.iter();
+            observations.filter(|o| !o.excluded && (from_s..to_s).contains(&o.time_s)).count()
+                < POSITIONS_OF_A_MOTION
+        };
+        if self.non_coulomb || !self.model.repeated_strikes(&self.layout).iter().any(has_few_positions) {
+            return self;
+        }
+        let model = MotionModel { repeated_striker: Some(striker.velocity()), ..self.model.clone() };
+        Self { remarks: self.remarks.clone(), ..Self::run(model, self.minimum.parameters.clone()) }
     }
 
     /// The times of the striker's impacts (s).
