@@ -29,6 +29,10 @@ pub struct Camera {
     pub tags_found: Vec<u32>,
     /// Every tag of the cell that was detected, used or not.
     pub tags: Vec<TagFit>,
+    /// The mean width of the tags' black squares over `size_m`, where lengths are those between their centres; `None` if fewer than four tags
+    /// are used, or if they differ.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub tag_width_ratio: Option<f64>,
     /// How long a rolling shutter takes from the first to the last row (s); 0 for a global one.
     #[serde(default)]
     pub readout_s: f64,
@@ -186,6 +190,7 @@ impl Camera {
             pose_covariance: None,
             tags_found: Vec::new(),
             tags: Vec::new(),
+            tag_width_ratio: None,
             readout_s: 0.0,
             exposure_s: None,
             tag_thickness_m: 0.0,

@@ -4,12 +4,13 @@ use super::camera::{Camera, Projection, TagFit};
 use super::image::GreyImage;
 use super::lens::{Lens, middle_px};
 use super::pose::{self, Correspondence, FreeParameters, PoseFit};
+use super::tag_widths::{LEAST_WIDTH_ERROR, WidthRatios, width_warning};
 use super::tags::{self, DetectedTag};
 use crate::cell::{CameraSpec, Cell, ReferencePoint, Tag, Workspace};
 use crate::error::{Error, Result};
 use crate::geometry::{Pixel, Point};
 use crate::statistics::sorted_by_value;
-use std::f64::consts::{FRAC_PI_2, SQRT_2};
+use std::f64::consts::FRAC_PI_2;
 
 /// Largest distance of a tag's corners from where the pose of the other tags predicts them (m): errors of a ruler are
 /// smaller...
@@ -28,6 +29,10 @@ const CLICK_NOISE_PX: f64 = 0.5;
 pub(super) const FOCAL_STD: f64 = 0.01;
 /// Relative tolerance of a tag's size: the error of a ruler on the smallest tags.
 const SAME_SIZE: f64 = 0.03;
+/// Number of tags whose centres alone determine the pose.
+const TAGS_OF_A_POSE: usize = 4;
+/// Largest standard error of the mean width of the tags over `size_m`.
+const WIDTH_RATIO_STD: f64 = 0.002;
 /// k1 is estimated if it differs from zero by this many standard deviations.
 const SIGNIFICANT: f64 = 5.0;
 /// Initial guesses of an unknown focal length in picture widths: from wide angle to telephoto.
@@ -246,6 +251,10 @@ impl PoseProblem<'_> {
         let mut camera = self.camera_with(fit.projection.clone());
         (camera.reprojection_rms_px, camera.reprojection_rms_m) = rms(&camera, &self.correspondences(&used));
         camera.tags_found = used.iter().map(|tag| tag.id).collect();
+        camera.tag_width_ratio = self.width_ratio(&used, &fit.projection);
+        if let Some(error) = camera.tag_width_ratio.map(|r| r - 1.0).filter(|e| e.abs() > LEAST_WIDTH_ERROR) {
+            self.warnings.push(width_warning(error));
+        }
         camera.tags = detected.iter().map(|tag| self.tag_fit(&camera, tag)).collect();
         for tag in camera.tags.iter().filter(|tag| !tag.used) {
             let off = format!("tag {} is {:.1} mm from its position in cell.toml", tag.id, tag.rms_m * 1e3);
@@ -395,22 +404,38 @@ impl PoseProblem<'_> {
 
     /// The ratio of the tags' true size to `size_m`, if their centres agree with the cell and all ratios are equal.
     fn size_ratio(&self, detected: &[DetectedTag]) -> Option<f64> {
+        let centers = self.centers(detected);
+        let camera = self.camera_with(self.projection(&centers)?);
+        let WidthRatios { all, mean, .. } = self.width_ratios(&camera, detected);
+        let alike = all.iter().all(|ratio| (ratio / mean - 1.0).abs() < SAME_SIZE);
+        let right = rms(&camera, &centers).1 < MISPLACED_M;
+        (alike && right && (mean - 1.0).abs() > SAME_SIZE).then_some(mean)
+    }
+
+    /// The mean width of the tags' black squares over `size_m`, by a camera whose pose their centres alone determine; `None` if they do not,
+    /// or if the tags differ.
+    fn width_ratio(&self, used: &[DetectedTag], fitted: &Projection) -> Option<f64> {
+        let Projection::Space { lens, .. } = fitted else { return None };
+        if used.len() < TAGS_OF_A_POSE {
+            return None;
+        }
+        let by_centers = pose::pose(lens, &self.centers(used), FreeParameters::Pose)?;
+        let ratios = self.width_ratios(&self.camera_with(by_centers.projection), used);
+        (ratios.standard_error < WIDTH_RATIO_STD).then_some(ratios.mean)
+    }
+
+    /// The centres of these tags in the cell and in the picture.
+    fn centers(&self, detected: &[DetectedTag]) -> Vec<Correspondence> {
         let center = |tag: &DetectedTag| {
             let point = self.tag(tag.id)?.center_m;
             Some(Correspondence { point, pixel: tag.center_px(), std_px: CLICK_NOISE_PX })
         };
-        let centers: Vec<Correspondence> = detected.iter().map(center).collect::<Option<_>>()?;
-        let camera = self.camera_with(self.projection(&centers)?);
-        let ratio = |tag: &DetectedTag| {
-            let [a, b, c, d] = tag.corners_px.map(|corner| camera.table_from_pixel(corner, 0.0));
-            let diagonals_m = a.distance(c) + b.distance(d);
-            Some(diagonals_m / (2.0 * SQRT_2 * self.tag(tag.id)?.size_m))
-        };
-        let ratios: Vec<f64> = detected.iter().map(ratio).collect::<Option<_>>()?;
-        let mean = ratios.iter().sum::<f64>() / ratios.len() as f64;
-        let alike = ratios.iter().all(|ratio| (ratio / mean - 1.0).abs() < SAME_SIZE);
-        let right = rms(&camera, &centers).1 < MISPLACED_M;
-        (alike && right && (mean - 1.0).abs() > SAME_SIZE).then_some(mean)
+        detected.iter().filter_map(center).collect()
+    }
+
+    /// The widths of these tags as this camera sees them.
+    fn width_ratios(&self, camera: &Camera, detected: &[DetectedTag]) -> WidthRatios {
+        WidthRatios::of(camera, detected.iter().filter_map(|tag| Some((tag, self.tag(tag.id)?))))
     }
 
     fn camera_with(&self, projection: Projection) -> Camera {

@@ -17,6 +17,7 @@ mod pose;
 mod recorded_lens;
 mod retimed;
 mod source;
+mod tag_widths;
 mod tags;
 
 pub use board::{LensCalibration, LensParameter, lens_calibration};
@@ -30,6 +31,7 @@ pub use lens::Lens;
 pub use png_url::PngEffort;
 pub(crate) use recorded_lens::RECORDED_LENS;
 pub use source::{Decoder, Pictures, colours, is_decoding, recorded_unix_s};
+pub(crate) use tag_widths::{LEAST_WIDTH_ERROR, width_warning};
 pub use tags::{board_sheet, tag_sheet};
 
 #[cfg(any(test, feature = "synthetic"))]

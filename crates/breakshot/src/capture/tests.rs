@@ -112,6 +112,23 @@ fn four_tags_determine_the_pose_for_any_tilt_and_rotation() {
 }
 
 #[test]
+fn the_width_of_the_tags_shows_that_their_centres_are_too_far_apart_in_the_cell() {
+    let truth = looking(0.3, 0.0);
+    let image = drawn(&truth, &four_tags());
+    for factor in [1.0, 1.01, 0.98] {
+        let mut spread = four_tags();
+        for tag in &mut spread {
+            tag.center_m = Point::ORIGIN + tag.center_m.to_vec() * factor;
+        }
+        let camera = found(&image, &cell(spread)).expect("four tags in view");
+        let ratio = camera.tag_width_ratio.expect("four tags that are alike");
+        assert!((ratio - factor).abs() < 1e-3, "{ratio}, centres {factor} times as far apart");
+    }
+    let three = four_tags()[..3].to_vec();
+    assert_eq!(found(&image, &cell(three)).expect("three tags").tag_width_ratio, None);
+}
+
+#[test]
 fn heights_are_measured_from_the_table_under_thick_tags() {
     let truth = looking(0.4, 0.0);
     let image = drawn(&truth, &four_tags());

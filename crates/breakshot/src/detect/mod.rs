@@ -385,6 +385,7 @@ impl Clip<'_> {
             version: 1,
             video: self.name.clone(),
             reprojection_rms_px: camera.reprojection_rms_px,
+            tag_width_ratio: camera.tag_width_ratio,
             tracks,
             striker: None,
             striker_onset_s: None,

@@ -17,6 +17,10 @@ pub struct Tracks {
     pub video: String,
     /// Reprojection error of the camera's pose over all tag corners (px, root mean square).
     pub reprojection_rms_px: f64,
+    /// The mean width of the tags' black squares over `size_m`, where lengths are those between their centres; `None` if fewer than four tags
+    /// are seen, or if they differ.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub tag_width_ratio: Option<f64>,
     /// One track per object, in the order of the requested names.
     pub tracks: Vec<Track>,
     /// The striker's own motion; `None` where no strike is given or the film does not show it.

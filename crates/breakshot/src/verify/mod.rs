@@ -66,7 +66,8 @@ pub fn comparison(scene: &Scene, predicted: &BTreeMap<String, Pose>, observed: &
 }
 
 /// Warnings about a campaign whose files do not fit its films: strikers that are seen to move otherwise than given, given strikes that send
-/// the struck objects elsewhere, or not so fast, and outlines that do not touch when the objects meet.
+/// the struck objects elsewhere, or not so fast, tags whose sizes do not fit the distances of their centres, and outlines that do not touch when
+/// the objects meet.
 ///
 /// `estimation` is that of the clips.
 pub fn campaign_warnings(
@@ -75,7 +76,7 @@ pub fn campaign_warnings(
     cell: &Cell,
     objects: &[Object],
 ) -> Vec<Warning> {
-    let sizes = sizes::findings(&estimation.clips, objects);
+    let sizes = sizes::findings(clips, &estimation.clips, objects);
     let fits = clips.iter().zip(&estimation.clips);
     let mean_speeds: Vec<Option<MeanSpeed>> =
         fits.map(|(clip, fit)| approach::mean_speed(clip, fit)).collect();

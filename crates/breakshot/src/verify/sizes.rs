@@ -1,9 +1,13 @@
-//! Do the outlines touch when the objects meet?
+//! Do lengths on the table fit the tags, and do the outlines touch when the objects meet?
+//!
+//! The tags' sizes and the distances of their centres are measured separately: where all tags look too wide, the centres are too far apart in
+//! the cell, or the sizes too small.
 //!
 //! At an impact the outlines of two objects touch. Where they are apart or overlap in most impacts, the sizes of the objects or the
 //! scale of the table are wrong; which of them, the objects of the impacts show.
 
-use crate::estimate::ClipFit;
+use crate::capture::{LEAST_WIDTH_ERROR, width_warning};
+use crate::estimate::{ClipFit, ClipTracks};
 use crate::object::{self, Object, kind};
 use crate::statistics::median;
 use crate::warning::{Cause, Warning};
@@ -34,8 +38,28 @@ pub(super) struct Findings {
     pub scale_error: Option<f64>,
 }
 
-/// A warning if lengths on the table do not fit the objects, and one for each object whose outline does not fit its impacts.
-pub(super) fn findings(fits: &[ClipFit], objects: &[Object]) -> Findings {
+/// A warning if the tags' sizes do not fit the distances of their centres, one if lengths on the table do not fit the objects, and one for each
+/// object whose outline does not fit its impacts.
+pub(super) fn findings(clips: &[ClipTracks], fits: &[ClipFit], objects: &[Object]) -> Findings {
+    let (tags, outlines) = (of_tags(clips), of_outlines(fits, objects));
+    Findings {
+        warnings: [tags.warnings, outlines.warnings].concat(),
+        scale_error: outlines.scale_error.or(tags.scale_error),
+    }
+}
+
+/// What the tags' sizes say about the distances of their centres.
+fn of_tags(clips: &[ClipTracks]) -> Findings {
+    let ratios: Vec<f64> = clips.iter().filter_map(|clip| clip.tracks.tag_width_ratio).collect();
+    let n = ratios.len();
+    let error = median(ratios).map(|ratio| ratio - 1.0).filter(|error| error.abs() > LEAST_WIDTH_ERROR);
+    let Some(error) = error else { return Findings::default() };
+    let text = format!("in {n} clips {} (median)", width_warning(error));
+    Findings { warnings: vec![Warning::new(Cause::Lengths, text)], scale_error: Some(error) }
+}
+
+/// What the gaps between the outlines at impacts say.
+fn of_outlines(fits: &[ClipFit], objects: &[Object]) -> Findings {
     let gaps: Vec<Gap> = fits
         .iter()
         .flat_map(|fit| &fit.impacts)

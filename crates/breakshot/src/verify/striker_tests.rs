@@ -164,3 +164,33 @@ fn a_rotated_and_a_displaced_frame_are_named_once() {
     );
     assert!(displaced[0].contains("10.0 mm ahead of the given start"), "{displaced:?}");
 }
+
+/// Centres of tags that are 2 % too far apart in the cell: the tags look too wide, and the striker is seen to be as much too fast.
+#[test]
+fn tags_that_are_too_wide_beside_the_distances_of_their_centres_are_named_once() {
+    let drawn = drawn(4);
+    let spread = |factor: f64| {
+        changed(&drawn, |_, clip| {
+            clip.tracks.tag_width_ratio = Some(factor);
+            for track in &mut clip.tracks.tracks {
+                for sample in &mut track.samples {
+                    (sample.x_m, sample.y_m) = (factor * sample.x_m, factor * sample.y_m);
+                }
+            }
+            let striker = clip.tracks.striker.as_mut().expect("a striker");
+            striker.start_m = striker.start_m.map(|start| Point::ORIGIN + start.to_vec() * factor);
+            for sample in &mut striker.samples {
+                (sample.x_m, sample.y_m) = (factor * sample.x_m, factor * sample.y_m);
+            }
+        })
+    };
+    let of_tags = |factor: f64| {
+        let found = warnings(&drawn, &spread(factor));
+        found.into_iter().filter(|text| text.contains("the tags are")).collect::<Vec<_>>()
+    };
+    let found = of_tags(1.02);
+    assert!(found.len() == 1 && found[0].contains("2.0 % wider than size_m"), "{found:?}");
+    let found = of_tags(0.99);
+    assert!(found.len() == 1 && found[0].contains("1.0 % narrower than size_m"), "{found:?}");
+    assert_eq!(of_tags(1.002), Vec::<String>::new());
+}

@@ -23,7 +23,7 @@ const Z_95: f64 = 1.96;
 /// Error of mass ratios (relative) that is the same in all clips, by which means are corrected: the table's friction takes
 /// a part of each impulse.
 const MASS_CORRECTION: f64 = 0.02;
-/// An interval that reaches further than this factor from the mean tells nothing, unless it is a narrow one near zero.
+/// An interval whose ends differ by more than this factor tells nothing, unless it is a narrow one near zero.
 const WIDEST_FACTOR: f64 = 2.0;
 const NARROW: f64 = 0.2;
 
@@ -115,8 +115,7 @@ impl Found {
         self.estimates += 1;
         self.covered += usize::from(pair.covered());
         self.errors_percent.entry(pair.estimate.n.min(MANY_CLIPS)).or_default().push(pair.error_percent());
-        let mean = pair.estimate.mean;
-        if (low * WIDEST_FACTOR < mean || high > WIDEST_FACTOR * mean) && high - low > NARROW {
+        if high > WIDEST_FACTOR * low && high - low > NARROW {
             self.too_wide.push(shown());
         }
         if let Some(readings) = readings {
@@ -141,12 +140,7 @@ impl Found {
                 0.0,
                 "",
             ),
-            Row::at_most(
-                "intervals more than a factor of two from the mean",
-                self.too_wide.len() as f64,
-                0.0,
-                "",
-            ),
+            Row::at_most("intervals wider than a factor of two", self.too_wide.len() as f64, 0.0, ""),
         ];
         for (n, errors) in &self.errors_percent {
             let (mean, worst) = mean_and_worst(errors);

@@ -302,6 +302,11 @@ fn from_json(recording: &Recording, names: &[String]) -> Result<Tracks> {
     if let Some(striker) = &all.striker {
         striker.check(name)?;
     }
+    if let Some(ratio) = all.tag_width_ratio
+        && !(ratio.is_finite() && ratio > 0.0)
+    {
+        return Err(Error::invalid(name, "tag_width_ratio", ratio, "a positive number"));
+    }
     if let Some(Measured { value, std }) = all.striker_onset_s
         && !(value.is_finite() && std.is_finite() && std > 0.0)
     {

@@ -239,13 +239,13 @@ fn cut(clip: &mut ClipTracks, keep: fn(usize, usize) -> bool) {
 /// Wrong measures of the cell and its objects, as far as they leave the tracks as they are.
 fn measures(chosen: &Chosen) -> Vec<Made> {
     let mut all: Vec<Made> = Vec::new();
-    for factor in [1.02, 1.05, 1.1] {
+    for factor in [1.01, 1.02, 1.05, 1.1] {
         let mistake = Mistake {
-            kind: "scale of the table",
+            kind: "distances of the tags",
             size: format!("x {factor}"),
             named_by: words(&["lengths on the table"]),
         };
-        all.push(of_samples(
+        let (mistake, scale) = of_samples(
             mistake,
             |_| true,
             move |sample| {
@@ -254,7 +254,15 @@ fn measures(chosen: &Chosen) -> Vec<Made> {
                 lengths.into_iter().flatten().for_each(|value| *value *= factor);
                 (sample.x_m, sample.y_m) = (factor * sample.x_m, factor * sample.y_m);
             },
-        ));
+        );
+        let spread = move |campaign: &mut Campaign, clips: &mut Vec<ClipTracks>| {
+            scale(campaign, clips);
+            clips
+                .iter_mut()
+                .flat_map(|clip| &mut clip.tracks.tag_width_ratio)
+                .for_each(|ratio| *ratio *= factor);
+        };
+        all.push((mistake, Box::new(spread)));
     }
     let factors: &[f64] = if chosen.disc.is_some() { &[0.92, 0.96, 1.04, 1.08] } else { &[] };
     for (&factor, disc) in factors.iter().zip(chosen.disc.iter().cycle()) {
