@@ -30,7 +30,7 @@ pub struct Camera {
     /// Every tag of the cell that was detected, used or not.
     pub tags: Vec<TagFit>,
     /// The mean width of the tags' black squares over `size_m`, where lengths are those between their centres; `None` if fewer than four tags
-    /// are used, or if they differ.
+    /// are used, if they differ, or if one is narrower than 40 px.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub tag_width_ratio: Option<f64>,
     /// How long a rolling shutter takes from the first to the last row (s); 0 for a global one.

@@ -31,8 +31,10 @@ pub(super) const FOCAL_STD: f64 = 0.01;
 const SAME_SIZE: f64 = 0.03;
 /// Number of tags whose centres alone determine the pose.
 const TAGS_OF_A_POSE: usize = 4;
-/// Largest standard error of the mean width of the tags over `size_m`.
+/// Largest standard error of the mean width of the tags over `size_m`, and the least width (px): overexposure makes a black square narrower by
+/// some tenths of a pixel.
 const WIDTH_RATIO_STD: f64 = 0.002;
+const LEAST_WIDTH_PX: f64 = 40.0;
 /// k1 is estimated if it differs from zero by this many standard deviations.
 const SIGNIFICANT: f64 = 5.0;
 /// Initial guesses of an unknown focal length in picture widths: from wide angle to telephoto.
@@ -413,10 +415,11 @@ impl PoseProblem<'_> {
     }
 
     /// The mean width of the tags' black squares over `size_m`, by a camera whose pose their centres alone determine; `None` if they do not,
-    /// or if the tags differ.
+    /// if the tags differ, or if they are small.
     fn width_ratio(&self, used: &[DetectedTag], fitted: &Projection) -> Option<f64> {
         let Projection::Space { lens, .. } = fitted else { return None };
-        if used.len() < TAGS_OF_A_POSE {
+        let is_small = |tag: &DetectedTag| tag.corners_px[0].distance_px(tag.corners_px[1]) < LEAST_WIDTH_PX;
+        if used.len() < TAGS_OF_A_POSE || used.iter().any(is_small) {
             return None;
         }
         let by_centers = pose::pose(lens, &self.centers(used), FreeParameters::Pose)?;

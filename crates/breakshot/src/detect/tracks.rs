@@ -18,7 +18,7 @@ pub struct Tracks {
     /// Reprojection error of the camera's pose over all tag corners (px, root mean square).
     pub reprojection_rms_px: f64,
     /// The mean width of the tags' black squares over `size_m`, where lengths are those between their centres; `None` if fewer than four tags
-    /// are seen, or if they differ.
+    /// are seen, if they differ, or if one is narrower than 40 px.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub tag_width_ratio: Option<f64>,
     /// One track per object, in the order of the requested names.
