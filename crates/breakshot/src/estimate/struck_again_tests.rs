@@ -310,9 +310,12 @@ fn properties_of(bodies: Vec<(Shape, Vec<Sample>)>, strike: Strike, striker_radi
     properties_of_clips(vec![(named.collect(), strike)], striker_radius_m, None)
 }
 
+/// A body of a clip: its name, its shape and its samples.
+type Filmed<'a> = (&'a str, Shape, Vec<Sample>);
+
 /// The properties by clips, each with the names, shapes and samples of its bodies and with its strike, and the exposure of their films, if it is known.
 fn properties_of_clips(
-    films: Vec<(Vec<(&str, Shape, Vec<Sample>)>, Strike)>,
+    films: Vec<(Vec<Filmed>, Strike)>,
     striker_radius_m: f64,
     exposure_s: Option<f64>,
 ) -> Properties {
