@@ -4,9 +4,9 @@ use super::camera::{Camera, Projection, TagFit};
 use super::image::GreyImage;
 use super::lens::{Lens, middle_px};
 use super::pose::{self, Correspondence, FreeParameters, PoseFit};
-use super::tag_widths::{LEAST_WIDTH_ERROR, WidthRatios, width_warning};
+use super::tag_widths::WidthRatios;
 use super::tags::{self, DetectedTag};
-use crate::cell::{CameraSpec, Cell, ReferencePoint, Tag, Workspace};
+use crate::cell::{CameraSpec, Cell, ReferencePoint, Tag, Workspace, width_warning};
 use crate::error::{Error, Result};
 use crate::geometry::{Pixel, Point};
 use crate::statistics::sorted_by_value;
@@ -254,9 +254,7 @@ impl PoseProblem<'_> {
         (camera.reprojection_rms_px, camera.reprojection_rms_m) = rms(&camera, &self.correspondences(&used));
         camera.tags_found = used.iter().map(|tag| tag.id).collect();
         camera.tag_width_ratio = self.width_ratio(&used, &fit.projection);
-        if let Some(error) = camera.tag_width_ratio.map(|r| r - 1.0).filter(|e| e.abs() > LEAST_WIDTH_ERROR) {
-            self.warnings.push(width_warning(error));
-        }
+        self.warnings.extend(camera.tag_width_ratio.and_then(width_warning));
         camera.tags = detected.iter().map(|tag| self.tag_fit(&camera, tag)).collect();
         for tag in camera.tags.iter().filter(|tag| !tag.used) {
             let off = format!("tag {} is {:.1} mm from its position in cell.toml", tag.id, tag.rms_m * 1e3);

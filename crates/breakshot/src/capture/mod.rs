@@ -31,7 +31,6 @@ pub use lens::Lens;
 pub use png_url::PngEffort;
 pub(crate) use recorded_lens::RECORDED_LENS;
 pub use source::{Decoder, Pictures, colours, is_decoding, recorded_unix_s};
-pub(crate) use tag_widths::{LEAST_WIDTH_ERROR, width_warning};
 pub use tags::{board_sheet, tag_sheet};
 
 #[cfg(any(test, feature = "synthetic"))]

@@ -5,9 +5,6 @@ use super::tags::DetectedTag;
 use crate::cell::Tag;
 use std::f64::consts::SQRT_2;
 
-/// A relative difference between the widths of the tags and the distances of their centres is reported from here on: prints and rulers are better.
-pub(crate) const LEAST_WIDTH_ERROR: f64 = 0.007;
-
 /// The width of the black square of each tag over `size_m`.
 pub(super) struct WidthRatios {
     pub(super) all: Vec<f64>,
@@ -29,15 +26,4 @@ impl WidthRatios {
         let squares: f64 = all.iter().map(|ratio| (ratio - mean).powi(2)).sum();
         Self { all, mean, standard_error: (squares / (count - 1.0) / count).sqrt() }
     }
-}
-
-/// That the tags are wider or narrower than they should be by this fraction, and what is wrong in the cell then.
-pub(crate) fn width_warning(error: f64) -> String {
-    let (wider, large, small) =
-        if error > 0.0 { ("wider", "large", "small") } else { ("narrower", "small", "large") };
-    format!(
-        "the tags are {:.1} % {wider} than size_m beside the distances of their centres: lengths on the table are as much too {large}, check \
-         center_m of the tags; or size_m is too {small}",
-        100.0 * error.abs()
-    )
 }

@@ -3,6 +3,7 @@
 mod board;
 pub(crate) mod camera_info;
 mod distortion;
+mod tag_widths;
 pub(crate) mod xml;
 pub(crate) mod yaml;
 
@@ -15,6 +16,7 @@ use std::path::{Path, PathBuf};
 
 pub use board::Board;
 pub use distortion::{Distortion, DistortionModel};
+pub(crate) use tag_widths::width_warning;
 
 /// Everything that stays the same from strike to strike.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

@@ -6,7 +6,7 @@
 //! At an impact the outlines of two objects touch. Where they are apart or overlap in most impacts, the sizes of the objects or the
 //! scale of the table are wrong; which of them, the objects of the impacts show.
 
-use crate::capture::{LEAST_WIDTH_ERROR, width_warning};
+use crate::cell::width_warning;
 use crate::estimate::{ClipFit, ClipTracks};
 use crate::object::{self, Object, kind};
 use crate::statistics::median;
@@ -52,10 +52,10 @@ pub(super) fn findings(clips: &[ClipTracks], fits: &[ClipFit], objects: &[Object
 fn of_tags(clips: &[ClipTracks]) -> Findings {
     let ratios: Vec<f64> = clips.iter().filter_map(|clip| clip.tracks.tag_width_ratio).collect();
     let n = ratios.len();
-    let error = median(ratios).map(|ratio| ratio - 1.0).filter(|error| error.abs() > LEAST_WIDTH_ERROR);
-    let Some(error) = error else { return Findings::default() };
-    let text = format!("in {n} clips {} (median)", width_warning(error));
-    Findings { warnings: vec![Warning::new(Cause::Lengths, text)], scale_error: Some(error) }
+    let Some(ratio) = median(ratios) else { return Findings::default() };
+    let Some(warning) = width_warning(ratio) else { return Findings::default() };
+    let text = format!("in {n} clips {warning} (median)");
+    Findings { warnings: vec![Warning::new(Cause::Lengths, text)], scale_error: Some(ratio - 1.0) }
 }
 
 /// What the gaps between the outlines at impacts say.
