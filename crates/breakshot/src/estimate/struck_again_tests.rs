@@ -243,7 +243,7 @@ fn a_second_strike_after_a_frame_and_a_half_is_found() {
     println!("friction {:?}: {:?}, {:?}", found.friction, found.striker_restitution, found.warnings);
     let restitution = found.striker_restitution.get("a").map(|restitution| restitution.mean);
     assert!(found.warnings.iter().any(|warning| warning.contains("hits `a` again")), "{:?}", found.warnings);
-    assert!(friction.is_some_and(|f| (f / 0.491 - 1.0).abs() < 0.03), "{friction:?}");
+    assert!(friction.is_some_and(|f| (f / 0.491 - 1.0).abs() < 0.02), "{friction:?}");
     assert!(restitution.is_some_and(|e| (e / 0.486 - 1.0).abs() < 0.05), "{restitution:?}");
 }
 

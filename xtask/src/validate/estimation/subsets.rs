@@ -23,7 +23,7 @@ const Z_95: f64 = 1.96;
 /// Error of mass ratios (relative) that is the same in all clips, by which means are corrected: the table's friction takes
 /// a part of each impulse.
 const MASS_CORRECTION: f64 = 0.02;
-/// An interval whose ends differ by more than this factor tells nothing, unless it is a narrow one near zero.
+/// The ends of an interval differ by at most this factor, unless it is a narrow one near zero.
 const WIDEST_FACTOR: f64 = 2.0;
 const NARROW: f64 = 0.2;
 

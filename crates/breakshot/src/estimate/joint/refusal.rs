@@ -8,7 +8,7 @@ use std::collections::BTreeSet;
 /// The quantities whose values are refused.
 pub(crate) type Refused = BTreeSet<(PropertyGroup, String)>;
 
-/// An interval whose ends differ by more than this factor tells hardly more than what other objects tell about this one ...
+/// An interval whose ends differ by more than this factor is hardly narrower than that of a prior from other objects ...
 const MAX_FACTOR: f64 = 2.0;
 /// ... unless it is a restitution near zero with an interval narrower than this.
 const NARROW_RESTITUTION: f64 = 0.2;

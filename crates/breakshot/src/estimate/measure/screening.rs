@@ -5,7 +5,7 @@ use super::{impulse_ratio, restitution};
 use crate::estimate::clip::fit::MotionFit;
 use crate::estimate::clip::initial_guess::frame_s;
 use crate::estimate::clip::motion_model::Observation;
-use crate::estimate::clip::striker::further_strikes::APPROACHED_M;
+use crate::estimate::clip::striker::further_strikes::{APPROACHED_M, POSITIONS_AFTER_STRIKE};
 use crate::estimate::clip::striker::path::StrikerPath;
 use crate::geometry::outline::Outline;
 
@@ -17,8 +17,6 @@ const FRAMES_BETWEEN: f64 = 1.5;
 const FRAMES_UNTIL_REPEATED: f64 = 3.0;
 /// A motion of fewer frames between two impacts is fitted wrongly at both ends if it is at one.
 const FRAMES_OF_MOTION: f64 = 8.0;
-/// Number of positions after a strike that show its instant and the velocity, where the instant is not known otherwise.
-const POSITIONS_AFTER_STRIKE: usize = 2;
 /// The instant of a strike is known if it is further from the positions before and after it than this many of its standard deviations.
 const INSTANT_STDS: f64 = 3.0;
 /// Number of positions of a body in motion that show its deceleration, among those of motions that more than one shows.

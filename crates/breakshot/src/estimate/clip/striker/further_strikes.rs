@@ -17,8 +17,8 @@ const NOT_PARTED_M: f64 = 0.01;
 const LEAST_FRAMES_APART: f64 = 1.5;
 /// A second impact is tried at most at this many frames in which the striker is still near.
 const MOST_NEAR_FRAMES: usize = 5;
-/// Number of positions that show the velocity between two impacts of the striker, and the instant of the first one.
-const POSITIONS_OF_A_MOTION: usize = 2;
+/// Number of positions after a strike that show its instant and the velocity, where the instant is not known otherwise.
+pub(crate) const POSITIONS_AFTER_STRIKE: usize = 2;
 /// Most impacts of the striker on one body; more are a push.
 const MOST_STRIKES: usize = 3;
 
@@ -128,7 +128,7 @@ impl MotionFit {
             let [from_s, to_s] = times.map(|t| parameters[t]);
             let observations = self.model.bodies[*k].observations.iter();
             observations.filter(|o| !o.excluded && (from_s..to_s).contains(&o.time_s)).count()
-                < POSITIONS_OF_A_MOTION
+                < POSITIONS_AFTER_STRIKE
         };
         if self.non_coulomb || !self.model.repeated_strikes(&self.layout).iter().any(has_few_positions) {
             return self;
