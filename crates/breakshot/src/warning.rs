@@ -56,7 +56,7 @@ impl Cause {
             ),
             Self::Lengths => (
                 "lengths on the table and sizes of objects do not fit each other",
-                "check size_m and center_m of the tags, and the outlines of the objects",
+                "check size_m and center_m of the tags, and the outlines and heights of the objects",
             ),
             Self::GivenStrike => (
                 "the given strike does not fit the film",

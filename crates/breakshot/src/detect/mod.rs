@@ -386,6 +386,7 @@ impl Clip<'_> {
             video: self.name.clone(),
             reprojection_rms_px: camera.reprojection_rms_px,
             tag_width_ratio: camera.tag_width_ratio,
+            camera_position_m: camera.position_m(),
             tracks,
             striker: None,
             striker_onset_s: None,

@@ -21,6 +21,9 @@ pub struct Tracks {
     /// are seen, if they differ, or if one is narrower than 40 px.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub tag_width_ratio: Option<f64>,
+    /// The camera's position in the table frame (m); `None` if it is not known.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub camera_position_m: Option<[f64; 3]>,
     /// One track per object, in the order of the requested names.
     pub tracks: Vec<Track>,
     /// The striker's own motion; `None` where no strike is given or the film does not show it.

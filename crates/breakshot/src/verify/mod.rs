@@ -18,6 +18,9 @@ mod observed;
 mod report;
 mod sizes;
 mod spread;
+mod strike_gaps;
+#[cfg(test)]
+mod strike_gaps_tests;
 mod striker;
 #[cfg(test)]
 mod striker_tests;
@@ -67,7 +70,7 @@ pub fn comparison(scene: &Scene, predicted: &BTreeMap<String, Pose>, observed: &
 
 /// Warnings about a campaign whose files do not fit its films: strikers that are seen to move otherwise than given, given strikes that send
 /// the struck objects elsewhere, or not so fast, tags whose sizes do not fit the distances of their centres, and outlines that do not touch when
-/// the objects meet.
+/// the objects meet or are struck.
 ///
 /// `estimation` is that of the clips.
 pub fn campaign_warnings(
@@ -83,5 +86,10 @@ pub fn campaign_warnings(
     let striker = striker::findings(clips, &mean_speeds, sizes.scale_error);
     let known = departure::Known { cell, objects, properties: &estimation.properties };
     let departures = departure::warnings(clips, known, &striker);
-    [striker.warnings, departures, sizes.warnings].concat()
+    let gaps = if sizes.scale_error.is_some() {
+        Vec::new()
+    } else {
+        strike_gaps::warnings(clips, &estimation.clips, objects, &striker)
+    };
+    [striker.warnings, departures, sizes.warnings, gaps].concat()
 }

@@ -91,7 +91,7 @@ fn of_outlines(fits: &[ClipFit], objects: &[Object]) -> Findings {
         let (position, size) = if scale > 0.0 { ("apart", "large") } else { ("overlapping", "small") };
         warnings.push(format!(
             "in {n} impacts the outlines of the objects are {position} when they meet, as if lengths on the table were {percent:.1} % too \
-             {size}: check size_m and center_m of the tags, or the sizes of all objects"
+             {size}: check size_m and center_m of the tags, or the sizes and height_m of all objects"
         ));
     }
     for (name, error) in relative {
@@ -99,7 +99,7 @@ fn of_outlines(fits: &[ClipFit], objects: &[Object]) -> Findings {
         if (error - common).abs() > LEAST_SIZE_ERROR && error_m.abs() > LEAST_SIZE_ERROR_M {
             let (mm, larger) = (1e3 * error_m.abs(), if error_m > 0.0 { "larger" } else { "smaller" });
             warnings.push(format!(
-                "the outline of `{name}` does not fit its impacts: it should be {mm:.1} mm {larger} on each side; check its size in objects.toml"
+                "the outline of `{name}` does not fit its impacts: it should be {mm:.1} mm {larger} on each side; check its size and height_m in objects.toml"
             ));
         }
     }

@@ -307,6 +307,9 @@ fn from_json(recording: &Recording, names: &[String]) -> Result<Tracks> {
     {
         return Err(Error::invalid(name, "tag_width_ratio", ratio, "a positive number"));
     }
+    if all.camera_position_m.is_some_and(|position| !position.iter().all(|m| m.is_finite())) {
+        return Err(Error::invalid(name, "camera_position_m", "not a number", "three numbers"));
+    }
     if let Some(Measured { value, std }) = all.striker_onset_s
         && !(value.is_finite() && std.is_finite() && std > 0.0)
     {

@@ -88,6 +88,12 @@ impl StrikerTrack {
         (self.line().middle, self.offset_std_m.hypot(self.std_m / n.sqrt()))
     }
 
+    /// Where its centre is at a time near those of the positions, if it moves uniformly (m).
+    pub fn position_at(&self, time_s: f64) -> Point {
+        let Line { time_s: middle_s, middle, velocity, .. } = self.line();
+        middle + velocity * (time_s - middle_s)
+    }
+
     /// The straight line of uniform motion through the positions (least squares).
     fn line(&self) -> Line {
         let n = self.samples.len().max(1) as f64;
@@ -100,11 +106,18 @@ impl StrikerTrack {
             squares_s2 += since_s * since_s;
             product += (sample.position() - middle) * since_s;
         }
-        Line { middle, velocity: product / squares_s2, velocity_std_m_s: self.std_m / squares_s2.sqrt() }
+        Line {
+            time_s,
+            middle,
+            velocity: product / squares_s2,
+            velocity_std_m_s: self.std_m / squares_s2.sqrt(),
+        }
     }
 }
 
 struct Line {
+    /// The mean time (s), at which the striker is at the middle.
+    time_s: f64,
     middle: Point,
     velocity: Vec2,
     velocity_std_m_s: f64,

@@ -5,13 +5,17 @@ use crate::validate::estimation::saved::Saved;
 use breakshot::campaign::{Campaign, Clip, Source};
 use breakshot::capture::{Decoder, Footage, Frame, GreyImage};
 use breakshot::estimate::ClipTracks;
+use breakshot::object::kind;
 
 /// A mistake; how the cell and the objects' file get it; and how a frame gets it, by its number.
 struct Made {
     mistake: Mistake,
-    change: fn(&mut Campaign),
+    change: Box<dyn Fn(&mut Campaign)>,
     frame: Box<dyn Fn(usize, GreyImage) -> GreyImage>,
 }
+
+/// The size of a mistake in a height, and how it changes the height (m).
+type Height = (&'static str, fn(f64) -> f64);
 
 /// The clips are those of the first pair's objects, up to this number of a case.
 const MOST_OF_A_CASE: usize = 3;
@@ -39,14 +43,14 @@ pub(super) fn run(saved: &Saved, tally: &mut Tally) -> Result<(), String> {
 
 fn mistakes() -> Vec<Made> {
     let same = || -> Box<dyn Fn(usize, GreyImage) -> GreyImage> { Box::new(|_, image| image) };
-    let cell = |kind, size: &str, named_by: &[&str], change| Made {
+    let cell = |kind, size: &str, named_by: &[&str], change: fn(&mut Campaign)| Made {
         mistake: Mistake { kind, size: size.into(), named_by: words(named_by) },
-        change,
+        change: Box::new(change),
         frame: same(),
     };
     let camera = |kind, size: String, named_by: &[&str], frame| Made {
         mistake: Mistake { kind, size, named_by: words(named_by) },
-        change: |_| {},
+        change: Box::new(|_| {}),
         frame,
     };
     let mut all = Vec::new();
@@ -75,13 +79,36 @@ fn mistakes() -> Vec<Made> {
     all.push(cell("distortion left out", "-", &["lens", "tag", "mm from their positions"], |c| {
         c.cell.camera.distortion = None;
     }));
-    for (size, change) in [
-        ("10 mm too high", (|c| c.objects.iter_mut().for_each(|o| o.height_m += 0.01)) as fn(&mut Campaign)),
-        ("5 mm too low", |c| c.objects.iter_mut().for_each(|o| o.height_m -= 0.005)),
-    ] {
-        all.push(cell("height of all objects", size, &["height"], change));
+    let heights: [Height; 8] = [
+        ("10 mm too high", |m| m + 0.01),
+        ("20 mm too high", |m| m + 0.02),
+        ("5 mm too low", |m| m - 0.005),
+        ("10 mm too low", |m| m - 0.01),
+        ("x 0.8", |m| 0.8 * m),
+        ("x 0.9", |m| 0.9 * m),
+        ("x 1.1", |m| 1.1 * m),
+        ("x 1.2", |m| 1.2 * m),
+    ];
+    for (size, changed_m) in heights {
+        all.push(of_heights("height of all objects", size, move |c| {
+            c.objects.iter_mut().for_each(|o| o.height_m = changed_m(o.height_m));
+        }));
+        all.push(of_heights("height of one object", size, move |c| {
+            if let Some(name) = c.clips.first().map(|clip| kind(&clip.objects[0]).to_owned()) {
+                c.objects
+                    .iter_mut()
+                    .filter(|o| o.name == name)
+                    .for_each(|o| o.height_m = changed_m(o.height_m));
+            }
+        }));
     }
     all
+}
+
+/// A mistake in the heights of objects.
+fn of_heights(kind: &'static str, size: &str, change: impl Fn(&mut Campaign) + 'static) -> Made {
+    let mistake = Mistake { kind, size: size.into(), named_by: words(&["height_m"]) };
+    Made { mistake, change: Box::new(change), frame: Box::new(|_, image| image) }
 }
 
 /// The picture moved to the left, its last columns repeated.

@@ -96,7 +96,7 @@ fn strikes(chosen: &Chosen) -> Vec<Made> {
                 s.speed_m_s *= factor;
             }));
         }
-        for turn_rad in [-0.1, -0.05, 0.05, 0.1, 0.2] {
+        for turn_rad in [-0.1, -0.05, 0.05, 0.1, 0.2, 0.35] {
             let size = format!("{turn_rad} rad");
             let turn = move |s: &mut Strike| s.heading_rad += turn_rad;
             all.push(of_strike("heading of one clip", size, Some(clip), turn));
