@@ -1,6 +1,6 @@
 //! The masses of all objects from the mass ratios of all pairs (Eq. 33 and 34 as corrected).
 
-use super::random_effects::{Group, Mean, between_clip_std, groups_of_kind};
+use super::random_effects::{BetweenClipStd, Group, Mean, between_clip_std, groups_of_kind};
 use crate::estimate::measure::measurements::Measurements;
 use crate::estimate::measure::quantity::Quantity;
 use crate::ordered_map::map_of;
@@ -135,16 +135,26 @@ impl MassNetwork {
     }
 }
 
+/// The typical variation of mass ratios from clip to clip. Impacts of one clip are one value: what a clip shows wrongly, such as two impacts within
+/// few frames, is no variation of the other clips.
+///
+/// Masses do not vary, so that they need no prior of that variation.
+pub(crate) fn variation_of_mass_ratios(clips: &[Measurements]) -> BetweenClipStd {
+    let groups = groups_of_kind(clips, Quantity::MASS_RATIO);
+    let of_clips = groups.map(|(_, indices, group)| group.with_one_value_per_clip(&indices));
+    between_clip_std(&of_clips.collect::<Vec<_>>())
+}
+
 /// The standard deviation of a pair's logarithm that no repetition reduces, as these clips show it.
 pub(crate) fn pair_std(clips: &[Measurements]) -> f64 {
     let groups: Vec<_> = groups_of_kind(clips, Quantity::MASS_RATIO).collect();
-    let typical = between_clip_std(&groups.iter().map(|(.., group)| group.clone()).collect::<Vec<_>>());
+    let typical = variation_of_mass_ratios(clips);
     let reference = groups.iter().find_map(|(quantity, ..)| match quantity {
         Quantity::MassRatio(a, _) => Some(a.clone()),
         _ => None,
     });
     let groups = map_of(groups.into_iter().filter_map(|(quantity, _, group)| {
-        let mean = group.mean(typical)?;
+        let mean = group.mean(typical.for_group(&group))?;
         Some((quantity.clone(), (group, mean)))
     }));
     MassNetwork::new(&groups, &reference.unwrap_or_default()).pair_std
@@ -211,7 +221,9 @@ fn connected(start: &str, pairs: &[Pair]) -> BTreeSet<String> {
 
 #[cfg(test)]
 mod tests {
+    use super::super::means::{JointMeans, exponential};
     use super::*;
+    use crate::estimate::clip::result::Measured;
 
     #[test]
     fn errors_of_pairs_that_share_a_body_are_correlated() {
@@ -229,5 +241,39 @@ mod tests {
         ] {
             assert!((correlation(p, q) - expected).abs() < 1e-12, "{p:?} and {q:?}: {}", correlation(p, q));
         }
+    }
+
+    /// A clip that measures these mass ratios with these standard deviations.
+    fn clip(values: &[([&str; 2], f64, f64)]) -> Measurements {
+        let n = values.len();
+        let quantities = values.iter().map(|([a, b], ..)| Quantity::MassRatio((*a).into(), (*b).into()));
+        Measurements {
+            quantities: quantities.collect(),
+            values: DVector::from_iterator(n, values.iter().map(|(_, value, _)| *value)),
+            covariance: DMatrix::from_diagonal(&DVector::from_iterator(
+                n,
+                values.iter().map(|(.., std)| std * std),
+            )),
+            vertical_fractions: vec![0.0; n],
+            double_contact: vec![false; n],
+            by_slope: Vec::new(),
+        }
+    }
+
+    #[test]
+    fn impacts_of_one_clip_that_contradict_each_other_do_not_widen_other_masses() {
+        let friction = Measured { value: 0.15, std: 0.05 };
+        let half = |clips: &[Measurements], object: &str| {
+            let joint = JointMeans::new(clips, "a", friction, None);
+            let estimate = exponential(&joint.log_masses[object], None, 1);
+            (estimate.interval_95[1] / estimate.mean).ln()
+        };
+        let one = [clip(&[(["a", "b"], -0.66, 0.03)]), clip(&[(["a", "c"], -0.3, 0.01)])];
+        let two = [clip(&[(["a", "b"], -0.66, 0.03), (["a", "b"], -1.1, 0.12)]), one[1].clone()];
+        let (before, after) = (half(&one, "c"), half(&two, "c"));
+        assert!(before < 0.1 && after < 1.5 * before, "{before} without, {after} with the second impact");
+        // The two impacts of the pair itself contradict each other.
+        let (before, after) = (half(&one, "b"), half(&two, "b"));
+        assert!(after > 1.3 * before && after < 3.0 * before, "{before} without, {after} with it");
     }
 }

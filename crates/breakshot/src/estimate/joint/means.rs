@@ -2,10 +2,9 @@
 
 use super::mass_network::{
     ASSUMED_FRICTION_DIFFERENCE, MassNetwork, SystematicErrors, systematic_covariance,
+    variation_of_mass_ratios,
 };
-use super::random_effects::{
-    BetweenClipStd, Group, Mean, between_clip_std, between_clip_std_with_prior, quantile_95,
-};
+use super::random_effects::{BetweenClipStd, Group, Mean, between_clip_std_with_prior, quantile_95};
 use super::sliding::tilt::Slope;
 use crate::estimate::clip::result::Measured;
 use crate::estimate::measure::impulse_ratio::vertical_impulse_std;
@@ -38,9 +37,9 @@ impl JointMeans {
         // Means of every quantity by itself
         let indices = grouped(clips);
         let all = map_of(indices.iter().map(|(quantity, i)| (*quantity, Group::new(clips, quantity, i))));
-        let typical = between_clip_stds(&all);
+        let typical = between_clip_stds(clips, &all);
         let mut groups = map_of(all.into_iter().filter_map(|(quantity, group)| {
-            let mean = group.mean(typical[quantity.kind()])?;
+            let mean = group.mean(typical[quantity.kind()].for_group(&group))?;
             Some((quantity.clone(), (group, mean)))
         }));
         let frictions = map_of(groups.iter().filter_map(|(quantity, (_, mean))| match quantity {
@@ -71,19 +70,14 @@ impl JointMeans {
 }
 
 /// The typical standard deviation from clip to clip of every kind of quantity.
-fn between_clip_stds(all: &BTreeMap<&Quantity, Group>) -> [BetweenClipStd; KINDS] {
-    let mut typical = [BetweenClipStd { relative: 0.0, degrees_of_freedom: 0.0 }; KINDS];
-    for (kind, typical) in typical.iter_mut().enumerate() {
-        let of_kind: Vec<Group> =
-            all.iter().filter(|(q, _)| q.kind() == kind).map(|(_, group)| group.clone()).collect();
-        // Masses do not vary from clip to clip, so they need no prior of that variation.
-        *typical = if kind == Quantity::MASS_RATIO {
-            between_clip_std(&of_kind)
-        } else {
-            between_clip_std_with_prior(&of_kind)
-        };
-    }
-    typical
+fn between_clip_stds(clips: &[Measurements], all: &BTreeMap<&Quantity, Group>) -> [BetweenClipStd; KINDS] {
+    std::array::from_fn(|kind| {
+        if kind == Quantity::MASS_RATIO {
+            return variation_of_mass_ratios(clips);
+        }
+        let of_kind = all.iter().filter(|(quantity, _)| quantity.kind() == kind);
+        between_clip_std_with_prior(&of_kind.map(|(_, group)| group.clone()).collect::<Vec<_>>())
+    })
 }
 
 /// Adds the error of the table's slope, which all clips have in common, to the means and their covariance.

@@ -9,7 +9,7 @@ use crate::estimate::measure::measurements::{Measurements, grouped};
 use crate::estimate::measure::quantity::Quantity;
 use crate::statistics::median;
 use crate::uncertain::{Estimate, student_t_95};
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// The typical variation from clip to clip of the groups of one kind.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -18,6 +18,15 @@ pub(crate) struct BetweenClipStd {
     pub(crate) relative: f64,
     /// Prior degrees of freedom: the number of repeats of one group that carry as much information as this pooled variance.
     pub(crate) degrees_of_freedom: f64,
+}
+
+impl BetweenClipStd {
+    /// The same for a group with several values of one clip, where no other clips repeat: the variance of its values is known as well as that of two
+    /// groups.
+    pub(crate) fn for_group(self, group: &Group) -> Self {
+        let is_unknown = self.degrees_of_freedom == 0.0 && group.values.len() > group.clips;
+        if is_unknown { Self { degrees_of_freedom: ASSUMED_DEGREES_OF_FREEDOM, ..self } } else { self }
+    }
 }
 
 /// Repeated measurements of one quantity.
@@ -83,6 +92,21 @@ impl Group {
         };
         let clips = indices.iter().map(|(clip, _)| clip).collect::<BTreeSet<_>>().len();
         Self { values, clips, scale }
+    }
+
+    /// The same with the mean of the values of each clip in their place, given the indices of the clips and within their measurements.
+    pub(crate) fn with_one_value_per_clip(&self, indices: &[(usize, usize)]) -> Self {
+        let mut of_clips: BTreeMap<usize, Vec<Measured>> = BTreeMap::new();
+        for (&(clip, _), value) in indices.iter().zip(&self.values) {
+            of_clips.entry(clip).or_default().push(*value);
+        }
+        let mean = |values: Vec<Measured>| {
+            let weights = || values.iter().map(|m| 1.0 / (m.std * m.std).max(f64::MIN_POSITIVE));
+            let total: f64 = weights().sum();
+            let value = values.iter().zip(weights()).map(|(m, weight)| m.value * weight).sum::<f64>() / total;
+            Measured { value, std: total.powf(-0.5) }
+        };
+        Self { values: of_clips.into_values().map(mean).collect(), ..self.clone() }
     }
 
     /// Inverse variances of the values: noise plus a relative standard deviation from clip to clip.
