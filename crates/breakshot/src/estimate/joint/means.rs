@@ -4,7 +4,9 @@ use super::mass_network::{
     ASSUMED_FRICTION_DIFFERENCE, MassNetwork, SystematicErrors, systematic_covariance,
     variation_of_mass_ratios,
 };
-use super::random_effects::{BetweenClipStd, Group, Mean, between_clip_std_with_prior, quantile_95};
+use super::random_effects::{
+    BetweenClipStd, Group, Mean, between_clip_std_with_prior, groups_of_kind, quantile_95,
+};
 use super::sliding::tilt::Slope;
 use crate::estimate::clip::result::Measured;
 use crate::estimate::measure::impulse_ratio::vertical_impulse_std;
@@ -37,8 +39,11 @@ impl JointMeans {
         // Means of every quantity by itself
         let indices = grouped(clips);
         let all = map_of(indices.iter().map(|(quantity, i)| (*quantity, Group::new(clips, quantity, i))));
-        let typical = between_clip_stds(clips, &all);
+        let [of_single_values, of_all_values] = between_clip_stds(clips);
         let mut groups = map_of(all.into_iter().filter_map(|(quantity, group)| {
+            let is_double = |&(clip, k): &(usize, usize)| clips[clip].double_contact[k];
+            let typical =
+                if indices[quantity].iter().any(is_double) { of_all_values } else { of_single_values };
             let mean = group.mean(typical[quantity.kind()].for_group(&group))?;
             Some((quantity.clone(), (group, mean)))
         }));
@@ -69,15 +74,24 @@ impl JointMeans {
     }
 }
 
-/// The typical standard deviation from clip to clip of every kind of quantity.
-fn between_clip_stds(clips: &[Measurements], all: &BTreeMap<&Quantity, Group>) -> [BetweenClipStd; KINDS] {
-    std::array::from_fn(|kind| {
+/// The typical standard deviation from clip to clip of every kind of quantity, of values that are single ones and of all values: restitutions of
+/// double contacts, which are no single values, say nothing about the others.
+fn between_clip_stds(clips: &[Measurements]) -> [[BetweenClipStd; KINDS]; 2] {
+    let typical = |kind: usize, counts: &dyn Fn(&(usize, usize)) -> bool| {
         if kind == Quantity::MASS_RATIO {
             return variation_of_mass_ratios(clips);
         }
-        let of_kind = all.iter().filter(|(quantity, _)| quantity.kind() == kind);
-        between_clip_std_with_prior(&of_kind.map(|(_, group)| group.clone()).collect::<Vec<_>>())
-    })
+        let groups = groups_of_kind(clips, kind).map(|(quantity, mut indices, _)| {
+            indices.retain(counts);
+            Group::new(clips, quantity, &indices)
+        });
+        between_clip_std_with_prior(&groups.collect::<Vec<_>>())
+    };
+    let is_single = |&(clip, k): &(usize, usize)| !clips[clip].double_contact[k];
+    [
+        std::array::from_fn(|kind| typical(kind, &is_single)),
+        std::array::from_fn(|kind| typical(kind, &|_| true)),
+    ]
 }
 
 /// Adds the error of the table's slope, which all clips have in common, to the means and their covariance.
@@ -221,5 +235,37 @@ pub(crate) fn exponential(mean: &Mean, std: Option<f64>, n: usize) -> Estimate {
         standard_error: mean.standard_error * value,
         interval_95: [value * (-half).exp(), value * half.exp()],
         n,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A clip that measures one restitution with a standard deviation of 0.01.
+    fn clip([a, b]: [&str; 2], restitution: f64, is_double: bool) -> Measurements {
+        Measurements {
+            quantities: vec![Quantity::Restitution(a.into(), b.into())],
+            values: DVector::from_vec(vec![restitution]),
+            covariance: DMatrix::from_vec(1, 1, vec![1e-4]),
+            vertical_fractions: vec![0.0],
+            double_contact: vec![is_double],
+            by_slope: Vec::new(),
+        }
+    }
+
+    #[test]
+    fn double_contacts_that_contradict_each_other_do_not_widen_other_restitutions() {
+        let others =
+            [clip(["a", "b"], 0.61, false), clip(["a", "b"], 0.612, false), clip(["b", "d"], 0.7, false)];
+        let of_pair = |clips: &[Measurements], a: &str, b: &str| {
+            let joint = JointMeans::new(clips, "a", Measured { value: 0.15, std: 0.05 }, None);
+            joint.groups[&Quantity::Restitution(a.into(), b.into())].1.half_width()
+        };
+        let doubles = [clip(["a", "c"], 0.63, true), clip(["a", "c"], 1.06, true)];
+        let all = [others.as_slice(), &doubles].concat();
+        assert_eq!(of_pair(&all, "b", "d"), of_pair(&others, "b", "d"));
+        let of_doubles = of_pair(&all, "a", "c");
+        assert!(of_doubles > 0.3, "{of_doubles}");
     }
 }
