@@ -11,10 +11,10 @@ use crate::estimate::{ClipFit, ClipTracks};
 use crate::object::{self, Object, kind};
 use crate::statistics::median;
 use crate::warning::{Cause, Warning};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::f64::consts::PI;
 
-/// Fewest impacts of an object that show its size.
+/// Fewest clips with impacts of an object that show its size: several impacts in a row overlap alike.
 const FEWEST: usize = 3;
 /// Sweeps over the objects, after which the errors of their radii change no more.
 const SWEEPS: usize = 30;
@@ -26,6 +26,7 @@ const LEAST_SIZE_ERROR_M: f64 = 5e-4;
 
 /// The gap between the outlines of two objects at an impact (m).
 struct Gap<'a> {
+    clip: &'a str,
     kinds: [&'a str; 2],
     gap_m: f64,
 }
@@ -62,12 +63,12 @@ fn of_tags(clips: &[ClipTracks]) -> Findings {
 fn of_outlines(fits: &[ClipFit], objects: &[Object]) -> Findings {
     let gaps: Vec<Gap> = fits
         .iter()
-        .flat_map(|fit| &fit.impacts)
-        .filter_map(|impact| {
+        .flat_map(|fit| fit.impacts.iter().map(|impact| (fit.name.as_str(), impact)))
+        .filter_map(|(clip, impact)| {
             let a = impact.a.as_deref().filter(|a| object::find(objects, a, "impact").is_ok())?;
             let kinds = [kind(a), kind(&impact.b)];
             // A gap of exactly zero is assumed, not measured.
-            (impact.gap_m != 0.0).then_some(Gap { kinds, gap_m: impact.gap_m })
+            (impact.gap_m != 0.0).then_some(Gap { clip, kinds, gap_m: impact.gap_m })
         })
         .collect();
     let errors_m = radius_errors_m(&gaps);
@@ -110,12 +111,7 @@ fn of_outlines(fits: &[ClipFit], objects: &[Object]) -> Findings {
 /// By how much the radius of each kind is too small (m): the gaps are the sums of two of them, and medians leave single wrong
 /// impacts out.
 fn radius_errors_m<'a>(gaps: &[Gap<'a>]) -> BTreeMap<&'a str, f64> {
-    let mut count: BTreeMap<&str, usize> = BTreeMap::new();
-    for name in gaps.iter().flat_map(|gap| gap.kinds) {
-        *count.entry(name).or_default() += 1;
-    }
-    let mut errors_m: BTreeMap<&str, f64> =
-        count.into_iter().filter(|(_, n)| *n >= FEWEST).map(|(name, _)| (name, 0.0)).collect();
+    let mut errors_m: BTreeMap<&str, f64> = shown(gaps).into_iter().map(|name| (name, 0.0)).collect();
     for _ in 0..SWEEPS {
         let names: Vec<&str> = errors_m.keys().copied().collect();
         for name in names {
@@ -130,4 +126,44 @@ fn radius_errors_m<'a>(gaps: &[Gap<'a>]) -> BTreeMap<&'a str, f64> {
         }
     }
     errors_m
+}
+
+/// The kinds whose sizes are shown: by impacts in enough clips, with other kinds that are shown.
+fn shown<'a>(gaps: &[Gap<'a>]) -> BTreeSet<&'a str> {
+    let mut kinds: BTreeSet<&str> = gaps.iter().flat_map(|gap| gap.kinds).collect();
+    loop {
+        let is_shown = |name: &&str| {
+            let concerns =
+                |gap: &&Gap| gap.kinds.contains(name) && gap.kinds.iter().all(|kind| kinds.contains(kind));
+            let clips: BTreeSet<&str> = gaps.iter().filter(concerns).map(|gap| gap.clip).collect();
+            clips.len() >= FEWEST
+        };
+        let shown: BTreeSet<&str> = kinds.iter().copied().filter(is_shown).collect();
+        if shown.len() == kinds.len() {
+            return shown;
+        }
+        kinds = shown;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn impacts_in_one_clip_show_no_size() {
+        let gap = |clip, kinds, gap_m| Gap { clip, kinds, gap_m };
+        // `b` meets only `a`, in one clip twice: nothing says which of both is larger, or whether the clip is wrong.
+        let mut gaps = vec![
+            gap("1", ["a", "b"], 1e-3),
+            gap("1", ["a", "b"], 1.2e-3),
+            gap("2", ["a", "c"], 0.0),
+            gap("3", ["b", "d"], 0.0),
+            gap("4", ["a", "d"], 0.0),
+            gap("5", ["b", "c"], 0.0),
+        ];
+        assert!(radius_errors_m(&gaps).is_empty());
+        gaps.extend([gap("6", ["c", "d"], 0.0), gap("7", ["a", "b"], 1e-3), gap("8", ["a", "b"], 1e-3)]);
+        assert_eq!(shown(&gaps), ["a", "b", "c", "d"].into());
+    }
 }
