@@ -28,7 +28,7 @@ const LEAST_SIZE_ERROR_M: f64 = 5e-4;
 struct Gap<'a> {
     clip: &'a str,
     kinds: [&'a str; 2],
-    gap_m: f64,
+    distance_m: f64,
 }
 
 /// What the gaps at impacts say.
@@ -68,7 +68,7 @@ fn of_outlines(fits: &[ClipFit], objects: &[Object]) -> Findings {
             let a = impact.a.as_deref().filter(|a| object::find(objects, a, "impact").is_ok())?;
             let kinds = [kind(a), kind(&impact.b)];
             // A gap of exactly zero is assumed, not measured.
-            (impact.gap_m != 0.0).then_some(Gap { clip, kinds, gap_m: impact.gap_m })
+            (impact.gap_m != 0.0).then_some(Gap { clip, kinds, distance_m: impact.gap_m })
         })
         .collect();
     let errors_m = radius_errors_m(&gaps);
@@ -116,9 +116,9 @@ fn radius_errors_m<'a>(gaps: &[Gap<'a>]) -> BTreeMap<&'a str, f64> {
         let names: Vec<&str> = errors_m.keys().copied().collect();
         for name in names {
             let own = gaps.iter().filter_map(|gap| match gap.kinds {
-                [a, b] if a == name && b == name => Some(gap.gap_m / 2.0),
-                [a, b] if a == name => Some(gap.gap_m - errors_m.get(b)?),
-                [a, b] if b == name => Some(gap.gap_m - errors_m.get(a)?),
+                [a, b] if a == name && b == name => Some(gap.distance_m / 2.0),
+                [a, b] if a == name => Some(gap.distance_m - errors_m.get(b)?),
+                [a, b] if b == name => Some(gap.distance_m - errors_m.get(a)?),
                 _ => None,
             });
             let error_m = median(own).unwrap_or(0.0);
@@ -152,7 +152,7 @@ mod tests {
 
     #[test]
     fn impacts_in_one_clip_show_no_size() {
-        let gap = |clip, kinds, gap_m| Gap { clip, kinds, gap_m };
+        let gap = |clip, kinds, distance_m| Gap { clip, kinds, distance_m };
         // `b` meets only `a`, in one clip twice: nothing says which of both is larger, or whether the clip is wrong.
         let mut gaps = vec![
             gap("1", ["a", "b"], 1e-3),

@@ -8,6 +8,7 @@ use crate::estimate::{ClipFit, ClipTracks};
 use crate::geometry::Vec2;
 use crate::object::{self, Object, kind};
 use crate::warning::{Cause, Warning};
+use nalgebra::{Matrix2, Vector2};
 use std::collections::BTreeMap;
 
 /// A gap is reported from here on (m): the outlines of two bodies by a ruler.
@@ -38,8 +39,10 @@ struct Gap<'a> {
 struct Explanation {
     /// By how much the heights are given too large (m).
     height_error_m: f64,
-    /// Root mean square of the gaps that the errors explain, and of that part which the height explains (m).
-    explained_m: [f64; 2],
+    /// Root mean square of the gaps that both errors explain (m).
+    explained_m: f64,
+    /// Whether the height explains more than half of them.
+    is_of_height: bool,
 }
 
 /// A warning for each kind of object that the striker does not touch when it strikes it, or one for all of them.
@@ -112,32 +115,36 @@ fn gap<'a>(clip: &ClipTracks, fit: &'a ClipFit, objects: &[Object]) -> Option<Ga
         .filter(|gap| gap.distance_m.is_finite())
 }
 
-/// The errors of height and outlines that explain these gaps (least squares with the priors above); `None` if gaps by rulers do, or if they explain
-/// too little.
+/// The errors of height and outlines that explain these gaps (least squares with the priors above); `None` if the gaps are no larger than rulers
+/// are wrong, or if both errors leave too much of them.
 fn explanation(gaps: &[Gap]) -> Option<Explanation> {
-    let weight = GAP_STD_M.powi(-2);
-    let sum = |value: &dyn Fn(&Gap) -> f64| weight * gaps.iter().map(value).sum::<f64>();
-    let (outlines, heights) =
-        (sum(&|_| 1.0) + OUTLINES_STD_M.powi(-2), sum(&|g| g.per_height.powi(2)) + HEIGHT_STD_M.powi(-2));
-    let both = sum(&|g| g.per_height);
-    let (of_outlines, of_heights) = (sum(&|g| g.distance_m), sum(&|g| g.distance_m * g.per_height));
-    let determinant = outlines * heights - both * both;
-    let outlines_m = (heights * of_outlines - both * of_heights) / determinant;
-    let height_m = (outlines * of_heights - both * of_outlines) / determinant;
+    let mut information =
+        Matrix2::from_diagonal(&Vector2::new(OUTLINES_STD_M.powi(-2), HEIGHT_STD_M.powi(-2)));
+    let mut right = Vector2::zeros();
+    for gap in gaps {
+        let row = Vector2::new(1.0, gap.per_height) / GAP_STD_M;
+        information += row * row.transpose();
+        right += row * (gap.distance_m / GAP_STD_M);
+    }
+    let errors_m = information.try_inverse()? * right;
+    let by_height_m = |gap: &Gap| errors_m.y * gap.per_height;
+    let both_m = |gap: &Gap| errors_m.x + by_height_m(gap);
 
     let rms = |value: &dyn Fn(&Gap) -> f64| {
         (gaps.iter().map(|gap| value(gap).powi(2)).sum::<f64>() / gaps.len() as f64).sqrt()
     };
-    let explained = |gap: &Gap| outlines_m + height_m * gap.per_height;
-    let (explained_m, left_m) = (rms(&explained), rms(&|gap| gap.distance_m - explained(gap)));
-    let by_height_m = rms(&|gap| height_m * gap.per_height);
+    let (explained_m, left_m) = (rms(&both_m), rms(&|gap| gap.distance_m - both_m(gap)));
     let is_wrong = explained_m > LEAST_GAP_M && left_m < UNEXPLAINED * explained_m;
-    is_wrong.then_some(Explanation { height_error_m: height_m, explained_m: [explained_m, by_height_m] })
+    is_wrong.then(|| Explanation {
+        height_error_m: errors_m.y,
+        explained_m,
+        is_of_height: 2.0 * rms(&by_height_m) > explained_m,
+    })
 }
 
 impl Explanation {
     fn text(&self, gaps: &[Gap], objects: &str) -> String {
-        let Self { height_error_m: height_m, explained_m: [explained_m, by_height_m] } = *self;
+        let Self { height_error_m, explained_m, is_of_height } = *self;
         let (n, mm) = (gaps.len(), 1e3 * explained_m);
         let apart = gaps.iter().filter(|gap| gap.distance_m > 0.0).count();
         let found = match apart {
@@ -146,9 +153,9 @@ impl Explanation {
             _ => format!("are {mm:.1} mm apart or overlap by as much"),
         };
         let of = if objects.starts_with('`') { "its" } else { "their" };
-        let as_if = if 2.0 * by_height_m > explained_m {
-            let large = if height_m > 0.0 { "large" } else { "small" };
-            format!(", as if {of} height_m were {:.0} mm too {large}", 1e3 * height_m.abs())
+        let as_if = if is_of_height {
+            let large = if height_error_m > 0.0 { "large" } else { "small" };
+            format!(", as if {of} height_m were {:.0} mm too {large}", 1e3 * height_error_m.abs())
         } else {
             String::new()
         };
