@@ -39,12 +39,13 @@ impl JointMeans {
         // Means of every quantity by itself
         let indices = grouped(clips);
         let all = map_of(indices.iter().map(|(quantity, i)| (*quantity, Group::new(clips, quantity, i))));
-        let [of_single_values, of_all_values] = between_clip_stds(clips);
+        let typical = between_clip_stds(clips);
+        let of_double_contacts = between_clip_std_of(clips, Quantity::RESTITUTION, |_| true);
         let mut groups = map_of(all.into_iter().filter_map(|(quantity, group)| {
             let is_double = |&(clip, k): &(usize, usize)| clips[clip].double_contact[k];
-            let typical =
-                if indices[quantity].iter().any(is_double) { of_all_values } else { of_single_values };
-            let mean = group.mean(typical[quantity.kind()].for_group(&group))?;
+            let has_double = indices[quantity].iter().any(is_double);
+            let typical = if has_double { of_double_contacts } else { typical[quantity.kind()] };
+            let mean = group.mean(typical.for_group(&group))?;
             Some((quantity.clone(), (group, mean)))
         }));
         let frictions = map_of(groups.iter().filter_map(|(quantity, (_, mean))| match quantity {
@@ -74,24 +75,27 @@ impl JointMeans {
     }
 }
 
-/// The typical standard deviation from clip to clip of every kind of quantity, of values that are single ones and of all values: restitutions of
-/// double contacts, which are no single values, say nothing about the others.
-fn between_clip_stds(clips: &[Measurements]) -> [[BetweenClipStd; KINDS]; 2] {
-    let typical = |kind: usize, counts: &dyn Fn(&(usize, usize)) -> bool| {
-        if kind == Quantity::MASS_RATIO {
-            return variation_of_mass_ratios(clips);
-        }
-        let groups = groups_of_kind(clips, kind).map(|(quantity, mut indices, _)| {
-            indices.retain(counts);
-            Group::new(clips, quantity, &indices)
-        });
-        between_clip_std_with_prior(&groups.collect::<Vec<_>>())
-    };
+/// The typical standard deviation from clip to clip of every kind of quantity. Restitutions of double contacts, which are no single values, say
+/// nothing about the others.
+fn between_clip_stds(clips: &[Measurements]) -> [BetweenClipStd; KINDS] {
     let is_single = |&(clip, k): &(usize, usize)| !clips[clip].double_contact[k];
-    [
-        std::array::from_fn(|kind| typical(kind, &is_single)),
-        std::array::from_fn(|kind| typical(kind, &|_| true)),
-    ]
+    std::array::from_fn(|kind| match kind {
+        Quantity::MASS_RATIO => variation_of_mass_ratios(clips),
+        _ => between_clip_std_of(clips, kind, is_single),
+    })
+}
+
+/// The typical standard deviation from clip to clip of those values of one kind that count.
+fn between_clip_std_of(
+    clips: &[Measurements],
+    kind: usize,
+    counts: impl Fn(&(usize, usize)) -> bool,
+) -> BetweenClipStd {
+    let groups = groups_of_kind(clips, kind).map(|(quantity, mut indices, _)| {
+        indices.retain(&counts);
+        Group::new(clips, quantity, &indices)
+    });
+    between_clip_std_with_prior(&groups.collect::<Vec<_>>())
 }
 
 /// Adds the error of the table's slope, which all clips have in common, to the means and their covariance.

@@ -101,10 +101,9 @@ impl Group {
             of_clips.entry(clip).or_default().push(*value);
         }
         let mean = |values: Vec<Measured>| {
-            let weights = || values.iter().map(|m| 1.0 / (m.std * m.std).max(f64::MIN_POSITIVE));
-            let total: f64 = weights().sum();
-            let value = values.iter().zip(weights()).map(|(m, weight)| m.value * weight).sum::<f64>() / total;
-            Measured { value, std: total.powf(-0.5) }
+            let of_clip = Self { values, ..Self::default() };
+            let total: f64 = of_clip.weights(0.0).iter().sum();
+            Measured { value: of_clip.moments(0.0).0, std: total.powf(-0.5) }
         };
         Self { values: of_clips.into_values().map(mean).collect(), ..self.clone() }
     }

@@ -28,6 +28,8 @@ impl Quantity {
     pub(crate) const FRICTION: usize = 0;
     /// The index of the kind of restitutions against the striker.
     pub(crate) const STRIKER_RESTITUTION: usize = 1;
+    /// The index of the kind of restitutions of pairs.
+    pub(crate) const RESTITUTION: usize = 2;
     /// The index of the kind of mass ratios.
     pub(crate) const MASS_RATIO: usize = 3;
 
@@ -36,7 +38,7 @@ impl Quantity {
         match self {
             Self::Friction(_) => Self::FRICTION,
             Self::StrikerRestitution(_) => Self::STRIKER_RESTITUTION,
-            Self::Restitution(..) => 2,
+            Self::Restitution(..) => Self::RESTITUTION,
             Self::MassRatio(..) => Self::MASS_RATIO,
         }
     }
