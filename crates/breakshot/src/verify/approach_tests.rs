@@ -59,6 +59,36 @@ fn a_wrong_speed_of_all_clips_is_named_by_the_time_to_the_impact() {
     }
 }
 
+/// The strikers of a third of the films are seen at rest, but their heights, and with them their speeds, are known to 3 % only.
+#[test]
+fn mean_speeds_name_a_common_error_that_strikers_of_uncertain_height_do_not_show() {
+    let drawn = drawn(1);
+    let found = warnings(&drawn, |number, clip| {
+        let Strike { start_m, heading_rad, speed_m_s, .. } = *strike(clip);
+        if number % 3 == 0 {
+            let along = Vec2::from_heading(heading_rad);
+            let sample = |k: u32| {
+                let since_s = 0.01 * f64::from(k);
+                let at = start_m + along * (speed_m_s * since_s);
+                StrikerSample { time_s: since_s, x_m: at.x, y_m: at.y }
+            };
+            let samples = (0..6).map(sample).collect();
+            clip.tracks.striker = Some(StrikerTrack {
+                samples,
+                start_m: Some(start_m),
+                std_m: 5e-5,
+                offset_std_m: 6e-4,
+                scale_std: 0.03,
+            });
+        }
+        strike(clip).speed_m_s *= 1.06;
+    });
+    let named = |text: &&String| {
+        text.contains("first motion to the impact") && text.contains("speed_m_s is 6 % too high")
+    };
+    assert_eq!(found.iter().filter(named).count(), 1, "{found:?}");
+}
+
 #[test]
 fn a_wrong_frame_rate_of_all_films_is_named_by_the_time_to_the_impact() {
     let drawn = drawn(2);

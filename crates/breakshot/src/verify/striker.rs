@@ -74,7 +74,10 @@ struct Start {
 
 /// What the differences of most clips have in common.
 struct Common {
+    /// Of the speeds that show it most accurately.
     speed: Spread,
+    /// Whether these are mean speeds to the impact.
+    speed_is_mean: bool,
     /// Of the mean speeds alone, whether or not they are as given.
     mean_speed: Spread,
     turn: Spread,
@@ -115,8 +118,7 @@ impl Findings {
             let factor = common.speed.median.exp();
             let is_scale = scale_error.is_some_and(|error| (factor - 1.0 - error).abs() < SAME_FACTOR);
             if !is_scale {
-                let is_mean = 2 * group.iter().filter(|compared| compared.distance_m.is_some()).count() > n;
-                let text = rate_or_speed(n, (factor, is_mean), group[0].rate_hz);
+                let text = rate_or_speed(common.speed.n, (factor, common.speed_is_mean), group[0].rate_hz);
                 self.warnings.push(Warning::new(Cause::FrameRate, text));
             }
         }
@@ -346,39 +348,49 @@ impl Common {
     }
 
     fn of(group: &[Compared]) -> Self {
-        let of = |value: &dyn Fn(&Compared) -> Option<Measured>, least: f64, common_std: Option<f64>| {
-            let values: Vec<Measured> = group.iter().filter_map(value).collect();
+        let all: Vec<&Compared> = group.iter().collect();
+        let of = |clips: &[&Compared], value: &dyn Fn(&Compared) -> Option<Measured>, least, common_std| {
+            let values: Vec<Measured> = clips.iter().copied().filter_map(value).collect();
             let mut spread = Spread::of(values.iter().map(|m| m.value));
-            let alike = |m: &&Measured| (m.value - spread.median).abs() < least.max(STDS * m.std);
+            let alike = |m: &&Measured| (m.value - spread.median).abs() < f64::max(least, STDS * m.std);
             let n = values.iter().filter(alike).count();
             // One clip has nothing in common, and what is accurate enough is taken as exact.
             let is_common = n > 1 && n as f64 >= MOST * values.len() as f64 && 4 * n >= group.len();
-            // The height at which the outline is seen is wrong in all clips alike: more clips do not reduce it.
-            let error = common_std.or_else(|| median(values.iter().map(|m| m.std))).unwrap_or(0.0);
-            if !is_common || spread.median.abs() < least.max(COMMON_STDS * error) {
+            let error = Option::or_else(common_std, || median(values.iter().map(|m| m.std))).unwrap_or(0.0);
+            if !is_common || spread.median.abs() < f64::max(least, COMMON_STDS * error) {
                 spread.median = 0.0;
             }
             spread
         };
+        let chosen = Self::most_accurate_speeds(&all);
         Self {
-            speed: of(&|c| Some(c.speed), LEAST_SPEED_ERROR, Self::speed_std(group)),
+            speed: of(&chosen, &|c| Some(c.speed), LEAST_SPEED_ERROR, Self::speed_std(&chosen)),
+            speed_is_mean: 2 * chosen.iter().filter(|c| c.distance_m.is_some()).count() > chosen.len(),
             mean_speed: Spread::of(group.iter().filter(|c| c.distance_m.is_some()).map(|c| c.speed.value)),
-            turn: of(&|c| c.turn, LEAST_TURN_RAD, None),
-            aside: of(&|c| c.start.map(|start| start.aside), LEAST_OFFSET_M, None),
-            along: of(&|c| c.start.map(|start| start.along), LEAST_OFFSET_M, None),
+            turn: of(&all, &|c| c.turn, LEAST_TURN_RAD, None),
+            aside: of(&all, &|c| c.start.map(|start| start.aside), LEAST_OFFSET_M, None),
+            along: of(&all, &|c| c.start.map(|start| start.along), LEAST_OFFSET_M, None),
         }
     }
 
-    /// The standard deviation of what the speeds have in common: the scale of one clip, and the noise of all. The clips whose striker is
-    /// seen at rest count, if there are some: their rest positions show the height of what is followed.
-    fn speed_std(group: &[Compared]) -> Option<f64> {
-        let at_rest = |c: &&Compared| c.start.is_some();
-        let chosen: Vec<&Compared> = group.iter().filter(at_rest).collect();
-        let is_enough = chosen.len() > 1 && 4 * chosen.len() >= group.len();
-        let chosen = if is_enough { chosen } else { group.iter().collect() };
+    /// The clips that show best what all speeds have in common: those whose striker is seen at rest, because the rest positions show the height
+    /// of what is followed, or those with mean speeds to the impact; all, if there are too few of both.
+    fn most_accurate_speeds<'a, 'b>(all: &[&'b Compared<'a>]) -> Vec<&'b Compared<'a>> {
+        let those =
+            |is_in: fn(&Compared) -> bool| all.iter().copied().filter(|c| is_in(c)).collect::<Vec<_>>();
+        let kinds = [those(|c| c.start.is_some()), those(|c| c.distance_m.is_some())];
+        let is_enough = |kind: &Vec<_>| kind.len() > 1 && 4 * kind.len() >= all.len();
+        let std = |kind: &Vec<_>| Self::speed_std(kind).unwrap_or(f64::INFINITY);
+        let enough = kinds.into_iter().filter(is_enough);
+        enough.min_by(|a, b| std(a).total_cmp(&std(b))).unwrap_or_else(|| all.to_vec())
+    }
+
+    /// The standard deviation of what these speeds have in common: the noise of all of them, and what more clips do not reduce because it is wrong
+    /// in all alike, the height of the outline or the instant of the first motion.
+    fn speed_std(clips: &[&Compared]) -> Option<f64> {
         let noise = |c: &&Compared| (c.speed.std.powi(2) - c.scale_std.powi(2)).max(0.0).sqrt();
-        let noise = median(chosen.iter().map(noise))? / (chosen.len() as f64).sqrt();
-        Some(noise.hypot(median(chosen.iter().map(|c| c.scale_std))?))
+        let noise = median(clips.iter().map(noise))? / (clips.len() as f64).sqrt();
+        Some(noise.hypot(median(clips.iter().map(|c| c.scale_std))?))
     }
 }
 
