@@ -40,6 +40,9 @@ const LEAST_OBJECT_ERROR: f64 = 0.1;
 const ASIDE_STEP_M: f64 = 1e-3;
 const LARGEST_TURN_OF_A_STEP_RAD: f64 = 0.3;
 
+/// A strike sends an object about where the film shows it go up to this difference of the directions (rad).
+const LARGEST_FITTING_TURN_RAD: f64 = 0.2;
+
 /// What the film and the strike given for it say about the struck object.
 enum Comparison {
     /// It leaves.
@@ -197,6 +200,19 @@ fn comparison(
         turn_rad: median(reached.iter().map(|r| r.turn_rad))?,
         turn_std_rad: median(seen.steps.iter().map(|step| step.std_m))? / furthest_m,
         speed_ratio: (reached.len() >= LEAST_POSITIONS).then(|| median(ratios)).flatten(),
+    })
+}
+
+/// Whether a strike sends the struck object about where the film shows it go; `None` if the film does not show it leave.
+pub(super) fn leaves_as_sent(
+    clip: &ClipTracks,
+    strike: &Strike,
+    scene: &mut Scene,
+    properties: &Properties,
+) -> Option<bool> {
+    Some(match comparison(clip, strike, scene, properties)? {
+        Comparison::Departure { turn_rad, .. } => turn_rad.abs() < LARGEST_FITTING_TURN_RAD,
+        Comparison::Missed | Comparison::Impossible(_) => false,
     })
 }
 

@@ -11,7 +11,7 @@ use crate::error::Result;
 use crate::estimate::clip::ClipEstimate;
 use crate::estimate::clip::exposure;
 use crate::estimate::joint::mass_network;
-use crate::estimate::joint::random_effects::{Group, between_clip_std, groups_of_kind};
+use crate::estimate::joint::means;
 use crate::estimate::measure::measurements::Measurements;
 use crate::estimate::measure::quantity::{KINDS, Quantity};
 use crate::estimate::measure::restitution::DOUBLE_CONTACT_STD;
@@ -66,14 +66,10 @@ impl LearnedNoise {
         };
         let chi2_by_exposure: Vec<_> = clips.iter().map(|c| c.chi2_by_exposure).collect();
         let measurements: Vec<Measurements> = clips.iter().map(|c| c.measurements.clone()).collect();
-        let mut between_clip_stds = [ASSUMED_BETWEEN_CLIP_STD; KINDS];
-        for (kind, relative) in between_clip_stds.iter_mut().enumerate() {
-            let groups: Vec<Group> = groups_of_kind(&measurements, kind).map(|(.., group)| group).collect();
-            let found = between_clip_std(&groups);
-            if found.degrees_of_freedom > 0.0 {
-                *relative = found.relative;
-            }
-        }
+        let between_clip_stds = means::between_clip_stds(&measurements).map(|found| {
+            let repeats = found.degrees_of_freedom > 0.0;
+            if repeats { found.relative } else { ASSUMED_BETWEEN_CLIP_STD }
+        });
         Self {
             camera,
             exposure_frames: exposure::best_frames(&chi2_by_exposure),

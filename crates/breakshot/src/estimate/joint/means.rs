@@ -77,7 +77,7 @@ impl JointMeans {
 
 /// The typical standard deviation from clip to clip of every kind of quantity. Restitutions of double contacts, which are no single values, say
 /// nothing about the others.
-fn between_clip_stds(clips: &[Measurements]) -> [BetweenClipStd; KINDS] {
+pub(crate) fn between_clip_stds(clips: &[Measurements]) -> [BetweenClipStd; KINDS] {
     let is_single = |&(clip, k): &(usize, usize)| !clips[clip].double_contact[k];
     std::array::from_fn(|kind| match kind {
         Quantity::MASS_RATIO => variation_of_mass_ratios(clips),

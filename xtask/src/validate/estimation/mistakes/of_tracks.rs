@@ -5,9 +5,10 @@ use crate::validate::estimation::saved::Saved;
 use breakshot::campaign::Campaign;
 use breakshot::detect::{Sample, StrikerTrack};
 use breakshot::estimate::ClipTracks;
-use breakshot::geometry::Vec2;
+use breakshot::geometry::{Point, Vec2};
 use breakshot::object::Shape;
 use breakshot::scene::Strike;
+use std::f64::consts::FRAC_PI_2;
 
 /// A change of the campaign's files and of its clips.
 type Change = Box<dyn Fn(&mut Campaign, &mut Vec<ClipTracks>)>;
@@ -117,6 +118,17 @@ fn strikes(chosen: &Chosen) -> Vec<Made> {
             s.speed_m_s *= factor;
         }));
     }
+    let turned = of_strike("axes of the robot", "a quarter turn".into(), None, |s| {
+        s.start_m = Point::new(-s.start_m.y, s.start_m.x);
+        s.heading_rad += FRAC_PI_2;
+    });
+    let exchanged = of_strike("axes of the robot", "exchanged".into(), None, |s| {
+        s.start_m = Point::new(s.start_m.y, s.start_m.x);
+        s.heading_rad = FRAC_PI_2 - s.heading_rad;
+    });
+    let of_axes =
+        |(mistake, change): Made| (Mistake { named_by: words(&["table frame"]), ..mistake }, change);
+    all.extend([turned, exchanged].map(of_axes));
     all
 }
 
@@ -282,8 +294,7 @@ fn measures(chosen: &Chosen) -> Vec<Made> {
         };
         all.push((mistake, Box::new(resize)));
     }
-    let mirrored =
-        Mistake { kind: "y axis", size: "mirrored".into(), named_by: words(&["strike.", "strike"]) };
+    let mirrored = Mistake { kind: "y axis", size: "mirrored".into(), named_by: words(&["y axis"]) };
     all.push(of_samples(
         mirrored,
         |_| true,
