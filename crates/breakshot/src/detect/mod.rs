@@ -14,6 +14,7 @@ pub mod label;
 mod marker;
 mod markerless;
 mod motion_blur;
+mod object_outline;
 mod postprocess;
 mod recorded;
 mod striker;
@@ -354,7 +355,11 @@ impl Clip<'_> {
         let camera = self.camera;
         let exposure_s =
             motion_blur::exposure_s(camera, &tracker.states).or(camera.exposure_s).unwrap_or(0.0);
-        let doubted = tracker.states.iter().map(|state| postprocess::track(camera, state, exposure_s));
+        let doubted = tracker.states.iter().map(|state| {
+            let mut doubted = postprocess::track(camera, state, exposure_s);
+            object_outline::refine(camera, state, &mut doubted);
+            doubted
+        });
         let (mut tracks, mut doubts): (Vec<Track>, Vec<_>) =
             doubted.map(|DoubtedTrack { track, doubts }| (track, doubts)).unzip();
         let unsmooth = postprocess::scale_noise(&mut tracks);

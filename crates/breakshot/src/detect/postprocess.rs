@@ -30,9 +30,6 @@ const MOST_EXCESS_PX: f64 = 1.0;
 const LONG_BLUR_PX: f64 = 5.0;
 /// Relative uncertainty of the blur: the opening and closing of the shutter are unknown.
 const BLUR_UNCERTAINTY: f64 = 0.1;
-/// A position by a part of the marker's outline is doubtful if its standard deviation is larger than this (px), or that of its yaw (rad).
-const TRUSTED_STD_PX: f64 = 0.25;
-const TRUSTED_STD_RAD: f64 = 0.02;
 /// The yaw of a whole marker is doubtful if the standard deviation by its outline is larger than this (rad), ...
 const DOUBTFUL_YAW_STD_RAD: f64 = 0.04;
 /// ... or if the yaws by its second moments and by its outline are further apart than this (rad).
@@ -218,11 +215,11 @@ impl Seen<'_> {
         let fit = self.point.outline.filter(|fit| fit.visible_fraction > LEAST_VISIBLE)?;
         let yaw_rad = yaw_near_rad + wrapped_rad(fit.pose.yaw_rad - yaw_near_rad);
         let std_px = fit.std_m / self.scale_m_per_px;
-        let is_yaw_rough = fit.yaw_std_rad > TRUSTED_STD_RAD && fit.knows_yaw();
+        let is_yaw_rough = fit.has_rough_yaw();
         // A disc and its dot that shade or blur leave the position of an object known where they hardly show its yaw.
         let is_position_alone =
             is_yaw_rough && self.target.feature.dot.is_some() && !self.target.is_off_centre();
-        let is_rough = std_px > TRUSTED_STD_PX || is_yaw_rough && !is_position_alone;
+        let is_rough = !fit.has_known_position(self.scale_m_per_px) || is_yaw_rough && !is_position_alone;
         Some(Measured {
             pose: Pose { yaw_rad, ..fit.pose },
             std_m: fit.std_m,

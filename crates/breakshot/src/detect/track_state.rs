@@ -3,7 +3,7 @@
 use super::marker::blob::Blob;
 use super::marker::outline::{Appearance, MarkerFit};
 use super::marker::target::Target;
-use super::markerless::edge_fit::LEAST_MEASURED;
+use super::markerless::edge_fit::{LEAST_MEASURED, OutlineFit};
 use super::threshold::Level;
 use crate::capture::Camera;
 use crate::geometry::moments::Moments;
@@ -29,6 +29,8 @@ pub(super) struct Observation {
     pub blob: Blob,
     /// Its marker's outline near the pose, if there are edges.
     pub outline: Option<MarkerFit>,
+    /// The fit of the object's own outline, where it was compared with the marker.
+    pub object_outline: Option<OutlineFit>,
     /// The fraction of an object's own outline that was measured; 1 for a marker.
     pub measured_fraction: f64,
     /// Centroid of the dot beside the marker, if it is visible.
@@ -51,6 +53,7 @@ impl Observation {
             source,
             blob,
             outline: None,
+            object_outline: None,
             measured_fraction: 1.0,
             dot: None,
             blur_px: 0.0,
@@ -87,6 +90,8 @@ pub(super) struct TrackPoint {
     pub blob: Blob,
     /// The fit of the marker's outline.
     pub outline: Option<MarkerFit>,
+    /// The fit of the object's own outline, where it was compared with the marker.
+    pub object_outline: Option<OutlineFit>,
     /// The fraction of an object's own outline that was measured; 1 for a marker.
     pub measured_fraction: f64,
     /// The motion blur that the marker itself shows (px), where it was measured.
@@ -323,7 +328,7 @@ impl<'a> TrackState<'a> {
 
     /// Adds the observation of a frame.
     pub(super) fn add(&mut self, camera: &Camera, frame: usize, time_s: f64, observation: &Observation) {
-        let Observation { source, blob, outline, measured_fraction, .. } = *observation;
+        let Observation { source, blob, outline, object_outline, measured_fraction, .. } = *observation;
         let pose = self.least_rotated(observation);
         let Observation { blur_px, measured_blur_px, yaw_known, .. } = *observation;
         let change = self.signal_change(camera, pose, &blob);
@@ -349,6 +354,7 @@ impl<'a> TrackState<'a> {
             source,
             blob,
             outline,
+            object_outline,
             measured_fraction,
             measured_blur_px,
             complete,

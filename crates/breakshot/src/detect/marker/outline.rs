@@ -32,6 +32,9 @@ pub(in crate::detect) struct MarkerFit {
 pub(super) const UNKNOWN_YAW_STD_RAD: f64 = 0.3;
 /// A yaw is measured if its standard deviation is below this (rad).
 const KNOWN_YAW_STD_RAD: f64 = 0.06;
+/// A position by a part of the marker's outline is doubtful if its standard deviation is larger than this (px), or that of its yaw (rad).
+const TRUSTED_STD_PX: f64 = 0.25;
+const TRUSTED_STD_RAD: f64 = 0.02;
 /// Distance between points of an outline (px): closer ones share their pixels.
 const SPACING_PX: f64 = 2.0;
 /// Distance between the points in a search (px).
@@ -128,6 +131,16 @@ impl MarkerFit {
     /// Whether the yaw was measured.
     pub(in crate::detect) fn knows_yaw(&self) -> bool {
         self.yaw_std_rad < KNOWN_YAW_STD_RAD
+    }
+
+    /// Whether the position is known well.
+    pub(in crate::detect) fn has_known_position(&self, scale_m_per_px: f64) -> bool {
+        self.std_m <= TRUSTED_STD_PX * scale_m_per_px
+    }
+
+    /// Whether the yaw was measured, but badly.
+    pub(in crate::detect) fn has_rough_yaw(&self) -> bool {
+        self.yaw_std_rad > TRUSTED_STD_RAD && self.knows_yaw()
     }
 }
 

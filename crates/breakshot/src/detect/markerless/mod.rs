@@ -15,7 +15,7 @@ use super::motion_blur::FrameView;
 use super::track_state::{Observation, Source, TrackState};
 use crate::capture::Camera;
 use crate::geometry::moments::principal_axes;
-use crate::geometry::{Pixel, Pose};
+use crate::geometry::{Pixel, Pose, Vec2};
 use edge_fit::{OutlineFit, SearchRange};
 use edge_visibility::OutlineView;
 
@@ -25,6 +25,11 @@ const USUAL_VISIBILITY: f64 = 0.8;
 pub(super) const LEAST_VISIBILITY: f64 = 0.5;
 /// Least visibility of the outline of an object whose marker is covered.
 const CLEARLY_VISIBLE: f64 = 0.7;
+/// Least part of the outline beside a marker that is measured: with less the position is biased by what covers the rest. The marker shows that
+/// the outline is no shadow's; the edges of an outline that moves by more than a pixel during the exposure are those of its shadow more easily.
+const LEAST_MEASURED_SHARP: f64 = 0.5;
+const LEAST_MEASURED_BLURRED: f64 = 0.8;
+const BLURRED_PX: f64 = 1.0;
 /// Upper bound of an object's speed (m/s) in the frame in which it is struck.
 const FASTEST_M_S: f64 = 2.0;
 /// Upper bound of its angular velocity (rad/s).
@@ -72,6 +77,28 @@ pub(super) fn observed_without_marker(
         yaw_known: state.target.object.shape.rotation_symmetry_rad() != Some(0.0),
         ..Observation::new(fit.pose, Source::ObjectOutline, blob)
     })
+}
+
+/// The object's own outline near the pose by its marker, if enough of it is measured: blurred as the marker has moved since the last frame, or else as
+/// the outline has.
+pub(super) fn fitted_beside_marker(view: &FrameView, state: &TrackState, pose: Pose) -> Option<OutlineFit> {
+    let outline = OutlineView::of_target(&view.frame.image, view.camera, &state.target);
+    let blurred = |pose: Pose, velocity: Vec2| {
+        let blur_px = view.blur_px(&state.target, pose, velocity);
+        let is_blurred = blur_px[0].hypot(blur_px[1]) > BLURRED_PX;
+        let least = if is_blurred { LEAST_MEASURED_BLURRED } else { LEAST_MEASURED_SHARP };
+        let fit = outline.fitted(pose, blur_px)?;
+        Some((fit, fit.measured_fraction >= least))
+    };
+    let time_s = view.frame.time_s;
+    let (by_marker, is_measured) = blurred(pose, state.velocity_to(pose, time_s).unwrap_or_default())?;
+    if is_measured {
+        return Some(by_marker);
+    }
+    let last = state.points.last()?;
+    let moved = by_marker.pose.position - last.object_outline?.pose.position;
+    let (fit, is_measured) = blurred(by_marker.pose, moved / (time_s - last.time_s))?;
+    is_measured.then_some(fit)
 }
 
 /// The outline near the predicted pose, clear of all objects observed so far. Where the last positions are doubtful, so is the motion that

@@ -135,9 +135,12 @@ impl<'a> Tracker<'a> {
         }
 
         // Markers by their outlines, where they were not found whole
+        let number = self.times_s.len() - 1;
         for (k, prediction) in predictions.iter().enumerate() {
             if !prediction.state.target.is_markerless() {
-                observations[k] = prediction.outlined(&view, &observations, k);
+                let outlined = prediction.outlined(&view, &observations, k);
+                observations[k] =
+                    outlined.map(|found| prediction.beside_object_outline(&view, found, number));
             }
         }
 
@@ -147,7 +150,6 @@ impl<'a> Tracker<'a> {
                 observations[k] = markerless::observed_near(&view, state, *pose, &observations);
             }
         }
-        let number = self.times_s.len() - 1;
         for (state, observation) in self.states.iter_mut().zip(observations) {
             if let Some(mut observation) = observation {
                 if !std::ptr::eq(camera, self.camera) {

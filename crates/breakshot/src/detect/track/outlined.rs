@@ -15,6 +15,8 @@ pub(super) const MOST_STD_PX: f64 = 1.0;
 const CLEARLY_VISIBLE: f64 = 0.5;
 /// A part of a marker of which no edge is seen is within its radius of the predicted position, and so many standard deviations.
 const PART_STDS: f64 = 2.0;
+/// Of the frames that show the marker whole, one in so many is compared with the object's own outline.
+const COMPARED_FRAMES: usize = 8;
 /// Upper bounds of the speed (m/s) and of the angular velocity (rad/s) of an object in the frame in which it is struck, and of the search
 /// around its predicted pose (m, rad), however long it was not observed.
 const STRUCK_M_S: f64 = 1.0;
@@ -89,6 +91,28 @@ impl Prediction<'_, '_> {
             .map(|fit| self.by_outline(view, fit))
             .or(observed)
             .or_else(|| markerless::observed_without_marker(view, state, predicted))
+    }
+
+    /// The observation with the fit of the object's own outline, where the marker is not seen whole, and now and then where it is, so that the
+    /// poses by both can be compared.
+    pub(super) fn beside_object_outline(
+        &self,
+        view: &FrameView,
+        observation: Observation,
+        frame: usize,
+    ) -> Observation {
+        let scale_m_per_px =
+            view.camera.scale_m_per_px(observation.blob.centroid, self.state.target.height_m());
+        let is_sharp = |fit: MarkerFit| fit.has_known_position(scale_m_per_px) && !fit.has_rough_yaw();
+        let is_whole =
+            self.state.is_complete(view.camera, &observation) && observation.outline.is_some_and(is_sharp);
+        let is_compared = match observation.source {
+            Source::Marker => !is_whole || frame.is_multiple_of(COMPARED_FRAMES),
+            Source::MarkerOutline => true,
+            Source::ObjectOutline => false,
+        };
+        let fit = || markerless::fitted_beside_marker(view, self.state, observation.pose);
+        Observation { object_outline: is_compared.then(fit).flatten(), ..observation }
     }
 
     /// The fit of the marker's outline at the predicted pose; `None` if too little of it is visible there.

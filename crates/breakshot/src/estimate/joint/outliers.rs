@@ -1,6 +1,6 @@
 //! Which measurements contradict those of the other clips, and what explains it?
 
-use super::random_effects::{Group, repeats, with_prior};
+use super::random_effects::{Group, MAX_RELATIVE_STD, repeats, with_prior};
 use crate::estimate::clip::result::Measured;
 use crate::estimate::measure::measurements::{Measurements, grouped};
 use crate::estimate::measure::quantity::{KINDS, Quantity};
@@ -105,19 +105,11 @@ fn consensus(clips: &[Measurements]) -> BTreeMap<Quantity, Consensus> {
         .filter(|(_, indices)| indices.len() >= CLIPS_NEEDED)
         .map(|(quantity, indices)| (quantity.clone(), Group::new(clips, quantity, &indices)))
         .collect();
-    let middle = |group: &Group| median(group.values.iter().map(|m| m.value)).unwrap_or(0.0);
     let mut relative_stds = [0.0; KINDS];
     for (kind, std) in relative_stds.iter_mut().enumerate() {
-        let of_kind = || groups.iter().filter(|(q, _)| q.kind() == kind).map(|(_, group)| group);
-        let deviations = of_kind().flat_map(|group| {
-            let centre = middle(group);
-            // Deviations from the median of a small sample are too small on average.
-            let n = group.values.len() as f64;
-            let widened = (n / (n - 1.0)).sqrt() / group.scale;
-            group.values.iter().map(move |m| (m.value - centre).abs() * widened)
-        });
-        let found = median(deviations).unwrap_or(0.0) / NORMAL_MEDIAN_DEVIATION;
-        *std = with_prior(found, repeats(of_kind()));
+        let of_kind: Vec<&Group> =
+            groups.iter().filter(|(q, _)| q.kind() == kind).map(|(_, group)| group).collect();
+        *std = with_prior(robust_between_clip_std(&of_kind), repeats(of_kind.iter().copied()));
     }
     map_of(groups.iter().map(|(quantity, group)| {
         let consensus = Consensus {
@@ -127,6 +119,37 @@ fn consensus(clips: &[Measurements]) -> BTreeMap<Quantity, Consensus> {
         };
         (quantity.clone(), consensus)
     }))
+}
+
+fn middle(group: &Group) -> f64 {
+    median(group.values.iter().map(|m| m.value)).unwrap_or(0.0)
+}
+
+/// The relative standard deviation from clip to clip with which the deviations from the medians, in standard deviations of noise and variation, have
+/// the median of a normal distribution: outliers hardly change it.
+fn robust_between_clip_std(groups: &[&Group]) -> f64 {
+    let median_stds = |relative: f64| {
+        let of_group = |group: &&Group| {
+            let (centre, between) = (middle(group), relative * group.scale);
+            // Deviations from the median of a small sample are too small on average.
+            let n = group.values.len() as f64;
+            let widened = (n / (n - 1.0)).sqrt();
+            let stds = |m: &Measured| {
+                (m.value - centre).abs() * widened / m.std.hypot(between).max(f64::MIN_POSITIVE)
+            };
+            group.values.iter().map(stds).collect::<Vec<_>>()
+        };
+        median(groups.iter().flat_map(of_group)).unwrap_or(0.0)
+    };
+    let (mut low, mut high) = (0.0, MAX_RELATIVE_STD);
+    if median_stds(low) <= NORMAL_MEDIAN_DEVIATION {
+        return low;
+    }
+    for _ in 0..40 {
+        let between = f64::midpoint(low, high);
+        if median_stds(between) > NORMAL_MEDIAN_DEVIATION { low = between } else { high = between }
+    }
+    high
 }
 
 /// The measurements with larger variances where they deviate much from the consensus.
@@ -294,6 +317,24 @@ mod tests {
             by_slope: Vec::new(),
         };
         of_a.iter().enumerate().map(clip).collect()
+    }
+
+    /// The noise of three clips, and not the variation from clip to clip, explains how far they are apart.
+    #[test]
+    fn a_friction_that_contradicts_precise_ones_is_an_outlier_beside_noisy_ones() {
+        let values =
+            [(0.412, 0.171), (0.508, 0.017), (0.497, 0.045), (0.58, 0.051), (0.012, 0.067), (0.503, 0.02)];
+        let clip = |(value, std): (f64, f64)| Measurements {
+            quantities: vec![Quantity::Friction("a".into())],
+            values: DVector::from_element(1, value),
+            covariance: DMatrix::from_element(1, 1, std * std),
+            vertical_fractions: vec![0.0],
+            double_contact: vec![false],
+            by_slope: Vec::new(),
+        };
+        let (kept, warnings) = kept(&values.map(clip));
+        let left: Vec<usize> = kept.iter().map(|m| m.quantities.len()).collect();
+        assert_eq!((left, warnings.len()), (vec![1, 1, 1, 1, 0, 1], 1));
     }
 
     #[test]

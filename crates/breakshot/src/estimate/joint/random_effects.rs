@@ -69,7 +69,7 @@ const MAX_DEGREES_OF_FREEDOM: f64 = 12.0;
 /// differ by about a factor of 1.5.
 const ASSUMED_DEGREES_OF_FREEDOM: f64 = 6.0;
 /// Upper end of the search for the relative standard deviation.
-const MAX_RELATIVE_STD: f64 = 1.0;
+pub(super) const MAX_RELATIVE_STD: f64 = 1.0;
 /// Number of groups that the assumed prior degrees of freedom are worth: the variances of three or four groups seem to differ or to agree by chance.
 const ASSUMED_GROUPS: f64 = 4.0;
 /// From this number of groups the most deviating one is left out of the comparison of their variances.
