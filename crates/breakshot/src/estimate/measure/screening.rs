@@ -25,6 +25,8 @@ const POSITIONS_OF_FRICTION: usize = 3;
 const LEAST_STDS_MOVED: f64 = 10.0;
 /// A struck body is near the striker for this number of frames, whether or not it is hit again.
 const FRAMES_UNTIL_MET_AGAIN: f64 = 2.0;
+/// The part of a motion to rest in which a second strike may be hidden if no trusted position shows it.
+const UNSEEN_PART: f64 = 0.5;
 /// Number of steps of an unobserved motion at whose ends its distance from the striker is determined.
 const UNSEEN_STEPS: u32 = 8;
 /// Repeated impacts of a pair follow each other like those of a bouncing ball: each interval is the restitution times the one
@@ -227,32 +229,42 @@ fn least_striker_gap_m(
     gaps_m.fold(f64::INFINITY, f64::min)
 }
 
-/// Excludes an impact of the struck body, and the strike, where the striker is near the body just before the impact and no trusted position shows the
-/// motion from then on: a second strike would change the velocity with which the body arrives, and the fit explains that by the first one.
+/// Excludes the strike, and the next impact of the struck body, where the striker is near the body and no trusted position shows the motion until that
+/// impact; and the strike of a body that hits no other one, where this is so in most of its motion: a second strike would change how the body
+/// moves, and the fit explains that by the first one.
 fn exclude_after_hidden_strike(fitted: &MotionFit, striker: &StrikerPath, contacts: &mut [Contact]) {
     let frame_s = frame_s(&fitted.model.bodies);
     let Some(strike) = contacts.iter().rposition(|contact| contact.a == Partner::Striker) else { return };
     let (struck, strike_s) = (contacts[strike].b, contacts[strike].time_s(fitted));
     let mut later = strike + 1..contacts.len();
-    let Some(next) = later.find(|&k| partners(&contacts[k]).contains(&struck)) else { return };
-    let impact_s = contacts[next].time_s(fitted);
+    let next = later.find(|&k| partners(&contacts[k]).contains(&struck));
+    let rest_s = || fitted.paths[struck].legs().last().map(|leg| leg.end_s);
+    let Some(end_s) = next.map(|next| contacts[next].time_s(fitted)).or_else(rest_s) else { return };
     let observations = fitted.model.bodies[struck].observations.iter();
     let trusted_s = observations.filter(|o| !o.excluded && !o.doubtful).map(|o| o.time_s);
-    let last_s = trusted_s.filter(|t| *t < impact_s).fold(strike_s, f64::max);
+    let shown_s = trusted_s.filter(|time_s| (strike_s..end_s).contains(time_s));
+    let (from_s, to_s) = match next {
+        Some(_) => (shown_s.fold(strike_s, f64::max), end_s),
+        None => (strike_s, shown_s.fold(end_s, f64::min)),
+    };
     // First they part.
-    let parted_s = last_s.max(strike_s + FRAMES_UNTIL_MET_AGAIN * frame_s);
-    if impact_s - last_s < FRAMES_BETWEEN * frame_s || impact_s < parted_s {
+    let parted_s = from_s.max(strike_s + FRAMES_UNTIL_MET_AGAIN * frame_s);
+    let is_most = to_s - from_s > UNSEEN_PART * (end_s - strike_s);
+    if to_s - from_s < FRAMES_BETWEEN * frame_s || to_s < parted_s || next.is_none() && !is_most {
         return;
     }
-    let gap_m = least_striker_gap_m(fitted, striker, struck, (parted_s, impact_s - parted_s, UNSEEN_STEPS));
+    let gap_m = least_striker_gap_m(fitted, striker, struck, (parted_s, to_s - parted_s, UNSEEN_STEPS));
     if gap_m < APPROACHED_M {
+        let before = next.map_or(String::new(), |_| format!(" before the impact at {end_s:.3} s"));
         let reason = format!(
-            "the striker may hit `{}` again before the impact at {impact_s:.3} s: the gap is {:.1} mm, and no trusted position shows the motion after {last_s:.3} s",
+            "the striker may hit `{}` again{before}: the gap is {:.1} mm, and no trusted position shows the motion between {from_s:.3} and {to_s:.3} s",
             fitted.model.bodies[struck].object,
             1e3 * gap_m
         );
         contacts[strike].exclude(reason.clone());
-        contacts[next].exclude(reason);
+        if let Some(next) = next {
+            contacts[next].exclude(reason);
+        }
     }
 }
 
