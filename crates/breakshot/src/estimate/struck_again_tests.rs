@@ -74,6 +74,27 @@ fn a_second_strike_changes_neither_friction_nor_restitution() {
     assert!(found.warnings.iter().any(|warning| warning.contains("hits `a` again")), "{:?}", found.warnings);
 }
 
+/// A shadow makes the positions until the second strike doubtful, and one strike with a larger restitution explains the others.
+#[test]
+fn a_second_strike_that_only_doubtful_positions_show_gives_no_restitution() {
+    const NOISE_M: f64 = 3e-5;
+    const SHADED_S: [f64; 2] = [0.18, 0.26];
+    let sample = |(k, moved_m): (usize, &f64)| {
+        let time_s = FRAME_S * k as f64;
+        let doubtful = (SHADED_S[0]..SHADED_S[1]).contains(&time_s);
+        let std_m = if doubtful { 1e-3 } else { NOISE_M };
+        let at = Point::new(moved_m + std_m * [0.0, 1.2, -1.2][k % 3], 0.0);
+        Sample { doubtful, ..Sample::new(time_s, at, None, std_m) }
+    };
+    let found = properties(displacements_m().0.iter().enumerate().map(sample).collect(), TRAVEL_M);
+    assert!(found.striker_restitution.is_empty(), "{:?}", found.striker_restitution);
+    assert!(
+        found.warnings.iter().any(|warning| warning.contains("may hit `a` again")),
+        "{:?}",
+        found.warnings
+    );
+}
+
 /// Positions that are displaced by a fraction of a millimetre from the strike on. A second impact of unknown origin within a frame would explain
 /// that, too, and friction or restitution would have no value.
 #[test]

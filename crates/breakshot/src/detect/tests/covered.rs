@@ -271,3 +271,25 @@ fn a_marker_under_a_shadow_is_not_exchanged_for_that_of_another_object() {
         assert!(far.is_none(), "`{}`: {far:?}", track.object);
     }
 }
+
+/// The border of a shadow lies across a marker of a few pixels in all frames; the outline of the block is well visible.
+#[test]
+fn a_block_is_followed_by_its_own_outline_where_a_shadow_lies_across_a_small_marker() {
+    let view = View { table_grey: 200.0, ..view() };
+    let block = object("block", bar(0.065, 0.045), bar(0.012, 0.005));
+    let motion = |t: f64| slid(Pose::new(-0.06, 0.0, 0.4), Vec2::new(0.3, 0.0), 1.0, t);
+    let mut frames = film(&view, &times_s(32), |t| {
+        let (pose, velocity, rate) = motion(t);
+        let [mut body, mut marker] = Thing::object(&block, pose);
+        (body.grey, body.side_grey, marker.grey) = (90.0, 60.0, INK_GREY);
+        [body, marker].map(|thing| thing.moving(velocity, rate)).to_vec()
+    });
+    shade_by(0.5, &view, &mut frames, block.height_m, |at, _| (0.0..0.015).contains(&at.y));
+    let tracks = found(&view, frames, &[block], &Layout::Unknown).expect("tracks");
+    let samples = &tracks.tracks[0].samples;
+    assert_eq!(samples.len(), 32, "{:?}", tracks.warnings);
+    let doubtful = doubtful_samples(samples, |t| motion(t).0);
+    let off_mm: Vec<f64> = samples.iter().map(|s| error_mm(s, motion(s.time_s).0)).collect();
+    println!("{doubtful} of 32 samples are doubtful; {:.3} mm off (root mean square)", rms(&off_mm));
+    assert!(doubtful <= 1 && rms(&off_mm) < 0.15, "{doubtful} doubtful, {:.3} mm off", rms(&off_mm));
+}

@@ -26,7 +26,7 @@ const LEAST_STDS_MOVED: f64 = 10.0;
 /// A struck body is near the striker for this number of frames, whether or not it is hit again.
 const FRAMES_UNTIL_MET_AGAIN: f64 = 2.0;
 /// The part of a motion to rest in which a second strike may be hidden if no trusted position shows it.
-const UNSEEN_PART: f64 = 0.5;
+const UNSEEN_PART: f64 = 0.3;
 /// Number of steps of an unobserved motion at whose ends its distance from the striker is determined.
 const UNSEEN_STEPS: u32 = 8;
 /// Repeated impacts of a pair follow each other like those of a bouncing ball: each interval is the restitution times the one
