@@ -29,7 +29,7 @@ const CLEARLY_VISIBLE: f64 = 0.7;
 /// the outline is no shadow's; the edges of an outline that moves by more than a pixel during the exposure are those of its shadow more easily.
 const LEAST_MEASURED_SHARP: f64 = 0.5;
 const LEAST_MEASURED_BLURRED: f64 = 0.8;
-const BLURRED_PX: f64 = 1.0;
+pub(super) const BLURRED_PX: f64 = 1.0;
 /// Upper bound of an object's speed (m/s) in the frame in which it is struck.
 const FASTEST_M_S: f64 = 2.0;
 /// Upper bound of its angular velocity (rad/s).

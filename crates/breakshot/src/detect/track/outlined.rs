@@ -2,7 +2,7 @@
 
 use super::prediction::{PREDICTION_STD_M, Prediction};
 use crate::detect::marker::outline::{MarkerFit, MarkerView, Range};
-use crate::detect::markerless;
+use crate::detect::markerless::{self, BLURRED_PX};
 use crate::detect::motion_blur::FrameView;
 use crate::detect::track_state::{COMPLETE, Observation, Source};
 use crate::geometry::Pose;
@@ -16,7 +16,7 @@ const CLEARLY_VISIBLE: f64 = 0.5;
 /// A part of a marker of which no edge is seen is within its radius of the predicted position, and so many standard deviations.
 const PART_STDS: f64 = 2.0;
 /// Of the frames that show the marker whole, one in so many is compared with the object's own outline.
-const COMPARED_FRAMES: usize = 8;
+const COMPARED_FRAMES: usize = 4;
 /// Upper bounds of the speed (m/s) and of the angular velocity (rad/s) of an object in the frame in which it is struck, and of the search
 /// around its predicted pose (m, rad), however long it was not observed.
 const STRUCK_M_S: f64 = 1.0;
@@ -93,26 +93,36 @@ impl Prediction<'_, '_> {
             .or_else(|| markerless::observed_without_marker(view, state, predicted))
     }
 
-    /// The observation with the fit of the object's own outline, where the marker is not seen whole, and now and then where it is, so that the
-    /// poses by both can be compared.
+    /// The observation with the fit of the object's own outline, where the marker is seen badly; after that also now and then where it is seen well, so that
+    /// the poses by both can be compared.
     pub(super) fn beside_object_outline(
         &self,
         view: &FrameView,
         observation: Observation,
         frame: usize,
     ) -> Observation {
-        let scale_m_per_px =
-            view.camera.scale_m_per_px(observation.blob.centroid, self.state.target.height_m());
-        let is_sharp = |fit: MarkerFit| fit.has_known_position(scale_m_per_px) && !fit.has_rough_yaw();
-        let is_whole =
-            self.state.is_complete(view.camera, &observation) && observation.outline.is_some_and(is_sharp);
+        let state = self.state;
+        let was_compared = state.points.iter().any(|point| point.object_outline.is_some());
+        let is_sharp = self.is_whole_and_sharp(view, &observation);
+        // The outline of a whole marker is rough while it moves.
+        let is_seen_well = is_sharp
+            || state.is_complete(view.camera, &observation)
+                && observation.blur_px > BLURRED_PX
+                && !was_compared;
         let is_compared = match observation.source {
-            Source::Marker => !is_whole || frame.is_multiple_of(COMPARED_FRAMES),
-            Source::MarkerOutline => true,
+            Source::Marker if is_seen_well => was_compared && frame.is_multiple_of(COMPARED_FRAMES),
+            Source::Marker | Source::MarkerOutline => true,
             Source::ObjectOutline => false,
         };
-        let fit = || markerless::fitted_beside_marker(view, self.state, observation.pose);
+        let fit = || markerless::fitted_beside_marker(view, state, observation.pose);
         Observation { object_outline: is_compared.then(fit).flatten(), ..observation }
+    }
+
+    fn is_whole_and_sharp(&self, view: &FrameView, observation: &Observation) -> bool {
+        let height_m = self.state.target.height_m();
+        let scale_m_per_px = view.camera.scale_m_per_px(observation.blob.centroid, height_m);
+        let is_sharp = |fit: MarkerFit| fit.has_known_position(scale_m_per_px) && !fit.has_rough_yaw();
+        self.state.is_complete(view.camera, observation) && observation.outline.is_some_and(is_sharp)
     }
 
     /// The fit of the marker's outline at the predicted pose; `None` if too little of it is visible there.
