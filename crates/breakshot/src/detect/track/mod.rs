@@ -139,8 +139,10 @@ impl<'a> Tracker<'a> {
         for (k, prediction) in predictions.iter().enumerate() {
             if !prediction.state.target.is_markerless() {
                 let outlined = prediction.outlined(&view, &observations, k);
-                observations[k] =
-                    outlined.map(|found| prediction.beside_object_outline(&view, found, number));
+                observations[k] = outlined.map(|found| Observation {
+                    object_outline: prediction.object_outline(&view, &found, number),
+                    ..found
+                });
             }
         }
 

@@ -2,6 +2,7 @@
 
 use super::prediction::{PREDICTION_STD_M, Prediction};
 use crate::detect::marker::outline::{MarkerFit, MarkerView, Range};
+use crate::detect::markerless::edge_fit::OutlineFit;
 use crate::detect::markerless::{self, BLURRED_PX};
 use crate::detect::motion_blur::FrameView;
 use crate::detect::track_state::{COMPLETE, Observation, Source};
@@ -93,20 +94,20 @@ impl Prediction<'_, '_> {
             .or_else(|| markerless::observed_without_marker(view, state, predicted))
     }
 
-    /// The observation with the fit of the object's own outline, where the marker is seen badly; after that also now and then where it is seen well, so that
+    /// The fit of the object's own outline beside its marker, where the marker is seen badly; after that also now and then where it is seen well, so that
     /// the poses by both can be compared.
-    pub(super) fn beside_object_outline(
+    pub(super) fn object_outline(
         &self,
         view: &FrameView,
-        observation: Observation,
+        observation: &Observation,
         frame: usize,
-    ) -> Observation {
+    ) -> Option<OutlineFit> {
         let state = self.state;
         let was_compared = state.points.iter().any(|point| point.object_outline.is_some());
-        let is_sharp = self.is_whole_and_sharp(view, &observation);
+        let is_sharp = self.is_whole_and_sharp(view, observation);
         // The outline of a whole marker is rough while it moves.
         let is_seen_well = is_sharp
-            || state.is_complete(view.camera, &observation)
+            || state.is_complete(view.camera, observation)
                 && observation.blur_px > BLURRED_PX
                 && !was_compared;
         let is_compared = match observation.source {
@@ -115,7 +116,7 @@ impl Prediction<'_, '_> {
             Source::ObjectOutline => false,
         };
         let fit = || markerless::fitted_beside_marker(view, state, observation.pose);
-        Observation { object_outline: is_compared.then(fit).flatten(), ..observation }
+        is_compared.then(fit).flatten()
     }
 
     fn is_whole_and_sharp(&self, view: &FrameView, observation: &Observation) -> bool {
