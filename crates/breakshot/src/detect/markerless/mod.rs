@@ -25,8 +25,8 @@ const USUAL_VISIBILITY: f64 = 0.8;
 pub(super) const LEAST_VISIBILITY: f64 = 0.5;
 /// Least visibility of the outline of an object whose marker is covered.
 const CLEARLY_VISIBLE: f64 = 0.7;
-/// Least part of the outline beside a marker that is measured: with less the position is biased by what covers the rest. The marker shows that
-/// the outline is no shadow's; the edges of an outline that moves by more than a pixel during the exposure are those of its shadow more easily.
+/// Least part of the outline of an object with a marker that is measured: with less the position is biased by what covers the rest. At rest the marker
+/// excludes the outline of a shadow; of an outline that moves by more than [`BLURRED_PX`] during the exposure, blurred edges beside it are taken for its own more easily.
 const LEAST_MEASURED_SHARP: f64 = 0.5;
 const LEAST_MEASURED_BLURRED: f64 = 0.8;
 pub(super) const BLURRED_PX: f64 = 1.0;

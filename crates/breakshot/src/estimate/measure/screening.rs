@@ -25,7 +25,7 @@ const POSITIONS_OF_FRICTION: usize = 3;
 const LEAST_STDS_MOVED: f64 = 10.0;
 /// A struck body is near the striker for this number of frames, whether or not it is hit again.
 const FRAMES_UNTIL_MET_AGAIN: f64 = 2.0;
-/// The part of a motion to rest in which a second strike may be hidden if no trusted position shows it.
+/// A second strike may be hidden in the beginning of a motion to rest if that is more than this part of it and no trusted position shows it.
 const UNSEEN_PART: f64 = 0.3;
 /// Number of steps of an unobserved motion at whose ends its distance from the striker is determined.
 const UNSEEN_STEPS: u32 = 8;
@@ -230,8 +230,8 @@ fn least_striker_gap_m(
 }
 
 /// Excludes the strike, and the next impact of the struck body, where the striker is near the body and no trusted position shows the motion until that
-/// impact; and the strike of a body that hits no other one, where this is so in most of its motion: a second strike would change how the body
-/// moves, and the fit explains that by the first one.
+/// impact; and the strike of a body that hits no other one, where this is so in a large part of its motion from the beginning on: a second strike
+/// would change how the body moves, and the fit explains that by the first one.
 fn exclude_after_hidden_strike(fitted: &MotionFit, striker: &StrikerPath, contacts: &mut [Contact]) {
     let frame_s = frame_s(&fitted.model.bodies);
     let Some(strike) = contacts.iter().rposition(|contact| contact.a == Partner::Striker) else { return };
@@ -249,8 +249,8 @@ fn exclude_after_hidden_strike(fitted: &MotionFit, striker: &StrikerPath, contac
     };
     // First they part.
     let parted_s = from_s.max(strike_s + FRAMES_UNTIL_MET_AGAIN * frame_s);
-    let is_most = to_s - from_s > UNSEEN_PART * (end_s - strike_s);
-    if to_s - from_s < FRAMES_BETWEEN * frame_s || to_s < parted_s || next.is_none() && !is_most {
+    let is_large_part = to_s - from_s > UNSEEN_PART * (end_s - strike_s);
+    if to_s - from_s < FRAMES_BETWEEN * frame_s || to_s < parted_s || next.is_none() && !is_large_part {
         return;
     }
     let gap_m = least_striker_gap_m(fitted, striker, struck, (parted_s, to_s - parted_s, UNSEEN_STEPS));
