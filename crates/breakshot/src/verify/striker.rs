@@ -27,6 +27,8 @@ const LENGTH_ERROR: f64 = 0.15;
 const SAME_FACTOR: f64 = 0.02;
 /// Fewest mean speeds whose median is that of the right ones, if one of them is wrong.
 const LEAST_MEAN_SPEEDS: usize = 4;
+/// A mean speed counts in place of the speed of a striker that is seen at rest if its standard deviation is so many times smaller.
+const MORE_ACCURATE: f64 = 2.0;
 /// What is seen to move within this many standard deviations of the striker's mean speed may be the striker.
 const SAME_SPEED_STDS: f64 = 2.0;
 /// A common difference is from zero by this many standard deviations of one clip.
@@ -226,29 +228,23 @@ fn displacement(left_m: f64, ahead_m: f64) -> String {
 }
 
 impl<'a> Compared<'a> {
-    /// The comparison by the striker that is seen, and by its mean speed to the impact where it is not seen at rest: what is seen may be the arm
-    /// above it, whose height nothing shows. It is certainly not the striker if it is not as fast.
+    /// The comparison by the striker that is seen, and by its mean speed to the impact where it is not seen at rest or its speed is known far worse: what
+    /// is seen may be the arm above it, whose height nothing shows. It is certainly not the striker if it is not as fast.
     fn new(clip: &'a ClipTracks, mean: Option<MeanSpeed>) -> Option<Self> {
         let (strike, rate_hz) = (clip.strike.as_ref()?, clip.frame_rate_hz()?);
         let seen = clip.tracks.striker.as_ref().and_then(|seen| Self::with_seen(clip, strike, rate_hz, seen));
-        let is_at_rest = seen.as_ref().is_some_and(|seen| seen.start.is_some());
-        let Some(mean) = mean.filter(|_| !is_at_rest) else { return seen };
+        let is_better = |mean: &MeanSpeed| {
+            let is_worse = |seen: &Self| MORE_ACCURATE * mean.log_ratio.std < seen.speed.std;
+            seen.as_ref().is_none_or(|seen| seen.start.is_none() || is_worse(seen))
+        };
+        let Some(mean) = mean.filter(is_better) else { return seen };
         let MeanSpeed { log_ratio: speed, common_std: scale_std, distance_m } = mean;
         let is_as_fast = |seen: &Self| {
             let std = seen.speed.std.hypot(speed.std);
             (seen.speed.value - speed.value).abs() < SAME_SPEED_STDS * std
         };
-        let seen = seen.filter(is_as_fast);
-        Some(Self {
-            clip,
-            strike,
-            rate_hz,
-            speed,
-            scale_std,
-            distance_m: Some(distance_m),
-            turn: seen.and_then(|seen| seen.turn),
-            start: None,
-        })
+        let (turn, start) = seen.filter(is_as_fast).map_or((None, None), |seen| (seen.turn, seen.start));
+        Some(Self { clip, strike, rate_hz, speed, scale_std, distance_m: Some(distance_m), turn, start })
     }
 
     fn with_seen(
@@ -378,7 +374,8 @@ impl Common {
     fn most_accurate_speeds<'a, 'b>(all: &[&'b Compared<'a>]) -> Vec<&'b Compared<'a>> {
         let those =
             |is_in: fn(&Compared) -> bool| all.iter().copied().filter(|c| is_in(c)).collect::<Vec<_>>();
-        let kinds = [those(|c| c.start.is_some()), those(|c| c.distance_m.is_some())];
+        let at_rest = those(|c| c.start.is_some() && c.distance_m.is_none());
+        let kinds = [at_rest, those(|c| c.distance_m.is_some())];
         let is_enough = |kind: &Vec<_>| kind.len() > 1 && 4 * kind.len() >= all.len();
         let std = |kind: &Vec<_>| Self::speed_std(kind).unwrap_or(f64::INFINITY);
         let enough = kinds.into_iter().filter(is_enough);
