@@ -123,6 +123,8 @@ pub(super) struct TrackState<'a> {
     moment_ratio: f64,
     /// Running mean of contrast over background.
     relative_contrast: f64,
+    /// Whether the object's own outline was found beside its marker so far.
+    pub has_object_outline: bool,
     /// Background and its residual when the marker was last complete (grey levels).
     background: f64,
     background_rms: f64,
@@ -161,6 +163,7 @@ impl<'a> TrackState<'a> {
             area_ratio,
             moment_ratio,
             relative_contrast: blob.relative_contrast(),
+            has_object_outline: false,
             background: blob.background,
             background_rms: blob.background_rms,
         }
@@ -347,6 +350,7 @@ impl<'a> TrackState<'a> {
         if source == Source::Marker && change > 0.0 && self.target.mismatch(camera, &blob).is_tolerable() {
             self.area_ratio *= (NEWEST_WEIGHT * change).exp();
         }
+        self.has_object_outline |= object_outline.is_some();
         self.points.push(TrackPoint {
             frame,
             time_s,

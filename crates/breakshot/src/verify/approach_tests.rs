@@ -2,6 +2,7 @@
 
 use super::approach::mean_speed;
 use super::campaign_warnings;
+use super::striker_tests::seen;
 use crate::detect::{StrikerSample, StrikerTrack};
 use crate::estimate::{ClipTracks, Options, estimation};
 use crate::geometry::Vec2;
@@ -59,25 +60,13 @@ fn a_wrong_speed_of_all_clips_is_named_by_the_time_to_the_impact() {
     }
 }
 
-/// A striker that moves as its strike says and is seen at rest; its speed is known within this standard deviation (relative).
-fn seen_at_rest(strike: &Strike, scale_std: f64) -> StrikerTrack {
-    let along = Vec2::from_heading(strike.heading_rad);
-    let sample = |k: u32| {
-        let since_s = 0.01 * f64::from(k);
-        let at = strike.start_m + along * (strike.speed_m_s * since_s);
-        StrikerSample { time_s: since_s, x_m: at.x, y_m: at.y }
-    };
-    let samples = (0..6).map(sample).collect();
-    StrikerTrack { samples, start_m: Some(strike.start_m), std_m: 5e-5, offset_std_m: 6e-4, scale_std }
-}
-
 /// The strikers of a third of the films are seen at rest, but their heights, and with them their speeds, are known to 3 % only.
 #[test]
 fn mean_speeds_name_a_common_error_that_strikers_of_uncertain_height_do_not_show() {
     let drawn = drawn(1);
     let found = warnings(&drawn, |number, clip| {
         if number % 3 == 0 {
-            clip.tracks.striker = Some(seen_at_rest(strike(clip), 0.03));
+            clip.tracks.striker = Some(StrikerTrack { scale_std: 0.03, ..seen(strike(clip)) });
         }
         strike(clip).speed_m_s *= 1.06;
     });
@@ -93,7 +82,7 @@ fn a_mean_speed_names_the_wrong_speed_of_a_clip_whose_striker_has_an_uncertain_h
     let drawn = drawn(3);
     let number = drawn.clips.iter().rposition(|clip| clip.tracks.striker_onset_s.is_some()).expect("a clip");
     let found = warnings(&drawn, |k, clip| {
-        clip.tracks.striker = Some(seen_at_rest(strike(clip), 0.08));
+        clip.tracks.striker = Some(StrikerTrack { scale_std: 0.08, ..seen(strike(clip)) });
         if k == number {
             strike(clip).speed_m_s *= 1.25;
         }

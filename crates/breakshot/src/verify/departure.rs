@@ -68,23 +68,57 @@ pub(super) struct Known<'a> {
     pub properties: &'a Properties,
 }
 
+/// A clip whose film shows the struck object leave, beside the simulation of the strike given for it.
+pub(super) struct Departing<'a> {
+    pub clip: &'a ClipTracks,
+    pub strike: &'a Strike,
+    comparison: Comparison,
+}
+
+/// The clips whose films show the struck object leave.
+pub(super) fn departing<'a>(clips: &'a [ClipTracks], known: Known) -> Vec<Departing<'a>> {
+    let mut scene = known.free_table();
+    let compared = |clip: &'a ClipTracks| {
+        let strike = clip.strike.as_ref()?;
+        let comparison = comparison(clip, strike, &mut scene, known.properties)?;
+        Some(Departing { clip, strike, comparison })
+    };
+    clips.iter().filter_map(compared).collect()
+}
+
+impl Departing<'_> {
+    /// Whether the given strike sends the struck object about where the film shows it go.
+    pub(super) fn is_as_sent(&self) -> bool {
+        self.comparison.is_as_sent()
+    }
+
+    /// Whether another strike does so.
+    pub(super) fn would_be_sent_by(
+        &self,
+        strike: &Strike,
+        scene: &mut Scene,
+        properties: &Properties,
+    ) -> bool {
+        comparison(self.clip, strike, scene, properties).is_some_and(|comparison| comparison.is_as_sent())
+    }
+}
+
+impl Known<'_> {
+    /// The cell and its objects, none of them on the table.
+    pub(super) fn free_table(&self) -> Scene {
+        Scene::on_free_table(self.cell.clone(), self.objects.to_vec(), Vec::new())
+    }
+}
+
 /// A warning for each clip whose struck object leaves otherwise than the given strike makes it leave, unless the striker itself was seen
 /// to move otherwise (`striker`).
-pub(super) fn warnings(clips: &[ClipTracks], known: Known, striker: &Findings) -> Vec<Warning> {
-    let Known { cell, objects, properties } = known;
-    let mut scene = Scene::on_free_table(cell.clone(), objects.to_vec(), Vec::new());
-    let compared: Vec<(&ClipTracks, &Strike, Comparison)> = clips
-        .iter()
-        .filter_map(|clip| {
-            let strike = clip.strike.as_ref()?;
-            Some((clip, strike, comparison(clip, strike, &mut scene, properties)?))
-        })
-        .collect();
-    let turns = Spread::of(compared.iter().filter_map(|(_, _, comparison)| match comparison {
+pub(super) fn warnings(compared: &[Departing], known: Known, striker: &Findings) -> Vec<Warning> {
+    let mut scene = known.free_table();
+    let turns = Spread::of(compared.iter().filter_map(|departing| match &departing.comparison {
         Comparison::Departure { turn_rad, .. } => Some(*turn_rad),
         _ => None,
     }));
-    let speeds = Spread::of(compared.iter().filter_map(|(_, _, comparison)| match comparison {
+    let speeds = Spread::of(compared.iter().filter_map(|departing| match &departing.comparison {
         Comparison::Departure { speed_ratio, .. } => speed_ratio.map(f64::ln),
         _ => None,
     }));
@@ -98,13 +132,13 @@ pub(super) fn warnings(clips: &[ClipTracks], known: Known, striker: &Findings) -
         );
         warnings.push(Warning::new(Cause::GivenStrike, text));
     }
-    let unnamed = compared.iter().filter(|(clip, ..)| !striker.clips.contains(&clip.name));
-    for (clip, strike, comparison) in unnamed {
+    let unnamed = compared.iter().filter(|departing| !striker.clips.contains(&departing.clip.name));
+    for Departing { clip, strike, comparison } in unnamed {
         let others =
             Others { turns: &turns, speeds: &speeds, is_as_given: striker.as_given.contains(&clip.name) };
         let Some(mut finding) = comparison.finding(strike, &clip.objects[0], &others) else { continue };
         let start = (finding.start_m_is_doubtful)
-            .then(|| fitting_start(clip, strike, &mut scene, properties, turns.median))
+            .then(|| fitting_start(clip, strike, &mut scene, known.properties, turns.median))
             .flatten();
         if let Some(start) = start {
             finding.text += &offer(strike, start);
@@ -131,6 +165,14 @@ struct Finding {
 }
 
 impl Comparison {
+    /// Whether the object leaves about where the strike sends it.
+    fn is_as_sent(&self) -> bool {
+        match self {
+            Self::Departure { turn_rad, .. } => turn_rad.abs() < LARGEST_FITTING_TURN_RAD,
+            Self::Missed | Self::Impossible(_) => false,
+        }
+    }
+
     fn finding(&self, strike: &Strike, object: &str, others: &Others) -> Option<Finding> {
         let Others { turns, speeds, is_as_given } = *others;
         let of_start =
@@ -200,19 +242,6 @@ fn comparison(
         turn_rad: median(reached.iter().map(|r| r.turn_rad))?,
         turn_std_rad: median(seen.steps.iter().map(|step| step.std_m))? / furthest_m,
         speed_ratio: (reached.len() >= LEAST_POSITIONS).then(|| median(ratios)).flatten(),
-    })
-}
-
-/// Whether a strike sends the struck object about where the film shows it go; `None` if the film does not show it leave.
-pub(super) fn leaves_as_sent(
-    clip: &ClipTracks,
-    strike: &Strike,
-    scene: &mut Scene,
-    properties: &Properties,
-) -> Option<bool> {
-    Some(match comparison(clip, strike, scene, properties)? {
-        Comparison::Departure { turn_rad, .. } => turn_rad.abs() < LARGEST_FITTING_TURN_RAD,
-        Comparison::Missed | Comparison::Impossible(_) => false,
     })
 }
 

@@ -70,8 +70,8 @@ pub fn comparison(scene: &Scene, predicted: &BTreeMap<String, Pose>, observed: &
 }
 
 /// Warnings about a campaign whose files do not fit its films: strikers that are seen to move otherwise than given, given strikes that send
-/// the struck objects elsewhere, or not so fast, a table frame of the robot with other axes, tags whose sizes do not fit the distances of their centres, and outlines that do not touch when
-/// the objects meet or are struck.
+/// the struck objects elsewhere, or not so fast, a table frame of the robot with other axes, tags whose sizes do not fit the distances of their
+/// centres, and outlines that do not touch when the objects meet or are struck.
 ///
 /// `estimation` is that of the clips.
 pub fn campaign_warnings(
@@ -82,15 +82,16 @@ pub fn campaign_warnings(
 ) -> Vec<Warning> {
     let sizes = sizes::findings(clips, &estimation.clips, objects);
     let known = departure::Known { cell, objects, properties: &estimation.properties };
+    let departing = departure::departing(clips, known);
     // With wrong axes every strike is wrong.
-    if let Some(axes) = table_axes::warning(clips, known) {
+    if let Some(axes) = table_axes::warning(&departing, known) {
         return [vec![axes], sizes.warnings].concat();
     }
     let fits = clips.iter().zip(&estimation.clips);
     let mean_speeds: Vec<Option<MeanSpeed>> =
         fits.map(|(clip, fit)| approach::mean_speed(clip, fit)).collect();
     let striker = striker::findings(clips, &mean_speeds, sizes.scale_error);
-    let departures = departure::warnings(clips, known, &striker);
+    let departures = departure::warnings(&departing, known, &striker);
     let gaps = if sizes.scale_error.is_some() {
         Vec::new()
     } else {

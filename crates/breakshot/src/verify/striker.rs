@@ -57,7 +57,8 @@ struct Compared<'a> {
     speed: Measured,
     /// The part of its standard deviation that may be the same in all films: that of the scale, or of the first motion.
     scale_std: f64,
-    /// The distance from the given start to the impact (m), if the speed is the mean one over it: the striker itself is not seen at rest.
+    /// The distance from the given start to the impact (m), if the speed is the mean one over it: the striker itself is not seen at rest, or its speed is
+    /// known far worse.
     distance_m: Option<f64>,
     /// The heading less the given one (rad, counter-clockwise), if the striker is seen.
     turn: Option<Measured>,

@@ -21,7 +21,8 @@ fn drawn(seed: u64) -> SyntheticCampaign {
     drawn
 }
 
-fn seen(strike: &Strike) -> StrikerTrack {
+/// A striker that is seen at rest and moves as its strike says.
+pub(super) fn seen(strike: &Strike) -> StrikerTrack {
     let along = Vec2::from_heading(strike.heading_rad);
     let sample = |k: u32| {
         let time_s = f64::from(k) * INTERVAL_S;

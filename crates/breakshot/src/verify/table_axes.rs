@@ -3,10 +3,9 @@
 //! Robots and tags are often set up with axes that are mirrored or exchanged, or rotated by a right angle. The given strikes then miss the objects, or
 //! send them elsewhere, in most clips. With the right axes they send nearly all of them where the films show them go.
 
-use super::departure::{Known, leaves_as_sent};
-use crate::estimate::ClipTracks;
+use super::departure::{Departing, Known};
 use crate::geometry::{Point, Vec2};
-use crate::scene::{Scene, Strike};
+use crate::scene::Strike;
 use crate::warning::{Cause, Warning};
 
 /// Other axes are the right ones if at least this part of the strikes fits with them...
@@ -78,23 +77,20 @@ impl Axes {
 
 /// A warning that names the axes with which the given strikes send the objects where the films show them go; `None` if they do so with the given
 /// ones, or with no others.
-pub(super) fn warning(clips: &[ClipTracks], known: Known) -> Option<Warning> {
-    let Known { cell, objects, properties } = known;
-    let mut scene = Scene::on_free_table(cell.clone(), objects.to_vec(), Vec::new());
-    // The number of strikes that fit, and of those that the films show.
-    let mut fitting = |changed: &dyn Fn(&Strike) -> Strike| {
-        let fits = clips
-            .iter()
-            .filter_map(|clip| leaves_as_sent(clip, &changed(clip.strike.as_ref()?), &mut scene, properties));
-        fits.fold((0, 0), |(fitting, all), fits| (fitting + usize::from(fits), all + 1))
-    };
-    let (given, all) = fitting(&Strike::clone);
+pub(super) fn warning(departing: &[Departing], known: Known) -> Option<Warning> {
+    let (given, all) = (departing.iter().filter(|d| d.is_as_sent()).count(), departing.len());
     let least = (MOST * all as f64).max(given as f64 + MORE * all as f64);
     if all < FEWEST || least > all as f64 {
         return None;
     }
-    let others = OTHERS.iter().map(|axes| (fitting(&|strike| axes.strike(strike)).0, axes));
-    let (best, Axes { changed, wrong, .. }) = others.max_by_key(|(fitting, _)| *fitting)?;
+    let mut scene = known.free_table();
+    let mut sent_with = |axes: &Axes| {
+        let is_sent =
+            |d: &&Departing| d.would_be_sent_by(&axes.strike(d.strike), &mut scene, known.properties);
+        departing.iter().filter(is_sent).count()
+    };
+    let others = OTHERS.iter().map(|axes| (sent_with(axes), axes));
+    let (best, Axes { changed, wrong, .. }) = others.max_by_key(|(sent, _)| *sent)?;
     let text = format!(
         "{given} of {all} given strikes send the objects where the films show them go, and {best} if {changed}: {wrong}"
     );

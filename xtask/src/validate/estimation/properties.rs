@@ -186,8 +186,11 @@ pub(crate) fn rows(truth: &Truth, estimated: &Properties, details: bool) -> Vec<
 /// Errors and coverage over the values of several cells.
 pub(crate) fn pooled_rows(cells: &[(Truth, Properties)]) -> Vec<Row> {
     let kinds: Vec<ByKind> = cells.iter().map(|(truth, learned)| ByKind::new(truth, learned)).collect();
+    let errors = |of: fn(&ByKind) -> &Vec<Pair>| -> Vec<f64> {
+        kinds.iter().flat_map(of).map(Pair::error_percent).collect()
+    };
     let group = |what: &str, of: fn(&ByKind) -> &Vec<Pair>, target: f64| {
-        let errors: Vec<f64> = kinds.iter().flat_map(of).map(Pair::error_percent).collect();
+        let errors = errors(of);
         let (mean, worst) = mean_and_worst(&errors);
         [
             Row::at_most(format!("{what}: mean error of {}", errors.len()), mean, target, "%"),
@@ -195,12 +198,8 @@ pub(crate) fn pooled_rows(cells: &[(Truth, Properties)]) -> Vec<Row> {
         ]
     };
     let beside_first = |what: &str, of: fn(&ByKind) -> &Vec<Pair>| {
-        let errors: Vec<f64> = kinds.iter().flat_map(of).map(Pair::error_percent).collect();
-        Row::plain(
-            format!("{what} restitution beside first impacts: mean error"),
-            mean_and_worst(&errors).0,
-            "%",
-        )
+        let mean = mean_and_worst(&errors(of)).0;
+        Row::plain(format!("{what} restitution beside first impacts: mean error"), mean, "%")
     };
     let all: Vec<&Pair> = kinds.iter().flat_map(ByKind::counted).flatten().collect();
     let covered = 100.0 * all.iter().filter(|p| p.covered()).count() as f64 / all.len().max(1) as f64;

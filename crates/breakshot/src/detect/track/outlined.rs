@@ -103,15 +103,16 @@ impl Prediction<'_, '_> {
         frame: usize,
     ) -> Option<OutlineFit> {
         let state = self.state;
-        let was_compared = state.points.iter().any(|point| point.object_outline.is_some());
         let is_sharp = self.is_whole_and_sharp(view, observation);
         // The outline of a whole marker is rough while it moves.
         let is_seen_well = is_sharp
             || state.is_complete(view.camera, observation)
                 && observation.blur_px > BLURRED_PX
-                && !was_compared;
+                && !state.has_object_outline;
         let is_compared = match observation.source {
-            Source::Marker if is_seen_well => was_compared && frame.is_multiple_of(COMPARED_FRAMES),
+            Source::Marker if is_seen_well => {
+                state.has_object_outline && frame.is_multiple_of(COMPARED_FRAMES)
+            }
             Source::Marker | Source::MarkerOutline => true,
             Source::ObjectOutline => false,
         };

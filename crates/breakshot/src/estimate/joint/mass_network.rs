@@ -1,6 +1,6 @@
 //! The masses of all objects from the mass ratios of all pairs (Eq. 33 and 34 as corrected).
 
-use super::random_effects::{BetweenClipStd, Group, Mean, between_clip_std, groups_of_kind};
+use super::random_effects::{BetweenClipStd, Group, Mean, between_clip_std, groups_of_kind, least_std};
 use crate::estimate::measure::measurements::Measurements;
 use crate::estimate::measure::quantity::Quantity;
 use crate::ordered_map::map_of;
@@ -173,16 +173,7 @@ pub(crate) fn systematic_covariance(pair: &Quantity, other: &Quantity, pair_std:
 /// The smallest additional standard deviation of every pair with which chi-square is at most the number of independent
 /// loops, its expectation (as Paule and Mandel 1982 do for one group).
 fn closure_std(loops: f64, chi2: impl Fn(f64) -> f64) -> f64 {
-    const LARGEST: f64 = 1.0;
-    if loops < 1.0 || chi2(0.0) <= loops {
-        return 0.0;
-    }
-    let (mut low, mut high) = (0.0, LARGEST);
-    for _ in 0..40 {
-        let middle = f64::midpoint(low, high);
-        if chi2(middle) > loops { low = middle } else { high = middle }
-    }
-    high
+    if loops < 1.0 { 0.0 } else { least_std(|std| chi2(std) > loops) }
 }
 
 /// The design matrix, one row per pair and one column per object: +1 for the first object of a pair, -1 for the second.

@@ -1,6 +1,6 @@
 //! Which measurements contradict those of the other clips, and what explains it?
 
-use super::random_effects::{Group, MAX_RELATIVE_STD, repeats, with_prior};
+use super::random_effects::{Group, least_std, repeats, with_prior};
 use crate::estimate::clip::result::Measured;
 use crate::estimate::measure::measurements::{Measurements, grouped};
 use crate::estimate::measure::quantity::{KINDS, Quantity};
@@ -141,15 +141,7 @@ fn robust_between_clip_std(groups: &[&Group]) -> f64 {
         };
         median(groups.iter().flat_map(of_group)).unwrap_or(0.0)
     };
-    let (mut low, mut high) = (0.0, MAX_RELATIVE_STD);
-    if median_stds(low) <= NORMAL_MEDIAN_DEVIATION {
-        return low;
-    }
-    for _ in 0..40 {
-        let between = f64::midpoint(low, high);
-        if median_stds(between) > NORMAL_MEDIAN_DEVIATION { low = between } else { high = between }
-    }
-    high
+    least_std(|relative| median_stds(relative) > NORMAL_MEDIAN_DEVIATION)
 }
 
 /// The measurements with larger variances where they deviate much from the consensus.

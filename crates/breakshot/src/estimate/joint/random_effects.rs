@@ -69,7 +69,7 @@ const MAX_DEGREES_OF_FREEDOM: f64 = 12.0;
 /// differ by about a factor of 1.5.
 const ASSUMED_DEGREES_OF_FREEDOM: f64 = 6.0;
 /// Upper end of the search for the relative standard deviation.
-pub(super) const MAX_RELATIVE_STD: f64 = 1.0;
+const MAX_RELATIVE_STD: f64 = 1.0;
 /// Number of groups that the assumed prior degrees of freedom are worth: the variances of three or four groups seem to differ or to agree by chance.
 const ASSUMED_GROUPS: f64 = 4.0;
 /// From this number of groups the most deviating one is left out of the comparison of their variances.
@@ -223,16 +223,22 @@ fn paule_mandel(groups: &[Group]) -> BetweenClipStd {
         return BetweenClipStd { relative: 0.0, degrees_of_freedom: 0.0 };
     }
     let excess = |relative: f64| groups.iter().map(|g| g.squares(relative)).sum::<f64>() - repeats;
-    // The sum of squares decreases with the relative standard deviation: bisection.
+    // The sum of squares decreases with the relative standard deviation.
+    let relative = least_std(|relative| excess(relative) > 0.0);
+    BetweenClipStd { relative, degrees_of_freedom: prior_degrees_of_freedom(groups, relative) }
+}
+
+/// The least relative standard deviation up to [`MAX_RELATIVE_STD`] that is not too small, by bisection.
+pub(super) fn least_std(is_too_small: impl Fn(f64) -> bool) -> f64 {
     let (mut low, mut high) = (0.0, MAX_RELATIVE_STD);
-    if excess(low) <= 0.0 {
-        high = 0.0;
+    if !is_too_small(low) {
+        return low;
     }
     for _ in 0..60 {
         let middle = f64::midpoint(low, high);
-        if excess(middle) > 0.0 { low = middle } else { high = middle }
+        if is_too_small(middle) { low = middle } else { high = middle }
     }
-    BetweenClipStd { relative: high, degrees_of_freedom: prior_degrees_of_freedom(groups, high) }
+    high
 }
 
 /// The typical variation from clip to clip with a prior that has the weight of one repeat, so that a campaign without
