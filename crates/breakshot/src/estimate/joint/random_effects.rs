@@ -1,8 +1,8 @@
 //! The mean of repeated measurements that vary more than their noise explains: a random-effects model.
 //!
 //! A clip's value is the mean plus a variation from clip to clip plus noise of known variance.  The relative variation is
-//! estimated from all groups of one kind together (the frictions of all objects, the restitutions of all pairs) by the
-//! method of Paule and Mandel (1982), and serves as a prior for groups with few clips (empirical Bayes).
+//! estimated from all groups of one kind together (the frictions of all objects, the restitutions of all pairs) by
+//! restricted maximum likelihood (Harville 1977), and serves as a prior for groups with few clips (empirical Bayes).
 
 use crate::estimate::clip::result::Measured;
 use crate::estimate::measure::measurements::{Measurements, grouped};
@@ -68,8 +68,12 @@ const MAX_DEGREES_OF_FREEDOM: f64 = 12.0;
 /// Prior degrees of freedom where too few groups repeat to compare their variances: the standard deviations of two groups
 /// differ by about a factor of 1.5.
 const ASSUMED_DEGREES_OF_FREEDOM: f64 = 6.0;
-/// Upper end of the search for the relative standard deviation.
+/// Upper end of the search for the relative standard deviation, ...
 const MAX_RELATIVE_STD: f64 = 1.0;
+/// ... the number of its steps, each by this factor, and that of its refinements by two thirds.
+const STEPS: f64 = 48.0;
+const STEP: f64 = 1.25;
+const REFINEMENTS: usize = 60;
 /// Number of groups that the assumed prior degrees of freedom are worth: the variances of three or four groups seem to differ or to agree by chance.
 const ASSUMED_GROUPS: f64 = 4.0;
 /// From this number of groups the most deviating one is left out of the comparison of their variances.
@@ -188,15 +192,14 @@ pub(crate) fn quantile_95(degrees_of_freedom: f64) -> f64 {
     wide + part * (narrow - wide)
 }
 
-/// The typical variation from clip to clip: the relative standard deviation with which the weighted sum of squares of all
-/// groups has its expectation (Paule and Mandel 1982). A group whose values contradict each other says nothing about the others; its own
+/// The typical variation from clip to clip by [restricted maximum likelihood](most_likely_std). A group whose values contradict each other says nothing about the others; its own
 /// dispersion widens its interval.
 pub(crate) fn between_clip_std(groups: &[Group]) -> BetweenClipStd {
     let mut groups = groups.to_vec();
     while let Some(contradicting) = most_contradicting(&groups) {
         groups.remove(contradicting);
     }
-    paule_mandel(&groups)
+    typical(&groups)
 }
 
 /// The group whose values deviate the most from each other, if they do by more than [`CONTRADICTING_STDS`] with the variation of the other
@@ -208,7 +211,7 @@ fn most_contradicting(groups: &[Group]) -> Option<usize> {
         if repeats < SHOWING_REPEATS || groups[k].values.len() < 2 {
             return 0.0;
         }
-        let relative = with_prior(paule_mandel(&others).relative, repeats);
+        let relative = with_prior(most_likely_std(&others), repeats);
         (groups[k].squares(relative) / groups[k].degrees_of_freedom()).sqrt()
     };
     let deviations = (0..groups.len()).map(|k| (k, deviation_stds(k)));
@@ -217,15 +220,30 @@ fn most_contradicting(groups: &[Group]) -> Option<usize> {
 }
 
 /// The typical variation of these groups, whether or not their values contradict each other.
-fn paule_mandel(groups: &[Group]) -> BetweenClipStd {
-    let repeats = repeats(groups);
-    if repeats == 0.0 {
+fn typical(groups: &[Group]) -> BetweenClipStd {
+    if repeats(groups) == 0.0 {
         return BetweenClipStd { relative: 0.0, degrees_of_freedom: 0.0 };
     }
-    let excess = |relative: f64| groups.iter().map(|g| g.squares(relative)).sum::<f64>() - repeats;
-    // The sum of squares decreases with the relative standard deviation.
-    let relative = least_std(|relative| excess(relative) > 0.0);
+    let relative = most_likely_std(groups);
     BetweenClipStd { relative, degrees_of_freedom: prior_degrees_of_freedom(groups, relative) }
+}
+
+/// The relative standard deviation from clip to clip of the highest restricted likelihood (Harville 1977).
+///
+/// The likelihood weighs a squared deviation by what the value says about the variation: one noisy value that is a few standard deviations off changes
+/// little, whereas the sum of squares (Paule and Mandel 1982) would ask for a variation of the accurate values that they do not show.
+fn most_likely_std(groups: &[Group]) -> f64 {
+    let likelihood = |relative: f64| groups.iter().map(|g| g.log_likelihood(relative)).sum::<f64>();
+    // The likelihood may have two maxima: that of a grid is refined.
+    let at = |k: f64| if k > 0.0 { MAX_RELATIVE_STD * STEP.powf(k - STEPS) } else { 0.0 };
+    let steps = (0..=STEPS as usize).map(|k| k as f64);
+    let best = steps.max_by(|a, b| likelihood(at(*a)).total_cmp(&likelihood(at(*b)))).unwrap_or(0.0);
+    let [mut low, mut high] = [at(best - 1.0), at((best + 1.0).min(STEPS))];
+    for _ in 0..REFINEMENTS {
+        let third = (high - low) / 3.0;
+        if likelihood(low + third) < likelihood(high - third) { low += third } else { high -= third }
+    }
+    if best == 0.0 && likelihood(0.0) >= likelihood(low) { 0.0 } else { f64::midpoint(low, high) }
 }
 
 /// The least relative standard deviation up to [`MAX_RELATIVE_STD`] that is not too small, by bisection.
@@ -267,6 +285,16 @@ pub(crate) fn with_prior(relative: f64, repeats: f64) -> f64 {
 }
 
 impl Group {
+    /// The restricted log-likelihood of a relative standard deviation from clip to clip, up to a constant; 0 for a single value.
+    fn log_likelihood(&self, relative: f64) -> f64 {
+        if self.values.len() < 2 {
+            return 0.0;
+        }
+        let weights = self.weights(relative);
+        let log_determinant = weights.iter().map(|w| w.ln()).sum::<f64>() - weights.iter().sum::<f64>().ln();
+        (log_determinant - self.moments(relative).1) / 2.0
+    }
+
     /// The weighted sum of squares about the mean; 0 for a single value.
     fn squares(&self, relative: f64) -> f64 {
         if self.values.len() < 2 { 0.0 } else { self.moments(relative).1 }
