@@ -48,7 +48,7 @@ pub(crate) fn specified(cell: &Cell, frame_s: f64) -> Exposure {
     if !cell.has_camera() {
         return Exposure::Known(0.0);
     }
-    cell.camera.exposure_s.map_or(Exposure::UpTo(LONGEST_FRAMES * frame_s), Exposure::Known)
+    Exposure::UpTo(cell.camera.exposure_s.unwrap_or(LONGEST_FRAMES * frame_s))
 }
 
 /// For each candidate exposure the chi-square of a clip's frames around impacts, bounded for outliers.
