@@ -3,6 +3,9 @@
 //! A moving marker is observed at its mean position over the exposure.  Between impacts that is the position at
 //! mid-exposure; in a frame whose exposure contains an impact it differs by up to some tenths of a millimetre.  The frames
 //! around the impacts of all clips therefore determine the exposure.
+//!
+//! They do so although the cell states it: where the velocity jumps, the image of a marker is no straight blur, and its position is
+//! located between that at mid-exposure and the mean.  The stated exposure says which frames are uncertain for that.
 
 use super::fit::MotionFit;
 use super::initial_guess::frame_s;
@@ -42,8 +45,8 @@ impl From<ExposureChi2> for ([f64; CANDIDATES], usize) {
     }
 }
 
-/// The exposure that the cell specifies, else that it is unknown up to half a frame; none in a cell without camera, whose
-/// tracks are positions at instants.
+/// The exposure up to which frames around impacts are uncertain: as the cell states it, else half a frame; none in a cell without
+/// camera, whose tracks are positions at instants.
 pub(crate) fn specified(cell: &Cell, frame_s: f64) -> Exposure {
     if !cell.has_camera() {
         return Exposure::Known(0.0);

@@ -385,6 +385,21 @@ mod tests {
     }
 
     #[test]
+    fn a_noisy_value_a_few_standard_deviations_off_hardly_changes_the_variation() {
+        // With 0.05 from clip to clip the last value of the first group is 3 standard deviations off.
+        let groups = [
+            group(&[(1.03, 0.004), (0.98, 0.004), (1.02, 0.004), (1.55, 0.17)]),
+            group(&[(0.95, 0.01), (1.0, 0.01)]),
+            group(&[(1.05, 0.01), (1.0, 0.01)]),
+        ];
+        let with = between_clip_std(&groups).relative;
+        let mut accurate = groups;
+        accurate[0].values.pop();
+        let without = between_clip_std(&accurate).relative;
+        assert!((0.02..0.05).contains(&without) && with < 1.5 * without, "{without}, with it {with}");
+    }
+
+    #[test]
     fn two_values_that_contradict_each_other_do_not_widen_other_groups() {
         let agreeing: Vec<_> =
             (0..3).map(|_| group(&[0.97, 1.0, 1.03].map(|value| (value, 0.005)))).collect();
