@@ -3,13 +3,15 @@
 use super::initial_guess::{InitialGuess, OBSERVATIONS_NEEDED, fitted_partner, frame_s};
 use super::least_squares::{COARSE, FINAL, INTERMEDIATE, Minimum, minimum};
 use super::motion_model::{
-    BodyPath, Cause, Event, EventIndices, Exposure, MotionLaw, MotionModel, MotionProblem, ParameterLayout,
+    BodyPath, Cause, Event, EventIndices, Exposure, MotionLaw, MotionModel, MotionProblem, Observation,
+    ParameterLayout,
 };
 use super::result::Measured;
 use super::striker::path::StrikerPath;
 use crate::estimate::closest_points::PlacedShape;
 use crate::geometry::{Pose, Vec2};
 use crate::object::kind;
+use crate::physics::GRAVITY_M_S2;
 use nalgebra::DMatrix;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -87,6 +89,8 @@ pub(super) const STRIKE_GAIN: f64 = 10.0;
 const EVENT_JUMP: f64 = 0.04;
 /// A body nearer to the striker than this may be hit by it again (m).
 pub(super) const STRUCK_AGAIN_M: f64 = 0.003;
+/// A body at rest moves again if two observations are further apart than this many of their standard deviations.
+const MOVED_AGAIN_STDS: f64 = 8.0;
 /// The initial friction of a body that starts to move by an added impact.
 const USUAL_FRICTION: f64 = 0.2;
 /// The gain that is required where no partner is near.
@@ -201,8 +205,20 @@ impl MotionFit {
     ///
     /// If they demand one with no partner near it, the same fit, marked as not Coulomb's.
     fn with_one_more_event(&self, striker: Option<&StrikerPath>) -> Option<Self> {
-        let (_, body, time_s, jump) = self.demanded_jump()?;
+        let again = self.moved_again().and_then(|candidate| self.with_event_at(candidate, striker));
+        let demanded = || {
+            let (_, body, time_s, jump) = self.demanded_jump()?;
+            self.with_event_at((body, time_s, jump), striker)
+        };
+        again.filter(|fitted| !fitted.non_coulomb).or_else(demanded)
+    }
 
+    /// The fit with an impact of a body about a time at which its velocity jumps (body, time (s), jump (m/s)), if the observations demand it.
+    fn with_event_at(
+        &self,
+        (body, time_s, jump): (usize, f64, Vec2),
+        striker: Option<&StrikerPath>,
+    ) -> Option<Self> {
         // Its partner
         let partner = fitted_partner(&self.model.bodies, &self.paths, body, time_s);
         let struck_again =
@@ -287,6 +303,35 @@ impl MotionFit {
         let rows =
             (0..self.model.bodies.len()).flat_map(|k| self.position_rows(k, &mut row)).collect::<Vec<_>>();
         rows.iter().map(|r| self.minimum.residuals[r.row].loss()).sum()
+    }
+
+    /// A body that moves from one observation to the next after its fitted stop: the body, the time between (s) and the velocity with which it
+    /// slides so far (m/s). The residuals do not show it to first order, because the fit ends at the last position of rest.
+    fn moved_again(&self) -> Option<(usize, f64, Vec2)> {
+        let frame_s = frame_s(&self.model.bodies);
+        (0..self.model.bodies.len()).find_map(|k| {
+            let (body, path, friction) =
+                (&self.model.bodies[k], &self.paths[k], self.layout.bodies[k].friction?);
+            let stopped_s = path.stop_s() - frame_s;
+            let trusted = body.observations.iter().filter(|o| !o.excluded && !o.doubtful);
+            let rest: Vec<_> = trusted.filter(|o| o.time_s > stopped_s).collect();
+            let unexplained_m = |pair: &&[&Observation]| self.unexplained_m(k, pair).length();
+            let pair = rest.windows(2).max_by(|p, q| unexplained_m(p).total_cmp(&unexplained_m(q)))?;
+            if unexplained_m(&pair) < MOVED_AGAIN_STDS * pair[0].std_m.hypot(pair[1].std_m) {
+                return None;
+            }
+            let distance = self.unexplained_m(k, pair);
+            let deceleration_m_s2 = self.minimum.parameters[friction] * GRAVITY_M_S2;
+            let speed_m_s = (2.0 * deceleration_m_s2 * distance.length()).sqrt();
+            Some((k, f64::midpoint(pair[0].time_s, pair[1].time_s), distance.direction()? * speed_m_s))
+        })
+    }
+
+    /// By how much body `k` moves further between two observations than in the fit (m).
+    fn unexplained_m(&self, k: usize, pair: &[&Observation]) -> Vec2 {
+        let [from, to] =
+            [pair[0], pair[1]].map(|o| o.position - self.paths[k].motion(o.time_s).pose.position);
+        to - from
     }
 
     /// The jump with the largest gain to first order, if the residuals may demand a further event.
