@@ -85,7 +85,8 @@ pub(crate) fn between_clip_stds(clips: &[Measurements]) -> [BetweenClipStd; KIND
     })
 }
 
-/// The typical standard deviation from clip to clip of those values of one kind that count.
+/// The typical standard deviation from clip to clip of those values of one kind that count. Restitutions of several impacts in one clip, of which the later
+/// ones are slow, are one value: how they differ is no variation of the other pairs.
 fn between_clip_std_of(
     clips: &[Measurements],
     kind: usize,
@@ -93,7 +94,8 @@ fn between_clip_std_of(
 ) -> BetweenClipStd {
     let groups = groups_of_kind(clips, kind).map(|(quantity, mut indices, _)| {
         indices.retain(&counts);
-        Group::new(clips, quantity, &indices)
+        let group = Group::new(clips, quantity, &indices);
+        if kind == Quantity::RESTITUTION { group.with_one_value_per_clip(&indices) } else { group }
     });
     between_clip_std_with_prior(&groups.collect::<Vec<_>>())
 }
@@ -256,6 +258,28 @@ mod tests {
             double_contact: vec![is_double],
             by_slope: Vec::new(),
         }
+    }
+
+    #[test]
+    fn impacts_of_one_clip_that_contradict_each_other_do_not_widen_other_restitutions() {
+        let of_pair = |values: &[f64]| {
+            let repeated = values.iter().map(|value| clip(["a", "b"], *value, false));
+            let repeated = Measurements {
+                quantities: repeated.clone().flat_map(|m| m.quantities).collect(),
+                values: DVector::from_row_slice(values),
+                covariance: DMatrix::identity(values.len(), values.len()) * 1e-4,
+                vertical_fractions: vec![0.0; values.len()],
+                double_contact: vec![false; values.len()],
+                by_slope: Vec::new(),
+            };
+            let clips = [repeated, clip(["a", "c"], 0.65, false)];
+            let joint = JointMeans::new(&clips, "a", Measured { value: 0.15, std: 0.05 }, None);
+            let half = |b: &str| joint.groups[&Quantity::Restitution("a".into(), b.into())].1.half_width();
+            [half("b"), half("c")]
+        };
+        let ([_, alone], [repeated, other]) = (of_pair(&[0.4]), of_pair(&[0.4, 0.47, 0.72]));
+        assert_eq!(other, alone);
+        assert!(repeated > 0.1, "{repeated}");
     }
 
     #[test]
