@@ -3,12 +3,14 @@
 //! A film in which the arm hides the striker shows all the same when the arm begins to move, and the struck object shows the instant of the
 //! impact. The distance between the given start and the place of contact over that time is the striker's mean speed.
 
-use crate::estimate::{ClipFit, ClipTracks};
+use crate::estimate::{ClipFit, ClipTracks, Impact};
 use crate::uncertain::Measured;
 
 /// The standard deviation of the distance from the given start to the place of contact (m): of the start and of both outlines.
 const DISTANCE_STD_M: f64 = 5e-4;
 
+/// Number of positions after a strike that have to be trusted.
+const POSITIONS_AFTER_STRIKE: usize = 2;
 /// Largest standard deviation of a mean speed by the instant of the first motion: two frames before the impact.
 const MOST_COMMON_STD: f64 = 0.05;
 
@@ -23,10 +25,20 @@ pub(super) struct MeanSpeed {
     pub distance_m: f64,
 }
 
+/// The first impact of a clip, if its instant is known: it measures something, and the next positions of the struck object are trusted: where they
+/// are not, a fitted strike may even be a frame too early.
+pub(super) fn known_strike<'a>(clip: &ClipTracks, fit: &'a ClipFit) -> Option<&'a Impact> {
+    let impact = fit.impacts.first().filter(|impact| impact.restitution.is_some())?;
+    let track = clip.tracks.tracks.iter().find(|track| track.object == impact.b)?;
+    let mut next =
+        track.samples.iter().filter(|sample| sample.time_s > impact.time.value).take(POSITIONS_AFTER_STRIKE);
+    next.all(|sample| !sample.doubtful).then_some(impact)
+}
+
 /// The mean speed with which the striker reaches the struck object; `None` if the film does not show when it begins to move or when it strikes.
 pub(super) fn mean_speed(clip: &ClipTracks, fit: &ClipFit) -> Option<MeanSpeed> {
     let (strike, onset_s) = (clip.strike.as_ref()?, clip.tracks.striker_onset_s?);
-    let impact = fit.impacts.first()?;
+    let impact = known_strike(clip, fit)?;
     let distance_m = impact.striker_distance_m?;
     let duration_s = impact.time.value - onset_s.value;
     let common_std = onset_s.std / duration_s;

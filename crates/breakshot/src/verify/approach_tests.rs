@@ -60,6 +60,29 @@ fn a_wrong_speed_of_all_clips_is_named_by_the_time_to_the_impact() {
     }
 }
 
+/// The first positions after the strike are doubtful and ahead in these clips: their strikes seem to be early.
+#[test]
+fn a_strike_after_which_the_positions_are_doubtful_gives_no_mean_speed() {
+    const AHEAD_M: f64 = 3e-3;
+    let drawn = drawn(1);
+    let mut clips = drawn.clips.clone();
+    for clip in &mut clips {
+        let samples = &mut clip.tracks.tracks[0].samples;
+        let (first, last) = (samples[0].position(), samples[samples.len() - 1].position());
+        let along = (last - first).direction().expect("a motion");
+        let moving = samples.iter_mut().filter(|s| s.position().distance(first) > 2e-4);
+        for sample in moving.take(5) {
+            sample.x_m += AHEAD_M * along.x;
+            sample.y_m += AHEAD_M * along.y;
+            (sample.std_m, sample.doubtful) = (1e-4, true);
+        }
+    }
+    let fits = estimation(&clips, &drawn.cell, &drawn.objects, &Options::default()).expect("clips").clips;
+    let given = clips.iter().zip(&fits).filter(|(clip, _)| clip.tracks.striker_onset_s.is_some());
+    let known = given.filter_map(|(clip, fit)| mean_speed(clip, fit)).count();
+    assert_eq!(known, 0, "of {} clips", clips.len());
+}
+
 /// The strikers of a third of the films are seen at rest, but their heights, and with them their speeds, are known to 3 % only.
 #[test]
 fn mean_speeds_name_a_common_error_that_strikers_of_uncertain_height_do_not_show() {
