@@ -25,24 +25,26 @@ pub(super) struct MeanSpeed {
     pub distance_m: f64,
 }
 
-/// The first impact of a clip, if its instant is known: it measures something, and the next positions of the struck object are trusted: where they
-/// are not, a fitted strike may even be a frame too early.
-pub(super) fn known_strike<'a>(clip: &ClipTracks, fit: &'a ClipFit) -> Option<&'a Impact> {
-    let impact = fit.impacts.first().filter(|impact| impact.restitution.is_some())?;
-    let track = clip.tracks.tracks.iter().find(|track| track.object == impact.b)?;
-    let mut next =
-        track.samples.iter().filter(|sample| sample.time_s > impact.time.value).take(POSITIONS_AFTER_STRIKE);
-    next.all(|sample| !sample.doubtful).then_some(impact)
+/// Whether the instant of a strike is known: it measures something, and the next positions of the struck object are trusted. Where they are not, a
+/// fitted strike may be a frame too early.
+pub(super) fn is_instant_known(clip: &ClipTracks, strike: &Impact) -> bool {
+    let track = clip.tracks.tracks.iter().find(|track| track.object == strike.b);
+    let samples = track.map_or(&[][..], |track| &track.samples);
+    let mut next = samples.iter().filter(|s| s.time_s > strike.time.value).take(POSITIONS_AFTER_STRIKE);
+    strike.restitution.is_some() && next.all(|sample| !sample.doubtful)
 }
 
 /// The mean speed with which the striker reaches the struck object; `None` if the film does not show when it begins to move or when it strikes.
 pub(super) fn mean_speed(clip: &ClipTracks, fit: &ClipFit) -> Option<MeanSpeed> {
     let (strike, onset_s) = (clip.strike.as_ref()?, clip.tracks.striker_onset_s?);
-    let impact = known_strike(clip, fit)?;
+    let impact = fit.impacts.first()?;
     let distance_m = impact.striker_distance_m?;
     let duration_s = impact.time.value - onset_s.value;
     let common_std = onset_s.std / duration_s;
-    let std = (DISTANCE_STD_M / distance_m).hypot(impact.time.std / duration_s).hypot(common_std);
+    let frame_s = 1.0 / clip.frame_rate_hz()?;
+    let instant_std_s =
+        if is_instant_known(clip, impact) { impact.time.std } else { impact.time.std.hypot(frame_s) };
+    let std = (DISTANCE_STD_M / distance_m).hypot(instant_std_s / duration_s).hypot(common_std);
     let value = (distance_m / duration_s / strike.speed_m_s).ln();
     // A motion that is seen only at the impact is that of the struck object.
     let is_known = duration_s > 0.0 && common_std < MOST_COMMON_STD && value.is_finite() && std.is_finite();

@@ -1,6 +1,6 @@
 //! Drawn campaigns whose films show when the striker begins to move, but not the striker itself.
 
-use super::approach::mean_speed;
+use super::approach::{MeanSpeed, mean_speed};
 use super::campaign_warnings;
 use super::striker_tests::seen;
 use crate::detect::{StrikerSample, StrikerTrack};
@@ -62,7 +62,7 @@ fn a_wrong_speed_of_all_clips_is_named_by_the_time_to_the_impact() {
 
 /// The first positions after the strike are doubtful and ahead in these clips: their strikes seem to be early.
 #[test]
-fn a_strike_after_which_the_positions_are_doubtful_gives_no_mean_speed() {
+fn a_strike_after_which_the_positions_are_doubtful_is_known_to_a_frame() {
     const AHEAD_M: f64 = 3e-3;
     let drawn = drawn(1);
     let mut clips = drawn.clips.clone();
@@ -79,8 +79,10 @@ fn a_strike_after_which_the_positions_are_doubtful_gives_no_mean_speed() {
     }
     let fits = estimation(&clips, &drawn.cell, &drawn.objects, &Options::default()).expect("clips").clips;
     let given = clips.iter().zip(&fits).filter(|(clip, _)| clip.tracks.striker_onset_s.is_some());
-    let known = given.filter_map(|(clip, fit)| mean_speed(clip, fit)).count();
-    assert_eq!(known, 0, "of {} clips", clips.len());
+    let means: Vec<_> = given.filter_map(|(clip, fit)| mean_speed(clip, fit)).collect();
+    let off = |mean: &MeanSpeed| mean.log_ratio.value.abs() / mean.log_ratio.std;
+    let most = means.iter().map(off).fold(0.0, f64::max);
+    assert!(means.len() > 20 && most < 3.0, "{} mean speeds, {most} standard deviations off", means.len());
 }
 
 /// The strikers of a third of the films are seen at rest, but their heights, and with them their speeds, are known to 3 % only.

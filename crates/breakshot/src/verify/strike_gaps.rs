@@ -3,7 +3,7 @@
 //! At a strike the outlines of striker and object touch. Where the film shows a gap or an overlap, the height of the object is wrong, which moves
 //! it on the line to the point below the camera, or the size of one of both.
 
-use super::approach::known_strike;
+use super::approach::is_instant_known;
 use super::striker::Findings;
 use crate::estimate::{ClipFit, ClipTracks};
 use crate::geometry::Vec2;
@@ -90,7 +90,7 @@ pub(super) fn warnings(
 fn gap<'a>(clip: &ClipTracks, fit: &'a ClipFit, objects: &[Object]) -> Option<Gap<'a>> {
     let (strike, seen) = (clip.strike.as_ref()?, clip.tracks.striker.as_ref()?);
     let [x, y, z] = clip.tracks.camera_position_m?;
-    let impact = known_strike(clip, fit)?;
+    let impact = fit.impacts.first().filter(|impact| is_instant_known(clip, impact))?;
     let height_m = object::find(objects, &impact.b, "strike").ok()?.height_m;
     let ahead = Vec2::from_heading(strike.heading_rad);
 
