@@ -3,14 +3,12 @@
 //! A film in which the arm hides the striker shows all the same when the arm begins to move, and the struck object shows the instant of the
 //! impact. The distance between the given start and the place of contact over that time is the striker's mean speed.
 
-use crate::estimate::{ClipFit, ClipTracks, Impact};
+use crate::estimate::{ClipFit, ClipTracks};
 use crate::uncertain::Measured;
 
 /// The standard deviation of the distance from the given start to the place of contact (m): of the start and of both outlines.
 const DISTANCE_STD_M: f64 = 5e-4;
 
-/// Number of positions after a strike that have to be trusted.
-const POSITIONS_AFTER_STRIKE: usize = 2;
 /// Largest standard deviation of a mean speed by the instant of the first motion: two frames before the impact.
 const MOST_COMMON_STD: f64 = 0.05;
 
@@ -25,15 +23,6 @@ pub(super) struct MeanSpeed {
     pub distance_m: f64,
 }
 
-/// Whether the instant of a strike is known: it measures something, and the next positions of the struck object are trusted. Where they are not, a
-/// fitted strike may be a frame too early.
-pub(super) fn is_instant_known(clip: &ClipTracks, strike: &Impact) -> bool {
-    let track = clip.tracks.tracks.iter().find(|track| track.object == strike.b);
-    let samples = track.map_or(&[][..], |track| &track.samples);
-    let mut next = samples.iter().filter(|s| s.time_s > strike.time.value).take(POSITIONS_AFTER_STRIKE);
-    strike.restitution.is_some() && next.all(|sample| !sample.doubtful)
-}
-
 /// The mean speed with which the striker reaches the struck object; `None` if the film does not show when it begins to move or when it strikes.
 pub(super) fn mean_speed(clip: &ClipTracks, fit: &ClipFit) -> Option<MeanSpeed> {
     let (strike, onset_s) = (clip.strike.as_ref()?, clip.tracks.striker_onset_s?);
@@ -42,8 +31,8 @@ pub(super) fn mean_speed(clip: &ClipTracks, fit: &ClipFit) -> Option<MeanSpeed> 
     let duration_s = impact.time.value - onset_s.value;
     let common_std = onset_s.std / duration_s;
     let frame_s = 1.0 / clip.frame_rate_hz()?;
-    let instant_std_s =
-        if is_instant_known(clip, impact) { impact.time.std } else { impact.time.std.hypot(frame_s) };
+    // Where the impact measures nothing, the fitted one may be a frame too early.
+    let instant_std_s = impact.time.std.hypot(if impact.restitution.is_some() { 0.0 } else { frame_s });
     let std = (DISTANCE_STD_M / distance_m).hypot(instant_std_s / duration_s).hypot(common_std);
     let value = (distance_m / duration_s / strike.speed_m_s).ln();
     // A motion that is seen only at the impact is that of the struck object.

@@ -3,9 +3,8 @@
 //! At a strike the outlines of striker and object touch. Where the film shows a gap or an overlap, the height of the object is wrong, which moves
 //! it on the line to the point below the camera, or the size of one of both.
 
-use super::approach::is_instant_known;
 use super::striker::Findings;
-use crate::estimate::{ClipFit, ClipTracks};
+use crate::estimate::{ClipFit, ClipTracks, Impact};
 use crate::geometry::Vec2;
 use crate::object::{self, Object, kind};
 use crate::warning::{Cause, Warning};
@@ -14,6 +13,8 @@ use std::collections::BTreeMap;
 
 /// A gap is reported from here on (m): the outlines of two bodies by a ruler.
 const LEAST_GAP_M: f64 = 1e-3;
+/// Number of positions after a strike that have to be trusted.
+const POSITIONS_AFTER_STRIKE: usize = 2;
 /// Fewest strikes of an object that show its height: one strike may be wrong.
 const FEWEST: usize = 2;
 /// Standard deviations of one gap, of the sum of both outlines' errors, and of the height of an object that is not measured (m).
@@ -80,6 +81,15 @@ pub(super) fn warnings(
     let of_kind =
         |(name, gaps): (&&str, &Vec<Gap>)| Some(warning(explanation(gaps)?.text(gaps, &format!("`{name}`"))));
     of_kinds.iter().filter_map(of_kind).collect()
+}
+
+/// Whether the instant of a strike is known: it measures something, and the next positions of the struck object are trusted. Where they are not, the
+/// fitted strike may be a quarter of a frame off, in which the striker moves by a millimetre.
+fn is_instant_known(clip: &ClipTracks, strike: &Impact) -> bool {
+    let track = clip.tracks.tracks.iter().find(|track| track.object == strike.b);
+    let samples = track.map_or(&[][..], |track| &track.samples);
+    let mut next = samples.iter().filter(|s| s.time_s > strike.time.value).take(POSITIONS_AFTER_STRIKE);
+    strike.restitution.is_some() && next.all(|sample| !sample.doubtful)
 }
 
 /// The gap at the strike of a clip, if the film shows the striker and the camera's position is known.

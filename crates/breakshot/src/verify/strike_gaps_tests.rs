@@ -66,6 +66,25 @@ fn right_heights_give_no_warning() {
     }
 }
 
+/// The first positions after the strike are doubtful and ahead: the strikes seem to be early, before the striker is there.
+#[test]
+fn strikes_after_which_the_positions_are_doubtful_give_no_gap() {
+    const AHEAD_M: f64 = 3e-3;
+    let drawn = drawn(1);
+    let mut clips = drawn.clips.clone();
+    for samples in clips.iter_mut().map(|clip| &mut clip.tracks.tracks[0].samples) {
+        let (first, last) = (samples[0].position(), samples[samples.len() - 1].position());
+        let along = (last - first).direction().expect("a motion");
+        let moving = samples.iter_mut().filter(|s| s.position().distance(first) > 2e-4);
+        for sample in moving.take(5) {
+            sample.x_m += AHEAD_M * along.x;
+            sample.y_m += AHEAD_M * along.y;
+            (sample.std_m, sample.doubtful) = (1e-4, true);
+        }
+    }
+    assert_eq!(warnings(&drawn, &clips), Vec::<String>::new());
+}
+
 #[test]
 fn wrong_heights_of_all_objects_are_named_once() {
     let drawn = drawn(1);
