@@ -76,10 +76,10 @@ fn strikes_after_which_the_positions_are_doubtful_give_no_gap() {
         let (first, last) = (samples[0].position(), samples[samples.len() - 1].position());
         let along = (last - first).direction().expect("a motion");
         let moving = samples.iter_mut().filter(|s| s.position().distance(first) > 2e-4);
-        for sample in moving.take(5) {
+        for sample in moving.take(8) {
             sample.x_m += AHEAD_M * along.x;
             sample.y_m += AHEAD_M * along.y;
-            (sample.std_m, sample.doubtful) = (1e-4, true);
+            (sample.std_m, sample.doubtful) = (1e-5, true);
         }
     }
     assert_eq!(warnings(&drawn, &clips), Vec::<String>::new());
