@@ -315,12 +315,11 @@ impl MotionFit {
             let stopped_s = path.stop_s() - frame_s;
             let trusted = body.observations.iter().filter(|o| !o.excluded && !o.doubtful);
             let rest: Vec<_> = trusted.filter(|o| o.time_s > stopped_s).collect();
-            let unexplained_m = |pair: &&[&Observation]| self.unexplained_m(k, pair).length();
-            let pair = rest.windows(2).max_by(|p, q| unexplained_m(p).total_cmp(&unexplained_m(q)))?;
-            if unexplained_m(&pair) < MOVED_AGAIN_STDS * pair[0].std_m.hypot(pair[1].std_m) {
+            let moves = rest.windows(2).map(|pair| (pair, self.unexplained_m(k, pair)));
+            let (pair, distance) = moves.max_by(|p, q| p.1.length().total_cmp(&q.1.length()))?;
+            if distance.length() < MOVED_AGAIN_STDS * pair[0].std_m.hypot(pair[1].std_m) {
                 return None;
             }
-            let distance = self.unexplained_m(k, pair);
             let deceleration_m_s2 = self.minimum.parameters[friction] * GRAVITY_M_S2;
             let speed_m_s = (2.0 * deceleration_m_s2 * distance.length()).sqrt();
             Some((k, f64::midpoint(pair[0].time_s, pair[1].time_s), distance.direction()? * speed_m_s))
