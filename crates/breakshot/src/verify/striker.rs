@@ -11,7 +11,7 @@ use crate::estimate::ClipTracks;
 use crate::geometry::{Point, Vec2, wrapped_rad};
 use crate::retiming::{is_same_rate, usual_hz, usual_within};
 use crate::scene::Strike;
-use crate::statistics::median;
+use crate::statistics::{STD_OVER_MEDIAN_ABSOLUTE, median};
 use crate::uncertain::Measured;
 use crate::warning::{Cause, Warning};
 use std::collections::BTreeSet;
@@ -27,6 +27,8 @@ const LENGTH_ERROR: f64 = 0.15;
 const SAME_FACTOR: f64 = 0.02;
 /// Fewest mean speeds whose median is that of the right ones, if one of them is wrong.
 const LEAST_MEAN_SPEEDS: usize = 4;
+/// The expected scatter of mean speeds weighs as much as so many films.
+const SCATTER_WEIGHT: f64 = 4.0;
 /// A mean speed counts in place of the speed of a striker that is seen at rest if its standard deviation is so many times smaller.
 const MORE_ACCURATE: f64 = 2.0;
 /// What is seen to move within this many standard deviations of the striker's mean speed may be the striker.
@@ -83,6 +85,8 @@ struct Common {
     speed_is_mean: bool,
     /// Of the mean speeds alone, whether or not they are as given.
     mean_speed: Spread,
+    /// The scatter of the mean speeds over the one that their standard deviations expect, at most 1.
+    mean_speed_scatter: f64,
     turn: Spread,
     aside: Spread,
     along: Spread,
@@ -273,13 +277,18 @@ impl<'a> Compared<'a> {
     /// How far the logarithm of the speed is off that of most clips, if its deviation does not explain it. Mean speeds of several clips are compared with
     /// each other: what they have in common cancels.
     fn speed_off(&self, common: &Common) -> Option<f64> {
-        let Self { speed, scale_std, .. } = *self;
+        let speed = self.speed;
         if self.distance_m.is_some() && common.mean_speed.n >= LEAST_MEAN_SPEEDS {
-            let own = Measured { std: (speed.std.powi(2) - scale_std.powi(2)).max(0.0).sqrt(), ..speed };
+            let own = Measured { std: common.mean_speed_scatter * self.own_speed_std(), ..speed };
             common.mean_speed.off(own, LEAST_SPEED_ERROR)
         } else {
             common.speed.off(speed, LEAST_SPEED_ERROR)
         }
+    }
+
+    /// The part of the standard deviation of the speed that differs from film to film.
+    fn own_speed_std(&self) -> f64 {
+        (self.speed.std.powi(2) - self.scale_std.powi(2)).max(0.0).sqrt()
     }
 
     /// What is wrong with the given strike beside what is wrong in most clips.
@@ -338,6 +347,16 @@ fn start(strike: &Strike, seen: &StrikerTrack) -> Option<Start> {
     Some(Start { aside, along: Measured { value: displacement.dot(ahead), std } })
 }
 
+/// The scatter of speeds about their median over the one that their own standard deviations expect, at most 1. The standard deviations hold for any robot
+/// and any outlines: films of one robot that agree better show that theirs are smaller. The expected scatter has the weight of
+/// `SCATTER_WEIGHT` films; the median of the deviations leaves a wrong speed out.
+fn scatter(clips: &[&Compared], middle: f64) -> f64 {
+    let n = clips.len() as f64;
+    let deviation = median(clips.iter().map(|c| ((c.speed.value - middle) / c.own_speed_std()).abs()));
+    let shown = deviation.map_or(1.0, |deviation| (STD_OVER_MEDIAN_ABSOLUTE * deviation).powi(2));
+    ((SCATTER_WEIGHT + n * shown) / (SCATTER_WEIGHT + n)).sqrt().min(1.0)
+}
+
 impl Common {
     /// Whether most strikers move as given.
     fn is_nothing(&self) -> bool {
@@ -360,10 +379,13 @@ impl Common {
             spread
         };
         let chosen = Self::most_accurate_speeds(&all);
+        let mean_speeds: Vec<&Compared> = group.iter().filter(|c| c.distance_m.is_some()).collect();
+        let mean_speed = Spread::of(mean_speeds.iter().map(|c| c.speed.value));
         Self {
             speed: of(&chosen, &|c| Some(c.speed), LEAST_SPEED_ERROR, Self::speed_std(&chosen)),
             speed_is_mean: 2 * chosen.iter().filter(|c| c.distance_m.is_some()).count() > chosen.len(),
-            mean_speed: Spread::of(group.iter().filter(|c| c.distance_m.is_some()).map(|c| c.speed.value)),
+            mean_speed_scatter: scatter(&mean_speeds, mean_speed.median),
+            mean_speed,
             turn: of(&all, &|c| c.turn, LEAST_TURN_RAD, None),
             aside: of(&all, &|c| c.start.map(|start| start.aside), LEAST_OFFSET_M, None),
             along: of(&all, &|c| c.start.map(|start| start.along), LEAST_OFFSET_M, None),
@@ -386,8 +408,7 @@ impl Common {
     /// The standard deviation of what these speeds have in common: the noise of all of them, and what more clips do not reduce because it is wrong
     /// in all alike, the height of the outline or the instant of the first motion.
     fn speed_std(clips: &[&Compared]) -> Option<f64> {
-        let noise = |c: &&Compared| (c.speed.std.powi(2) - c.scale_std.powi(2)).max(0.0).sqrt();
-        let noise = median(clips.iter().map(noise))? / (clips.len() as f64).sqrt();
+        let noise = median(clips.iter().map(|c| c.own_speed_std()))? / (clips.len() as f64).sqrt();
         Some(noise.hypot(median(clips.iter().map(|c| c.scale_std))?))
     }
 }
