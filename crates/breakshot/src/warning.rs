@@ -18,6 +18,8 @@ pub enum Cause {
     GivenStrike,
     /// The camera moved during clips.
     CameraMotion,
+    /// Films that begin after the strike.
+    Cut,
     /// Clips that could not be used.
     Unreadable,
     /// Objects that were lost or found doubtfully.
@@ -65,6 +67,10 @@ impl Cause {
             Self::CameraMotion => (
                 "the camera moved",
                 "its motion is taken out of the tracks; fasten the camera before further clips are filmed",
+            ),
+            Self::Cut => (
+                "the film begins after the strike",
+                "only what it shows is used; use the whole film, from before the strike on",
             ),
             Self::Unreadable => (
                 "nothing could be measured",

@@ -339,8 +339,9 @@ impl Clip<'_> {
         warnings.extend(motion.warning());
         let mut found = self.postprocessed(&tracker, recorder, warnings);
         if let Some(follower) = follower {
-            found.tracks.striker = follower.track(&self.targets, &found.tracks.tracks);
-            found.tracks.striker_onset_s = follower.onset_s();
+            let objects = &found.tracks.tracks;
+            found.tracks.striker_onset_s = follower.onset_s(&self.targets, objects);
+            found.tracks.striker = follower.track(&self.targets, objects);
         }
         Ok(found)
     }

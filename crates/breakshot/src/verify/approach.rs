@@ -10,7 +10,7 @@ use crate::uncertain::Measured;
 const DISTANCE_STD_M: f64 = 5e-4;
 
 /// Largest standard deviation of a mean speed by the instant of the first motion: two frames before the impact.
-const MOST_COMMON_STD: f64 = 0.05;
+const MOST_COMMON_STD: f64 = 0.075;
 
 /// A mean speed from the first motion to the impact.
 #[derive(Clone, Copy)]

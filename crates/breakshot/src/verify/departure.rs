@@ -9,7 +9,7 @@ use super::spread::{LEAST_TURN_RAD, STDS, Spread, degrees};
 use super::striker::Findings;
 use crate::cell::Cell;
 use crate::detect::Sample;
-use crate::estimate::ClipTracks;
+use crate::estimate::{BodyFit, ClipFit, ClipTracks};
 use crate::geometry::{Point, Vec2, wrapped_rad};
 use crate::object::{self, Object};
 use crate::physics::{self, Trajectory, World};
@@ -42,6 +42,9 @@ const LARGEST_TURN_OF_A_STEP_RAD: f64 = 0.3;
 
 /// A strike sends an object about where the film shows it go up to this difference of the directions (rad).
 const LARGEST_FITTING_TURN_RAD: f64 = 0.2;
+
+/// The part of a fitted displacement that the positions show if it is right: friction slows the object down.
+const SHOWN_MOTION: f64 = 0.5;
 
 /// What the film and the strike given for it say about the struck object.
 enum Comparison {
@@ -146,6 +149,28 @@ pub(super) fn warnings(compared: &[Departing], known: Known, striker: &Findings)
         warnings.push(Warning::of_clip(finding.cause, &clip.name, finding.text));
     }
     warnings
+}
+
+/// A warning for each clip with a strike in which an object moves from its first position on: the film shows neither the strike nor where the object
+/// lay before it.
+pub(super) fn cut_films(clips: &[ClipTracks], fits: &[ClipFit]) -> Vec<Warning> {
+    let cut = |(clip, fit): (&ClipTracks, &ClipFit)| {
+        clip.strike.as_ref()?;
+        let object = &fit.bodies.iter().find(|body| moves_from_the_start(clip, body))?.object;
+        let text =
+            format!("`{object}` moves from its first position on: what set it in motion is not in the film");
+        Some(Warning::of_clip(Cause::Cut, &clip.name, text))
+    };
+    clips.iter().zip(fits).filter_map(cut).collect()
+}
+
+/// Whether a body is fitted to move from its first position on, and its next positions show that: the first one alone may be wrong.
+fn moves_from_the_start(clip: &ClipTracks, body: &BodyFit) -> bool {
+    let track = clip.tracks.tracks.iter().find(|track| track.object == body.object);
+    let Some([_, second, _, fourth, ..]) = track.map(|track| track.samples.as_slice()) else { return false };
+    let speed_m_s = body.path.motion_before(f64::NEG_INFINITY).velocity.length();
+    let fitted_m = speed_m_s * (fourth.time_s - second.time_s);
+    fitted_m > 0.0 && second.position().distance(fourth.position()) > SHOWN_MOTION * fitted_m
 }
 
 /// What a clip is compared with: the other clips, and its striker.

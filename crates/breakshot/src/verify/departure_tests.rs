@@ -42,6 +42,24 @@ fn right_strikes_give_no_warning() {
     }
 }
 
+/// A film that was cut in mid-motion shows a slide, but neither its strike nor where the object lay.
+#[test]
+fn a_film_that_begins_after_the_strike_is_named() {
+    let drawn = drawn(1);
+    let mut clips = drawn.clips.clone();
+    let clip = &mut clips[2];
+    let samples = &mut clip.tracks.tracks[0].samples;
+    let from = samples[0].position();
+    let moved =
+        samples.iter().position(|sample| sample.position().distance(from) > 0.01).expect("it is struck");
+    for track in &mut clip.tracks.tracks {
+        track.samples.drain(..moved);
+    }
+    let found = warnings(&drawn, &clips);
+    let named = format!("{}: `{}` moves from its first position on", clips[2].name, clips[2].objects[0]);
+    assert!(found.len() == 1 && found[0].starts_with(&named), "{found:?}");
+}
+
 #[test]
 fn a_wrong_speed_heading_or_start_of_one_clip_is_named() {
     let drawn = drawn(1);

@@ -71,7 +71,7 @@ pub fn comparison(scene: &Scene, predicted: &BTreeMap<String, Pose>, observed: &
 
 /// Warnings about a campaign whose files do not fit its films: strikers that are seen to move otherwise than given, given strikes that send
 /// the struck objects elsewhere, or not so fast, a table frame of the robot with other axes, tags whose sizes do not fit the distances of their
-/// centres, and outlines that do not touch when the objects meet or are struck.
+/// centres, outlines that do not touch when the objects meet or are struck, and films that begin after the strike.
 ///
 /// `estimation` is that of the clips.
 pub fn campaign_warnings(
@@ -82,7 +82,10 @@ pub fn campaign_warnings(
 ) -> Vec<Warning> {
     let sizes = sizes::findings(clips, &estimation.clips, objects);
     let known = departure::Known { cell, objects, properties: &estimation.properties };
-    let departing = departure::departing(clips, known);
+    let cut = departure::cut_films(clips, &estimation.clips);
+    let is_cut = |clip: &ClipTracks| cut.iter().any(|warning| warning.clip.as_ref() == Some(&clip.name));
+    let mut departing = departure::departing(clips, known);
+    departing.retain(|departing| !is_cut(departing.clip));
     // With wrong axes every strike is wrong.
     if let Some(axes) = table_axes::warning(&departing, known) {
         return [vec![axes], sizes.warnings].concat();
@@ -97,5 +100,5 @@ pub fn campaign_warnings(
     } else {
         strike_gaps::warnings(clips, &estimation.clips, objects, &striker)
     };
-    [striker.warnings, departures, sizes.warnings, gaps].concat()
+    [striker.warnings, departures, sizes.warnings, gaps, cut].concat()
 }

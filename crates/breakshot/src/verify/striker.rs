@@ -27,6 +27,8 @@ const LENGTH_ERROR: f64 = 0.15;
 const SAME_FACTOR: f64 = 0.02;
 /// Fewest mean speeds whose median is that of the right ones, if one of them is wrong.
 const LEAST_MEAN_SPEEDS: usize = 4;
+/// A mean speed is reported if it differs from the others by so many of its own standard deviations, which are stated and not taken from few clips.
+const MEAN_SPEED_STDS: f64 = 5.0;
 /// The expected scatter of mean speeds weighs as much as so many films.
 const SCATTER_WEIGHT: f64 = 4.0;
 /// A mean speed counts in place of the speed of a striker that is seen at rest if its standard deviation is so many times smaller.
@@ -280,9 +282,9 @@ impl<'a> Compared<'a> {
         let speed = self.speed;
         if self.distance_m.is_some() && common.mean_speed.n >= LEAST_MEAN_SPEEDS {
             let own = Measured { std: common.mean_speed_scatter * self.own_speed_std(), ..speed };
-            common.mean_speed.off(own, LEAST_SPEED_ERROR)
+            common.mean_speed.off(own, LEAST_SPEED_ERROR, MEAN_SPEED_STDS)
         } else {
-            common.speed.off(speed, LEAST_SPEED_ERROR)
+            common.speed.off(speed, LEAST_SPEED_ERROR, STDS)
         }
     }
 
@@ -311,7 +313,7 @@ impl<'a> Compared<'a> {
                 "{motion}: strike.speed_m_s is {given:.3}, and {fits:.3} would fit{or_start}{or_rate}"
             ));
         }
-        if let Some(off) = self.turn.and_then(|turn| common.turn.off(turn, LEAST_TURN_RAD)) {
+        if let Some(off) = self.turn.and_then(|turn| common.turn.off(turn, LEAST_TURN_RAD, STDS)) {
             let (aside, given, fits) =
                 (degrees(off), strike.heading_rad, wrapped_rad(strike.heading_rad + off));
             findings.push(format!(
@@ -319,7 +321,7 @@ impl<'a> Compared<'a> {
             ));
         }
         let off = |spread: &Spread, value: Option<Measured>| {
-            value.and_then(|value| spread.off(value, LEAST_OFFSET_M)).unwrap_or(0.0)
+            value.and_then(|value| spread.off(value, LEAST_OFFSET_M, STDS)).unwrap_or(0.0)
         };
         let aside_m = off(&common.aside, self.start.map(|start| start.aside));
         let along_m = off(&common.along, self.start.map(|start| start.along));
@@ -414,9 +416,9 @@ impl Common {
 }
 
 impl Spread {
-    /// How far a value is off the median, if that is more than its own deviation, the spread and `least` explain.
-    fn off(&self, value: Measured, least: f64) -> Option<f64> {
+    /// How far a value is off the median, if that is more than `stds` of its own standard deviations, the spread and `least` explain.
+    fn off(&self, value: Measured, least: f64, stds: f64) -> Option<f64> {
         let off = value.value - self.median;
-        (off.abs() > self.tolerance(least).max(STDS * value.std)).then_some(off)
+        (off.abs() > self.tolerance(least).max(stds * value.std)).then_some(off)
     }
 }

@@ -158,9 +158,9 @@ impl<'a> Follower<'a> {
         }
     }
 
-    /// When the striker or its arm has begun to move (s), if the film shows that.
-    pub(super) fn onset_s(&self) -> Option<Measured> {
-        let onset_s = self.crops.onset_s()?;
+    /// When the striker or its arm has begun to move (s), if the film shows that; `tracks` are those of the objects `targets`.
+    pub(super) fn onset_s(&self, targets: &[Target], tracks: &[Track]) -> Option<Measured> {
+        let onset_s = self.crops.onset_s(self.struck(targets, tracks).map(|struck| struck.time_s))?;
         let row_px = self.camera.pixel_from_table(self.given.strike.start_m, self.height_m).y;
         Some(Measured { value: onset_s.value + self.readout_s(row_px), ..onset_s })
     }
