@@ -227,21 +227,21 @@ impl OutlineView<'_> {
         }
         let blur_radius_px = self.blur_radius_px(&contour.merged_bands(), reach_px);
         let edges = self.edges(&contour, reach_px, Some(blur_radius_px));
-        let from_foot = |k: usize| {
-            let width_px = contour.widths_px[k];
-            (width_px >= SIDE_SEPARATE_PX).then(|| self.foot_edge(&contour.points[k], width_px, reach_px))?
-        };
         let measured = |(k, edge): (usize, Option<Edge>)| {
-            let Edge { off_px, weight } = edge.or_else(|| from_foot(k))?;
+            let Edge { off_px, weight } = edge?;
             Some(MeasuredEdge { at: contour.points[k].outward_by(off_px), off_px, weight })
         };
         edges.into_iter().enumerate().map(measured).collect()
     }
 
-    /// The top edge of a side as light as the top, from the steepest step near its foot.
-    fn foot_edge(&self, point: &EdgePoint, width_px: f64, reach_px: f64) -> Option<Edge> {
+    /// The top edge of a side as light as the top, from the steepest step near its foot; `None` where foot and top are no separate edges.
+    fn foot_edge(&self, contour: &Contour, k: usize, reach_px: f64) -> Option<Edge> {
+        let (point, width_px) = (&contour.points[k], contour.widths_px[k]);
+        if width_px < SIDE_SEPARATE_PX {
+            return None;
+        }
         let foot = EdgePoint { at: point.outward_by(width_px), ..*point };
-        let band = Band { point: &foot, width_px: 0.0, motion_px: 0.0 };
+        let band = Band { point: &foot, ..contour.band(k) };
         let profile: Vec<f64> = self.steps_across(&band, reach_px).into_iter().map(f64::abs).collect();
         let highest = (0..profile.len()).max_by(|&a, &b| profile[a].total_cmp(&profile[b]))?;
         let best = local_maximum(&profile, highest).filter(|&best| profile[best] >= LEAST_STEP)?;
@@ -298,7 +298,10 @@ impl OutlineView<'_> {
         };
         let best = |k: usize| match steepest(k) {
             Some((true, edge)) => Some(edge),
-            other => above_band(k).or(other.map(|(_, edge)| edge)),
+            other => {
+                let top = above_band(k).or(other.map(|(_, edge)| edge));
+                top.or_else(|| self.foot_edge(contour, k, reach_px))
+            }
         };
         (0..n).map(best).collect()
     }

@@ -329,6 +329,27 @@ fn an_object_is_found_again_after_another_outline_was_taken_for_it_in_one_frame(
     assert!(after.clone().count() >= 18 && after.clone().all(|s| !s.doubtful), "{:?}", tracks.warnings);
 }
 
+/// From the side the camera sees half of the top's outline before the object's own side, which is as dark: the foot shows the other half.
+#[test]
+fn a_black_disc_with_a_black_side_is_measured_by_its_foot_too() {
+    let at = Transform { position_m: [0.0, -0.3, 0.7], rpy_rad: [0.4, 0.0, 0.0] };
+    let mut camera = Camera::new([640, 400], Lens::pinhole([640, 400], 700.0), at);
+    camera.exposure_s = Some(0.004);
+    let tilted = View { camera, ..view() };
+    let puck = bare("a", disc(0.028));
+    let motion = |t: f64| slid(Pose::new(-0.1, 0.03, 0.0), Vec2::new(0.5, -0.2), 0.0, t);
+    let frames = film(&tilted, &times_s(24), |t| {
+        let (pose, velocity, rate) = motion(t);
+        vec![Thing { grey: 25.0, side_grey: 25.0, ..body(&puck, pose, velocity, rate) }]
+    });
+    let tracks = found(&tilted, frames, std::slice::from_ref(&puck), &Layout::Unknown).expect("a track");
+    let samples = &tracks.tracks[0].samples;
+    let off_mm: Vec<f64> = samples.iter().map(|s| error_mm(s, motion(s.time_s).0)).collect();
+    println!("{off_mm:.3?} mm");
+    assert!(samples.len() == 24 && samples.iter().all(|s| !s.doubtful), "{:?}", tracks.warnings);
+    assert!(rms(&off_mm) < 0.1, "{off_mm:?} mm");
+}
+
 #[test]
 fn a_disc_exactly_as_grey_as_its_shadow_is_the_one_or_the_other_and_therefore_doubtful() {
     let view = view();
