@@ -13,7 +13,7 @@ use crate::estimate::{BodyFit, ClipFit, ClipTracks};
 use crate::geometry::{Point, Vec2, wrapped_rad};
 use crate::object::{self, Object};
 use crate::physics::{self, Trajectory, World};
-use crate::properties::Properties;
+use crate::properties::{ContactFriction, Properties};
 use crate::scene::{Placed, Scene, Strike};
 use crate::statistics::median;
 use crate::warning::{Cause, Warning};
@@ -54,6 +54,8 @@ enum Comparison {
         turn_rad: f64,
         /// Standard deviation of that direction by the noise of the positions (rad).
         turn_std_rad: f64,
+        /// The least and the largest such difference with the contact frictions of the striker within their interval (rad).
+        turn_range_rad: [f64; 2],
         /// Its speed in the film over the predicted one, if it moves far enough.
         speed_ratio: Option<f64>,
     },
@@ -203,11 +205,11 @@ impl Comparison {
         let of_start =
             |text| Some(Finding { text, cause: Cause::GivenStrike, start_m_is_doubtful: !is_as_given });
         match self {
-            Self::Departure { turn_rad, turn_std_rad, speed_ratio } => {
-                let turn_off_rad = turn_rad - turns.median;
-                if turn_off_rad.abs() > turns.tolerance(LEAST_TURN_RAD).max(STDS * turn_std_rad) {
+            Self::Departure { turn_rad, turn_std_rad, turn_range_rad: [least, largest], speed_ratio } => {
+                let unexplained_rad = turns.median.clamp(*least, *largest) - turns.median;
+                if unexplained_rad.abs() > turns.tolerance(LEAST_TURN_RAD).max(STDS * turn_std_rad) {
                     // The speed of an object that was hit elsewhere differs too, and is not reported.
-                    let aside = degrees(turn_off_rad);
+                    let aside = degrees(turn_rad - turns.median);
                     return of_start(format!(
                         "`{object}` leaves {aside} of where the given strike sends it: check strike.start_m and strike.heading_rad"
                     ));
@@ -251,7 +253,7 @@ fn comparison(
     let seen = departure(clip)?;
     scene.placed.clone_from(&seen.placed);
     // A pile that cannot be simulated says nothing about the strike.
-    let world = World::new(scene, properties, &physics::Options::default()).ok()?;
+    let mut world = World::new(scene, properties, &physics::Options::default()).ok()?;
     let trajectory = match world.trajectory(strike) {
         Ok(trajectory) => trajectory,
         Err(error) => return Some(Comparison::Impossible(error.to_string())),
@@ -262,9 +264,22 @@ fn comparison(
     // Single wrong positions do not change the medians.
     let pairs = (0..reached.len()).flat_map(|k| (0..k).map(move |j| (j, k)));
     let ratios = pairs.filter_map(|(j, k)| reached[j].speed_ratio(&reached[k]));
+    let turn_rad = median(reached.iter().map(|r| r.turn_rad))?;
     let furthest_m = seen.steps.iter().map(|step| step.displacement_m).fold(0.0, f64::max);
+    // The striker's contact friction turns objects that it strikes off the centre.
+    let object = &scene.placed[0];
+    let friction = properties.contact_friction.striker.unwrap_or_else(ContactFriction::assumed);
+    let turn_with = |friction: f64| {
+        world.set_striker_contact_friction(&object.object, friction).ok()?;
+        let reached = seen.reached_in(&world.trajectory(strike).ok()?, object)?;
+        median(reached.iter().map(|r| r.turn_rad))
+    };
+    let turns_rad = friction.interval_95.into_iter().filter_map(turn_with);
+    let turn_range_rad =
+        turns_rad.fold([turn_rad; 2], |[least, largest], turn| [least.min(turn), largest.max(turn)]);
     Some(Comparison::Departure {
-        turn_rad: median(reached.iter().map(|r| r.turn_rad))?,
+        turn_rad,
+        turn_range_rad,
         turn_std_rad: median(seen.steps.iter().map(|step| step.std_m))? / furthest_m,
         speed_ratio: (reached.len() >= LEAST_POSITIONS).then(|| median(ratios)).flatten(),
     })

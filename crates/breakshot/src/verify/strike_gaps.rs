@@ -49,7 +49,8 @@ struct Explanation {
 
 /// A warning for each kind of object that the striker does not touch when it strikes it, or one for all of them.
 ///
-/// `striker` is what the strikers that are seen say about the given strikes: clips with a wrong strike do not count.
+/// `striker` is what the strikers that are seen say about the given strikes: clips with a wrong strike, and those in which something else was followed, do
+/// not count.
 pub(super) fn warnings(
     clips: &[ClipTracks],
     fits: &[ClipFit],
@@ -59,7 +60,9 @@ pub(super) fn warnings(
     if striker.turned {
         return Vec::new();
     }
-    let is_right = |(clip, _): &(&ClipTracks, &ClipFit)| !striker.clips.contains(&clip.name);
+    let is_right = |(clip, _): &(&ClipTracks, &ClipFit)| {
+        !striker.clips.contains(&clip.name) && !striker.others_followed.contains(&clip.name)
+    };
     let of_clips = clips.iter().zip(fits).filter(is_right);
     let mut gaps: Vec<Gap> = of_clips.filter_map(|(clip, fit)| gap(clip, fit, objects)).collect();
     if gaps.iter().any(|gap| gap.from_rest) {

@@ -48,6 +48,8 @@ pub(super) struct Findings {
     pub clips: BTreeSet<String>,
     /// The clips whose striker is seen to move as given.
     pub as_given: BTreeSet<String>,
+    /// The clips in which something else than the striker was followed.
+    pub others_followed: BTreeSet<String>,
     /// Whether the strikers of most clips head elsewhere.
     pub turned: bool,
 }
@@ -64,6 +66,8 @@ struct Compared<'a> {
     /// The distance from the given start to the impact (m), if the speed is the mean one over it: the striker itself is not seen at rest, or its speed is
     /// known far worse.
     distance_m: Option<f64>,
+    /// Logarithms of the speed of what is seen and of the mean speed to the impact over the given one, if there are both.
+    speeds: Option<[Measured; 2]>,
     /// The heading less the given one (rad, counter-clockwise), if the striker is seen.
     turn: Option<Measured>,
     /// The start beside the given one, if the striker is seen at rest.
@@ -110,12 +114,22 @@ pub(super) fn findings(
     }
     let mut findings = Findings::default();
     while let Some(rate_hz) = compared.first().map(|compared| compared.rate_hz) {
-        let (group, others): (Vec<_>, Vec<_>) =
+        let (mut group, others): (Vec<_>, Vec<_>) =
             compared.into_iter().partition(|compared| is_same_rate(compared.rate_hz, rate_hz));
+        share_least_error(&mut group);
         findings.add(&group, scale_error);
         compared = others;
     }
     findings
+}
+
+/// The instants of the first motion have no more of their errors in common than the error of the best known one.
+fn share_least_error(group: &mut [Compared]) {
+    let is_mean = |compared: &&Compared| compared.distance_m.is_some();
+    let least = group.iter().filter(is_mean).map(|c| c.scale_std).fold(f64::INFINITY, f64::min);
+    for compared in group.iter_mut().filter(|compared| compared.distance_m.is_some()) {
+        compared.scale_std = least;
+    }
 }
 
 impl Findings {
@@ -150,6 +164,9 @@ impl Findings {
         }
         for compared in group {
             let name = &compared.clip.name;
+            if compared.speeds.is_some_and(|speeds| is_other_followed(speeds, common.speed.median)) {
+                self.others_followed.insert(name.clone());
+            }
             match compared.finding(&common) {
                 Some(text) => {
                     self.clips.insert(name.clone());
@@ -235,23 +252,33 @@ fn displacement(left_m: f64, ahead_m: f64) -> String {
 }
 
 impl<'a> Compared<'a> {
-    /// The comparison by the striker that is seen, and by its mean speed to the impact where it is not seen at rest or its speed is known far worse: what
-    /// is seen may be the arm above it, whose height nothing shows. It is certainly not the striker if it is not as fast.
+    /// The comparison by the striker that is seen, and by its mean speed to the impact where it is not seen at rest, its speed is known far worse, or
+    /// contradicts the mean speed, which is nearer to the given one: what is seen may be the arm above it, whose height nothing shows. It is certainly
+    /// not the striker if it is not as fast.
     fn new(clip: &'a ClipTracks, mean: Option<MeanSpeed>) -> Option<Self> {
         let (strike, rate_hz) = (clip.strike.as_ref()?, clip.frame_rate_hz()?);
         let seen = clip.tracks.striker.as_ref().and_then(|seen| Self::with_seen(clip, strike, rate_hz, seen));
         let is_better = |mean: &MeanSpeed| {
             let is_worse = |seen: &Self| MORE_ACCURATE * mean.log_ratio.std < seen.speed.std;
-            seen.as_ref().is_none_or(|seen| seen.start.is_none() || is_worse(seen))
+            let is_other = |seen: &Self| is_other_followed([seen.speed, mean.log_ratio], 0.0);
+            seen.as_ref().is_none_or(|seen| seen.start.is_none() || is_worse(seen) || is_other(seen))
         };
-        let Some(mean) = mean.filter(is_better) else { return seen };
+        let speeds = seen.as_ref().zip(mean.as_ref()).map(|(seen, mean)| [seen.speed, mean.log_ratio]);
+        let Some(mean) = mean.filter(is_better) else { return seen.map(|seen| Self { speeds, ..seen }) };
         let MeanSpeed { log_ratio: speed, common_std: scale_std, distance_m } = mean;
-        let is_as_fast = |seen: &Self| {
-            let std = seen.speed.std.hypot(speed.std);
-            (seen.speed.value - speed.value).abs() < SAME_SPEED_STDS * std
-        };
-        let (turn, start) = seen.filter(is_as_fast).map_or((None, None), |seen| (seen.turn, seen.start));
-        Some(Self { clip, strike, rate_hz, speed, scale_std, distance_m: Some(distance_m), turn, start })
+        let is_striker = |seen: &Self| is_as_fast(seen.speed, speed);
+        let (turn, start) = seen.filter(is_striker).map_or((None, None), |seen| (seen.turn, seen.start));
+        Some(Self {
+            clip,
+            strike,
+            rate_hz,
+            speed,
+            scale_std,
+            distance_m: Some(distance_m),
+            speeds,
+            turn,
+            start,
+        })
     }
 
     fn with_seen(
@@ -271,6 +298,7 @@ impl<'a> Compared<'a> {
             speed: Measured { value: ratio.ln(), std: speed.std / speed.value },
             scale_std: seen.scale_std,
             distance_m: None,
+            speeds: None,
             turn: Some(turn),
             start: start(strike, seen),
         })
@@ -338,6 +366,17 @@ impl<'a> Compared<'a> {
         }
         (!findings.is_empty()).then(|| format!("the striker is seen: it {}", findings.join("; it ")))
     }
+}
+
+/// Whether two logarithms of speeds agree within their standard deviations.
+fn is_as_fast(one: Measured, other: Measured) -> bool {
+    (one.value - other.value).abs() < SAME_SPEED_STDS * one.std.hypot(other.std)
+}
+
+/// Whether what is seen is not as fast as the striker: of the logarithms of its speed and of the mean speed to the impact over the given one, the latter
+/// is nearer to the common error of the given speeds. Where what is seen is as fast as given instead, the distance to the impact is wrong.
+fn is_other_followed([seen, mean]: [Measured; 2], common: f64) -> bool {
+    !is_as_fast(seen, mean) && (mean.value - common).abs() < (seen.value - common).abs()
 }
 
 /// Where the striker starts, if it is seen at rest. A line of positions alone does not show it: they may be those of a part above the striker.
