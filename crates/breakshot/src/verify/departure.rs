@@ -54,7 +54,7 @@ enum Comparison {
         turn_rad: f64,
         /// Standard deviation of that direction by the noise of the positions (rad).
         turn_std_rad: f64,
-        /// The least and the largest such difference with the contact frictions of the striker within their interval (rad).
+        /// The least and the largest such difference with contact frictions of the striker within their standard error (rad).
         turn_range_rad: [f64; 2],
         /// Its speed in the film over the predicted one, if it moves far enough.
         speed_ratio: Option<f64>,
@@ -206,10 +206,15 @@ impl Comparison {
             |text| Some(Finding { text, cause: Cause::GivenStrike, start_m_is_doubtful: !is_as_given });
         match self {
             Self::Departure { turn_rad, turn_std_rad, turn_range_rad: [least, largest], speed_ratio } => {
-                let unexplained_rad = turns.median.clamp(*least, *largest) - turns.median;
-                if unexplained_rad.abs() > turns.tolerance(LEAST_TURN_RAD).max(STDS * turn_std_rad) {
+                let turn_off_rad = turn_rad - turns.median;
+                let tolerance_rad = turns.tolerance(LEAST_TURN_RAD).max(STDS * turn_std_rad);
+                if turn_off_rad.abs() > tolerance_rad {
                     // The speed of an object that was hit elsewhere differs too, and is not reported.
-                    let aside = degrees(turn_rad - turns.median);
+                    let unexplained_rad = turns.median.clamp(*least, *largest) - turns.median;
+                    if is_as_given && unexplained_rad.abs() < tolerance_rad {
+                        return None;
+                    }
+                    let aside = degrees(turn_off_rad);
                     return of_start(format!(
                         "`{object}` leaves {aside} of where the given strike sends it: check strike.start_m and strike.heading_rad"
                     ));
@@ -266,7 +271,7 @@ fn comparison(
     let ratios = pairs.filter_map(|(j, k)| reached[j].speed_ratio(&reached[k]));
     let turn_rad = median(reached.iter().map(|r| r.turn_rad))?;
     let furthest_m = seen.steps.iter().map(|step| step.displacement_m).fold(0.0, f64::max);
-    // The striker's contact friction turns objects that it strikes off the centre.
+    // The striker's contact friction turns objects that it strikes off the centre: of strikes that are seen to be as given it explains the direction.
     let object = &scene.placed[0];
     let friction = properties.contact_friction.striker.unwrap_or_else(ContactFriction::assumed);
     let turn_with = |friction: f64| {
@@ -274,7 +279,8 @@ fn comparison(
         let reached = seen.reached_in(&world.trajectory(strike).ok()?, object)?;
         median(reached.iter().map(|r| r.turn_rad))
     };
-    let turns_rad = friction.interval_95.into_iter().filter_map(turn_with);
+    let frictions = [-1.0, 1.0].map(|sign: f64| (friction.mean + sign * friction.standard_error).max(0.0));
+    let turns_rad = frictions.into_iter().filter_map(turn_with);
     let turn_range_rad =
         turns_rad.fold([turn_rad; 2], |[least, largest], turn| [least.min(turn), largest.max(turn)]);
     Some(Comparison::Departure {

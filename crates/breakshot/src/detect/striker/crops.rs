@@ -136,19 +136,21 @@ struct Growth {
 impl Growth {
     /// The least squares of changes after these durations (s); `None` if they do not grow.
     fn through(changes: impl IntoIterator<Item = (f64, f64)>) -> Option<Self> {
-        let mut powers = [0.0; 3];
-        let mut moments = [0.0; 2];
-        for (t, change) in changes {
-            for (k, power) in powers.iter_mut().enumerate() {
-                *power += t.powi(2 + k as i32);
-            }
-            moments[0] += t * change;
-            moments[1] += t * t * change;
-        }
-        let [second, third, fourth] = powers;
+        let sums =
+            changes.into_iter().fold([0.0; 5], |[second, third, fourth, by_time, by_square], (t, change)| {
+                let square = t * t;
+                [
+                    second + square,
+                    third + t * square,
+                    fourth + square * square,
+                    by_time + t * change,
+                    by_square + square * change,
+                ]
+            });
+        let [second, third, fourth, by_time, by_square] = sums;
         let determinant = second * fourth - third * third;
-        let linear = (moments[0] * fourth - moments[1] * third) / determinant;
-        let square = (moments[1] * second - moments[0] * third) / determinant;
+        let linear = (by_time * fourth - by_square * third) / determinant;
+        let square = (by_square * second - by_time * third) / determinant;
         (linear > 0.0 && square.is_finite()).then_some(Self { linear, square })
     }
 
