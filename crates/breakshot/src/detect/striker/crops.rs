@@ -93,7 +93,8 @@ impl Crops {
     /// When something near the path has begun to move (s), by frames before the struck object moves at `struck_s`.
     ///
     /// The change between two frames shows how far the striker and its arm have moved between them. It does not grow in proportion: less where
-    /// parts move by more than their width, and more where contrasts are little more than noise. The frames in motion show how it grows.
+    /// parts move by more than their width, and more where contrasts are little more than noise; and it grows from frame to frame while more of
+    /// the arm comes into the crop. The frames in motion show how it grows.
     pub(super) fn onset_s(&self, struck_s: Option<f64>) -> Option<Measured> {
         let onset = self.onset()?;
         let (still, noise) = (&self.kept[onset - 1], change(&self.kept[0], &self.kept[onset - 1]));
@@ -104,15 +105,18 @@ impl Crops {
         let (&first, &second) = (moving.first()?, moving.get(1)?);
         let interval_s = second.time_s - first.time_s;
         let growth = if let [a, b, c] = moving[..] {
-            let pairs = [(a, b), (b, c), (a, c)];
-            Growth::through(pairs.map(|(one, other)| (other.time_s - one.time_s, changed(one, other))))
+            let changes = [(a, b), (b, c), (a, c)].map(|(one, other)| changed(one, other));
+            Growth::of(changes, interval_s, c.time_s - b.time_s)
         } else {
             None
         };
         let (value, std_s) = if let Some(growth) = growth {
-            let by = |crop: &Crop| crop.time_s - growth.duration_s(changed(still, crop));
+            let by = |crop: &Crop| {
+                let duration_s = growth.duration_s(changed(still, crop), crop.time_s - first.time_s);
+                crop.time_s - duration_s
+            };
             let (one_s, two_s) = (by(first), by(second));
-            (f64::midpoint(one_s, two_s), (ONSET_STD * interval_s).hypot(one_s - two_s))
+            (one_s, (ONSET_STD * interval_s).hypot(one_s - two_s))
         } else {
             let [one, two] = [first, second].map(|crop| changed(still, crop));
             let back_s = if two > one { one / (two - one) * interval_s } else { f64::INFINITY };
@@ -127,37 +131,31 @@ impl Crops {
     }
 }
 
-/// How the change between two frames grows with the duration between them, at constant speed: `linear * t + square * t^2`.
+/// How the change between two frames of a motion at constant speed grows with the duration `d` between them: by `linear * d + square * d^2`, and
+/// by `later` times the integral of the time from the first frame in motion on, as more comes into the crop.
 struct Growth {
     linear: f64,
     square: f64,
+    later: f64,
 }
 
 impl Growth {
-    /// The least squares of changes after these durations (s); `None` if they do not grow.
-    fn through(changes: impl IntoIterator<Item = (f64, f64)>) -> Option<Self> {
-        let sums =
-            changes.into_iter().fold([0.0; 5], |[second, third, fourth, by_time, by_square], (t, change)| {
-                let square = t * t;
-                [
-                    second + square,
-                    third + t * square,
-                    fourth + square * square,
-                    by_time + t * change,
-                    by_square + square * change,
-                ]
-            });
-        let [second, third, fourth, by_time, by_square] = sums;
-        let determinant = second * fourth - third * third;
-        let linear = (by_time * fourth - by_square * third) / determinant;
-        let square = (by_square * second - by_time * third) / determinant;
-        (linear > 0.0 && square.is_finite()).then_some(Self { linear, square })
+    /// By the changes from the first frame in motion to the second, from the second to the third and from the first to the third, and the two
+    /// intervals between them (s); `None` if the changes do not grow.
+    fn of([one, two, both]: [f64; 3], one_s: f64, two_s: f64) -> Option<Self> {
+        let square = (both - one - two) / (2.0 * one_s * two_s);
+        let (one_rate, two_rate) = (one / one_s - square * one_s, two / two_s - square * two_s);
+        let later = (two_rate - one_rate) / f64::midpoint(one_s, two_s);
+        let linear = one_rate - later * one_s / 2.0;
+        (linear > 0.0 && square.is_finite() && later.is_finite()).then_some(Self { linear, square, later })
     }
 
-    /// The duration after which there is this change (s), at most twice that at which it would be in proportion.
-    fn duration_s(&self, change: f64) -> f64 {
-        let slope = (self.linear.powi(2) + 4.0 * self.square * change).max(0.0).sqrt();
-        change / f64::midpoint(self.linear, slope)
+    /// The duration after which there is this change at a time (s after the first frame in motion), at most twice that at which it would be in
+    /// proportion.
+    fn duration_s(&self, change: f64, at_s: f64) -> f64 {
+        let (linear, square) = (self.linear + self.later * at_s, self.square - self.later / 2.0);
+        let slope = (linear.powi(2) + 4.0 * square * change).max(0.0).sqrt();
+        change / f64::midpoint(linear, slope)
     }
 }
 
@@ -189,4 +187,37 @@ fn changed_blocks(one: &[u8], other: &[u8], width: usize) -> bool {
     }
     let Some(everywhere) = median(differences.iter().copied()) else { return false };
     differences.iter().filter(|d| (**d - everywhere).abs() > CHANGED_LEVELS).count() >= LEAST_BLOCKS
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A crop of 200 x 160 px with the front part of an arm that widens backwards and is cut by the crop's left edge, its front in this column.
+    fn widening_arm(front_px: f64) -> Vec<u8> {
+        const HALF_HEIGHT_PX: f64 = 80.0;
+        let pixel = |row: i32, column: i32| {
+            let (across_px, behind_px) =
+                ((f64::from(row) + 0.5 - HALF_HEIGHT_PX).abs(), front_px - f64::from(column) - 0.5);
+            // The part of the pixel that the arm covers, about
+            let covered =
+                (8.0 + 0.8 * behind_px - across_px + 0.5).clamp(0.0, 1.0) * (behind_px + 0.5).clamp(0.0, 1.0);
+            (60.0 + 100.0 * covered).round() as u8
+        };
+        (0..160).flat_map(|row| (0..200).map(move |column| pixel(row, column))).collect()
+    }
+
+    /// From frame to frame more changes, as more of the arm comes into the crop.
+    #[test]
+    fn the_onset_of_an_arm_that_comes_into_the_crop_is_measured() {
+        const PX_PER_FRAME: f64 = 6.3;
+        for onset_frames in [1.2, 1.5, 1.8] {
+            let mut crops = Crops::new(200);
+            for frame in (0..6).map(f64::from) {
+                crops.push(frame, widening_arm(60.0 + PX_PER_FRAME * (frame - onset_frames).max(0.0)));
+            }
+            let found = crops.onset_s(None).expect("a motion");
+            assert!((found.value - onset_frames).abs() < 0.04, "{onset_frames}: {found:?}");
+        }
+    }
 }
