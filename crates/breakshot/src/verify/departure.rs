@@ -54,8 +54,6 @@ enum Comparison {
         turn_rad: f64,
         /// Standard deviation of that direction by the noise of the positions (rad).
         turn_std_rad: f64,
-        /// The least and the largest such difference with contact frictions of the striker within their standard error (rad).
-        turn_range_rad: [f64; 2],
         /// Its speed in the film over the predicted one, if it moves far enough.
         speed_ratio: Option<f64>,
     },
@@ -106,6 +104,25 @@ impl Departing<'_> {
     ) -> bool {
         comparison(self.clip, strike, scene, properties).is_some_and(|comparison| comparison.is_as_sent())
     }
+
+    /// Whether the object leaves in another direction than in the other clips and contact frictions of the striker within their standard error
+    /// explain it: contact friction turns objects that are struck off the centre.
+    fn is_turned_by_contact_friction(
+        &self,
+        turns: &Spread,
+        scene: &mut Scene,
+        properties: &Properties,
+    ) -> bool {
+        let Comparison::Departure { turn_rad, turn_std_rad, .. } = self.comparison else { return false };
+        let tolerance_rad = turn_tolerance_rad(turns, turn_std_rad);
+        if (turn_rad - turns.median).abs() <= tolerance_rad {
+            return false;
+        }
+        let turns_rad = turns_of_contact_frictions(self.clip, self.strike, scene, properties);
+        let least_rad = turns_rad.iter().copied().fold(turn_rad, f64::min);
+        let largest_rad = turns_rad.iter().copied().fold(turn_rad, f64::max);
+        (turns.median.clamp(least_rad, largest_rad) - turns.median).abs() < tolerance_rad
+    }
 }
 
 impl Known<'_> {
@@ -138,9 +155,13 @@ pub(super) fn warnings(compared: &[Departing], known: Known, striker: &Findings)
         warnings.push(Warning::new(Cause::GivenStrike, text));
     }
     let unnamed = compared.iter().filter(|departing| !striker.clips.contains(&departing.clip.name));
-    for Departing { clip, strike, comparison } in unnamed {
+    for departing @ Departing { clip, strike, comparison } in unnamed {
         let others =
             Others { turns: &turns, speeds: &speeds, is_as_given: striker.as_given.contains(&clip.name) };
+        if others.is_as_given && departing.is_turned_by_contact_friction(&turns, &mut scene, known.properties)
+        {
+            continue;
+        }
         let Some(mut finding) = comparison.finding(strike, &clip.objects[0], &others) else { continue };
         let start = (finding.start_m_is_doubtful)
             .then(|| fitting_start(clip, strike, &mut scene, known.properties, turns.median))
@@ -205,15 +226,10 @@ impl Comparison {
         let of_start =
             |text| Some(Finding { text, cause: Cause::GivenStrike, start_m_is_doubtful: !is_as_given });
         match self {
-            Self::Departure { turn_rad, turn_std_rad, turn_range_rad: [least, largest], speed_ratio } => {
+            Self::Departure { turn_rad, turn_std_rad, speed_ratio } => {
                 let turn_off_rad = turn_rad - turns.median;
-                let tolerance_rad = turns.tolerance(LEAST_TURN_RAD).max(STDS * turn_std_rad);
-                if turn_off_rad.abs() > tolerance_rad {
+                if turn_off_rad.abs() > turn_tolerance_rad(turns, *turn_std_rad) {
                     // The speed of an object that was hit elsewhere differs too, and is not reported.
-                    let unexplained_rad = turns.median.clamp(*least, *largest) - turns.median;
-                    if is_as_given && unexplained_rad.abs() < tolerance_rad {
-                        return None;
-                    }
                     let aside = degrees(turn_off_rad);
                     return of_start(format!(
                         "`{object}` leaves {aside} of where the given strike sends it: check strike.start_m and strike.heading_rad"
@@ -248,6 +264,11 @@ impl Comparison {
     }
 }
 
+/// By how much a direction with this standard deviation may differ from the median of all (rad).
+fn turn_tolerance_rad(turns: &Spread, turn_std_rad: f64) -> f64 {
+    turns.tolerance(LEAST_TURN_RAD).max(STDS * turn_std_rad)
+}
+
 /// The comparison of a clip; `None` if the film does not show its struck object leave.
 fn comparison(
     clip: &ClipTracks,
@@ -258,7 +279,7 @@ fn comparison(
     let seen = departure(clip)?;
     scene.placed.clone_from(&seen.placed);
     // A pile that cannot be simulated says nothing about the strike.
-    let mut world = World::new(scene, properties, &physics::Options::default()).ok()?;
+    let world = World::new(scene, properties, &physics::Options::default()).ok()?;
     let trajectory = match world.trajectory(strike) {
         Ok(trajectory) => trajectory,
         Err(error) => return Some(Comparison::Impossible(error.to_string())),
@@ -271,24 +292,35 @@ fn comparison(
     let ratios = pairs.filter_map(|(j, k)| reached[j].speed_ratio(&reached[k]));
     let turn_rad = median(reached.iter().map(|r| r.turn_rad))?;
     let furthest_m = seen.steps.iter().map(|step| step.displacement_m).fold(0.0, f64::max);
-    // The striker's contact friction turns objects that it strikes off the centre: of strikes that are seen to be as given it explains the direction.
+    Some(Comparison::Departure {
+        turn_rad,
+        turn_std_rad: median(seen.steps.iter().map(|step| step.std_m))? / furthest_m,
+        speed_ratio: (reached.len() >= LEAST_POSITIONS).then(|| median(ratios)).flatten(),
+    })
+}
+
+/// The struck object's direction in the film less that of the strike with the least and the largest contact friction of the striker within its
+/// standard error (rad), as far as the strike moves the object.
+fn turns_of_contact_frictions(
+    clip: &ClipTracks,
+    strike: &Strike,
+    scene: &mut Scene,
+    properties: &Properties,
+) -> Vec<f64> {
+    let Some(seen) = departure(clip) else { return Vec::new() };
+    scene.placed.clone_from(&seen.placed);
+    let Ok(mut world) = World::new(scene, properties, &physics::Options::default()) else {
+        return Vec::new();
+    };
     let object = &scene.placed[0];
     let friction = properties.contact_friction.striker.unwrap_or_else(ContactFriction::assumed);
-    let turn_with = |friction: f64| {
+    let turn_with = |sign: f64| {
+        let friction = (friction.mean + sign * friction.standard_error).max(0.0);
         world.set_striker_contact_friction(&object.object, friction).ok()?;
         let reached = seen.reached_in(&world.trajectory(strike).ok()?, object)?;
         median(reached.iter().map(|r| r.turn_rad))
     };
-    let frictions = [-1.0, 1.0].map(|sign: f64| (friction.mean + sign * friction.standard_error).max(0.0));
-    let turns_rad = frictions.into_iter().filter_map(turn_with);
-    let turn_range_rad =
-        turns_rad.fold([turn_rad; 2], |[least, largest], turn| [least.min(turn), largest.max(turn)]);
-    Some(Comparison::Departure {
-        turn_rad,
-        turn_range_rad,
-        turn_std_rad: median(seen.steps.iter().map(|step| step.std_m))? / furthest_m,
-        speed_ratio: (reached.len() >= LEAST_POSITIONS).then(|| median(ratios)).flatten(),
-    })
+    [-1.0, 1.0].into_iter().filter_map(turn_with).collect()
 }
 
 /// The start beside the given one from which the strike sends the struck object where the film shows it go; the nearest one if there are
