@@ -111,6 +111,10 @@ pub(crate) fn validate(program: &Program, lab: &Path, seeds: &str, clips: u64) -
     let (mut easy, mut hard) = (Figures::default(), Figures::default());
     for drawn in parsed(seeds)? {
         let folder = filmed(&python, lab, drawn, clips)?;
+        if Truth::read(&folder)?.clips.is_empty() {
+            println!("{}: the lab finds no strike that it can film", drawn.name());
+            continue;
+        }
         let mut figures = Figures::default();
         figures.add(program, &folder, drawn)?;
         figures.masses_by_velocities.push(masses_by_velocities(&python, lab, &folder, drawn)?);
