@@ -23,6 +23,18 @@ pub(super) struct MeanSpeed {
     pub distance_m: f64,
 }
 
+impl MeanSpeed {
+    /// The part of the standard deviation that differs from film to film.
+    pub(super) fn own_std(&self) -> f64 {
+        own_std(self.log_ratio.std, self.common_std)
+    }
+}
+
+/// The part of a standard deviation beside one that is common to several values.
+pub(super) fn own_std(std: f64, common_std: f64) -> f64 {
+    (std.powi(2) - common_std.powi(2)).max(0.0).sqrt()
+}
+
 /// The mean speed with which the striker reaches the struck object; `None` if the film does not show when it begins to move or when it strikes.
 pub(super) fn mean_speed(clip: &ClipTracks, fit: &ClipFit) -> Option<MeanSpeed> {
     let (strike, onset_s) = (clip.strike.as_ref()?, clip.tracks.striker_onset_s?);

@@ -4,7 +4,7 @@
 //! its strike is wrong. Where all speeds differ by one factor, either all given speeds or the frame rate of the films is wrong, which
 //! changes all results alike: no comparison between clips shows it.
 
-use super::approach::MeanSpeed;
+use super::approach::{MeanSpeed, own_std};
 use super::spread::{LEAST_TURN_RAD, STDS, Spread, degrees};
 use crate::detect::StrikerTrack;
 use crate::estimate::ClipTracks;
@@ -59,19 +59,33 @@ struct Compared<'a> {
     clip: &'a ClipTracks,
     strike: &'a Strike,
     rate_hz: f64,
-    /// Logarithm of the speed over the given one.
-    speed: Measured,
-    /// The part of its standard deviation that may be the same in all films: that of the scale, or of the first motion.
-    scale_std: f64,
-    /// The distance from the given start to the impact (m), if the speed is the mean one over it: the striker itself is not seen at rest, or its speed is
-    /// known far worse.
-    distance_m: Option<f64>,
+    /// The speed of what is seen; the mean one where the striker itself is not seen at rest or its speed is known far worse.
+    speed: Speed,
+    /// The mean speed, if the film shows it.
+    mean: Option<MeanSpeed>,
     /// Logarithms of the speed of what is seen and of the mean speed to the impact over the given one, if there are both.
     speeds: Option<[Measured; 2]>,
     /// The heading less the given one (rad, counter-clockwise), if the striker is seen.
     turn: Option<Measured>,
     /// The start beside the given one, if the striker is seen at rest.
     start: Option<Start>,
+}
+
+/// The speed of a striker.
+#[derive(Clone, Copy)]
+struct Speed {
+    /// Its logarithm over the given one.
+    log_ratio: Measured,
+    /// The part of the standard deviation that may be the same in all films: that of the scale, or of the first motion.
+    common_std: f64,
+    /// Whether it is the mean speed from the first motion to the impact.
+    is_mean: bool,
+}
+
+impl From<MeanSpeed> for Speed {
+    fn from(MeanSpeed { log_ratio, common_std, .. }: MeanSpeed) -> Self {
+        Self { log_ratio, common_std, is_mean: true }
+    }
 }
 
 /// Where a striker starts, seen from the given start.
@@ -125,10 +139,13 @@ pub(super) fn findings(
 
 /// The instants of the first motion have no more of their errors in common than the error of the best known one.
 fn share_least_error(group: &mut [Compared]) {
-    let is_mean = |compared: &&Compared| compared.distance_m.is_some();
-    let least = group.iter().filter(is_mean).map(|c| c.scale_std).fold(f64::INFINITY, f64::min);
-    for compared in group.iter_mut().filter(|compared| compared.distance_m.is_some()) {
-        compared.scale_std = least;
+    let stds = group.iter().filter_map(|compared| compared.mean).map(|mean| mean.common_std);
+    let least = stds.fold(f64::INFINITY, f64::min);
+    for compared in group {
+        if let Some(mean) = &mut compared.mean {
+            mean.common_std = least;
+            compared.speed = if compared.speed.is_mean { (*mean).into() } else { compared.speed };
+        }
     }
 }
 
@@ -258,27 +275,18 @@ impl<'a> Compared<'a> {
     fn new(clip: &'a ClipTracks, mean: Option<MeanSpeed>) -> Option<Self> {
         let (strike, rate_hz) = (clip.strike.as_ref()?, clip.frame_rate_hz()?);
         let seen = clip.tracks.striker.as_ref().and_then(|seen| Self::with_seen(clip, strike, rate_hz, seen));
+        let seen = seen.map(|seen| Self { mean, ..seen });
         let is_better = |mean: &MeanSpeed| {
-            let is_worse = |seen: &Self| MORE_ACCURATE * mean.log_ratio.std < seen.speed.std;
-            let is_other = |seen: &Self| is_other_followed([seen.speed, mean.log_ratio], 0.0);
+            let is_worse = |seen: &Self| MORE_ACCURATE * mean.log_ratio.std < seen.speed.log_ratio.std;
+            let is_other = |seen: &Self| is_other_followed([seen.speed.log_ratio, mean.log_ratio], 0.0);
             seen.as_ref().is_none_or(|seen| seen.start.is_none() || is_worse(seen) || is_other(seen))
         };
-        let speeds = seen.as_ref().zip(mean.as_ref()).map(|(seen, mean)| [seen.speed, mean.log_ratio]);
-        let Some(mean) = mean.filter(is_better) else { return seen.map(|seen| Self { speeds, ..seen }) };
-        let MeanSpeed { log_ratio: speed, common_std: scale_std, distance_m } = mean;
-        let is_striker = |seen: &Self| is_as_fast(seen.speed, speed);
+        let speeds =
+            seen.as_ref().zip(mean.as_ref()).map(|(seen, mean)| [seen.speed.log_ratio, mean.log_ratio]);
+        let Some(better) = mean.filter(is_better) else { return seen.map(|seen| Self { speeds, ..seen }) };
+        let is_striker = |seen: &Self| is_as_fast(seen.speed.log_ratio, better.log_ratio);
         let (turn, start) = seen.filter(is_striker).map_or((None, None), |seen| (seen.turn, seen.start));
-        Some(Self {
-            clip,
-            strike,
-            rate_hz,
-            speed,
-            scale_std,
-            distance_m: Some(distance_m),
-            speeds,
-            turn,
-            start,
-        })
+        Some(Self { clip, strike, rate_hz, speed: better.into(), mean, speeds, turn, start })
     }
 
     fn with_seen(
@@ -295,51 +303,65 @@ impl<'a> Compared<'a> {
             clip,
             strike,
             rate_hz,
-            speed: Measured { value: ratio.ln(), std: speed.std / speed.value },
-            scale_std: seen.scale_std,
-            distance_m: None,
+            speed: Speed {
+                log_ratio: Measured { value: ratio.ln(), std: speed.std / speed.value },
+                common_std: seen.scale_std,
+                is_mean: false,
+            },
+            mean: None,
             speeds: None,
             turn: Some(turn),
             start: start(strike, seen),
         })
     }
 
-    /// How far the logarithm of the speed is off that of most clips, if its deviation does not explain it. Mean speeds of several clips are compared with
-    /// each other: what they have in common cancels.
+    /// How far the logarithm of the speed is off that of most clips, if its deviation does not explain it.
     fn speed_off(&self, common: &Common) -> Option<f64> {
-        let speed = self.speed;
-        if self.distance_m.is_some() && common.mean_speed.n >= LEAST_MEAN_SPEEDS {
-            let own = Measured { std: common.mean_speed_scatter * self.own_speed_std(), ..speed };
-            common.mean_speed.off(own, LEAST_SPEED_ERROR, MEAN_SPEED_STDS)
+        if self.speed.is_mean && common.mean_speed.n >= LEAST_MEAN_SPEEDS {
+            self.mean_speed_off(common)
         } else {
-            common.speed.off(speed, LEAST_SPEED_ERROR, STDS)
+            common.speed.off(self.speed.log_ratio, LEAST_SPEED_ERROR, STDS)
         }
     }
 
-    /// The part of the standard deviation of the speed that differs from film to film.
-    fn own_speed_std(&self) -> f64 {
-        (self.speed.std.powi(2) - self.scale_std.powi(2)).max(0.0).sqrt()
+    /// The same of the mean speed. Mean speeds of several clips are compared with each other: what they have in common cancels.
+    fn mean_speed_off(&self, common: &Common) -> Option<f64> {
+        let mean = self.mean.filter(|_| common.mean_speed.n >= LEAST_MEAN_SPEEDS)?;
+        let own = Measured { std: common.mean_speed_scatter * mean.own_std(), ..mean.log_ratio };
+        common.mean_speed.off(own, LEAST_SPEED_ERROR, MEAN_SPEED_STDS)
+    }
+
+    /// A given speed that is wrong, for people; `is_mean` if the mean speed shows it.
+    fn wrong_speed(&self, off: f64, is_mean: bool) -> String {
+        let (ratio, given) = (off.exp(), self.strike.speed_m_s);
+        let or_rate = usual_within(self.rate_hz / ratio, USUAL_RATE).map_or(String::new(), |true_hz| {
+            let said_hz = usual_hz(self.rate_hz);
+            format!(", or the film was taken at {true_hz} frames/s where its file says {said_hz}: then write frame_rate_hz = {true_hz}")
+        });
+        let or_start = self.mean.filter(|_| is_mean).map_or(String::new(), |mean| {
+            let (mm, side) =
+                (1e3 * mean.distance_m * (1.0 / ratio - 1.0), if ratio < 1.0 { "back" } else { "ahead" });
+            format!(", or a start_m {:.1} mm further {side}", mm.abs())
+        });
+        let (motion, fits) = (motion(ratio, is_mean), ratio * given);
+        format!("{motion}: strike.speed_m_s is {given:.3}, and {fits:.3} would fit{or_start}{or_rate}")
     }
 
     /// What is wrong with the given strike beside what is wrong in most clips.
     fn finding(&self, common: &Common) -> Option<String> {
         let Self { strike, .. } = self;
         let mut findings = Vec::new();
+        let off = |spread: &Spread, value: Option<Measured>| {
+            value.and_then(|value| spread.off(value, LEAST_OFFSET_M, STDS)).unwrap_or(0.0)
+        };
+        let aside_m = off(&common.aside, self.start.map(|start| start.aside));
+        let along_m = off(&common.along, self.start.map(|start| start.along));
         if let Some(off) = self.speed_off(common) {
-            let (ratio, given, fits) = (off.exp(), strike.speed_m_s, off.exp() * strike.speed_m_s);
-            let or_rate = usual_within(self.rate_hz / ratio, USUAL_RATE).map_or(String::new(), |true_hz| {
-                let said_hz = usual_hz(self.rate_hz);
-                format!(", or the film was taken at {true_hz} frames/s where its file says {said_hz}: then write frame_rate_hz = {true_hz}")
-            });
-            let motion = motion(ratio, self.distance_m.is_some());
-            let or_start = self.distance_m.map_or(String::new(), |distance_m| {
-                let (mm, side) =
-                    (1e3 * distance_m * (1.0 / ratio - 1.0), if ratio < 1.0 { "back" } else { "ahead" });
-                format!(", or a start_m {:.1} mm further {side}", mm.abs())
-            });
-            findings.push(format!(
-                "{motion}: strike.speed_m_s is {given:.3}, and {fits:.3} would fit{or_start}{or_rate}"
-            ));
+            findings.push(self.wrong_speed(off, self.speed.is_mean));
+        } else if along_m == 0.0
+            && let Some(off) = self.mean_speed_off(common)
+        {
+            findings.push(self.wrong_speed(off, true));
         }
         if let Some(off) = self.turn.and_then(|turn| common.turn.off(turn, LEAST_TURN_RAD, STDS)) {
             let (aside, given, fits) =
@@ -348,11 +370,6 @@ impl<'a> Compared<'a> {
                 "moves {aside} of the given heading: strike.heading_rad is {given:.3}, and {fits:.3} would fit"
             ));
         }
-        let off = |spread: &Spread, value: Option<Measured>| {
-            value.and_then(|value| spread.off(value, LEAST_OFFSET_M, STDS)).unwrap_or(0.0)
-        };
-        let aside_m = off(&common.aside, self.start.map(|start| start.aside));
-        let along_m = off(&common.along, self.start.map(|start| start.along));
         if aside_m != 0.0 || along_m != 0.0 {
             let ahead = Vec2::from_heading(strike.heading_rad);
             let fits = strike.start_m + ahead * along_m + ahead.perpendicular() * aside_m;
@@ -391,9 +408,9 @@ fn start(strike: &Strike, seen: &StrikerTrack) -> Option<Start> {
 /// The scatter of speeds about their median over the one that their own standard deviations expect, at most 1. The standard deviations hold for any robot
 /// and any outlines: films of one robot that agree better show that theirs are smaller. The expected scatter has the weight of
 /// `SCATTER_WEIGHT` films; the median of the deviations leaves a wrong speed out.
-fn scatter(clips: &[&Compared], middle: f64) -> f64 {
-    let n = clips.len() as f64;
-    let deviation = median(clips.iter().map(|c| ((c.speed.value - middle) / c.own_speed_std()).abs()));
+fn scatter(means: &[MeanSpeed], middle: f64) -> f64 {
+    let n = means.len() as f64;
+    let deviation = median(means.iter().map(|mean| ((mean.log_ratio.value - middle) / mean.own_std()).abs()));
     let shown = deviation.map_or(1.0, |deviation| (STD_OVER_MEDIAN_ABSOLUTE * deviation).powi(2));
     ((SCATTER_WEIGHT + n * shown) / (SCATTER_WEIGHT + n)).sqrt().min(1.0)
 }
@@ -405,53 +422,71 @@ impl Common {
     }
 
     fn of(group: &[Compared]) -> Self {
-        let all: Vec<&Compared> = group.iter().collect();
-        let of = |clips: &[&Compared], value: &dyn Fn(&Compared) -> Option<Measured>, least, common_std| {
-            let values: Vec<Measured> = clips.iter().copied().filter_map(value).collect();
+        let of = |values: Vec<Measured>, least: f64, common_std: Option<f64>| {
             let mut spread = Spread::of(values.iter().map(|m| m.value));
-            let alike = |m: &&Measured| (m.value - spread.median).abs() < f64::max(least, STDS * m.std);
+            let alike = |m: &&Measured| (m.value - spread.median).abs() < least.max(STDS * m.std);
             let n = values.iter().filter(alike).count();
             // One clip has nothing in common, and what is accurate enough is taken as exact.
             let is_common = n > 1 && n as f64 >= MOST * values.len() as f64 && 4 * n >= group.len();
-            let error = Option::or_else(common_std, || median(values.iter().map(|m| m.std))).unwrap_or(0.0);
-            if !is_common || spread.median.abs() < f64::max(least, COMMON_STDS * error) {
+            let error = common_std.or_else(|| median(values.iter().map(|m| m.std))).unwrap_or(0.0);
+            if !is_common || spread.median.abs() < least.max(COMMON_STDS * error) {
                 spread.median = 0.0;
             }
             spread
         };
-        let chosen = Self::most_accurate_speeds(&all);
-        let mean_speeds: Vec<&Compared> = group.iter().filter(|c| c.distance_m.is_some()).collect();
-        let mean_speed = Spread::of(mean_speeds.iter().map(|c| c.speed.value));
+        let speeds = Self::most_accurate_speeds(group);
+        let speed_std = middle(&speeds).map(|middle| middle.std);
+        let turns = group.iter().filter_map(|c| c.turn).collect();
+        let of_starts = |value: fn(Start) -> Measured| {
+            of(group.iter().filter_map(|c| c.start).map(value).collect(), LEAST_OFFSET_M, None)
+        };
+        let mean_speeds: Vec<MeanSpeed> = group.iter().filter_map(|c| c.mean).collect();
+        let mean_speed = Spread::of(mean_speeds.iter().map(|mean| mean.log_ratio.value));
         Self {
-            speed: of(&chosen, &|c| Some(c.speed), LEAST_SPEED_ERROR, Self::speed_std(&chosen)),
-            speed_is_mean: 2 * chosen.iter().filter(|c| c.distance_m.is_some()).count() > chosen.len(),
+            speed: of(speeds.iter().map(|speed| speed.log_ratio).collect(), LEAST_SPEED_ERROR, speed_std),
+            speed_is_mean: 2 * speeds.iter().filter(|speed| speed.is_mean).count() > speeds.len(),
             mean_speed_scatter: scatter(&mean_speeds, mean_speed.median),
             mean_speed,
-            turn: of(&all, &|c| c.turn, LEAST_TURN_RAD, None),
-            aside: of(&all, &|c| c.start.map(|start| start.aside), LEAST_OFFSET_M, None),
-            along: of(&all, &|c| c.start.map(|start| start.along), LEAST_OFFSET_M, None),
+            turn: of(turns, LEAST_TURN_RAD, None),
+            aside: of_starts(|start| start.aside),
+            along: of_starts(|start| start.along),
         }
     }
 
-    /// The clips that show best what all speeds have in common: those whose striker is seen at rest, because the rest positions show the height
-    /// of what is followed, or those with mean speeds to the impact; all, if there are too few of both.
-    fn most_accurate_speeds<'a, 'b>(all: &[&'b Compared<'a>]) -> Vec<&'b Compared<'a>> {
-        let those =
-            |is_in: fn(&Compared) -> bool| all.iter().copied().filter(|c| is_in(c)).collect::<Vec<_>>();
-        let at_rest = those(|c| c.start.is_some() && c.distance_m.is_none());
-        let kinds = [at_rest, those(|c| c.distance_m.is_some())];
-        let is_enough = |kind: &Vec<_>| kind.len() > 1 && 4 * kind.len() >= all.len();
-        let std = |kind: &Vec<_>| Self::speed_std(kind).unwrap_or(f64::INFINITY);
-        let enough = kinds.into_iter().filter(is_enough);
-        enough.min_by(|a, b| std(a).total_cmp(&std(b))).unwrap_or_else(|| all.to_vec())
+    /// The speeds that show best what all have in common: those of strikers that are seen at rest, because the rest positions show the height
+    /// of what is followed, or the mean speeds to the impact; those of all clips, if there are too few of both. Where both contradict each other, those
+    /// nearer to the given ones are right: what is seen may be something else, or the distances to the impact are wrong.
+    fn most_accurate_speeds(group: &[Compared]) -> Vec<Speed> {
+        let is_enough = |speeds: &Vec<Speed>| speeds.len() > 1 && 4 * speeds.len() >= group.len();
+        let at_rest = group.iter().filter(|c| c.start.is_some() && !c.speed.is_mean).map(|c| c.speed);
+        let at_rest = Some(at_rest.collect()).filter(is_enough);
+        let means = Some(group.iter().filter_map(|c| c.mean).map(Speed::from).collect()).filter(is_enough);
+        match (at_rest, means) {
+            (Some(at_rest), Some(means)) => {
+                let is_better = |one: Measured, other: Measured| {
+                    if is_as_fast(one, other) {
+                        one.std <= other.std
+                    } else {
+                        one.value.abs() < other.value.abs()
+                    }
+                };
+                let middles = middle(&at_rest).zip(middle(&means));
+                if middles.is_some_and(|(one, other)| is_better(one, other)) { at_rest } else { means }
+            }
+            (Some(speeds), None) | (None, Some(speeds)) => speeds,
+            (None, None) => group.iter().map(|c| c.speed).collect(),
+        }
     }
+}
 
-    /// The standard deviation of what these speeds have in common: the noise of all of them, and what more clips do not reduce because it is wrong
-    /// in all alike, the height of the outline or the instant of the first motion.
-    fn speed_std(clips: &[&Compared]) -> Option<f64> {
-        let noise = median(clips.iter().map(|c| c.own_speed_std()))? / (clips.len() as f64).sqrt();
-        Some(noise.hypot(median(clips.iter().map(|c| c.scale_std))?))
-    }
+/// The median of speeds. Its standard deviation is that of the noise of all of them, and of what more clips do not reduce because it is wrong in all alike,
+/// the height of the outline or the instant of the first motion.
+fn middle(speeds: &[Speed]) -> Option<Measured> {
+    let own = speeds.iter().map(|speed| own_std(speed.log_ratio.std, speed.common_std));
+    let noise = median(own)? / (speeds.len() as f64).sqrt();
+    let common_std = median(speeds.iter().map(|speed| speed.common_std))?;
+    let value = median(speeds.iter().map(|speed| speed.log_ratio.value))?;
+    Some(Measured { value, std: noise.hypot(common_std) })
 }
 
 impl Spread {
