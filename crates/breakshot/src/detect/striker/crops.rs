@@ -111,12 +111,11 @@ impl Crops {
             None
         };
         let (value, std_s) = if let Some(growth) = growth {
-            let by = |crop: &Crop| {
-                let duration_s = growth.duration_s(changed(still, crop), crop.time_s - first.time_s);
-                crop.time_s - duration_s
-            };
-            let (one_s, two_s) = (by(first), by(second));
-            (one_s, (ONSET_STD * interval_s).hypot(one_s - two_s))
+            let moved_s = growth.duration_s(changed(still, first), 0.0);
+            // What the change until the second frame differs from the one expected, as a duration until the first
+            let misfit = changed(still, second) - growth.change(moved_s + interval_s, interval_s);
+            let misfit_s = misfit / growth.rate(moved_s, 0.0);
+            (first.time_s - moved_s, (ONSET_STD * interval_s).hypot(misfit_s))
         } else {
             let [one, two] = [first, second].map(|crop| changed(still, crop));
             let back_s = if two > one { one / (two - one) * interval_s } else { f64::INFINITY };
@@ -150,12 +149,29 @@ impl Growth {
         (linear > 0.0 && square.is_finite() && later.is_finite()).then_some(Self { linear, square, later })
     }
 
+    /// The change after a duration up to a time (s after the first frame in motion).
+    fn change(&self, duration_s: f64, at_s: f64) -> f64 {
+        let [linear, square] = self.until(at_s);
+        duration_s * (linear + square * duration_s)
+    }
+
+    /// Its derivative with respect to the duration.
+    fn rate(&self, duration_s: f64, at_s: f64) -> f64 {
+        let [linear, square] = self.until(at_s);
+        linear + 2.0 * square * duration_s
+    }
+
     /// The duration after which there is this change at a time (s after the first frame in motion), at most twice that at which it would be in
     /// proportion.
     fn duration_s(&self, change: f64, at_s: f64) -> f64 {
-        let (linear, square) = (self.linear + self.later * at_s, self.square - self.later / 2.0);
-        let slope = (linear.powi(2) + 4.0 * square * change).max(0.0).sqrt();
-        change / f64::midpoint(linear, slope)
+        let [linear, square] = self.until(at_s);
+        let rate = (linear.powi(2) + 4.0 * square * change).max(0.0).sqrt();
+        change / f64::midpoint(linear, rate)
+    }
+
+    /// The factors of the duration and of its square in the change up to a time (s after the first frame in motion).
+    fn until(&self, at_s: f64) -> [f64; 2] {
+        [self.linear + self.later * at_s, self.square - self.later / 2.0]
     }
 }
 
