@@ -132,7 +132,7 @@ fn strikes(chosen: &Chosen) -> Vec<Made> {
     all
 }
 
-/// Every sample of the clips that `concerns` admits, changed, and every time and position of their strikers likewise.
+/// Every sample of the clips that `concerns` admits, changed, and every time and position of their strikers likewise, with the first motion.
 fn of_samples(
     mistake: Mistake,
     concerns: impl Fn(&ClipTracks) -> bool + 'static,
@@ -143,6 +143,15 @@ fn of_samples(
             clip.tracks.tracks.iter_mut().flat_map(|track| &mut track.samples).for_each(&change);
             if let Some(striker) = &mut clip.tracks.striker {
                 change_striker(striker, &change);
+            }
+            if let Some(onset_s) = &mut clip.tracks.striker_onset_s {
+                let changed_s = |time_s| {
+                    let mut sample = Sample::new(time_s, Point::ORIGIN, None, 0.0);
+                    change(&mut sample);
+                    sample.time_s
+                };
+                let (value, later) = (changed_s(onset_s.value), changed_s(onset_s.value + onset_s.std));
+                (onset_s.value, onset_s.std) = (value, later - value);
             }
         }
     };
@@ -246,6 +255,17 @@ fn cut(clip: &mut ClipTracks, keep: fn(usize, usize) -> bool) {
         let mut number = 0..n;
         track.samples.retain(|_| number.next().is_some_and(|k| keep(k, n)));
     }
+    let left = clip.tracks.tracks.iter().flat_map(|track| &track.samples).map(|sample| sample.time_s);
+    let (first_s, last_s) =
+        left.fold((f64::INFINITY, f64::NEG_INFINITY), |(first, last), t| (first.min(t), last.max(t)));
+    let is_left = |time_s: f64| (first_s..=last_s).contains(&time_s);
+    let striker = clip.tracks.striker.as_mut();
+    let seen = striker.map_or(0, |striker| {
+        striker.samples.retain(|sample| is_left(sample.time_s));
+        striker.samples.len()
+    });
+    clip.tracks.striker = clip.tracks.striker.take().filter(|_| seen > 1);
+    clip.tracks.striker_onset_s = clip.tracks.striker_onset_s.filter(|onset_s| is_left(onset_s.value));
 }
 
 /// Wrong measures of the cell and its objects, as far as they leave the tracks as they are.
