@@ -454,28 +454,23 @@ impl Common {
     }
 
     /// The speeds that show best what all have in common: those of strikers that are seen at rest, because the rest positions show the height
-    /// of what is followed, or the mean speeds to the impact; those of all clips, if there are too few of both. Where both contradict each other, those
-    /// nearer to the given ones are right: what is seen may be something else, or the distances to the impact are wrong.
+    /// of what is followed, or the mean speeds of the other clips; those of all clips, if there are too few of both. What is seen may be something else
+    /// than the striker: where all mean speeds contradict it, and are nearer to the given speeds, these count.
     fn most_accurate_speeds(group: &[Compared]) -> Vec<Speed> {
         let is_enough = |speeds: &Vec<Speed>| speeds.len() > 1 && 4 * speeds.len() >= group.len();
-        let at_rest = group.iter().filter(|c| c.start.is_some() && !c.speed.is_mean).map(|c| c.speed);
-        let at_rest = Some(at_rest.collect()).filter(is_enough);
-        let means = Some(group.iter().filter_map(|c| c.mean).map(Speed::from).collect()).filter(is_enough);
-        match (at_rest, means) {
-            (Some(at_rest), Some(means)) => {
-                let is_better = |one: Measured, other: Measured| {
-                    if is_as_fast(one, other) {
-                        one.std <= other.std
-                    } else {
-                        one.value.abs() < other.value.abs()
-                    }
-                };
-                let middles = middle(&at_rest).zip(middle(&means));
-                if middles.is_some_and(|(one, other)| is_better(one, other)) { at_rest } else { means }
-            }
-            (Some(speeds), None) | (None, Some(speeds)) => speeds,
-            (None, None) => group.iter().map(|c| c.speed).collect(),
-        }
+        let std = |speeds: &Vec<Speed>| middle(speeds).map_or(f64::INFINITY, |middle| middle.std);
+        let those = |is_in: fn(&&Compared) -> bool| -> Vec<Speed> {
+            group.iter().filter(is_in).map(|compared| compared.speed).collect()
+        };
+        let kinds = [those(|c| c.start.is_some() && !c.speed.is_mean), those(|c| c.speed.is_mean)];
+        let enough = kinds.into_iter().filter(is_enough);
+        let chosen = enough.min_by(|a, b| std(a).total_cmp(&std(b))).unwrap_or_else(|| those(|_| true));
+        let means: Vec<Speed> = group.iter().filter_map(|c| c.mean).map(Speed::from).collect();
+        let contradicts = |means: &Vec<Speed>| {
+            let middles = middle(&chosen).zip(middle(means));
+            is_enough(means) && middles.is_some_and(|(seen, mean)| is_other_followed([seen, mean], 0.0))
+        };
+        Some(means).filter(contradicts).unwrap_or(chosen)
     }
 }
 
