@@ -158,7 +158,8 @@ pub(super) fn warnings(compared: &[Departing], known: Known, striker: &Findings)
     for departing @ Departing { clip, strike, comparison } in unnamed {
         let others =
             Others { turns: &turns, speeds: &speeds, is_as_given: striker.as_given.contains(&clip.name) };
-        if departing.is_turned_by_contact_friction(&turns, &mut scene, known.properties) {
+        if others.is_as_given && departing.is_turned_by_contact_friction(&turns, &mut scene, known.properties)
+        {
             continue;
         }
         let Some(mut finding) = comparison.finding(strike, &clip.objects[0], &others) else { continue };

@@ -1,11 +1,14 @@
 //! Drawn campaigns with wrong strikes.
 
 use super::campaign_warnings;
+use super::striker_tests::seen;
 use crate::estimate::{ClipTracks, Options, estimation};
 use crate::geometry::{Point, Vec2};
 use crate::object::Shape;
+use crate::properties::ContactFriction;
 use crate::scene::Strike;
 use crate::synthetic::campaign::{CampaignSpec, SyntheticCampaign, campaign};
+use crate::uncertain::Estimate;
 
 /// A campaign whose striker starts further back: a wrong heading then makes it hit elsewhere.
 fn drawn(seed: u64) -> SyntheticCampaign {
@@ -39,6 +42,31 @@ fn right_strikes_give_no_warning() {
         let drawn = drawn(seed);
         let found = warnings(&drawn, &drawn.clips);
         assert!(found.is_empty(), "campaign {seed}: {found:?}");
+    }
+}
+
+/// A contact friction that no clip measured is known to its prior only, which leaves the directions after strikes off the centre open; the strikers are
+/// seen to move as given.
+#[test]
+fn directions_that_an_unknown_contact_friction_explains_give_no_warning() {
+    let spec = CampaignSpec { objects: 3, max_offset: 0.3, ..CampaignSpec::default() };
+    for seed in [1, 4, 5] {
+        let mut drawn = campaign(&spec, seed);
+        for clip in &mut drawn.clips {
+            clip.tracks.striker = clip.strike.as_ref().map(seen);
+        }
+        let mut estimation =
+            estimation(&drawn.clips, &drawn.cell, &drawn.objects, &Options::default()).expect("clips");
+        let mut found = |friction: Option<Estimate>| -> Vec<String> {
+            estimation.properties.contact_friction.striker = friction;
+            let warnings = campaign_warnings(&drawn.clips, &estimation, &drawn.cell, &drawn.objects);
+            let texts = warnings.iter().map(ToString::to_string);
+            texts.filter(|text| text.contains("leaves") && text.contains("degrees")).collect()
+        };
+        let exact = Estimate::exact(ContactFriction::assumed().mean);
+        assert!(!found(Some(exact)).is_empty(), "campaign {seed}: as if the assumed friction were exact");
+        let open = found(None);
+        assert!(open.is_empty(), "campaign {seed}: {open:?}");
     }
 }
 
