@@ -121,7 +121,9 @@ impl Crops {
             let back_s = if two > one { one / (two - one) * interval_s } else { f64::INFINITY };
             (first.time_s - back_s, LINEAR_ONSET_STD * interval_s)
         };
-        Some(Measured { value: value.clamp(still.time_s, first.time_s), std: std_s })
+        // The motion begins between these two frames, also where changes that do not grow show nothing more.
+        let (from_s, to_s) = (still.time_s, first.time_s);
+        Some(Measured { value: value.clamp(from_s, to_s), std: std_s.min(to_s - from_s) })
     }
 
     /// The time of the last crop before something moved (s).
@@ -235,5 +237,21 @@ mod tests {
             let found = crops.onset_s(None).expect("a motion");
             assert!((found.value - onset_frames).abs() < 0.04, "{onset_frames}: {found:?}");
         }
+    }
+
+    /// Beside the motion something has vanished at once: no duration of a motion explains the first change.
+    #[test]
+    fn an_onset_that_the_changes_do_not_show_is_known_to_a_frame() {
+        let mut crops = Crops::new(200);
+        for frame in (0..6).map(f64::from) {
+            let moving_px = 6.3 * (frame - 1.5).max(0.0);
+            let mut pixels = widening_arm(60.0 + moving_px);
+            if frame < 1.5 {
+                pixels.chunks_exact_mut(200).for_each(|row| row[140..].fill(200));
+            }
+            crops.push(frame, pixels);
+        }
+        let found = crops.onset_s(None).expect("a motion");
+        assert!(found.std <= 1.0 && (1.0..=2.0).contains(&found.value), "{found:?}");
     }
 }
