@@ -63,8 +63,8 @@ struct Compared<'a> {
     speed: Speed,
     /// The mean speed, if the film shows it.
     mean: Option<MeanSpeed>,
-    /// Logarithms of the speed of what is seen and of the mean speed to the impact over the given one, if there are both.
-    speeds: Option<[Measured; 2]>,
+    /// Logarithm of the speed of what is seen over the given one, if something is.
+    seen: Option<Measured>,
     /// The heading less the given one (rad, counter-clockwise), if the striker is seen.
     turn: Option<Measured>,
     /// The start beside the given one, if the striker is seen at rest.
@@ -181,7 +181,8 @@ impl Findings {
         }
         for compared in group {
             let name = &compared.clip.name;
-            if compared.speeds.is_some_and(|speeds| is_other_followed(speeds, common.speed.median)) {
+            let speeds = compared.seen.zip(compared.mean).map(|(seen, mean)| [seen, mean.log_ratio]);
+            if speeds.is_some_and(|speeds| is_other_followed(speeds, common.speed.median)) {
                 self.others_followed.insert(name.clone());
             }
             match compared.finding(&common) {
@@ -281,12 +282,11 @@ impl<'a> Compared<'a> {
             let is_other = |seen: &Self| is_other_followed([seen.speed.log_ratio, mean.log_ratio], 0.0);
             seen.as_ref().is_none_or(|seen| seen.start.is_none() || is_worse(seen) || is_other(seen))
         };
-        let speeds =
-            seen.as_ref().zip(mean.as_ref()).map(|(seen, mean)| [seen.speed.log_ratio, mean.log_ratio]);
-        let Some(better) = mean.filter(is_better) else { return seen.map(|seen| Self { speeds, ..seen }) };
+        let Some(better) = mean.filter(is_better) else { return seen };
+        let seen_speed = seen.as_ref().map(|seen| seen.speed.log_ratio);
         let is_striker = |seen: &Self| is_as_fast(seen.speed.log_ratio, better.log_ratio);
         let (turn, start) = seen.filter(is_striker).map_or((None, None), |seen| (seen.turn, seen.start));
-        Some(Self { clip, strike, rate_hz, speed: better.into(), mean, speeds, turn, start })
+        Some(Self { clip, strike, rate_hz, speed: better.into(), mean, seen: seen_speed, turn, start })
     }
 
     fn with_seen(
@@ -298,18 +298,15 @@ impl<'a> Compared<'a> {
         let (speed, heading) = (seen.speed_m_s(), seen.heading_rad());
         let ratio = speed.value / strike.speed_m_s;
         let turn = Measured { value: wrapped_rad(heading.value - strike.heading_rad), ..heading };
+        let log_ratio = Measured { value: ratio.ln(), std: speed.std / speed.value };
         let is_known = ratio.is_finite() && ratio > 0.0 && turn.value.is_finite() && turn.std.is_finite();
         is_known.then(|| Self {
             clip,
             strike,
             rate_hz,
-            speed: Speed {
-                log_ratio: Measured { value: ratio.ln(), std: speed.std / speed.value },
-                common_std: seen.scale_std,
-                is_mean: false,
-            },
+            speed: Speed { log_ratio, common_std: seen.scale_std, is_mean: false },
             mean: None,
-            speeds: None,
+            seen: Some(log_ratio),
             turn: Some(turn),
             start: start(strike, seen),
         })

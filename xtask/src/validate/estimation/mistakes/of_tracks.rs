@@ -259,13 +259,11 @@ fn cut(clip: &mut ClipTracks, keep: fn(usize, usize) -> bool) {
     let (first_s, last_s) =
         left.fold((f64::INFINITY, f64::NEG_INFINITY), |(first, last), t| (first.min(t), last.max(t)));
     let is_left = |time_s: f64| (first_s..=last_s).contains(&time_s);
-    let striker = clip.tracks.striker.as_mut();
-    let seen = striker.map_or(0, |striker| {
+    clip.tracks.striker.take_if(|striker| {
         striker.samples.retain(|sample| is_left(sample.time_s));
-        striker.samples.len()
+        striker.samples.len() < 2
     });
-    clip.tracks.striker = clip.tracks.striker.take().filter(|_| seen > 1);
-    clip.tracks.striker_onset_s = clip.tracks.striker_onset_s.filter(|onset_s| is_left(onset_s.value));
+    clip.tracks.striker_onset_s.take_if(|onset_s| !is_left(onset_s.value));
 }
 
 /// Wrong measures of the cell and its objects, as far as they leave the tracks as they are.
